@@ -1,0 +1,59 @@
+#pragma once
+/// What every program shares: exit codes, one-line errors, --settings, progress, common option values.
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace equistream::cli {
+
+/// Exit codes of every command.
+inline constexpr int exit_done = 0;
+inline constexpr int exit_failed = 1;
+inline constexpr int exit_usage = 2;
+
+/// Parses, runs and turns exceptions into one line on stderr ("equistream render: ...") and an exit code:
+/// InputError and CLI errors 2, anything else 1. `setup` adds options to the app and returns what to run.
+/// Adds --settings FILE (TOML/INI as CLI11 reads it), --help with `example`, --version.
+int run_program(int argc, char** argv, const std::string& name, const std::string& summary, const std::string& example,
+                const std::function<std::function<void()>(CLI::App&)>& setup);
+
+struct Size {
+    int width = 0;
+    int height = 0;
+};
+Size parse_size(const std::string& text);  ///< "960x480"
+
+struct FrameRange {
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+};
+FrameRange
+parse_frames(const std::string& text);  ///< "0-149" or "7"; empty, negative or backward ranges are InputErrors
+
+/// The command line as one shell-quoted string, for manifests and reports.
+std::string quoted_command(int argc, char** argv);
+
+enum class ProgressStyle { automatic, json, none };
+/// "auto" (a bar on a terminal, nothing elsewhere), "json" (a line per step on stderr), "none".
+ProgressStyle parse_progress(const std::string& text);
+
+/// Progress with time left. Thread-safe; draws at most ten times a second.
+class Progress {
+public:
+    Progress(std::string what, double total, ProgressStyle style);
+    ~Progress();
+    void set(double done);
+    /// A finished unit with a note ("frame 3"): always printed in json style.
+    void step(double done, const std::string& note);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace equistream::cli

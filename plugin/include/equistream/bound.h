@@ -1,0 +1,54 @@
+#pragma once
+/// The error bound that sizes every approximation (docs/conventions.md, "One bound").
+///
+/// Eyes stay in a ball of radius B around the sphere's centre; a point lies at radial distance r > B.
+/// If r' is used for r, an eye anywhere in the ball sees the point displaced by at most
+/// asin |w(r) - w(r')|, with w(r) = B / (r - B). All functions are pure; lengths in metres, angles in radians.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace equistream {
+
+/// Radius of the ball that both eyes stay in, around a sphere rendered at the head's centre.
+inline double head_box_radius_centre(double lean_m, double ipd_m) {
+    return lean_m + 0.5 * ipd_m;
+}
+
+/// The same around a sphere rendered at one eye, as in the paper: the other eye is a whole IPD away.
+inline double head_box_radius_eye(double lean_m, double ipd_m) {
+    return lean_m + ipd_m;
+}
+
+/// w = B / (r - B): 0 at infinity, growing towards the head box; +inf at or inside it.
+inline double bounded_inverse_depth(double distance_m, double box_radius_m) {
+    if (std::isinf(distance_m))
+        return 0;
+    if (distance_m <= box_radius_m)
+        return std::numeric_limits<double>::infinity();
+    return box_radius_m / (distance_m - box_radius_m);
+}
+
+/// The largest angle by which any eye in the box can see a point displaced when r' stands for r.
+inline double displacement_bound_rad(double distance_m, double used_distance_m, double box_radius_m) {
+    const double w = bounded_inverse_depth(distance_m, box_radius_m);
+    const double w_used = bounded_inverse_depth(used_distance_m, box_radius_m);
+    if (std::isinf(w) || std::isinf(w_used))
+        return w == w_used ? 0 : 0.5 * std::acos(-1.0);
+    return std::asin(std::min(1.0, std::abs(w - w_used)));
+}
+
+/// The whole budget: a quarter of a pixel at the centre of a view with this focal length.
+inline double error_budget_rad(double focal_length_px) {
+    return 1 / (4 * focal_length_px);
+}
+
+/// Focal length of the display that the budget is stated for by default: 1,920 pixels at 90 degrees.
+inline constexpr double default_focal_length_px = 960;
+
+/// Columns of a sphere that is as dense as the centre of a view of this focal length.
+inline double matching_sphere_width(double focal_length_px) {
+    return 2 * std::acos(-1.0) * focal_length_px;
+}
+
+}  // namespace equistream

@@ -1,0 +1,164 @@
+#ifndef EQUISTREAM_EQUISTREAM_H
+#define EQUISTREAM_EQUISTREAM_H
+/*
+ * The C ABI by which any renderer (a host) loads libequistream. The plugin owns the cameras, the film, the AOVs and
+ * the export; the host traces rays. Two ways in, which may be mixed within one frame:
+ *
+ *   rays    loop over es_frame_next_tile; for each tile ask for the geometry rays (one per pixel, through its centre)
+ *           and for `sample_count` sets of colour rays (one jittered ray per pixel each), and hand answers back;
+ *   planes  hand over whole planes by AOV name with es_frame_put_plane.
+ *
+ * Conventions: conventions.h. Lengths in metres, angles in radians, colour linear Rec.709, scene-referred.
+ * Struct growth: every struct a host fills begins with its own size; fields are only ever appended.
+ * Threading: a sequence may be used by one thread at a time; es_frame_next_tile and all es_tile_* calls of one frame
+ * may run on any number of threads, each tile on one thread at a time.
+ * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
+ */
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(EQUISTREAM_BUILDING)
+#define ES_API __attribute__((visibility("default")))
+#else
+#define ES_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ES_ABI_VERSION 1u
+
+typedef enum es_status {
+    ES_OK = 0,
+    ES_FAILED = 1,    /* work could not be finished: disk full, I/O error */
+    ES_BAD_INPUT = 2, /* an argument is wrong; nothing was done */
+    ES_DONE = 3       /* no more tiles */
+} es_status;
+
+typedef struct es_error {
+    char text[1024]; /* one line, NUL-terminated */
+} es_error;
+
+typedef enum es_camera_kind { ES_EQUIRECT = 0, ES_PERSPECTIVE = 1 } es_camera_kind;
+typedef enum es_eye { ES_EYE_CENTRE = 0, ES_EYE_LEFT = 1, ES_EYE_RIGHT = 2 } es_eye;
+typedef enum es_axis_lock { ES_LOCK_WORLD = 0, ES_LOCK_PATH = 1 } es_axis_lock;
+
+/* World from head. */
+typedef struct es_pose {
+    double position_m[3];
+    double orientation_wxyz[4]; /* unit quaternion */
+} es_pose;
+
+typedef struct es_sequence_settings {
+    size_t struct_size;   /* sizeof(es_sequence_settings) */
+    uint32_t abi_version; /* ES_ABI_VERSION */
+    uint32_t spp;         /* colour samples per pixel, 1 to 1,048,576 */
+    uint64_t seed;
+    es_camera_kind camera;
+    int32_t width, height;
+    double fov_x_rad;                    /* perspective only */
+    double longitude_min, longitude_max; /* equirect only; both 0: the full circle */
+    double latitude_min, latitude_max;   /* equirect only; both 0: pole to pole */
+    es_eye eye;
+    es_axis_lock lock;
+    double ipd_m;
+    double lean_m;
+    double frames_per_second;
+    double exposure;
+    const char* output_dir;  /* the sequence's folder, made if missing */
+    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none" */
+    const char* scene_name;  /* for the record; at most 255 bytes */
+    const char* host_name;   /* renderer and version; at most 255 bytes */
+    const char* command;     /* for the manifest; may be NULL */
+    const char* fingerprint; /* what else decides the pixels (a hash of the scene, say); may be NULL */
+    int32_t overwrite;       /* non-zero: finished frames are rendered again; zero: they are kept (resume) */
+    int32_t single_part;     /* non-zero: EXR with one part and a plain Z besides */
+} es_sequence_settings;
+
+typedef struct es_frame_settings {
+    size_t struct_size;
+    int64_t index;
+    double time_s;
+    es_pose head_previous, head, head_next; /* a missing neighbour: repeat `head` (zero camera motion) */
+} es_frame_settings;
+
+/* A rectangle of pixels to render. Filled by es_frame_next_tile; treat as read-only. */
+typedef struct es_tile {
+    uint32_t id;
+    int32_t x, y, width, height;
+    uint32_t pixel_count;  /* width * height; pixels run row by row, top down */
+    uint32_t sample_count; /* colour passes */
+} es_tile;
+
+typedef struct es_ray {
+    float origin[3];
+    float t_min;
+    float direction[3]; /* unit */
+    float t_max;
+    uint64_t seed;       /* differs for every (sequence seed, frame, pixel, sample) */
+    float footprint_rad; /* angle one pixel spans here, for texture filtering */
+    uint32_t pixel;      /* index within the tile */
+} es_ray;
+
+/* What a geometry ray saw. For a miss set distance_m to +inf and the rest to 0. */
+typedef struct es_surface {
+    float distance_m;             /* Euclidean, from the ray's origin */
+    float position_previous_m[3]; /* the same surface point at the previous frame, world space */
+    float position_next_m[3];     /* and at the next one */
+    float normal[3];              /* world, unit, facing the camera */
+    float albedo[3];
+    uint32_t object_id, material_id, instance_id; /* from 1 */
+} es_surface;
+
+typedef enum es_sample_type { ES_FLOAT32 = 0, ES_UINT32 = 1 } es_sample_type;
+
+typedef struct es_plane {
+    size_t struct_size;
+    const char* name; /* AOV plane name: "colour", "depth", "backward", ... (aov.h) */
+    es_sample_type type;
+    int32_t channels;
+    const void* data;        /* borrowed until the call returns; top row first, samples interleaved */
+    size_t row_stride_bytes; /* at least width * channels * 4 */
+} es_plane;
+
+typedef struct es_sequence es_sequence;
+typedef struct es_frame es_frame;
+
+/* The version this library was built with; a host refuses another one. */
+ES_API uint32_t es_abi_version(void);
+/* "1.0.0"; static storage. */
+ES_API const char* es_version(void);
+
+/* Opens (or resumes) a sequence: checks every setting, makes the folder, writes manifest.json. A folder whose manifest
+ * has other settings is refused unless `overwrite` is set. The caller closes *sequence. */
+ES_API es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** sequence, es_error* error);
+/* Non-zero when frame `index` is already finished and would be kept. */
+ES_API int es_sequence_has_frame(const es_sequence* sequence, int64_t index);
+/* Frees the sequence; open frames must have been ended or discarded. NULL is allowed. */
+ES_API void es_sequence_close(es_sequence* sequence);
+
+/* Starts a frame. The caller ends or discards it. */
+ES_API es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* settings, es_frame** frame,
+                                es_error* error);
+/* Hands out each tile once: ES_OK, then ES_DONE. */
+ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
+/* Fills pixel_count rays through the pixel centres. */
+ES_API void es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
+/* Fills pixel_count jittered rays of colour pass `sample` (0 .. sample_count - 1). */
+ES_API void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);
+/* pixel_count answers to the geometry rays. */
+ES_API void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_surface* surfaces);
+/* pixel_count RGBA samples of one colour pass (A: 1 where a surface was hit), added to the film (box filter). */
+ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba);
+/* Hands over a whole plane. */
+ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);
+/* Writes the frame (whole or not at all) and frees it, also on failure. Refuses a frame with unfinished tiles. */
+ES_API es_status es_frame_end(es_frame* frame, es_error* error);
+/* Frees the frame without writing it. NULL is allowed. */
+ES_API void es_frame_discard(es_frame* frame);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

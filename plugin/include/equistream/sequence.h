@@ -1,0 +1,49 @@
+#pragma once
+/// EXR frames and sequences on disk. A sequence is a folder with frame.NNNN.exr files and a manifest.json.
+/// Frames appear whole or not at all: written beside their name, synced, then renamed. Readers treat every file as
+/// hostile: sizes are checked against image.h's limits before anything is allocated.
+/// Functions throw WorkError (I/O) or InputError (not what was expected), naming the file.
+#include <equistream/frame.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+struct ExrWriteOptions {
+    bool single_part = false;  ///< one part with plain channel "Z" besides, for readers that know only the first part
+};
+
+/// Writes `frame` to `file` atomically. Colour is clamped to the half range; NaN becomes 0 and is counted.
+/// Returns the number of colour pixels that were not finite.
+std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, const ExrWriteOptions& options = {});
+
+/// Reads the named planes ("colour", "depth", ...); an empty list reads all there are.
+Frame read_exr(const std::filesystem::path& file, const std::vector<std::string>& planes = {});
+
+/// Reads attributes only.
+FrameInfo read_exr_info(const std::filesystem::path& file);
+
+/// "frame.0007.exr"
+std::string frame_file_name(std::int64_t index, const std::string& extension = "exr");
+
+/// Writes `text` to `file` aside, syncs, renames. Shared by everything that must appear whole or not at all.
+void write_file_atomically(const std::filesystem::path& file, const std::string& text);
+
+/// What one sequence folder says of itself (manifest.json): the settings that every frame shares.
+struct Manifest {
+    FrameInfo shared;  ///< index, time and poses are those of the first frame
+    std::vector<std::string> planes;
+    std::string command;      ///< as typed, for the record
+    std::string fingerprint;  ///< hash of everything that decides the pixels; a resume with another one is refused
+};
+
+Manifest read_manifest(const std::filesystem::path& folder);
+void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
+
+/// Indices of the frames present, ascending. Unfinished (aside) files do not count.
+std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const std::string& extension = "exr");
+
+}  // namespace equistream

@@ -1,0 +1,97 @@
+#pragma once
+/// A scene's geometry and materials as read from glTF 2.0 / GLB. Host and client both use it: the client asks for
+/// geometry and alpha masks only. Everything is owned by the SceneModel; concurrent reads are safe.
+#include <glm/glm.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+inline constexpr std::uint32_t no_index = 0xffffffffu;
+
+/// One glTF primitive: an indexed triangle list. `normals` and `uvs` are empty or as long as `positions`.
+struct Mesh {
+    std::string name;
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec2> uvs;  ///< v runs down, as in glTF
+    std::vector<glm::uvec3> triangles;
+    std::uint32_t material = no_index;
+};
+
+/// One placement of one mesh. `object` numbers the glTF node it came from; nodes share it between primitives.
+struct Instance {
+    std::uint32_t mesh = no_index;
+    std::uint32_t object = 0;
+    glm::mat4 world_from_object{1};
+};
+
+struct Object {
+    std::string name;
+    int parent = -1;
+};
+
+enum class Wrap : std::uint8_t { repeat, clamp, mirror };
+
+/// An image as it lies in the file: still encoded (PNG, JPEG), to be decoded by whoever needs it.
+struct Texture {
+    std::string name;
+    std::string mime_type;
+    std::vector<std::uint8_t> encoded;
+    Wrap wrap_u = Wrap::repeat;
+    Wrap wrap_v = Wrap::repeat;
+    bool nearest = false;
+};
+
+/// Coverage of an alpha-masked material's texture, one byte a texel: 255 opaque, 0 cut away (the cutoff applied).
+struct AlphaMask {
+    int width = 0;
+    int height = 0;
+    Wrap wrap_u = Wrap::repeat;
+    Wrap wrap_v = Wrap::repeat;
+    std::vector<std::uint8_t> opaque;
+
+    /// Nearest texel at glTF texture coordinates.
+    bool covers(glm::vec2 uv) const;
+};
+
+struct Material {
+    std::string name;
+    glm::vec3 base_colour{1};
+    std::uint32_t base_colour_texture = no_index;
+    float metallic = 1;
+    float roughness = 1;
+    std::uint32_t metallic_roughness_texture = no_index;  ///< G roughness, B metallic
+    glm::vec3 emission{0};                                ///< radiance factor, KHR_materials_emissive_strength applied
+    std::uint32_t emission_texture = no_index;
+    float transmission = 0;
+    float index_of_refraction = 1.5f;
+    bool double_sided = false;
+    std::uint32_t alpha_mask = no_index;  ///< into SceneModel::alpha_masks; set for alphaMode MASK
+};
+
+struct SceneModel {
+    std::vector<Mesh> meshes;
+    std::vector<Instance> instances;
+    std::vector<Object> objects;
+    std::vector<Material> materials;  ///< never empty; a mesh without one uses the last, glTF's default
+    std::vector<Texture> textures;
+    std::vector<AlphaMask> alpha_masks;
+
+    std::uint64_t triangle_count() const;         ///< with instances
+    std::uint64_t unique_triangle_count() const;  ///< without
+};
+
+struct ModelOptions {
+    bool shading =
+        true;  ///< false: positions, triangles, uvs of masked materials and their masks only (the client's share)
+};
+
+/// Reads .glb or .gltf. Unknown required extensions, missing buffers, truncated files and out-of-range indices throw
+/// InputError naming the file and what was found; a model without a triangle is an error too.
+SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options = {});
+
+}  // namespace equistream

@@ -1,0 +1,73 @@
+#pragma once
+/// A scene description: a short JSON file that names a model and adds what it lacks - lights, camera path, head box,
+/// exposure, moving objects. Keys are documented in docs/scenes.md; unknown ones are errors with file and line.
+#include <equistream/camera.h>
+#include <equistream_scene/model.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+/// Poses over time: linear in position, slerp in orientation, held before the first and after the last key.
+class PosePath {
+public:
+    struct Key {
+        double time_s = 0;
+        Pose pose;
+    };
+    PosePath() = default;
+    /// Keys must ascend strictly in time and be finite; throws InputError with `where` otherwise.
+    PosePath(std::vector<Key> keys, const std::string& where);
+
+    bool empty() const { return keys_.empty(); }
+    double duration_s() const { return keys_.empty() ? 0 : keys_.back().time_s; }
+    Pose at(double time_s) const;
+    const std::vector<Key>& keys() const { return keys_; }
+
+private:
+    std::vector<Key> keys_;
+};
+
+/// CSV: time_s, position x y z in metres, orientation quaternion w x y z; a header line is allowed. Errors carry
+/// file:line.
+PosePath read_path_csv(const std::filesystem::path& file);
+void write_path_csv(const std::filesystem::path& file, const PosePath& path);
+
+struct Sun {
+    glm::dvec3 towards{0, 1, 0};  ///< unit, from the scene to the sun
+    glm::dvec3 irradiance{0};     ///< on a plane facing it
+    double angular_radius_rad = 0.00465;
+};
+
+/// A node of the model that moves: its path replaces the node's own translation and rotation (world space), scale
+/// stays.
+struct MovingObject {
+    std::string object;
+    PosePath path;
+};
+
+struct SceneDescription {
+    std::filesystem::path file;
+    std::string name;
+    std::filesystem::path model;  ///< resolved: beside the description, or under $EQUISTREAM_SCENES
+    std::optional<Sun> sun;
+    glm::dvec3 sky_radiance{0};
+    PosePath camera_path;
+    double lean_m = 0;
+    double exposure = 1;
+    double frames_per_second = 30;
+    std::vector<MovingObject> moving;
+    std::string fingerprint;  ///< hash of the description and the model's bytes
+};
+
+/// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.
+SceneDescription load_scene(const std::filesystem::path& file);
+
+/// World transforms of all instances at a time (moving objects applied).
+std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s);
+
+}  // namespace equistream
