@@ -18,7 +18,7 @@ public:
 };
 
 /// "WHERE: expected EXPECTED, found FOUND", where WHERE is a file, file:line or option.
-inline std::string mismatch(const std::string& where, const std::string& expected, const std::string& found) {
+inline std::string expected_found(const std::string& where, const std::string& expected, const std::string& found) {
     return where + ": expected " + expected + ", found " + found;
 }
 

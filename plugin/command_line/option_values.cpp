@@ -1,0 +1,73 @@
+#include <equistream/error.h>
+#include <equistream/image.h>
+#include <equistream_cli/program.h>
+
+#include <charconv>
+#include <limits>
+
+namespace equistream::cli {
+
+namespace {
+
+/// The whole of `text` as a number, digits only.
+template <typename Integer>
+bool read_whole(std::string_view text, Integer& value) {
+    const char* end = text.data() + text.size();
+    const auto result = std::from_chars(text.data(), end, value);
+    return !text.empty() && result.ec == std::errc() && result.ptr == end;
+}
+
+std::string in_quotes(std::string_view text) {
+    return "'" + std::string(text) + "'";
+}
+
+}  // namespace
+
+Size parse_size(const std::string& text) {
+    const std::size_t x = text.find('x');
+    Size size;
+    const bool good = x != std::string::npos && read_whole(std::string_view(text).substr(0, x), size.width) &&
+                      read_whole(std::string_view(text).substr(x + 1), size.height);
+    if (!good || size.width < 1 || size.height < 1 || size.width > max_image_side || size.height > max_image_side)
+        throw InputError(expected_found("--size", "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text)));
+    return size;
+}
+
+FrameRange parse_frames(const std::string& text) {
+    const std::size_t dash = text.find('-', 1);
+    FrameRange range;
+    bool good = read_whole(std::string_view(text).substr(0, dash), range.first);
+    range.last = range.first;
+    if (dash != std::string::npos)
+        good = good && read_whole(std::string_view(text).substr(dash + 1), range.last);
+    if (!good || range.first < 0)
+        throw InputError(expected_found("--frames", "FIRST-LAST or one frame number, from 0", in_quotes(text)));
+    if (range.last < range.first)
+        throw InputError(expected_found("--frames", "the last frame not before the first", in_quotes(text)));
+    if (range.last >= std::numeric_limits<std::int32_t>::max())
+        throw InputError(expected_found("--frames", "frame numbers below 2147483647", in_quotes(text)));
+    return range;
+}
+
+std::string quoted_command(int argc, char** argv) {
+    std::string command;
+    for (int i = 0; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (i > 0)
+            command += ' ';
+        const bool plain =
+            !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                    "0123456789_-+=.,:/@%") == std::string::npos;
+        if (plain) {
+            command += word;
+            continue;
+        }
+        command += '\'';
+        for (const char c : word)
+            command += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        command += '\'';
+    }
+    return command;
+}
+
+}  // namespace equistream::cli

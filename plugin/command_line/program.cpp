@@ -1,0 +1,58 @@
+#include <equistream/error.h>
+#include <equistream_cli/program.h>
+
+#include <cstdio>
+#include <exception>
+
+namespace equistream::cli {
+
+namespace {
+
+/// Errors are one line, whatever a library put into its message.
+std::string one_line(std::string text) {
+    while (!text.empty() && text.back() == '\n')
+        text.pop_back();
+    for (char& c : text)
+        if (c == '\n')
+            c = ' ';
+    return text;
+}
+
+int report(const std::string& name, const std::string& message, int code) {
+    std::fprintf(stderr, "equistream %s: %s\n", name.c_str(), one_line(message).c_str());
+    return code;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const std::string& name, const std::string& summary, const std::string& example,
+                const std::function<std::function<void()>(CLI::App&)>& setup) {
+    CLI::App app(summary, "equistream " + name);
+    app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
+    app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)");
+    app.allow_config_extras(CLI::config_extras_mode::error);
+    app.footer("Example:\n  " + example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
+    app.get_formatter()->column_width(34);
+    try {
+        const auto run = setup(app);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& e) {
+            if (e.get_exit_code() == 0)
+                return app.exit(e);
+            return report(name, std::string(e.what()) + " (--help lists the options)", exit_usage);
+        }
+        run();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout))
+            return report(name, "standard output: could not be written", exit_failed);
+        return exit_done;
+    } catch (const InputError& e) {
+        return report(name, e.what(), exit_usage);
+    } catch (const std::bad_alloc&) {
+        return report(name, "out of memory", exit_failed);
+    } catch (const std::exception& e) {
+        return report(name, e.what(), exit_failed);
+    }
+}
+
+}  // namespace equistream::cli

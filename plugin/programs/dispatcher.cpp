@@ -1,0 +1,103 @@
+/// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
+/// a renderer's libraries and the client's never meet.
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <unistd.h>
+
+namespace {
+
+struct Command {
+    std::string_view name;
+    std::string_view program;
+    std::string_view summary;
+};
+
+constexpr std::array commands = {
+    Command{"render", "equistream-render-embree", "path trace a scene along a path: EXR sequences with AOVs"},
+    Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
+    Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
+    Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
+    Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
+    Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
+};
+
+constexpr int exit_failed = 1;
+constexpr int exit_usage = 2;
+
+void print_help(std::FILE* out) {
+    std::fputs("usage: equistream COMMAND [options]\n\n", out);
+    for (const Command& command : commands)
+        std::fprintf(out, "  %-10s%s\n", command.name.data(), command.summary.data());
+    std::fputs("\n'equistream COMMAND --help' shows a command's options and an example.\n", out);
+}
+
+/// Takes `--host NAME` out of render's arguments: which host is a question of which program runs.
+/// Returns false for a host that this build does not have.
+bool take_host(std::vector<char*>& arguments) {
+    for (std::size_t i = 2; i < arguments.size(); ++i) {
+        const std::string_view word = arguments[i];
+        std::string_view host;
+        std::size_t words = 1;
+        if (word == "--host" && i + 1 < arguments.size()) {
+            host = arguments[i + 1];
+            words = 2;
+        } else if (word.starts_with("--host=")) {
+            host = word.substr(std::strlen("--host="));
+        } else {
+            continue;
+        }
+        if (host != "embree") {
+            std::fprintf(stderr, "equistream render: --host: expected embree, found '%.*s'\n",
+                         static_cast<int>(host.size()), host.data());
+            return false;
+        }
+        const auto first = arguments.begin() + static_cast<std::ptrdiff_t>(i);
+        arguments.erase(first, first + static_cast<std::ptrdiff_t>(words));
+        return true;
+    }
+    return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const std::string_view name = argc > 1 ? argv[1] : "";
+    if (name == "--help" || name == "-h" || name == "help") {
+        print_help(stdout);
+        return 0;
+    }
+    if (name == "--version") {
+        std::puts("equistream " EQUISTREAM_VERSION);
+        return 0;
+    }
+    for (const Command& command : commands) {
+        if (command.name != name)
+            continue;
+        std::vector<char*> arguments(argv, argv + argc);
+        if (name == "render" && !take_host(arguments))
+            return exit_usage;
+        std::error_code error;
+        const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+        const std::string program = (self.parent_path() / command.program).string();
+        arguments.erase(arguments.begin());
+        arguments[0] = const_cast<char*>(program.c_str());
+        arguments.push_back(nullptr);
+        execv(program.c_str(), arguments.data());
+        std::fprintf(stderr, "equistream: %s: %s\n", program.c_str(), std::strerror(errno));
+        return exit_failed;
+    }
+    if (name.empty())
+        print_help(stderr);
+    else
+        std::fprintf(stderr,
+                     "equistream: expected a command (render, encode, play, compare, info, scene), found '%s'\n",
+                     argv[1]);
+    return exit_usage;
+}

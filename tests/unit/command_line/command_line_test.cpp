@@ -1,0 +1,94 @@
+#include <equistream/error.h>
+#include <equistream_cli/program.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <vector>
+
+namespace equistream::cli {
+namespace {
+
+TEST(Size, ReadsWidthAndHeight) {
+    const Size size = parse_size("960x480");
+    EXPECT_EQ(size.width, 960);
+    EXPECT_EQ(size.height, 480);
+}
+
+TEST(Size, RefusesWhatIsNoSize) {
+    for (const char* bad : {"", "960", "x480", "960x", "0x480", "-1x2", "960x480x2", "99999x2", "9e2x480", "960 x480"})
+        EXPECT_THROW(parse_size(bad), InputError) << bad;
+}
+
+TEST(Frames, ReadsRangesAndSingles) {
+    EXPECT_EQ(parse_frames("0-149").last, 149);
+    EXPECT_EQ(parse_frames("7").first, 7);
+    EXPECT_EQ(parse_frames("7").last, 7);
+}
+
+TEST(Frames, RefusesEmptyBackwardAndNegativeRanges) {
+    for (const char* bad : {"", "5-4", "-3", "-3-4", "3-", "a-b", "1-2-3", "0-99999999999"})
+        EXPECT_THROW(parse_frames(bad), InputError) << bad;
+}
+
+TEST(Progress, RefusesUnknownStyles) {
+    EXPECT_THROW(parse_progress("loud"), InputError);
+}
+
+TEST(Command, IsQuotedForTheShell) {
+    std::vector<std::string> words = {"equistream", "a b", "it's", "--x=1"};
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    EXPECT_EQ(quoted_command(4, argv.data()), "equistream 'a b' 'it'\\''s' --x=1");
+}
+
+/// Runs a program with one option --n and returns its exit code; stderr goes to `errors`.
+int run(
+    std::vector<std::string> words, int& n, std::string& errors, const std::function<void()>& body = [] {}) {
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    testing::internal::CaptureStderr();
+    const int code = run_program(static_cast<int>(argv.size()), argv.data(), "test", "A test.", "equistream test",
+                                 [&](CLI::App& app) -> std::function<void()> {
+                                     app.add_option("--n", n, "A number");
+                                     return body;
+                                 });
+    errors = testing::internal::GetCapturedStderr();
+    return code;
+}
+
+TEST(Program, MapsErrorsToExitCodesAndOneLine) {
+    int n = 0;
+    std::string errors;
+    EXPECT_EQ(run({"p", "--n", "3"}, n, errors), exit_done);
+    EXPECT_EQ(n, 3);
+    EXPECT_EQ(errors, "");
+    EXPECT_EQ(run({"p", "--n", "x"}, n, errors), exit_usage);
+    EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+    EXPECT_EQ(run({"p", "--unknown"}, n, errors), exit_usage);
+    EXPECT_NE(errors.find("--unknown"), std::string::npos) << errors;
+    EXPECT_EQ(run({"p"}, n, errors, [] { throw InputError("scene.json:3: expected a,\nfound b\n"); }), exit_usage);
+    EXPECT_EQ(errors, "equistream test: scene.json:3: expected a, found b\n");
+    EXPECT_EQ(run({"p"}, n, errors, [] { throw WorkError("disk full"); }), exit_failed);
+}
+
+TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
+    const std::string file = testing::TempDir() + "settings.ini";
+    int n = 0;
+    std::string errors;
+    std::ofstream(file) << "n = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_done) << errors;
+    EXPECT_EQ(n, 5);
+    EXPECT_EQ(run({"p", "--settings", file, "--n", "6"}, n, errors), exit_done) << errors;
+    EXPECT_EQ(n, 6);
+    std::ofstream(file) << "m = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_NE(errors.find('m'), std::string::npos) << errors;
+    EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
+}
+
+}  // namespace
+}  // namespace equistream::cli
