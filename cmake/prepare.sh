@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Makes everything ./demo, ./test and ./bench need: packages, the Python environment of the tests, the build.
+# Sourced with the preset's name as $1; sets BUILD and, where the real scenes lie beside the checkout, EQUISTREAM_SCENES.
+# What is there already is left alone, so a second run starts in seconds.
+
+preset=$1
+BUILD=$PWD/build/$preset
+export CCACHE_DIR=${CCACHE_DIR:-$HOME/.cache/equistream-ccache}
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+install_packages() {
+    local missing=() package
+    while read -r package; do
+        dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -q '^installed$' || missing+=("$package")
+    done <cmake/packages.txt
+    [ ${#missing[@]} -eq 0 ] && return
+    echo "installing ${#missing[@]} packages: ${missing[*]}"
+    as_root apt-get update -qq
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+make_python_environment() {
+    local stamp=build/venv/requirements.sha256
+    if [ -f "$stamp" ] && sha256sum --check --status "$stamp"; then return; fi
+    echo "making the tests' Python environment in build/venv"
+    rm -rf build/venv
+    python3 -m venv build/venv
+    build/venv/bin/pip install --quiet --disable-pip-version-check -r tests/requirements.txt
+    sha256sum tests/requirements.txt >"$stamp"
+}
+
+build() {
+    [ -f "$BUILD/build.ninja" ] && [ -z "${EQUISTREAM_CMAKE_OPTIONS:-}" ] ||
+        cmake --preset "$preset" "-DEQUISTREAM_PYTHON=$PWD/build/venv/bin/python3" ${EQUISTREAM_CMAKE_OPTIONS:-} >"$BUILD.configure.log" ||
+        { cat "$BUILD.configure.log"; return 1; }
+    cmake --build --preset "$preset" -- --quiet
+}
+
+install_packages
+mkdir -p build
+make_python_environment
+build
+if [ -z "${EQUISTREAM_SCENES:-}" ] && [ -d ../shared/scenes ]; then
+    EQUISTREAM_SCENES=$(cd ../shared/scenes && pwd)
+    export EQUISTREAM_SCENES
+fi
+export PATH=$BUILD/bin:$PATH

@@ -1,0 +1,63 @@
+#include <equistream/error.h>
+#include <equistream/picture.h>
+
+#include <OpenImageIO/imageio.h>
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+namespace equistream {
+
+namespace fs = std::filesystem;
+
+ByteImage read_picture(const fs::path& file) {
+    if (!fs::exists(file))
+        throw InputError(file.string() + ": no such file");
+    const auto input = OIIO::ImageInput::open(file.string());
+    if (!input)
+        throw InputError(expected_found(file.string(), "a picture", OIIO::geterror()));
+    const OIIO::ImageSpec spec = input->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_image_side ||
+        spec.height > max_image_side || std::int64_t{spec.width} * spec.height > max_image_pixels)
+        throw InputError(expected_found(file.string(),
+                                        "a picture of at most " + std::to_string(max_image_side) + " a side",
+                                        std::to_string(spec.width) + "x" + std::to_string(spec.height)));
+    if (spec.nchannels < 1)
+        throw InputError(expected_found(file.string(), "at least one channel", "none"));
+    const int channels = spec.nchannels < 3 ? 1 : 3;
+    ByteImage picture(spec.width, spec.height, channels);
+    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, picture.samples().data()))
+        throw InputError(expected_found(file.string(), "a whole picture", input->geterror()));
+    return picture;
+}
+
+void write_picture(const fs::path& file, ImageView<const std::uint8_t> picture) {
+    const fs::path aside =
+        file.parent_path() / ("." + file.stem().string() + "." + std::to_string(getpid()) + file.extension().string());
+    const auto fail = [&](const std::string& why) {
+        std::error_code ignored;
+        fs::remove(aside, ignored);
+        throw WorkError(file.string() + ": could not be written: " + why);
+    };
+    const auto output = OIIO::ImageOutput::create(aside.string());
+    if (!output)
+        fail(OIIO::geterror());
+    OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("png:compressionLevel", 4);
+    errno = 0;
+    if (!output->open(aside.string(), spec))
+        fail(errno != 0 ? std::strerror(errno) : output->geterror());
+    const bool written = output->write_image(OIIO::TypeDesc::UINT8, picture.data, OIIO::AutoStride, picture.row_stride);
+    if (!output->close() || !written)
+        fail(errno != 0 ? std::strerror(errno) : output->geterror());
+    std::error_code error;
+    fs::rename(aside, file, error);
+    if (error)
+        fail(error.message());
+}
+
+}  // namespace equistream
