@@ -1,0 +1,28 @@
+#pragma once
+/// Prints one line a figure: `name value unit ratio peer`, the ratio being peer's time over ours (above 1: we are
+/// faster).
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace equistream::bench {
+
+/// Takes google-benchmark's medians of runs named FIGURE/ours and FIGURE/PEER. A figure without a peer has "-" for
+/// both.
+class LineReporter : public benchmark::BenchmarkReporter {
+public:
+    bool ReportContext(const Context& context) override;
+    void ReportRuns(const std::vector<Run>& runs) override;
+    void Finalize() override;
+
+private:
+    struct Figure {
+        double ours_ms = 0;
+        std::map<std::string, double> peers_ms;
+    };
+    std::map<std::string, Figure> figures_;
+};
+
+}  // namespace equistream::bench
