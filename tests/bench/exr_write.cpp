@@ -6,8 +6,10 @@
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
 #include <ImfMultiPartOutputFile.h>
 #include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfThreading.h>
 #include <half.h>
 
