@@ -1,0 +1,212 @@
+"""Bad input gets one clear line and the right exit code, and nothing finished is lost. Runs the real programs.
+
+usage: bad_input_test.py BIN_DIR   (the folder of the built programs)
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(sys.argv.pop(1))
+SMALL = ["--size", "64x32", "--spp", "2", "--aovs", "depth"]
+
+
+def run(*words, **options):
+    words = [str(word) for word in words]
+    return subprocess.run([BIN / "equistream", *words], capture_output=True, text=True, timeout=120, **options)
+
+
+def frames_of(folder):
+    return sorted(path.name for path in pathlib.Path(folder).glob("frame.*.exr"))
+
+
+def leftovers(folder):
+    """Files that are neither frames nor the manifest: parts of something unfinished."""
+    names = [path.name for path in pathlib.Path(folder).iterdir()]
+    return [name for name in names if not (name.startswith("frame.") and name.endswith(".exr")) and name != "manifest.json"]
+
+
+class BadInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_bad_input_"))
+        made = run("scene", "generate", "orientation", "--out", cls.root / "scene")
+        assert made.returncode == 0, made.stderr
+        cls.scene = cls.root / "scene" / "orientation.json"
+        rendered = run("render", cls.scene, "--frames", "0-5", *SMALL, "--out", cls.root / "good")
+        assert rendered.returncode == 0, rendered.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def setUp(self):
+        self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    def assert_refused(self, result, code, *mentions):
+        lines = [line for line in result.stderr.splitlines() if line.strip()]
+        self.assertEqual(result.returncode, code, result.stderr + result.stdout)
+        self.assertEqual(len(lines), 1, result.stderr)
+        for mention in mentions:
+            self.assertIn(str(mention), lines[0])
+
+    def scene_with(self, change, name="changed.json"):
+        """A copy of the scene's folder with its description's text changed."""
+        folder = self.out / "scene"
+        shutil.copytree(self.root / "scene", folder)
+        file = folder / name
+        file.write_text(change((folder / "orientation.json").read_text()))
+        return file
+
+    def test_unknown_commands_and_options(self):
+        self.assert_refused(run("paint"), 2, "paint", "render")
+        self.assert_refused(run("render", self.scene, "--sise", "64x32", "--out", self.out), 2, "--sise")
+        self.assert_refused(run("render", self.scene, "--host", "cycles", "--out", self.out), 2, "cycles", "embree")
+
+    def test_frame_ranges(self):
+        for bad in ("5-4", "", "-3-2", "a-b"):
+            self.assert_refused(run("render", self.scene, f"--frames={bad}", "--out", self.out / "x"), 2, "--frames")
+
+    def test_sizes_and_aovs(self):
+        self.assert_refused(run("render", self.scene, "--size", "0x32", "--out", self.out / "x"), 2, "--size")
+        self.assert_refused(run("render", self.scene, "--frames", "0", "--aovs", "depth,smell", "--out", self.out / "x"), 2, "smell", "motion")
+
+    def test_missing_scene(self):
+        self.assert_refused(run("render", self.out / "none.json", "--out", self.out / "x"), 2, "none.json")
+
+    def test_unknown_key_names_file_line_and_accepted_names(self):
+        def change(text):
+            at = text.index("{") + 1
+            return text[:at] + '\n "sunn": 1,' + text[at:]
+
+        scene = self.scene_with(change)
+        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, f"{scene}:2", "sunn", "model")
+
+    def test_broken_json_names_the_line(self):
+        scene = self.scene_with(lambda text: text[: len(text) // 2])
+        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, f"{scene}:")
+
+    def test_missing_and_truncated_model(self):
+        scene = self.scene_with(lambda text: text)
+        model = next(scene.parent.glob("*.glb"))
+        whole = model.read_bytes()
+        for share in (0, 0.001, 0.3, 0.99):
+            model.write_bytes(whole[: int(len(whole) * share)])
+            self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, model.name)
+        model.unlink()
+        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, model.name)
+
+    def test_damaged_texture(self):
+        scene = self.scene_with(lambda text: text)
+        model = next(scene.parent.glob("*.glb"))
+        data = bytearray(model.read_bytes())
+        at = data.find(b"\x89PNG\r\n\x1a\n")
+        self.assertGreater(at, 0, "the scene should have a PNG texture")
+        data[at : at + 8] = b"notapng!"
+        model.write_bytes(data)
+        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, model.name, "texture")
+
+    def test_nothing_in_the_scene(self):
+        made = run("scene", "generate", "empty", "--out", self.out / "scene")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        scene = next((self.out / "scene").glob("*.json"))
+        self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2)
+
+    def test_nan_in_a_path(self):
+        path = self.out / "path.csv"
+        path.write_text("time_s,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,nan,0,0,1,0,0,0\n")
+        self.assert_refused(run("render", self.scene, "--path", path, *SMALL, "--out", self.out / "x"), 2, f"{path}:3", "nan")
+
+    def test_unwritable_folders(self):
+        (self.out / "file").write_text("")
+        for folder in (self.out / "file" / "x", "/proc/equistream"):
+            self.assert_refused(run("render", self.scene, "--frames", "0", *SMALL, "--out", folder), 2, folder)
+            result = run("encode", self.root / "good", "--out", f"{folder}/a.mp4")
+            self.assertIn(result.returncode, (1, 2))
+            self.assert_refused(result, result.returncode, folder)
+            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", folder), 2, folder)
+
+    def test_truncated_frame(self):
+        folder = self.out / "frames"
+        shutil.copytree(self.root / "good", folder)
+        frame = sorted((folder / "centre").glob("frame.*.exr"))[3]
+        frame.write_bytes(frame.read_bytes()[: frame.stat().st_size // 2])
+        self.assert_refused(run("encode", folder, "--out", self.out / "a.mp4"), 1, frame.name)
+        self.assert_refused(run("info", frame), 2, frame.name)
+
+    def test_missing_and_foreign_streams(self):
+        self.assert_refused(run("play", self.out / "none.mp4", "--out", self.out / "x"), 2, "none.mp4")
+        (self.out / "text.mp4").write_text("this is no video\n" * 100)
+        self.assert_refused(run("play", self.out / "text.mp4", "--out", self.out / "x"), 2, "text.mp4")
+        self.assert_refused(run("info", self.out / "text.mp4"), 2, "text.mp4")
+
+    def test_cut_streams_play_up_to_the_cut_and_say_so(self):
+        for extension in ("mp4", "mkv", "ts"):
+            stream = self.out / f"whole.{extension}"
+            made = run("encode", self.root / "good", "--gop", "1", "--crf", "1", "--out", stream)
+            self.assertEqual(made.returncode, 0, made.stderr)
+            cut = self.out / f"cut.{extension}"
+            cut.write_bytes(stream.read_bytes()[: int(stream.stat().st_size * 0.6)])
+            views = self.out / f"views_{extension}"
+            result = run("play", cut, "--method", "sphere", "--size", "64x36", "--out", views)
+            self.assert_refused(result, 1, cut.name)
+            played = len(list((views / "left").glob("frame.*.png")))
+            self.assertGreaterEqual(played, 2, extension)
+            self.assertLess(played, 6, extension)
+            self.assertTrue((views / "report.json").exists())
+
+    def test_full_disk_loses_nothing_finished(self):
+        if os.geteuid() != 0:
+            self.skipTest("making a small file system needs root")
+        disk = self.out / "disk"
+        disk.mkdir()
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=96k", "tmpfs", disk], check=True)
+        try:
+            result = run("render", self.scene, "--frames", "0-30", "--size", "128x64", "--spp", "1", "--out", disk / "frames")
+            self.assert_refused(result, 1, "frame.")
+            kept = frames_of(disk / "frames" / "centre")
+            self.assertGreater(len(kept), 0)
+            self.assertEqual(leftovers(disk / "frames" / "centre"), [])
+            for name in kept:
+                self.assertEqual(run("info", disk / "frames" / "centre" / name).returncode, 0)
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+    def test_a_killed_render_resumes_and_ends_in_the_same_frames(self):
+        words = ["render", self.scene, "--frames", "0-5", "--size", "128x64", "--spp", "16", "--seed", "3"]
+        self.assertEqual(run(*words, "--out", self.out / "straight").returncode, 0)
+        killed = self.out / "killed"
+        process = subprocess.Popen([BIN / "equistream", *map(str, words), "--out", killed], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while not (killed / "centre").is_dir() or len(frames_of(killed / "centre")) < 1:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        first = killed / "centre" / frames_of(killed / "centre")[0]
+        stamp = first.stat().st_mtime_ns
+        self.assertEqual(run(*words, "--out", killed).returncode, 0)
+        self.assertEqual(first.stat().st_mtime_ns, stamp, "a finished frame was rendered again")
+        self.assertEqual(leftovers(killed / "centre"), [])
+        for name in frames_of(self.out / "straight" / "centre"):
+            self.assertEqual((self.out / "straight" / "centre" / name).read_bytes(), (killed / "centre" / name).read_bytes(), name)
+
+    def test_resuming_with_other_settings_is_refused(self):
+        folder = self.out / "frames"
+        shutil.copytree(self.root / "good", folder)
+        self.assert_refused(run("render", self.scene, "--frames", "0-5", *SMALL, "--seed", "9", "--out", folder), 2, "seed")
+
+    def test_manifests_are_json(self):
+        manifest = json.loads((self.root / "good" / "centre" / "manifest.json").read_text())
+        self.assertIn("planes", manifest)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
