@@ -32,6 +32,7 @@ struct Instance {
 struct Object {
     std::string name;
     int parent = -1;
+    glm::mat4 world_from_object{1};
 };
 
 enum class Wrap : std::uint8_t { repeat, clamp, mirror };

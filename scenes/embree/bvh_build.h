@@ -1,0 +1,58 @@
+#pragma once
+/// How a SceneModel becomes Embree scenes. Internal to Bvh.
+#include <equistream_scene/bvh.h>
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace equistream {
+
+struct DeviceDeleter {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct SceneDeleter {
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
+using ScenePointer = std::unique_ptr<RTCSceneTy, SceneDeleter>;
+
+/// What the filters of one masked geometry read. Must not move once Embree knows its address.
+struct MaskedMesh {
+    const Mesh* mesh;
+    const AlphaMask* mask;
+};
+
+/// A placement either lies in a flat scene in world space, or is an Embree instance of its mesh's own scene.
+enum class Placement { flat, instance };
+
+/// Rule, per instance: a mesh placed once and unmoving is flat; so is any placement whose transform is singular, for
+/// which Embree's instances have no inverse. Everything else is an instance.
+std::vector<Placement> choose_placements(const SceneModel& model, const std::vector<bool>& moving);
+
+class BvhBuilder {
+public:
+    BvhBuilder(RTCDevice device, const SceneModel& model) : device_(device), model_(model) {}
+
+    ScenePointer new_scene() const;
+    void commit(RTCScene scene) const;
+
+    /// Adds the triangles of a mesh, in world space if `world_from_object` is given; returns the geometry's id.
+    std::uint32_t add_mesh(RTCScene scene, std::uint32_t mesh, const glm::mat4* world_from_object);
+    /// Adds an instance of a committed scene; returns the geometry's id.
+    std::uint32_t add_instance(RTCScene scene, RTCScene of, const glm::mat4& world_from_object) const;
+    /// The committed scene of one mesh in its own space, built once.
+    RTCScene mesh_scene(std::uint32_t mesh);
+
+private:
+    RTCDevice device_;
+    const SceneModel& model_;
+    std::vector<ScenePointer> mesh_scenes_;
+    std::vector<std::unique_ptr<MaskedMesh>> masked_;
+};
+
+/// Throws WorkError with Embree's last error, if there is one.
+void check_device(RTCDevice device, const char* doing);
+
+}  // namespace equistream

@@ -1,0 +1,28 @@
+#pragma once
+/// Whole files as bytes, with a limit, and a content hash over them.
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+/// Reads a regular file of at most `limit_bytes`; InputError names the file and `what` it was to be ("model").
+std::vector<std::uint8_t> read_file_bytes(const std::filesystem::path& file, const std::string& what,
+                                          std::uint64_t limit_bytes);
+
+/// XXH64 chained over everything added; not cryptographic, stable between runs and machines of one byte order.
+class ContentHash {
+public:
+    void add(std::span<const std::uint8_t> bytes);
+    /// Streams a file through, a block at a time.
+    void add_file(const std::filesystem::path& file, const std::string& what);
+    /// 16 hexadecimal digits.
+    std::string hex() const;
+
+private:
+    std::uint64_t state_ = 0;
+};
+
+}  // namespace equistream

@@ -1,0 +1,247 @@
+#include "gltf_document.h"
+
+#include "file_bytes.h"
+
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+
+namespace equistream {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// GLB lengths are 32 bits; nothing larger can be a valid one.
+constexpr std::uint64_t file_size_limit = 0xffffffffull;
+/// tinygltf converts `extras` recursively, so nesting is bounded before it sees the text.
+constexpr int nesting_limit = 128;
+
+const std::set<std::string>& accepted_extensions() {
+    static const std::set<std::string> names{"KHR_mesh_quantization", "KHR_materials_transmission", "KHR_materials_ior",
+                                             "KHR_materials_emissive_strength"};
+    return names;
+}
+
+struct ImageSink {
+    std::vector<std::vector<std::uint8_t>>* images;
+};
+
+/// Called by tinygltf for each image; keeps the bytes of those that do not lie in a buffer view, decodes none.
+bool keep_encoded(tinygltf::Image* image, const int index, std::string*, std::string*, int, int,
+                  const unsigned char* bytes, int size, void* user) {
+    if (image->bufferView >= 0 || size <= 0)
+        return true;
+    auto& images = *static_cast<ImageSink*>(user)->images;
+    images.resize(std::max(images.size(), static_cast<std::size_t>(index) + 1));
+    images[static_cast<std::size_t>(index)].assign(bytes, bytes + size);
+    return true;
+}
+
+/// tinygltf also looks in the working directory; files are only taken from beside the model.
+bool file_exists(const std::string& name, void*) {
+    std::error_code error;
+    return fs::path(name).is_absolute() && fs::is_regular_file(name, error);
+}
+
+/// The default expands shell syntax in file names, which no scene file should be able to do.
+std::string keep_path(const std::string& name, void*) {
+    return name;
+}
+
+bool read_whole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+    try {
+        *out = read_file_bytes(name, "file of the model", file_size_limit);
+        return true;
+    } catch (const InputError& e) {
+        *error = e.what();
+        return false;
+    }
+}
+
+std::string one_line(std::string text) {
+    while (!text.empty() && text.back() == '\n')
+        text.pop_back();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text.substr(0, 300);
+}
+
+bool is_glb(std::span<const std::uint8_t> bytes) {
+    return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+}
+
+std::uint32_t little_endian_u32(const std::uint8_t* b) {
+    return static_cast<std::uint32_t>(b[0]) | static_cast<std::uint32_t>(b[1]) << 8 |
+           static_cast<std::uint32_t>(b[2]) << 16 | static_cast<std::uint32_t>(b[3]) << 24;
+}
+
+/// tinygltf says only "invalid"; a cut download deserves better.
+void check_glb_length(const std::string& file, std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t header = 20;
+    if (bytes.size() < header)
+        throw InputError(expected_found(file, "a GLB header of 20 bytes", std::to_string(bytes.size()) + " bytes"));
+    const std::uint32_t length = little_endian_u32(bytes.data() + 8);
+    if (length > bytes.size())
+        throw InputError(expected_found(file, std::to_string(length) + " bytes as its header says",
+                                        std::to_string(bytes.size()) + " (truncated)"));
+}
+
+void check_nesting(const std::string& file, std::span<const std::uint8_t> text) {
+    int depth = 0;
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = static_cast<char>(text[i]);
+        if (quoted) {
+            if (c == '\\')
+                ++i;
+            else if (c == '"')
+                quoted = false;
+        } else if (c == '"') {
+            quoted = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > nesting_limit)
+                throw InputError(expected_found(file, "JSON nested at most " + std::to_string(nesting_limit) + " deep",
+                                                "deeper nesting"));
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+}
+
+std::span<const std::uint8_t> json_text(std::span<const std::uint8_t> bytes) {
+    if (!is_glb(bytes))
+        return bytes;
+    const std::size_t length = little_endian_u32(bytes.data() + 12);
+    return bytes.subspan(20, std::min(length, bytes.size() - 20));
+}
+
+ComponentType component_type(int type, const std::string& where) {
+    switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+        return ComponentType::i8;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return ComponentType::u8;
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+        return ComponentType::i16;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return ComponentType::u16;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return ComponentType::u32;
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        return ComponentType::f32;
+    default:
+        throw InputError(expected_found(where, "component type 5120 to 5123, 5125 or 5126", std::to_string(type)));
+    }
+}
+
+std::span<const std::uint8_t> from_offset(std::span<const std::uint8_t> bytes, std::size_t offset,
+                                          const std::string& where) {
+    if (offset > bytes.size())
+        throw InputError(expected_found(where, "an offset of at most " + std::to_string(bytes.size()) + " bytes",
+                                        std::to_string(offset)));
+    return bytes.subspan(offset);
+}
+
+}  // namespace
+
+GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
+    std::vector<std::uint8_t> bytes = read_file_bytes(file, "glTF model", file_size_limit);
+    if (is_glb(bytes))
+        check_glb_length(file_, bytes);
+    check_nesting(file_, json_text(bytes));
+
+    tinygltf::TinyGLTF loader;
+    ImageSink sink{&external_images_};
+    loader.SetImageLoader(keep_encoded, &sink);
+    loader.SetFsCallbacks({file_exists, keep_path, read_whole, nullptr, nullptr});
+    const std::string folder = fs::absolute(file).parent_path().string();
+    std::string error;
+    std::string warning;
+    bool loaded = false;
+    try {
+        const auto size = static_cast<unsigned>(bytes.size());
+        loaded = is_glb(bytes) ? loader.LoadBinaryFromMemory(&model_, &error, &warning, bytes.data(), size, folder)
+                               : loader.LoadASCIIFromString(&model_, &error, &warning,
+                                                            reinterpret_cast<const char*>(bytes.data()), size, folder);
+    } catch (const InputError&) {
+        throw;
+    } catch (const std::exception& e) {
+        error = e.what();
+    }
+    if (!loaded)
+        throw InputError(
+            expected_found(file_, "a glTF 2.0 model", one_line(error.empty() ? "unreadable data" : error)));
+    for (const std::string& name : model_.extensionsRequired)
+        if (!accepted_extensions().contains(name))
+            throw InputError(
+                expected_found(file_,
+                               "only the required extensions KHR_mesh_quantization, KHR_materials_transmission, "
+                               "KHR_materials_ior, KHR_materials_emissive_strength",
+                               name));
+}
+
+std::string GltfDocument::where(const char* what, std::size_t index) const {
+    return file_ + ": " + what + " " + std::to_string(index);
+}
+
+std::size_t GltfDocument::checked(int index, std::size_t size, const std::string& where, const char* what) const {
+    if (index < 0 || static_cast<std::size_t>(index) >= size)
+        throw InputError(
+            expected_found(where, std::string(what) + " below " + std::to_string(size), std::to_string(index)));
+    return static_cast<std::size_t>(index);
+}
+
+std::span<const std::uint8_t> GltfDocument::buffer_view(int index, const std::string& where) const {
+    const auto& view = model_.bufferViews[checked(index, model_.bufferViews.size(), where, "a buffer view")];
+    const auto& data = model_.buffers[checked(view.buffer, model_.buffers.size(), where, "a buffer")].data;
+    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
+        throw InputError(expected_found(where + ", buffer view " + std::to_string(index),
+                                        "bytes within a buffer of " + std::to_string(data.size()),
+                                        std::to_string(view.byteLength) + " at " + std::to_string(view.byteOffset)));
+    return std::span(data).subspan(view.byteOffset, view.byteLength);
+}
+
+Accessor GltfDocument::accessor(int index) const {
+    const auto& from = model_.accessors[checked(index, model_.accessors.size(), file_, "an accessor")];
+    Accessor to;
+    to.where = where("accessor", static_cast<std::size_t>(index));
+    to.count = from.count;
+    to.type = component_type(from.componentType, to.where);
+    to.components = std::max(0, tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(from.type)));
+    to.normalised = from.normalized;
+    to.stride = component_size(to.type) * static_cast<std::size_t>(to.components);
+    to.has_bytes = from.bufferView >= 0;
+    if (to.has_bytes) {
+        to.bytes = from_offset(buffer_view(from.bufferView, to.where), from.byteOffset, to.where);
+        const std::size_t stride = model_.bufferViews[static_cast<std::size_t>(from.bufferView)].byteStride;
+        to.stride = stride > 0 ? stride : to.stride;
+    }
+    if (from.sparse.isSparse) {
+        const auto& indices = from.sparse.indices;
+        const auto& values = from.sparse.values;
+        SparseAccessor sparse;
+        sparse.count = static_cast<std::size_t>(std::max(0, from.sparse.count));
+        sparse.index_type = component_type(indices.componentType, to.where);
+        sparse.indices = from_offset(buffer_view(indices.bufferView, to.where),
+                                     static_cast<std::size_t>(indices.byteOffset), to.where);
+        sparse.values = from_offset(buffer_view(values.bufferView, to.where),
+                                    static_cast<std::size_t>(values.byteOffset), to.where);
+        to.sparse = sparse;
+    }
+    return to;
+}
+
+std::span<const std::uint8_t> GltfDocument::image(int index) const {
+    const std::size_t i = checked(index, model_.images.size(), file_, "an image");
+    const tinygltf::Image& image = model_.images[i];
+    if (image.bufferView >= 0)
+        return buffer_view(image.bufferView, where("image", i));
+    if (i >= external_images_.size() || external_images_[i].empty())
+        throw InputError(expected_found(where("image", i), "a readable image file beside the model",
+                                        image.uri.empty() ? "no image data" : "none at " + image.uri));
+    return external_images_[i];
+}
+
+}  // namespace equistream

@@ -1,0 +1,51 @@
+#pragma once
+/// A parsed glTF file whose references are checked when they are followed. Internal to load_model.
+#include "accessor.h"
+
+#include <equistream_scene/model.h>
+
+#include <tiny_gltf.h>
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+class GltfDocument {
+public:
+    /// Reads .glb or .gltf with everything it refers to. Images stay encoded.
+    explicit GltfDocument(const std::filesystem::path& file);
+
+    const std::string& file() const { return file_; }
+    const tinygltf::Model& json() const { return model_; }
+
+    /// "FILE: mesh 3"
+    std::string where(const char* what, std::size_t index) const;
+    /// Throws unless 0 <= index < size.
+    std::size_t checked(int index, std::size_t size, const std::string& where, const char* what) const;
+
+    Accessor accessor(int index) const;
+    /// An image's file contents (PNG, JPEG ...).
+    std::span<const std::uint8_t> image(int index) const;
+
+private:
+    std::span<const std::uint8_t> buffer_view(int index, const std::string& where) const;
+
+    std::string file_;
+    tinygltf::Model model_;
+    std::vector<std::vector<std::uint8_t>> external_images_;  ///< those not in a buffer view, by image index
+};
+
+/// Everything load_model says about materials and their textures.
+struct GltfMaterials {
+    std::vector<Material> materials;  ///< as many as the file has, and glTF's default at the end
+    std::vector<Texture> textures;
+    std::vector<AlphaMask> alpha_masks;
+    std::vector<int> texture_coordinate_sets;  ///< per material; -1: none of its textures is used
+};
+
+GltfMaterials read_materials(const GltfDocument& document, const ModelOptions& options);
+
+}  // namespace equistream

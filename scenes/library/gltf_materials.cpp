@@ -1,0 +1,198 @@
+#include "alpha_mask.h"
+#include "gltf_document.h"
+
+#include <equistream/error.h>
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace equistream {
+
+namespace {
+
+Wrap wrap_of(int mode, const std::string& where) {
+    switch (mode) {
+    case TINYGLTF_TEXTURE_WRAP_REPEAT:
+        return Wrap::repeat;
+    case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+        return Wrap::clamp;
+    case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+        return Wrap::mirror;
+    default:
+        throw InputError(expected_found(where, "wrap mode 10497, 33071 or 33648", std::to_string(mode)));
+    }
+}
+
+glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwise) {
+    if (values.size() < 3)
+        return otherwise;
+    return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
+}
+
+/// A number of a material extension, or the extension's default.
+double extension_number(const tinygltf::Material& material, const char* extension, const char* key, double otherwise) {
+    const auto found = material.extensions.find(extension);
+    if (found == material.extensions.end() || !found->second.Has(key) || !found->second.Get(key).IsNumber())
+        return otherwise;
+    return found->second.Get(key).GetNumberAsDouble();
+}
+
+class MaterialReader {
+public:
+    MaterialReader(const GltfDocument& document, const ModelOptions& options)
+        : document_(document), options_(options) {}
+
+    GltfMaterials read() {
+        const auto& all = document_.json().materials;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            read_material(all[i], document_.where("material", i));
+        out_.materials.emplace_back();
+        out_.texture_coordinate_sets.push_back(-1);
+        if (options_.shading)
+            read_textures();
+        decode_masks();
+        return std::move(out_);
+    }
+
+private:
+    struct MaskSource {
+        int texture = -1;  ///< -1: the factor alone decides
+        float alpha_factor = 1;
+        float cutoff = 0.5f;
+        bool operator<(const MaskSource& other) const {
+            return std::tie(texture, alpha_factor, cutoff) < std::tie(other.texture, other.alpha_factor, other.cutoff);
+        }
+    };
+
+    void read_material(const tinygltf::Material& from, const std::string& where) {
+        Material to;
+        to.name = from.name;
+        int coordinates = -1;
+        const auto& surface = from.pbrMetallicRoughness;
+        if (options_.shading) {
+            to.base_colour = colour_of(surface.baseColorFactor, glm::vec3(1));
+            to.base_colour_texture = use_texture(surface.baseColorTexture, where, coordinates);
+            to.metallic = static_cast<float>(surface.metallicFactor);
+            to.roughness = static_cast<float>(surface.roughnessFactor);
+            to.metallic_roughness_texture = use_texture(surface.metallicRoughnessTexture, where, coordinates);
+            to.emission =
+                colour_of(from.emissiveFactor, glm::vec3(0)) *
+                static_cast<float>(extension_number(from, "KHR_materials_emissive_strength", "emissiveStrength", 1));
+            to.emission_texture = use_texture(from.emissiveTexture, where, coordinates);
+            to.transmission =
+                static_cast<float>(extension_number(from, "KHR_materials_transmission", "transmissionFactor", 0));
+            to.index_of_refraction = static_cast<float>(extension_number(from, "KHR_materials_ior", "ior", 1.5));
+            require_finite(to, where);
+        }
+        to.double_sided = from.doubleSided;
+        if (from.alphaMode == "MASK")
+            to.alpha_mask = use_mask(from, where, coordinates);
+        out_.materials.push_back(std::move(to));
+        out_.texture_coordinate_sets.push_back(coordinates);
+    }
+
+    static void require_finite(const Material& m, const std::string& where) {
+        const glm::vec3 sum = m.base_colour + m.emission;
+        if (!std::isfinite(sum.x + sum.y + sum.z + m.metallic + m.roughness + m.transmission + m.index_of_refraction))
+            throw InputError(expected_found(where, "finite factors", "one that is not"));
+    }
+
+    /// Checks a texture reference and returns its index; all textures of a material must share one set of coordinates.
+    template <typename TextureInfo>
+    std::uint32_t use_texture(const TextureInfo& info, const std::string& where, int& coordinates) const {
+        if (info.index < 0)
+            return no_index;
+        if (info.extensions.contains("KHR_texture_transform"))
+            throw InputError(expected_found(where, "textures without KHR_texture_transform", "one with it"));
+        if (coordinates >= 0 && coordinates != info.texCoord)
+            throw InputError(expected_found(where, "textures that share TEXCOORD_" + std::to_string(coordinates),
+                                            "TEXCOORD_" + std::to_string(info.texCoord)));
+        coordinates = info.texCoord;
+        return static_cast<std::uint32_t>(
+            document_.checked(info.index, document_.json().textures.size(), where, "a texture"));
+    }
+
+    std::uint32_t use_mask(const tinygltf::Material& from, const std::string& where, int& coordinates) {
+        MaskSource source;
+        const auto& surface = from.pbrMetallicRoughness;
+        source.alpha_factor =
+            surface.baseColorFactor.size() == 4 ? static_cast<float>(surface.baseColorFactor[3]) : 1.0f;
+        source.cutoff = static_cast<float>(from.alphaCutoff);
+        if (use_texture(surface.baseColorTexture, where, coordinates) != no_index)
+            source.texture = surface.baseColorTexture.index;
+        else if (source.alpha_factor >= source.cutoff)
+            return no_index;
+        const auto [entry, added] = mask_index_.try_emplace(source, static_cast<std::uint32_t>(mask_sources_.size()));
+        if (added)
+            mask_sources_.push_back(source);
+        return entry->second;
+    }
+
+    void read_textures() {
+        const auto& all = document_.json().textures;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const std::string where = document_.where("texture", i);
+            if (all[i].source < 0)
+                throw InputError(expected_found(where, "an image in PNG or JPEG",
+                                                all[i].extensions.empty() ? "none" : all[i].extensions.begin()->first));
+            const auto bytes = document_.image(all[i].source);
+            const tinygltf::Image& image = document_.json().images[static_cast<std::size_t>(all[i].source)];
+            Texture texture;
+            texture.name = !image.name.empty() ? image.name : image.uri;
+            texture.mime_type = image.mimeType;
+            texture.encoded.assign(bytes.begin(), bytes.end());
+            apply_sampler(all[i].sampler, where, texture);
+            out_.textures.push_back(std::move(texture));
+        }
+    }
+
+    template <typename Target>
+    const tinygltf::Sampler* apply_wrap(int sampler, const std::string& where, Target& target) const {
+        if (sampler < 0)
+            return nullptr;
+        const auto& samplers = document_.json().samplers;
+        const tinygltf::Sampler& from = samplers[document_.checked(sampler, samplers.size(), where, "a sampler")];
+        target.wrap_u = wrap_of(from.wrapS, where);
+        target.wrap_v = wrap_of(from.wrapT, where);
+        return &from;
+    }
+
+    void apply_sampler(int sampler, const std::string& where, Texture& texture) const {
+        if (const tinygltf::Sampler* from = apply_wrap(sampler, where, texture))
+            texture.nearest = from->magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+    }
+
+    AlphaMask decode_mask(const MaskSource& source) const {
+        if (source.texture < 0)
+            return constant_alpha_mask(false);
+        const auto index = static_cast<std::size_t>(source.texture);
+        const tinygltf::Texture& texture = document_.json().textures[index];
+        const std::string where = document_.where("texture", index);
+        AlphaMask mask = decode_alpha_mask(document_.image(texture.source), source.alpha_factor, source.cutoff, where);
+        apply_wrap(texture.sampler, where, mask);
+        return mask;
+    }
+
+    void decode_masks() {
+        out_.alpha_masks.resize(mask_sources_.size());
+        tbb::parallel_for(std::size_t{0}, mask_sources_.size(),
+                          [this](std::size_t i) { out_.alpha_masks[i] = decode_mask(mask_sources_[i]); });
+    }
+
+    const GltfDocument& document_;
+    const ModelOptions& options_;
+    GltfMaterials out_;
+    std::vector<MaskSource> mask_sources_;
+    std::map<MaskSource, std::uint32_t> mask_index_;
+};
+
+}  // namespace
+
+GltfMaterials read_materials(const GltfDocument& document, const ModelOptions& options) {
+    return MaterialReader(document, options).read();
+}
+
+}  // namespace equistream

@@ -1,0 +1,19 @@
+#include <equistream_scene/model.h>
+
+namespace equistream {
+
+std::uint64_t SceneModel::triangle_count() const {
+    std::uint64_t count = 0;
+    for (const Instance& instance : instances)
+        count += meshes[instance.mesh].triangles.size();
+    return count;
+}
+
+std::uint64_t SceneModel::unique_triangle_count() const {
+    std::uint64_t count = 0;
+    for (const Mesh& mesh : meshes)
+        count += mesh.triangles.size();
+    return count;
+}
+
+}  // namespace equistream
