@@ -1,0 +1,99 @@
+#include "aside_file.h"
+
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace equistream {
+namespace {
+
+/// Between opening and locking, another process may have renamed the file away: then ours is not the named one.
+bool still_named(int descriptor, const std::filesystem::path& name) {
+    struct stat opened {};
+    struct stat named {};
+    return fstat(descriptor, &opened) == 0 && stat(name.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+           opened.st_dev == named.st_dev;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+void AsideFile::fail(const char* what, int error_number) const {
+    throw WorkError(file_.string() + ": " + what + ": " + std::strerror(error_number));
+}
+
+AsideFile::AsideFile(std::filesystem::path file) : file_(std::move(file)) {
+    aside_ = folder_of(file_) / ("." + file_.filename().string() + ".aside");
+    while (descriptor_ < 0) {
+        const int opened = open(aside_.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
+        if (opened < 0)
+            fail("cannot be written", errno);
+        if (flock(opened, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            close(opened);
+            throw WorkError(file_.string() + ": is being written by another process");
+        }
+        if (still_named(opened, aside_))
+            descriptor_ = opened;
+        else
+            close(opened);
+    }
+    if (ftruncate(descriptor_, 0) != 0) {
+        const int error_number = errno;
+        close(descriptor_);
+        fail("cannot be written", error_number);
+    }
+}
+
+AsideFile::~AsideFile() {
+    if (descriptor_ < 0)
+        return;
+    unlink(aside_.c_str());
+    close(descriptor_);
+}
+
+void AsideFile::write_at(const void* data, std::size_t bytes, std::uint64_t offset) {
+    const char* next = static_cast<const char*>(data);
+    while (bytes > 0) {
+        const ssize_t written = pwrite(descriptor_, next, bytes, static_cast<off_t>(offset));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            fail("cannot be written", written < 0 ? errno : ENOSPC);
+        next += written;
+        bytes -= static_cast<std::size_t>(written);
+        offset += static_cast<std::uint64_t>(written);
+    }
+}
+
+void AsideFile::commit() {
+    if (fsync(descriptor_) != 0)
+        fail("cannot be written", errno);
+    if (rename(aside_.c_str(), file_.c_str()) != 0)
+        fail("cannot be put in place", errno);
+    close(std::exchange(descriptor_, -1));
+    const int folder = open(folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder >= 0) {
+        // Some file systems cannot sync a folder; the file itself is safe by now.
+        fsync(folder);
+        close(folder);
+    }
+}
+
+void write_file_atomically(const std::filesystem::path& file, const std::string& text) {
+    AsideFile aside(file);
+    aside.write_at(text.data(), text.size(), 0);
+    aside.commit();
+}
+
+}  // namespace equistream

@@ -1,0 +1,221 @@
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <fstream>
+
+namespace equistream {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* format_name = "equistream sequence";
+constexpr int format_version = 1;
+constexpr std::uintmax_t max_manifest_bytes = 1 << 20;
+constexpr const char* eye_names[] = {"centre", "left", "right"};
+constexpr const char* lock_names[] = {"world", "path"};
+
+json pose_to_json(const Pose& pose) {
+    const glm::dvec3& p = pose.position_m;
+    const glm::dquat& q = pose.orientation;
+    return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
+}
+
+json camera_to_json(const Camera& camera) {
+    json out = {{"width", width_of(camera)}, {"height", height_of(camera)}};
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        out["kind"] = "equirect";
+        out["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
+        out["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
+    } else {
+        out["kind"] = "perspective";
+        out["fov_x_rad"] = std::get<PerspectiveCamera>(camera).fov_x_rad;
+    }
+    return out;
+}
+
+/// A JSON object that is read key by key; every complaint names the file and the key.
+class Section {
+public:
+    Section(const json& object, std::string where) : object_(object), where_(std::move(where)) {
+        if (!object_.is_object())
+            throw InputError(expected_found(where_, "an object", object_.type_name()));
+    }
+
+    const json& at(const char* key) const {
+        const auto found = object_.find(key);
+        if (found == object_.end())
+            throw InputError(expected_found(where_, "key \"" + std::string(key) + "\"", "none"));
+        return *found;
+    }
+    Section section(const char* key) const { return Section(at(key), where_ + ": " + key); }
+    double number(const char* key) const {
+        const json& value = at(key);
+        if (!value.is_number() || !std::isfinite(value.get<double>()))
+            refuse(key, "a number");
+        return value.get<double>();
+    }
+    /// `lowest` is not negative.
+    template <typename T>
+    T whole(const char* key, T lowest, T highest) const {
+        const json& value = at(key);
+        const bool fits = value.is_number_unsigned() &&
+                          value.get<std::uint64_t>() >= static_cast<std::uint64_t>(lowest) &&
+                          value.get<std::uint64_t>() <= static_cast<std::uint64_t>(highest);
+        if (!fits)
+            refuse(key, "a whole number from " + std::to_string(lowest) + " to " + std::to_string(highest));
+        return value.get<T>();
+    }
+    std::string text(const char* key) const {
+        const json& value = at(key);
+        if (!value.is_string())
+            refuse(key, "a string");
+        return value.get<std::string>();
+    }
+    template <std::size_t N>
+    std::vector<double> numbers(const char* key) const {
+        const json& value = at(key);
+        const bool right = value.is_array() && value.size() == N &&
+                           std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+        if (!right)
+            refuse(key, std::to_string(N) + " numbers");
+        return value.get<std::vector<double>>();
+    }
+    template <std::size_t N>
+    int choice(const char* key, const char* const (&names)[N]) const {
+        const std::string word = text(key);
+        for (std::size_t i = 0; i < N; ++i)
+            if (word == names[i])
+                return static_cast<int>(i);
+        refuse(key, std::string("one of ") + names[0] + " ... " + names[N - 1]);
+    }
+    [[noreturn]] void refuse(const char* key, const std::string& expected) const {
+        const json::error_handler_t replace = json::error_handler_t::replace;
+        throw InputError(
+            expected_found(where_ + ": " + key, expected, at(key).dump(-1, ' ', false, replace).substr(0, 80)));
+    }
+
+private:
+    const json& object_;
+    std::string where_;
+};
+
+Pose pose_from_json(const Section& in) {
+    const auto p = in.numbers<3>("position_m");
+    const auto q = in.numbers<4>("orientation_wxyz");
+    const Pose pose{{p[0], p[1], p[2]}, glm::dquat(q[0], q[1], q[2], q[3])};
+    if (!(std::abs(glm::length(pose.orientation) - 1) < 1e-3))
+        in.refuse("orientation_wxyz", "a unit quaternion");
+    return pose;
+}
+
+Camera camera_from_json(const Section& in) {
+    constexpr const char* kinds[] = {"equirect", "perspective"};
+    const int width = in.whole<int>("width", 1, max_image_side);
+    const int height = in.whole<int>("height", 1, max_image_side);
+    if (in.choice("kind", kinds) == 1)
+        return PerspectiveCamera{width, height, in.number("fov_x_rad")};
+    const auto longitudes = in.numbers<2>("longitudes_rad");
+    const auto latitudes = in.numbers<2>("latitudes_rad");
+    return EquirectCamera{width, height, {longitudes[0], longitudes[1], latitudes[0], latitudes[1]}};
+}
+
+json to_json(const Manifest& manifest) {
+    const FrameInfo& info = manifest.shared;
+    return {{"format", format_name},
+            {"version", format_version},
+            {"camera", camera_to_json(info.camera)},
+            {"first_frame",
+             {{"index", info.index},
+              {"time_s", info.time_s},
+              {"camera_pose", pose_to_json(info.camera_pose)},
+              {"head", pose_to_json(info.head)}}},
+            {"frames_per_second", info.frames_per_second},
+            {"eye", eye_names[static_cast<int>(info.eye)]},
+            {"ipd_m", info.ipd_m},
+            {"lock", lock_names[static_cast<int>(info.lock)]},
+            {"lean_m", info.lean_m},
+            {"exposure", info.exposure},
+            {"seed", info.seed},
+            {"samples_per_pixel", info.samples_per_pixel},
+            {"scene", info.scene},
+            {"host", info.host},
+            {"planes", manifest.planes},
+            {"command", manifest.command},
+            {"fingerprint", manifest.fingerprint}};
+}
+
+Manifest from_json(const json& document, const std::string& where) {
+    const Section in(document, where);
+    if (in.text("format") != format_name)
+        in.refuse("format", std::string("\"") + format_name + "\"");
+    if (in.whole<int>("version", 0, 1 << 20) != format_version)
+        in.refuse("version", std::to_string(format_version));
+    Manifest manifest;
+    FrameInfo& info = manifest.shared;
+    const Section first = in.section("first_frame");
+    info.camera = camera_from_json(in.section("camera"));
+    info.index = first.whole<std::int64_t>("index", 0, std::numeric_limits<std::int64_t>::max());
+    info.time_s = first.number("time_s");
+    info.camera_pose = pose_from_json(first.section("camera_pose"));
+    info.head = pose_from_json(first.section("head"));
+    info.frames_per_second = in.number("frames_per_second");
+    info.eye = static_cast<Eye>(in.choice("eye", eye_names));
+    info.ipd_m = in.number("ipd_m");
+    info.lock = static_cast<AxisLock>(in.choice("lock", lock_names));
+    info.lean_m = in.number("lean_m");
+    info.exposure = in.number("exposure");
+    info.seed = in.whole<std::uint64_t>("seed", 0, std::numeric_limits<std::uint64_t>::max());
+    info.samples_per_pixel = in.whole<std::uint32_t>("samples_per_pixel", 0, 0xffffffffu);
+    info.scene = in.text("scene");
+    info.host = in.text("host");
+    for (const json& plane : in.at("planes")) {
+        if (!plane.is_string())
+            in.refuse("planes", "a list of plane names");
+        manifest.planes.push_back(plane.get<std::string>());
+    }
+    manifest.command = in.text("command");
+    manifest.fingerprint = in.text("fingerprint");
+    return manifest;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (error)
+        throw InputError(expected_found(file.string(), "a manifest", error.message()));
+    if (bytes > max_manifest_bytes)
+        throw InputError(
+            expected_found(file.string(), "a manifest of at most 1 MiB", std::to_string(bytes) + " bytes"));
+    std::ifstream in(file, std::ios::binary);
+    std::string text(static_cast<std::size_t>(bytes), '\0');
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (!in)
+        throw InputError(expected_found(file.string(), "a manifest", "an unreadable file"));
+    return text;
+}
+
+}  // namespace
+
+Manifest read_manifest(const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "manifest.json";
+    const std::string text = read_text(file);
+    json document;
+    try {
+        document = json::parse(text);
+    } catch (const json::parse_error& error) {
+        throw InputError(
+            expected_found(file.string() + ": byte " + std::to_string(error.byte), "JSON", "a syntax error"));
+    }
+    return from_json(document, file.string());
+}
+
+void write_manifest(const std::filesystem::path& folder, const Manifest& manifest) {
+    // A command line may hold bytes that are not UTF-8; they are replaced rather than refused.
+    write_file_atomically(folder / "manifest.json",
+                          to_json(manifest).dump(4, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace equistream

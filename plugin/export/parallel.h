@@ -1,0 +1,43 @@
+#pragma once
+/// Spreads independent pieces of one frame over the machine's cores. Plain threads: a plugin that is loaded into
+/// foreign renderers should not bring a task scheduler of its own.
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace equistream {
+
+/// Runs work(worker_state, index) for index 0 .. count-1 in any order; each thread has one state made by make_state().
+/// The first exception stops the rest and is thrown again here.
+template <typename MakeState, typename Work>
+void for_each_index(int count, MakeState make_state, Work work) {
+    std::atomic<int> next{0};
+    std::exception_ptr failure;
+    std::mutex failure_mutex;
+    const auto run = [&] {
+        try {
+            auto state = make_state();
+            for (int index = next++; index < count; index = next++)
+                work(state, index);
+        } catch (...) {
+            const std::lock_guard lock(failure_mutex);
+            if (!failure)
+                failure = std::current_exception();
+            next = count;
+        }
+    };
+    const int cores = static_cast<int>(std::thread::hardware_concurrency());
+    {
+        std::vector<std::jthread> helpers;
+        for (int i = 1; i < std::min({cores, count, 16}); ++i)
+            helpers.emplace_back(run);
+        run();
+    }
+    if (failure)
+        std::rethrow_exception(failure);
+}
+
+}  // namespace equistream

@@ -1,0 +1,143 @@
+// Damaged files give one clear line that names them; a full disk leaves nothing behind.
+#include "frame_fixture.h"
+
+#include <equistream/error.h>
+
+#include <csignal>
+#include <fcntl.h>
+#include <random>
+#include <sys/file.h>
+#include <sys/resource.h>
+
+namespace equistream::testing {
+namespace {
+
+class ExrHostile : public FolderTest {
+protected:
+    /// Reads it whole; a refusal must be an InputError of one line that names the file.
+    bool reads(const std::filesystem::path& file) {
+        try {
+            read_exr(file);
+            return true;
+        } catch (const InputError& error) {
+            const std::string line = error.what();
+            EXPECT_NE(line.find(file.string()), std::string::npos) << line;
+            EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+            return false;
+        }
+    }
+};
+
+TEST_F(ExrHostile, truncated_at_every_step) {
+    const auto whole = folder / "whole.exr";
+    write_exr(whole, test_frame(48, 40));
+    const std::string bytes = file_bytes(whole);
+    const auto cut = folder / "cut.exr";
+    // Every byte of the headers and tables, then in strides through the pixels, then the last bytes.
+    for (std::size_t length = 0; length < bytes.size();
+         length += length < 5000 || length + 40 > bytes.size() ? 1 : 97) {
+        put_bytes(cut, bytes.substr(0, length));
+        ASSERT_FALSE(reads(cut)) << length << " of " << bytes.size() << " bytes";
+    }
+    put_bytes(cut, bytes);
+    EXPECT_TRUE(reads(cut));
+}
+
+TEST_F(ExrHostile, flipped_bytes_never_crash) {
+    const auto whole = folder / "whole.exr";
+    write_exr(whole, test_frame(32, 33));
+    const std::string bytes = file_bytes(whole);
+    std::mt19937 random(7);
+    const auto damaged = folder / "damaged.exr";
+    for (int round = 0; round < 3000; ++round) {
+        std::string copy = bytes;
+        const std::size_t limit = round % 3 == 0 ? copy.size() : std::min<std::size_t>(copy.size(), 5000);
+        for (int i = 0; i < 1 + round % 4; ++i)
+            copy[random() % limit] = static_cast<char>(random());
+        put_bytes(damaged, copy);
+        reads(damaged);
+    }
+}
+
+TEST_F(ExrHostile, a_small_file_that_claims_a_large_image_allocates_nothing) {
+    const auto file = folder / "claims.exr";
+    write_exr(file, test_frame(16, 16));
+    std::string bytes = file_bytes(file);
+    // dataWindow: name, type, length, then min x, min y, max x, max y.
+    const std::string tag = std::string("dataWindow") + '\0' + "box2i" + '\0';
+    for (std::size_t at = bytes.find(tag); at != std::string::npos; at = bytes.find(tag, at + 1)) {
+        const std::int32_t max[2] = {16000, 16000};
+        bytes.replace(at + tag.size() + 4 + 8, 8, reinterpret_cast<const char*>(max), 8);
+    }
+    put_bytes(file, bytes);
+    EXPECT_FALSE(reads(file));
+}
+
+TEST_F(ExrHostile, not_an_exr_at_all) {
+    put_bytes(folder / "text.exr", "not an EXR");
+    EXPECT_FALSE(reads(folder / "text.exr"));
+    EXPECT_FALSE(reads(folder / "missing.exr"));
+    EXPECT_FALSE(reads(folder));
+    put_bytes(folder / "empty.exr", "");
+    EXPECT_FALSE(reads(folder / "empty.exr"));
+}
+
+/// Stands for a full disk: no file may grow beyond `bytes` while this lives.
+class FileSizeLimit {
+public:
+    explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limited{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limited);
+    }
+    ~FileSizeLimit() {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+
+private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+TEST_F(ExrHostile, a_full_disk_is_a_work_error_and_loses_nothing) {
+    const auto file = folder / "frame.0000.exr";
+    write_exr(file, test_frame(64, 64));
+    const std::string before = file_bytes(file);
+    for (const rlim_t limit : {10, 600, 5000, 20000}) {
+        const FileSizeLimit full(limit);
+        Frame other = test_frame(64, 64);
+        other.info.index = 42;
+        try {
+            write_exr(file, other);
+            FAIL() << "expected a WorkError";
+        } catch (const WorkError& error) {
+            EXPECT_NE(std::string(error.what()).find(file.string() + ": cannot be written: File too large"),
+                      std::string::npos)
+                << error.what();
+        }
+    }
+    EXPECT_EQ(file_bytes(file), before);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST_F(ExrHostile, what_a_killed_run_left_is_taken_over) {
+    put_bytes(folder / ".frame.0003.exr.aside", std::string(100000, 'x'));
+    EXPECT_TRUE(list_frames(folder).empty());
+    write_exr(folder / "frame.0003.exr", test_frame(16, 16));
+    EXPECT_TRUE(reads(folder / "frame.0003.exr"));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST_F(ExrHostile, two_writers_of_one_file_do_not_mix) {
+    const auto aside = folder / ".frame.0003.exr.aside";
+    const int other = open(aside.c_str(), O_CREAT | O_WRONLY, 0666);
+    ASSERT_EQ(flock(other, LOCK_EX), 0);
+    EXPECT_THROW(write_exr(folder / "frame.0003.exr", test_frame(4, 4)), WorkError);
+    close(other);
+    write_exr(folder / "frame.0003.exr", test_frame(4, 4));
+    EXPECT_EQ(list_frames(folder), std::vector<std::int64_t>{3});
+}
+
+}  // namespace
+}  // namespace equistream::testing

@@ -1,0 +1,107 @@
+#include "frame_fixture.h"
+
+#include <equistream/error.h>
+
+namespace equistream::testing {
+namespace {
+
+class ManifestFile : public FolderTest {
+protected:
+    Manifest example() const {
+        Manifest manifest;
+        manifest.shared = test_info(960, 480);
+        manifest.planes = {"colour", "depth"};
+        manifest.command = "render \"a b\" \xff";
+        manifest.fingerprint = "0123abcd";
+        return manifest;
+    }
+    std::string refusal() const {
+        try {
+            read_manifest(folder);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+};
+
+TEST_F(ManifestFile, comes_back_exactly) {
+    const Manifest written = example();
+    write_manifest(folder, written);
+    const Manifest read = read_manifest(folder);
+    EXPECT_EQ(read.planes, written.planes);
+    EXPECT_EQ(read.fingerprint, written.fingerprint);
+    EXPECT_EQ(read.command, "render \"a b\" \xef\xbf\xbd");
+    EXPECT_EQ(read.shared.seed, written.shared.seed);
+    EXPECT_EQ(read.shared.time_s, written.shared.time_s);
+    EXPECT_EQ(read.shared.frames_per_second, written.shared.frames_per_second);
+    EXPECT_EQ(read.shared.head.orientation, written.shared.head.orientation);
+    EXPECT_EQ(read.shared.camera_pose.position_m, written.shared.camera_pose.position_m);
+    EXPECT_EQ(read.shared.eye, written.shared.eye);
+    EXPECT_EQ(read.shared.lock, written.shared.lock);
+    EXPECT_EQ(width_of(read.shared.camera), 960);
+}
+
+TEST_F(ManifestFile, every_truncation_is_an_error) {
+    write_manifest(folder, example());
+    const std::string text = file_bytes(folder / "manifest.json");
+    for (std::size_t length = 0; length + 1 < text.size(); ++length) {
+        put_bytes(folder / "manifest.json", text.substr(0, length));
+        ASSERT_NE(refusal().find("manifest.json"), std::string::npos) << length;
+    }
+}
+
+TEST_F(ManifestFile, wrong_values_are_named) {
+    write_manifest(folder, example());
+    const std::string text = file_bytes(folder / "manifest.json");
+    const auto with = [&](const std::string& from, const std::string& to) {
+        std::string changed = text;
+        const std::size_t at = changed.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        changed.replace(at, from.size(), to);
+        put_bytes(folder / "manifest.json", changed);
+        return refusal();
+    };
+    const std::string file = (folder / "manifest.json").string();
+    EXPECT_EQ(with("\"eye\": \"left\"", "\"eye\": \"third\""),
+              file + ": eye: expected one of centre ... right, found \"third\"");
+    EXPECT_EQ(with("\"width\": 960", "\"width\": 0"),
+              file + ": camera: width: expected a whole number from 1 to 32768, found 0");
+    EXPECT_EQ(with("\"version\": 1", "\"version\": 2"), file + ": version: expected 1, found 2");
+    EXPECT_EQ(with("\"seed\": ", "\"sead\": "), file + ": expected key \"seed\", found none");
+}
+
+TEST(FrameNames, are_padded_and_listed_in_order) {
+    EXPECT_EQ(frame_file_name(7), "frame.0007.exr");
+    EXPECT_EQ(frame_file_name(123456, "png"), "frame.123456.png");
+}
+
+class FrameList : public FolderTest {};
+
+TEST_F(FrameList, holds_finished_frames_only) {
+    for (const char* name : {"frame.0010.exr", "frame.0002.exr", "frame.12345.exr", ".frame.0003.exr.aside",
+                             "frame.3.exr", "frame.00004.exr", "frame.-001.exr", "frame.0005.png", "frame.x.exr"})
+        put_bytes(folder / name, "");
+    EXPECT_EQ(list_frames(folder), (std::vector<std::int64_t>{2, 10, 12345}));
+    EXPECT_EQ(list_frames(folder, "png"), std::vector<std::int64_t>{5});
+    EXPECT_THROW(list_frames(folder / "missing"), InputError);
+}
+
+TEST(AovGroups, are_parsed_in_catalogue_order) {
+    EXPECT_EQ(parse_aov_groups("none"), std::vector<std::string>{"colour"});
+    EXPECT_EQ(parse_aov_groups("motion, depth"), (std::vector<std::string>{"colour", "depth", "backward", "forward"}));
+    EXPECT_EQ(parse_aov_groups("all").size(), aov_catalogue().size());
+    for (const char* wrong : {"", "depht", "depth,,ids", "depth,none"}) {
+        try {
+            parse_aov_groups(wrong);
+            ADD_FAILURE() << wrong;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("expected albedo, depth, motion, normal, ids, all or none"),
+                      std::string::npos)
+                << error.what();
+        }
+    }
+}
+
+}  // namespace
+}  // namespace equistream::testing
