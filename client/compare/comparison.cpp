@@ -1,0 +1,186 @@
+#include <equistream_compare/comparison.h>
+
+#include <equistream/error.h>
+#include <equistream/picture.h>
+#include <equistream/sequence.h>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace equistream {
+
+namespace {
+
+/// One a thread: counts add up to the same whatever thread counted them.
+using Histograms = tbb::enumerable_thread_specific<ErrorHistogram>;
+
+std::string size_text(int width, int height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
+void require_size(const std::filesystem::path& file, int width, int height, int expected_width, int expected_height) {
+    if (width != expected_width || height != expected_height)
+        throw InputError(expected_found(file.string(), size_text(expected_width, expected_height) + " pixels",
+                                        size_text(width, height)));
+}
+
+/// The range of an equirect picture: an EXR knows it, a PNG is taken for a full sphere.
+LongitudeLatitudeRange sphere_range(const ScoredPicture& picture) {
+    if (!picture.info)
+        return {};
+    const auto* camera = std::get_if<EquirectCamera>(&picture.info->camera);
+    if (!camera)
+        throw InputError(expected_found(picture.file.string(), "an equirect picture for ws-psnr", "a perspective one"));
+    return camera->range;
+}
+
+void write_difference(const PicturePair& pair, const std::string& eye, const std::filesystem::path& folder,
+                      const ByteImage& picture, const ByteImage& truth) {
+    ByteImage difference(picture.width(), picture.height(), 3);
+    for (std::size_t i = 0; i < difference.samples().size(); ++i)
+        difference.samples()[i] = static_cast<std::uint8_t>(
+            std::min(255, difference_gain * std::abs(picture.samples()[i] - truth.samples()[i])));
+    const std::string name =
+        pair.frame ? frame_file_name(*pair.frame, "png") : pair.picture.stem().string() + ".difference.png";
+    const std::filesystem::path place = eye == "view" ? folder : folder / eye;
+    std::error_code error;
+    std::filesystem::create_directories(place, error);
+    if (error)
+        throw WorkError(place.string() + ": cannot be made: " + error.message());
+    write_picture(place / name, difference.view());
+}
+
+/// What one pair contributes besides its score.
+struct FrameSums {
+    FrameScore score;
+    NoiseFreeBlocks linear;
+    NoiseFreeBlocks display;
+    int width = 0;
+    int height = 0;
+};
+
+class PairMeasurement {
+public:
+    PairMeasurement(const EyePairs& eye, const ComparisonOptions& options)
+        : eye_(eye), options_(options), transform_(options.view) {}
+
+    FrameSums measure(const PicturePair& pair, Histograms& histograms) const {
+        const ScoredPicture picture = read_scored_picture(pair.picture, options_.exposure);
+        const ScoredPicture truth = read_scored_picture(pair.truth, options_.exposure);
+        FrameSums sums;
+        sums.score.frame = pair.frame;
+        sums.width = truth.samples.width();
+        sums.height = truth.samples.height();
+        require_size(pair.picture, picture.samples.width(), picture.samples.height(), sums.width, sums.height);
+        const FloatImage picture_display = display_values(picture, transform_);
+        const FloatImage truth_display = display_values(truth, transform_);
+        score_8bit(pair, truth, quantise_8bit(picture_display.view()), quantise_8bit(truth_display.view()), sums.score,
+                   histograms);
+        if (!pair.second_picture.empty())
+            compare_runs(pair, {picture_display.view(), truth_display.view()}, picture, truth, sums);
+        return sums;
+    }
+
+private:
+    void score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const ByteImage& picture,
+                    const ByteImage& truth, FrameScore& score, Histograms& histograms) const {
+        ByteImage mask;
+        if (!pair.gaps.empty()) {
+            mask = read_mask(pair.gaps);
+            require_size(pair.gaps, mask.width(), mask.height(), truth.width(), truth.height());
+        }
+        const ErrorPlane errors = squared_errors(picture.view(), truth.view());
+        score.error = total_error(errors);
+        histograms.local().add(errors);
+        if (!mask.empty())
+            score.gap_error = total_error_where(errors, mask.view());
+        if (options_.sphere_psnr)
+            score.sphere_error = sphere_error(errors, sphere_range(truth_file));
+        if (options_.ssim) {
+            if (std::min(truth.width(), truth.height()) < similarity_window)
+                throw InputError(expected_found(pair.truth.string(), "at least 11x11 pixels for ssim",
+                                                size_text(truth.width(), truth.height())));
+            score.similarity = structural_similarity(picture.view(), truth.view(),
+                                                     mask.empty() ? ImageView<const std::uint8_t>{} : mask.view());
+        }
+        if (!options_.difference_folder.empty())
+            write_difference(pair, eye_.eye, options_.difference_folder, picture, truth);
+    }
+
+    void compare_runs(const PicturePair& pair, const PictureAndTruth& display, const ScoredPicture& picture,
+                      const ScoredPicture& truth, FrameSums& sums) const {
+        const ScoredPicture second = read_scored_picture(pair.second_picture, options_.exposure);
+        const ScoredPicture second_truth = read_scored_picture(pair.second_truth, options_.exposure);
+        require_size(pair.second_picture, second.samples.width(), second.samples.height(), sums.width, sums.height);
+        require_size(pair.second_truth, second_truth.samples.width(), second_truth.samples.height(), sums.width,
+                     sums.height);
+        const FloatImage display_2 = display_values(second, transform_);
+        const FloatImage truth_display_2 = display_values(second_truth, transform_);
+        sums.display = noise_free_blocks(display, {display_2.view(), truth_display_2.view()});
+        const FloatImage linear = exposed_linear(picture, transform_);
+        const FloatImage truth_linear = exposed_linear(truth, transform_);
+        const FloatImage linear_2 = exposed_linear(second, transform_);
+        const FloatImage truth_linear_2 = exposed_linear(second_truth, transform_);
+        sums.linear = noise_free_blocks({linear.view(), truth_linear.view()}, {linear_2.view(), truth_linear_2.view()});
+    }
+
+    const EyePairs& eye_;
+    const ComparisonOptions& options_;
+    DisplayTransform transform_;
+};
+
+}  // namespace
+
+double EyeScore::mean_frame_psnr_db() const {
+    double sum = 0;
+    for (const FrameScore& frame : frames)
+        sum += frame.error.psnr_db();
+    return frames.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(frames.size());
+}
+
+EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {
+    const PairMeasurement measurement(eye, options);
+    std::vector<FrameSums> frames(eye.pairs.size());
+    Histograms histograms;
+    tbb::parallel_for(std::size_t{0}, eye.pairs.size(), [&](std::size_t i) {
+        frames[i] = measurement.measure(eye.pairs[i], histograms);
+        if (done)
+            done();
+    });
+
+    EyeScore score;
+    score.eye = eye.eye;
+    score.width = frames.front().width;
+    score.height = frames.front().height;
+    ErrorHistogram histogram;
+    NoiseFreeBlocks linear, display;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const FrameSums& frame = frames[i];
+        require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
+        score.frames.push_back(frame.score);
+        score.pooled.error += frame.score.error;
+        score.pooled.gap_error += frame.score.gap_error;
+        score.pooled.sphere_error += frame.score.sphere_error;
+        score.pooled.similarity.all += frame.score.similarity.all;
+        score.pooled.similarity.masked += frame.score.similarity.masked;
+        if (frame.display.samples > 0) {
+            linear.add(frame.linear);
+            display.add(frame.display);
+        }
+    }
+    for (const ErrorHistogram& part : histograms)
+        histogram.add(part);
+    score.worst_pixels = histogram.worst(worst_fraction);
+    if (display.samples > 0) {
+        score.noise_free_linear = noise_free_error(linear);
+        score.noise_free_display = noise_free_error(display);
+    }
+    return score;
+}
+
+}  // namespace equistream

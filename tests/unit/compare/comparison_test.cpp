@@ -1,0 +1,118 @@
+#include <equistream/error.h>
+#include <equistream/picture.h>
+#include <equistream/sequence.h>
+#include <equistream_compare/comparison_report.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include <unistd.h>
+
+namespace equistream {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Comparison : public ::testing::Test {
+protected:
+    void SetUp() override {
+        root_ = fs::temp_directory_path() / ("equistream_comparison_" + std::to_string(getpid()));
+        fs::remove_all(root_);
+        fs::create_directories(root_);
+    }
+    void TearDown() override { fs::remove_all(root_); }
+
+    fs::path make_png(const std::string& name, std::uint8_t value, int width = 48, int height = 32) {
+        const ByteImage picture(width, height, 3, value);
+        write_picture(root_ / name, picture.view());
+        return root_ / name;
+    }
+    fs::path make_exr(const std::string& name, float radiance, double exposure) {
+        Frame frame;
+        frame.info.camera = PerspectiveCamera{48, 32, 1.5};
+        frame.info.exposure = exposure;
+        frame.planes["colour"] = FloatImage(48, 32, 4, radiance);
+        write_exr(root_ / name, frame);
+        return root_ / name;
+    }
+    static EyePairs pair_of(const fs::path& picture, const fs::path& truth) {
+        return {"view", {{std::nullopt, picture, truth, {}, {}, {}}}};
+    }
+    static std::string error_of(const EyePairs& pairs, const ComparisonOptions& options = {}) {
+        try {
+            compare_eye(pairs, options);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    fs::path root_;
+};
+
+TEST_F(Comparison, ExrGetsItsOwnExposureAndTheDisplayTransform) {
+    // 0.5 x 0.25 is 0.1250 in linear light: sRGB 0.38857, code 99.
+    const EyeScore score = compare_eye(pair_of(make_exr("a.exr", 0.5f, 0.25), make_png("t.png", 99)), {});
+    EXPECT_EQ(score.pooled.error.sum, 0);
+    ComparisonOptions other;
+    other.exposure = 1;  // sRGB of 0.5 is 0.73536, code 188
+    EXPECT_NEAR(compare_eye(pair_of(root_ / "a.exr", root_ / "t.png"), other).pooled.error.psnr_db(),
+                20 * std::log10(255.0 / (188 - 99)), 1e-9);
+}
+
+TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
+    EyePairs pairs = pair_of(make_exr("a.exr", 0.5f, 1), make_exr("t.exr", 0.25f, 1));
+    pairs.pairs[0].second_picture = make_exr("a2.exr", 0.5f, 1);
+    pairs.pairs[0].second_truth = make_exr("t2.exr", 0.25f, 1);
+    const EyeScore score = compare_eye(pairs, {});
+    ASSERT_TRUE(score.noise_free_linear && score.noise_free_display);
+    EXPECT_NEAR(score.noise_free_linear->mean_square, 0.0625, 1e-6);
+    EXPECT_NEAR(std::sqrt(score.noise_free_display->mean_square), 0.735357 - 0.537099, 1e-4);
+    EXPECT_FALSE(score.noise_free_linear->only_bounded());
+    const auto json = comparison_json({score}, {});
+    EXPECT_NEAR(json["eyes"]["view"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+}
+
+TEST_F(Comparison, IdenticalPicturesSaySoInTableAndJson) {
+    const fs::path picture = make_png("a.png", 7);
+    const EyeScore score = compare_eye(pair_of(picture, picture), {});
+    const auto json = comparison_json({score}, {});
+    EXPECT_TRUE(json["eyes"]["view"]["psnr_db"].is_null());
+    EXPECT_TRUE(json["eyes"]["view"]["identical"].get<bool>());
+    EXPECT_NEAR(json["eyes"]["view"]["ssim"].get<double>(), 1, 1e-5);
+    EXPECT_NE(comparison_table({score}, {}).find("identical"), std::string::npos);
+}
+
+TEST_F(Comparison, PicturesThatCannotBeComparedAreNamed) {
+    const fs::path a = make_png("a.png", 1);
+    const fs::path wide = make_png("wide.png", 1, 64, 32);
+    const fs::path tiny = make_png("tiny.png", 1, 8, 8);
+    EXPECT_NE(error_of(pair_of(wide, a)).find("wide.png: expected 48x32 pixels, found 64x32"), std::string::npos);
+    EXPECT_NE(error_of(pair_of(tiny, tiny)).find("at least 11x11"), std::string::npos);
+    EXPECT_NE(error_of(pair_of(a, root_ / "absent.png")).find("no such file"), std::string::npos);
+    std::ofstream(root_ / "broken.png") << "not a picture";
+    EXPECT_NE(error_of(pair_of(root_ / "broken.png", a)).find("broken.png"), std::string::npos);
+    std::ofstream(root_ / "broken.exr") << "not a picture";
+    EXPECT_NE(error_of(pair_of(root_ / "broken.exr", a)).find("broken.exr"), std::string::npos);
+    fs::resize_file(wide, fs::file_size(wide) / 2);
+    EXPECT_NE(error_of(pair_of(wide, a)).find("wide.png"), std::string::npos);
+    ComparisonOptions sphere;
+    sphere.sphere_psnr = true;
+    EXPECT_NE(error_of(pair_of(a, make_exr("p.exr", 1, 1)), sphere).find("equirect"), std::string::npos);
+}
+
+TEST_F(Comparison, DifferencePicturesAreAmplified) {
+    ComparisonOptions options;
+    options.difference_folder = root_ / "difference";
+    EyePairs pairs = pair_of(make_png("a.png", 10), make_png("t.png", 15));
+    pairs.eye = "left";
+    pairs.pairs[0].frame = 3;
+    compare_eye(pairs, options);
+    const ByteImage difference = read_picture(root_ / "difference/left/frame.0003.png");
+    EXPECT_EQ(difference.pixel(0, 0)[0], 5 * difference_gain);
+}
+
+}  // namespace
+}  // namespace equistream
