@@ -1,0 +1,37 @@
+#include <equistream/error.h>
+#include <equistream_client/depth_source.h>
+#include <equistream_client/engine.h>
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace equistream {
+
+ExactDepth::ExactDepth(std::unique_ptr<DepthSource> otherwise) : otherwise_(std::move(otherwise)) {}
+
+void ExactDepth::set_time(double time_s) {
+    planes_.clear();
+    if (otherwise_)
+        otherwise_->set_time(time_s);
+}
+
+void ExactDepth::add(const Camera& camera, const Pose& pose, FloatImage depth_m) {
+    assert(depth_m.width() == width_of(camera) && depth_m.height() == height_of(camera) && depth_m.channels() == 1);
+    planes_.push_back({camera, pose, std::move(depth_m)});
+}
+
+void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
+    const auto plane = std::ranges::find_if(
+        planes_, [&](const Plane& p) { return same_camera(p.camera, camera) && same_pose(p.pose, pose); });
+    if (plane == planes_.end() && !otherwise_)
+        throw WorkError("depth exact: expected a rendered depth plane of every view, found none of a " +
+                        std::to_string(width_of(camera)) + "x" + std::to_string(height_of(camera)) +
+                        " view (give --scene to cast it)");
+    if (plane == planes_.end())
+        return otherwise_->cast(camera, pose, depth_m);
+    for (int y = 0; y < depth_m.height; ++y)
+        std::copy_n(plane->depth_m.pixel(0, y), depth_m.width, depth_m.row(y));
+}
+
+}  // namespace equistream

@@ -1,0 +1,45 @@
+#pragma once
+/// Where the client's depth comes from. One interface for local ray casts, streamed depth, exact AOVs and rasters.
+#include <equistream/camera.h>
+#include <equistream/image.h>
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace equistream {
+
+class DepthSource {
+public:
+    virtual ~DepthSource() = default;
+    virtual std::string_view name() const = 0;
+    /// The scene's state for the casts that follow. Not while cast runs.
+    virtual void set_time(double time_s) = 0;
+    /// Fills `depth_m` (1 channel, the camera's size) with the Euclidean distance in metres from the camera's centre
+    /// to the nearest surface along each pixel-centre ray; +inf for a miss. Throws WorkError where it cannot.
+    virtual void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) = 0;
+};
+
+/// Depth planes that somebody else computed (the renderer's AOV), handed out to whoever asks for that very view.
+/// Any other view goes to `otherwise`, if there is one, else is a WorkError.
+class ExactDepth : public DepthSource {
+public:
+    explicit ExactDepth(std::unique_ptr<DepthSource> otherwise = nullptr);
+
+    std::string_view name() const override { return "exact"; }
+    /// Forgets all planes.
+    void set_time(double time_s) override;
+    void add(const Camera& camera, const Pose& pose, FloatImage depth_m);
+    void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
+
+private:
+    struct Plane {
+        Camera camera;
+        Pose pose;
+        FloatImage depth_m;
+    };
+    std::vector<Plane> planes_;
+    std::unique_ptr<DepthSource> otherwise_;
+};
+
+}  // namespace equistream

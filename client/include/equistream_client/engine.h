@@ -1,0 +1,52 @@
+#pragma once
+/// Reprojection engines: a source picture turned into what an eye sees. Each resamples colour once.
+///
+/// `sphere`   rotation only: the eye's pixel takes the colour of its direction; the eye's position is ignored.
+/// `surface`  the eye's own depth gives the point that the pixel sees; its direction from the source's centre gives
+///            the colour. Of the four samples around it those whose own depth shows another surface are left out
+///            (see depth_agreement.h for the tolerance); where none is left the source did not see the point: a gap.
+///            From the source's own position this is `sphere`; for the source's very view it returns its input.
+///
+/// Any source camera works. Directions that a source does not cover are gaps.
+#include <equistream_client/view.h>
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace equistream {
+
+struct EngineOptions {
+    /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
+    double error_budget_px = 0.25;
+    /// The slow, plain implementation in double precision, which tests compare the fast one with.
+    bool reference = false;
+};
+
+/// set_source, then reproject for any number of eyes, from any number of threads.
+class Engine {
+public:
+    virtual ~Engine() = default;
+    virtual std::string_view name() const = 0;
+    /// Whether depth of the source and of this eye are needed (they are not for an eye at the source's position).
+    virtual bool needs_depth(const Pose& source, const Pose& eye) const = 0;
+    /// Borrows the view's pixels until the next call.
+    virtual void set_source(const SourceView& source) = 0;
+    /// Sizes and overwrites `picture`. Missing depth, where it is needed, is a programmer error.
+    virtual void reproject(const EyeView& eye, EyePicture& picture) const = 0;
+};
+
+/// Names that make_engine accepts.
+std::span<const std::string_view> engine_names();
+
+/// Throws InputError naming the accepted ones.
+std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options = {});
+
+/// Same place to within a nanometre.
+bool same_position(const Pose& a, const Pose& b);
+/// Same place and the same axes to within a nanoradian.
+bool same_pose(const Pose& a, const Pose& b);
+/// Same projection, size and field of view.
+bool same_camera(const Camera& a, const Camera& b);
+
+}  // namespace equistream

@@ -1,0 +1,14 @@
+#include "feeds.h"
+
+#include <filesystem>
+
+namespace equistream {
+
+std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(source, ignored))
+        return open_folder_feed(source, options);
+    return open_stream_feed(source, options);
+}
+
+}  // namespace equistream

@@ -1,0 +1,111 @@
+#include "feeds.h"
+
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+namespace equistream {
+
+namespace {
+
+/// Tracks of one file are interleaved only roughly. A frame whose partner has not come after this many others is
+/// handed out without it.
+constexpr std::size_t patience_frames = 64;
+
+class StreamFeed : public FrameFeed {
+public:
+    StreamFeed(const std::string& source, const FeedOptions& options) : reader_(source), options_(options) {
+        std::error_code error;
+        const auto size = std::filesystem::file_size(source, error);
+        bytes_ = error ? 0 : std::int64_t(size);
+        for (const StreamTrackSummary& track : reader_.tracks())
+            has_small_ |= track.role == TrackRole::small;
+    }
+
+    std::optional<ReceivedFrame> next() override {
+        while (!first_is_ready() && !ended_)
+            take(reader_.next());
+        // What is left at the end may lack its main picture: a small one alone shows nothing.
+        while (!waiting_.empty()) {
+            auto first = waiting_.extract(waiting_.begin());
+            if (first.mapped().main) {
+                last_given_ = first.key();
+                return finish(std::move(first.mapped()));
+            }
+        }
+        return std::nullopt;
+    }
+
+    std::string truncation() const override { return reader_.truncation(); }
+    std::int64_t bytes() const override { return bytes_; }
+    std::optional<double> frame_count() const override { return std::nullopt; }
+
+private:
+    struct Partial {
+        std::optional<ReceivedPicture> main, small;
+        bool posed = true;
+    };
+
+    bool first_is_ready() const {
+        if (waiting_.empty())
+            return false;
+        const Partial& first = waiting_.begin()->second;
+        return first.main && (!has_small_ || first.small || waiting_.size() > patience_frames);
+    }
+
+    void take(std::optional<DecodedPicture> decoded) {
+        if (!decoded) {
+            ended_ = true;
+            return;
+        }
+        const bool posed = decoded->info.has_value();
+        if (!posed)
+            decoded->info = foreign_info(*decoded);
+        const std::int64_t index = decoded->info->index;
+        if (index > options_.last_frame && decoded->role == TrackRole::main && !has_small_)
+            ended_ = true;
+        if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
+            return;
+        Partial& partial = waiting_[index];
+        partial.posed = posed;
+        auto& place = decoded->role == TrackRole::main ? partial.main : partial.small;
+        place = ReceivedPicture{
+            std::move(*decoded->info), std::move(decoded->rgb), {}, decoded->decode_ms, decoded->convert_ms};
+    }
+
+    /// Video without our data is taken for a full sphere, its pictures numbered as they come.
+    FrameInfo foreign_info(const DecodedPicture& picture) {
+        FrameInfo info;
+        info.index = foreign_index_++;
+        const auto& tracks = reader_.tracks();
+        if (!tracks.empty() && tracks.front().frames_per_second > 0)
+            info.frames_per_second = tracks.front().frames_per_second;
+        info.time_s = double(info.index) / info.frames_per_second;
+        info.camera = EquirectCamera{picture.rgb.width(), picture.rgb.height(), {}};
+        return info;
+    }
+
+    static ReceivedFrame finish(Partial partial) {
+        return {std::move(*partial.main), std::move(partial.small), partial.posed, {}};
+    }
+
+    StreamReader reader_;
+    FeedOptions options_;
+    std::map<std::int64_t, Partial> waiting_;
+    std::int64_t last_given_ = -1;
+    std::int64_t foreign_index_ = 0;
+    std::int64_t bytes_ = 0;
+    bool has_small_ = false;
+    bool ended_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameFeed> open_stream_feed(const std::string& source, const FeedOptions& options) {
+    return std::make_unique<StreamFeed>(source, options);
+}
+
+}  // namespace equistream

@@ -1,0 +1,39 @@
+#pragma once
+/// When a depth sample of the source shows the surface that the eye sees: the project's one bound (bound.h), w = B /
+/// (r - B). A sample at r' taken for a point at r is seen displaced by at most asin |w - w'| from anywhere in the ball
+/// of radius B, so |w - w'| <= e keeps every colour within the budget e of where it belongs.
+///
+/// Slopes: a sample lies beside the point, up to a pixel away, and on a tilted surface its depth differs though the
+/// surface is the same. Along a plane 1/r is linear in the unit direction, 1/r(q) = m . q, so the plane through the
+/// eye's neighbouring pixels predicts the sample's depth exactly; anything between the point's own depth and the
+/// prediction, give or take e, is the same surface.
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+/// Stands for infinity: far enough that w is 0 in single precision, near enough that products stay finite.
+inline constexpr float far_distance_m = 1e9f;
+
+struct DepthAgreement {
+    float box_radius_m = 0;  ///< B
+    float tolerance = 0;     ///< sin e
+
+    /// r - B: the least distance from an eye in the box. Inside the box, where the bound says nothing, a thousandth of
+    /// r, so that only equal depths agree there.
+    float reach(float distance_m) const {
+        const float r = std::min(distance_m, far_distance_m);
+        return std::max(r - box_radius_m, 1e-3f * r);
+    }
+    /// |w - w'| <= sin e without dividing. False for NaN and for distances <= 0.
+    bool same(float reach_a, float reach_b) const {
+        return box_radius_m * std::abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0;
+    }
+    /// Whether `reach_sample` lies between the point's and the prediction's, give or take the tolerance, in w.
+    bool between(float reach_point, float reach_predicted, float reach_sample) const {
+        const auto [low, high] = std::minmax(reach_point, reach_predicted);
+        return same(low, reach_sample) || same(high, reach_sample) || (low < reach_sample && reach_sample < high);
+    }
+};
+
+}  // namespace equistream

@@ -1,0 +1,103 @@
+#include "look_up.h"
+#include "reference.h"
+
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream_client/engine.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <string>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::array<std::string_view, 2> names = {"sphere", "surface"};
+
+void prepare(const EyeView& eye, EyePicture& picture) {
+    if (picture.rgb.width() != eye.camera.width || picture.rgb.height() != eye.camera.height) {
+        picture.rgb = FloatImage(eye.camera.width, eye.camera.height, 3);
+        picture.origin = ByteImage(eye.camera.width, eye.camera.height, 1);
+    }
+    std::ranges::fill(picture.rgb.samples(), 0.0f);
+    std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::gap));
+}
+
+void copy(const SourceView& source, EyePicture& picture) {
+    for (int y = 0; y < source.rgb.height; ++y)
+        std::transform(source.rgb.row(y), source.rgb.row(y) + 3 * source.rgb.width, picture.rgb.pixel(0, y),
+                       [](std::uint8_t byte) { return float(byte) * (1 / 255.0f); });
+    std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
+}
+
+class FastEngine : public Engine {
+public:
+    FastEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
+
+    std::string_view name() const override { return names[surface_ ? 1 : 0]; }
+    bool needs_depth(const Pose& source, const Pose& eye) const override {
+        return surface_ && !same_position(source, eye);
+    }
+    void set_source(const SourceView& source) override { source_ = source; }
+    void reproject(const EyeView& eye, EyePicture& picture) const override {
+        assert(source_.rgb.data != nullptr);
+        prepare(eye, picture);
+        LookUpOptions options;
+        options.tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
+        if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
+            copy(source_, picture);
+        else if (needs_depth(source_.pose, eye.pose))
+            look_up_by_surface(source_, eye, options, picture);
+        else
+            look_up_by_direction(source_, eye, options, picture);
+    }
+
+private:
+    bool surface_;
+    EngineOptions options_;
+    SourceView source_;
+};
+
+}  // namespace
+
+std::int64_t EyePicture::count(PixelOrigin which) const {
+    return std::ranges::count(origin.samples(), std::uint8_t(which));
+}
+
+std::span<const std::string_view> engine_names() {
+    return names;
+}
+
+std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end())
+        throw InputError(expected_found("--method", "sphere or surface", "'" + std::string(name) + "'"));
+    const bool surface = name == "surface";
+    if (options.reference)
+        return make_reference_engine(surface, options);
+    return std::make_unique<FastEngine>(surface, options);
+}
+
+bool same_position(const Pose& a, const Pose& b) {
+    return glm::length(a.position_m - b.position_m) < 1e-9;
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+    const double cosine_half_angle = std::abs(glm::dot(a.orientation, b.orientation));
+    return same_position(a, b) && cosine_half_angle > 1 - 1e-15;
+}
+
+bool same_camera(const Camera& a, const Camera& b) {
+    if (a.index() != b.index() || width_of(a) != width_of(b) || height_of(a) != height_of(b))
+        return false;
+    if (const auto* p = std::get_if<PerspectiveCamera>(&a))
+        return std::abs(p->fov_x_rad - std::get<PerspectiveCamera>(b).fov_x_rad) < 1e-12;
+    const LongitudeLatitudeRange& r = std::get<EquirectCamera>(a).range;
+    const LongitudeLatitudeRange& s = std::get<EquirectCamera>(b).range;
+    return std::abs(r.longitude_min - s.longitude_min) < 1e-12 && std::abs(r.longitude_max - s.longitude_max) < 1e-12 &&
+           std::abs(r.latitude_min - s.latitude_min) < 1e-12 && std::abs(r.latitude_max - s.latitude_max) < 1e-12;
+}
+
+}  // namespace equistream

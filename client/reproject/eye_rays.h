@@ -1,0 +1,44 @@
+#pragma once
+/// The rays of an eye's pixels in a source's camera frame, in single precision: linear in the pixel's coordinates.
+#include "float_math.h"
+
+#include <equistream_client/view.h>
+
+#include <glm/glm.hpp>
+
+namespace equistream {
+
+/// A plane n . X = 1, in some camera's frame.
+struct InverseDepthPlane {
+    Vec3f n;
+};
+
+class EyeRays {
+public:
+    EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& source);
+
+    /// Direction of a pixel's centre with planar depth 1, in the source's frame.
+    Vec3f direction(int x, int y) const { return corner_ + right_ * float(x) + down_ * float(y); }
+    /// Its length: radial over planar depth.
+    float length(int x, int y) const {
+        const float a = (float(x) - centre_x_) * inverse_focal_;
+        const float b = (float(y) - centre_y_) * inverse_focal_;
+        return std::sqrt(1 + a * a + b * b);
+    }
+    /// The eye in the source's frame, metres.
+    Vec3f eye() const { return eye_; }
+    float distance_m() const { return std::sqrt(dot(eye_, eye_)); }
+
+    /// The surface's plane at a pixel, from the depths around it, in the source's frame and for distances from the
+    /// source's centre: 1 / r(q) = m . q. Of the neighbours on either side the one nearer in depth is believed.
+    Vec3f inverse_distance_gradient(ImageView<const float> depth_m, int x, int y) const;
+
+private:
+    float inverse_planar_depth(ImageView<const float> depth_m, int x, int y) const;
+
+    Vec3f corner_, right_, down_, eye_;
+    glm::mat3 source_from_eye_{1};
+    float focal_ = 1, inverse_focal_ = 1, centre_x_ = 0, centre_y_ = 0;
+};
+
+}  // namespace equistream

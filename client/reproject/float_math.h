@@ -1,0 +1,46 @@
+#pragma once
+/// Single-precision pieces of the fast path, each within the accuracy its comment states (tested).
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+struct Vec3f {
+    float x = 0, y = 0, z = 0;
+};
+
+inline Vec3f operator+(Vec3f a, Vec3f b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3f operator*(Vec3f a, float s) {
+    return {a.x * s, a.y * s, a.z * s};
+}
+inline float dot(Vec3f a, Vec3f b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// atan2 within 4e-7 rad (1/480 of a pixel of a 32,768-wide sphere): an odd minimax polynomial on [0, 1]. NaN for NaN
+/// and infinity; 0 at (0, 0).
+inline float fast_atan2(float y, float x) {
+    const float ax = std::abs(x);
+    const float ay = std::abs(y);
+    const float larger = std::max(ax, ay);
+    const float a = larger > 0 ? std::min(ax, ay) / larger : larger;
+    const float s = a * a;
+    float p = -0.004055637f;
+    p = p * s + 0.021866976f;
+    p = p * s - 0.055918365f;
+    p = p * s + 0.096426596f;
+    p = p * s - 0.139088192f;
+    p = p * s + 0.199466056f;
+    p = p * s - 0.333298645f;
+    p = p * s + 0.999999337f;
+    float angle = p * a;
+    if (ay > ax)
+        angle = 1.57079632679f - angle;
+    if (x < 0)
+        angle = 3.14159265359f - angle;
+    return std::copysign(angle, y) + 0 * (x + y);
+}
+
+}  // namespace equistream

@@ -1,0 +1,21 @@
+#pragma once
+/// The two ways an eye's pixel finds its colour in a source; engines and fill rungs are made of them.
+#include <equistream_client/view.h>
+
+namespace equistream {
+
+struct LookUpOptions {
+    double tolerance_rad = 0;                ///< e of the bound, for look_up_by_surface
+    PixelOrigin mark = PixelOrigin::source;  ///< what the pixels coloured here are marked with
+    bool only_gaps = false;                  ///< leave alone what already has a colour
+};
+
+/// By direction alone: positions and depth are ignored. Returns the number of pixels coloured.
+std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
+                                  EyePicture& picture);
+
+/// By the point that the eye sees, where the source saw it too. Both views need depth.
+std::int64_t look_up_by_surface(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
+                                EyePicture& picture);
+
+}  // namespace equistream

@@ -1,0 +1,173 @@
+#include "reference.h"
+
+#include <equistream/bound.h>
+
+#include <array>
+#include <cassert>
+#include <optional>
+
+namespace equistream {
+
+namespace {
+
+struct Tap {
+    int x = 0, y = 0;
+    double weight = 0;
+};
+
+/// The four samples around (u, v), or nothing where the source does not cover it.
+std::optional<std::array<Tap, 4>> taps_around(const Camera& camera, glm::dvec2 p) {
+    const int width = width_of(camera);
+    const int height = height_of(camera);
+    const double edge = 0.02;
+    if (!(p.x >= -edge && p.x <= width + edge && p.y >= -edge && p.y <= height + edge))
+        return std::nullopt;
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    const bool closes = sphere && sphere->range.closes();
+    const glm::dvec2 corner = glm::floor(p - 0.5);
+    const glm::dvec2 a = p - 0.5 - corner;
+    std::array<Tap, 4> taps;
+    for (int k = 0; k < 4; ++k) {
+        int x = int(corner.x) + k % 2;
+        int y = int(corner.y) + k / 2;
+        const bool over_north = y < 0 && closes && sphere->range.latitude_max > pi / 2 - 1e-9;
+        const bool over_south = y >= height && closes && sphere->range.latitude_min < -pi / 2 + 1e-9;
+        if (over_north || over_south)
+            x += width / 2;
+        x = closes ? (x % width + width) % width : std::clamp(x, 0, width - 1);
+        y = std::clamp(y, 0, height - 1);
+        taps[k] = {x, y, (k % 2 ? a.x : 1 - a.x) * (k / 2 ? a.y : 1 - a.y)};
+    }
+    return taps;
+}
+
+class ReferenceEngine : public Engine {
+public:
+    ReferenceEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
+
+    std::string_view name() const override { return surface_ ? "surface" : "sphere"; }
+    bool needs_depth(const Pose& source, const Pose& eye) const override {
+        return surface_ && !same_position(source, eye);
+    }
+    void set_source(const SourceView& source) override { source_ = source; }
+
+    void reproject(const EyeView& eye, EyePicture& picture) const override {
+        picture.rgb = FloatImage(eye.camera.width, eye.camera.height, 3);
+        picture.origin = ByteImage(eye.camera.width, eye.camera.height, 1);
+        for (int y = 0; y < eye.camera.height; ++y)
+            for (int x = 0; x < eye.camera.width; ++x)
+                if (colour(eye, x, y, picture.rgb.pixel(x, y)))
+                    *picture.origin.pixel(x, y) = std::uint8_t(PixelOrigin::source);
+    }
+
+private:
+    bool colour(const EyeView& eye, int x, int y, float* out) const {
+        const bool moved = needs_depth(source_.pose, eye.pose);
+        const glm::dvec3 ray = eye.pose.orientation * eye.camera.direction(x + 0.5, y + 0.5);
+        glm::dvec3 from_source = ray;
+        double distance_m = 1;
+        if (moved) {
+            const double depth_m = eye.depth_m.pixel(x, y)[0];
+            if (!(depth_m > 0))
+                return false;
+            if (std::isfinite(depth_m))
+                from_source = eye.pose.position_m + depth_m * ray - source_.pose.position_m;
+            distance_m = std::isfinite(depth_m) ? glm::length(from_source) : depth_m;
+        }
+        const glm::dvec3 d = glm::conjugate(source_.pose.orientation) * from_source;
+        auto taps = taps_around(source_.camera, pixel_of(source_.camera, d));
+        if (!taps)
+            return false;
+        if (moved)
+            for (Tap& tap : *taps)
+                tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
+        return mix(*taps, out);
+    }
+
+    bool mix(const std::array<Tap, 4>& taps, float* out) const {
+        double sum = 0;
+        glm::dvec3 rgb(0);
+        for (const Tap& tap : taps) {
+            const std::uint8_t* sample = source_.rgb.pixel(tap.x, tap.y);
+            sum += tap.weight;
+            rgb += tap.weight * glm::dvec3(sample[0], sample[1], sample[2]);
+        }
+        if (!(sum > 0))
+            return false;
+        for (int c = 0; c < 3; ++c)
+            out[c] = float(rgb[c] / sum / 255);
+        return true;
+    }
+
+    double box_radius_m(const EyeView& eye) const {
+        return std::max(source_.box_radius_m, glm::length(eye.pose.position_m - source_.pose.position_m));
+    }
+
+    /// bounded_inverse_depth with equal depths told apart inside the box too, where only they agree.
+    double w_of(double distance_m, double box_m) const {
+        if (std::isinf(distance_m))
+            return 0;
+        return box_m / std::max(distance_m - box_m, 1e-3 * distance_m);
+    }
+
+    bool same_surface(const EyeView& eye, int x, int y, double distance_m, const Tap& tap) const {
+        const double sample_m = source_.depth_m.pixel(tap.x, tap.y)[0];
+        if (!(sample_m > 0))
+            return false;
+        const double box = box_radius_m(eye);
+        const double tolerance = std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
+        const double w = w_of(distance_m, box);
+        const double w_sample = w_of(sample_m, box);
+        if (std::abs(w - w_sample) <= tolerance)
+            return true;
+        const double w_predicted = w_of(plane_distance(eye, x, y, tap), box);
+        return w_sample >= std::min(w, w_predicted) - tolerance && w_sample <= std::max(w, w_predicted) + tolerance;
+    }
+
+    /// Distance from the source's centre, along the sample's ray, to the plane through the eye's point and its
+    /// neighbours; +inf where the ray runs away from it.
+    double plane_distance(const EyeView& eye, int x, int y, const Tap& tap) const {
+        const glm::dvec3 p = point(eye, x, y);
+        const glm::dvec3 along_x = tangent(eye, x, y, 1, 0);
+        const glm::dvec3 along_y = tangent(eye, x, y, 0, 1);
+        const glm::dvec3 normal = glm::cross(along_x, along_y);
+        const glm::dvec3 q = source_.pose.orientation * direction_of(source_.camera, tap.x + 0.5, tap.y + 0.5);
+        const double t = glm::dot(normal, p - source_.pose.position_m) / glm::dot(normal, q);
+        return t > 0 && t < 1e9 ? t : std::numeric_limits<double>::infinity();
+    }
+
+    double inverse_planar(const EyeView& eye, int x, int y) const {
+        if (x < 0 || y < 0 || x >= eye.camera.width || y >= eye.camera.height)
+            return std::nan("");
+        return -1 / (eye.camera.direction(x + 0.5, y + 0.5).z * eye.depth_m.pixel(x, y)[0]);
+    }
+
+    glm::dvec3 point(const EyeView& eye, int x, int y) const {
+        const double depth_m = std::min<double>(eye.depth_m.pixel(x, y)[0], 1e9);
+        return eye.pose.position_m + eye.pose.orientation * (depth_m * eye.camera.direction(x + 0.5, y + 0.5));
+    }
+
+    /// From the pixel's point to the neighbour's that is nearer to it in depth; without one, across the view.
+    glm::dvec3 tangent(const EyeView& eye, int x, int y, int dx, int dy) const {
+        const double here = inverse_planar(eye, x, y);
+        const double before = std::abs(inverse_planar(eye, x - dx, y - dy) - here);
+        const double after = std::abs(inverse_planar(eye, x + dx, y + dy) - here);
+        if (std::isfinite(before) && !(before > after))
+            return point(eye, x, y) - point(eye, x - dx, y - dy);
+        if (std::isfinite(after))
+            return point(eye, x + dx, y + dy) - point(eye, x, y);
+        return eye.pose.orientation * glm::dvec3(dx, -dy, 0);
+    }
+
+    bool surface_;
+    EngineOptions options_;
+    SourceView source_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options) {
+    return std::make_unique<ReferenceEngine>(surface, options);
+}
+
+}  // namespace equistream

@@ -1,0 +1,98 @@
+#pragma once
+/// Scenes whose depth and colour have a closed form, as pictures and as a depth source.
+#include <equistream/colour.h>
+#include <equistream_client/depth_source.h>
+#include <equistream_client/engine.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace equistream::test {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
+using Distance = std::function<double(const glm::dvec3& origin, const glm::dvec3& direction)>;
+using Colour = std::function<glm::dvec3(const glm::dvec3& point_or_direction, double distance)>;
+
+/// Distance along a unit direction to the plane n . x = c, in front of the origin only.
+inline double to_plane(const glm::dvec3& origin, const glm::dvec3& direction, const glm::dvec3& n, double c) {
+    const double t = (c - glm::dot(n, origin)) / glm::dot(n, direction);
+    return t > 0 ? t : infinity;
+}
+
+/// Nearest intersection with a sphere, from inside or outside.
+inline double to_sphere(const glm::dvec3& origin, const glm::dvec3& direction, const glm::dvec3& centre,
+                        double radius) {
+    const glm::dvec3 o = origin - centre;
+    const double b = glm::dot(o, direction);
+    const double discriminant = b * b - glm::dot(o, o) + radius * radius;
+    if (discriminant < 0)
+        return infinity;
+    const double root = std::sqrt(discriminant);
+    if (-b - root > 0)
+        return -b - root;
+    return -b + root > 0 ? -b + root : infinity;
+}
+
+class AnalyticDepth : public DepthSource {
+public:
+    explicit AnalyticDepth(Distance distance) : distance_(std::move(distance)) {}
+    std::string_view name() const override { return "analytic"; }
+    void set_time(double) override {}
+    void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override {
+        for (int y = 0; y < depth_m.height; ++y)
+            for (int x = 0; x < depth_m.width; ++x)
+                depth_m.pixel(x, y)[0] =
+                    float(distance_(pose.position_m, pose.orientation * direction_of(camera, x + 0.5, y + 0.5)));
+    }
+    double distance(const glm::dvec3& origin, const glm::dvec3& direction) const {
+        return distance_(origin, direction);
+    }
+
+private:
+    Distance distance_;
+};
+
+/// A smooth function of a point or a direction, all channels in (0, 1); gradient at most `frequency` / 2 or so.
+inline glm::dvec3 smooth(const glm::dvec3& p, double frequency) {
+    return {0.5 + 0.25 * std::sin(frequency * p.x) * std::cos(frequency * p.y + 1),
+            0.5 + 0.25 * std::sin(frequency * p.y + 0.5) * std::cos(frequency * p.z),
+            0.5 + 0.25 * std::sin(frequency * p.z + 2) * std::cos(frequency * p.x)};
+}
+
+/// A picture sampled at pixel centres (no filter), with its depth.
+struct Rendered {
+    Camera camera;
+    Pose pose;
+    ByteImage rgb;
+    FloatImage depth_m;
+
+    SourceView source(double box_radius_m = 0) const {
+        return {rgb.view(), camera, pose, depth_m.view(), box_radius_m};
+    }
+};
+
+inline Rendered render(const Distance& distance, const Colour& colour, const Camera& camera, const Pose& pose) {
+    const int width = width_of(camera);
+    const int height = height_of(camera);
+    Rendered out{camera, pose, ByteImage(width, height, 3), FloatImage(width, height, 1)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const glm::dvec3 d = pose.orientation * direction_of(camera, x + 0.5, y + 0.5);
+            const double r = distance(pose.position_m, d);
+            const glm::dvec3 c = colour(std::isinf(r) ? d : pose.position_m + r * d, r);
+            for (int k = 0; k < 3; ++k)
+                out.rgb.pixel(x, y)[k] = std::uint8_t(std::floor(255 * c[k] + 0.5));
+            out.depth_m.pixel(x, y)[0] = float(r);
+        }
+    return out;
+}
+
+inline glm::dquat yaw_pitch(double yaw_rad, double pitch_rad) {
+    return glm::angleAxis(-yaw_rad, glm::dvec3(0, 1, 0)) * glm::angleAxis(pitch_rad, glm::dvec3(1, 0, 0));
+}
+
+}  // namespace equistream::test

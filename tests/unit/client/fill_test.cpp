@@ -1,0 +1,116 @@
+#include "analytic_scene.h"
+
+#include <equistream/error.h>
+#include <equistream_client/fill.h>
+
+#include <gtest/gtest.h>
+
+namespace equistream::test {
+namespace {
+
+using glm::dvec3;
+
+double ball_and_wall(const dvec3& o, const dvec3& d) {
+    return std::min(to_sphere(o, d, {0, 0, -1.2}, 0.3), to_plane(o, d, {0, 0, 1}, -3));
+}
+
+dvec3 red_and_smooth(const dvec3& p, double) {
+    return glm::length(p - dvec3(0, 0, -1.2)) < 0.31 ? dvec3(1, 0, 0) : smooth(p, 1.5);
+}
+
+struct Case {
+    PerspectiveCamera camera{320, 200, pi / 2};
+    Pose left{{-0.0315, 0, 0}, {1, 0, 0, 0}};
+    Pose right{{0.0315, 0, 0}, {1, 0, 0, 0}};
+    Rendered main = render(ball_and_wall, red_and_smooth, camera, left);
+    Rendered small = render(ball_and_wall, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, right);
+    Rendered truth = render(ball_and_wall, red_and_smooth, camera, right);
+    EyeView eye{camera, right, truth.depth_m.view()};
+    EyePicture picture;
+
+    Case() {
+        const auto engine = make_engine("surface");
+        engine->set_source(main.source());
+        engine->reproject(eye, picture);
+    }
+};
+
+TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
+    Case c;
+    const std::int64_t gaps = c.picture.count(PixelOrigin::gap);
+    ASSERT_GT(gaps, 300);
+    const EyePicture before = c.picture;
+    const auto ladder = make_fill_ladder("small,spread");
+    ASSERT_EQ(ladder.size(), 2u);
+    for (const auto& rung : ladder)
+        rung->set_small(c.small.source(0.063));
+    const std::int64_t by_small = ladder[0]->fill(c.eye, c.picture);
+    EXPECT_GT(by_small, gaps * 9 / 10);
+    EXPECT_EQ(c.picture.count(PixelOrigin::small), by_small);
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x) {
+            const auto* was = before.rgb.pixel(x, y);
+            const auto* is = c.picture.rgb.pixel(x, y);
+            const auto* exact = c.truth.rgb.pixel(x, y);
+            const bool small = c.picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::small);
+            for (int k = 0; k < 3; ++k) {
+                if (small)  // a pixel of the small view spans 3 m / 40: no ball's red, and the wall's colour nearly
+                            // right
+                    EXPECT_NEAR(is[k], exact[k] / 255.0, 0.03) << x << "," << y;
+                else
+                    EXPECT_EQ(is[k], was[k]);
+            }
+        }
+    const std::int64_t left_over = c.picture.count(PixelOrigin::gap);
+    EXPECT_EQ(ladder[1]->fill(c.eye, c.picture), left_over);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+}
+
+TEST(Fill, SpreadTakesTheBackgroundsColour) {
+    Case c;
+    const auto ladder = make_fill_ladder("spread");
+    ladder[0]->fill(c.eye, c.picture);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+    int wrong = 0;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x)
+            if (c.picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::neighbours))
+                wrong += std::abs(c.picture.rgb.pixel(x, y)[0] - c.truth.rgb.pixel(x, y)[0] / 255.0f) > 0.15;
+    EXPECT_LE(wrong, c.picture.count(PixelOrigin::neighbours) / 50);
+}
+
+TEST(Fill, SpreadEndsWhereThereIsNothingToSpread) {
+    EyePicture empty{FloatImage(8, 4, 3), ByteImage(8, 4, 1)};
+    EXPECT_EQ(make_fill_ladder("spread")[0]->fill({{8, 4, 1}, {}, {}}, empty), 0);
+    EXPECT_EQ(empty.count(PixelOrigin::gap), 32);
+}
+
+TEST(Fill, WithoutDepthTheSmallViewIsLookedUpByDirection) {
+    Case c;
+    const auto ladder = make_fill_ladder("small");
+    SourceView small = c.small.source();
+    small.depth_m = {};
+    ladder[0]->set_small(small);
+    EyeView eye = c.eye;
+    eye.depth_m = {};
+    EXPECT_GT(ladder[0]->fill(eye, c.picture), 300);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+}
+
+TEST(Fill, WithoutASmallViewTheRungFillsNothing) {
+    Case c;
+    const auto ladder = make_fill_ladder("small");
+    ladder[0]->set_small(std::nullopt);
+    EXPECT_EQ(ladder[0]->fill(c.eye, c.picture), 0);
+}
+
+TEST(Fill, LaddersAreNamed) {
+    EXPECT_TRUE(make_fill_ladder("none").empty());
+    EXPECT_THROW(make_fill_ladder(""), InputError);
+    EXPECT_THROW(make_fill_ladder("small,"), InputError);
+    EXPECT_THROW(make_fill_ladder("small,none"), InputError);
+    EXPECT_THROW(make_fill_ladder("telea"), InputError);
+}
+
+}  // namespace
+}  // namespace equistream::test
