@@ -67,6 +67,10 @@ struct SceneDescription {
 /// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.
 SceneDescription load_scene(const std::filesystem::path& file);
 
+/// Instances that scene.moving moves, by itself or with a parent, ascending: what BvhOptions::moving_instances wants.
+/// Throws InputError if an entry names no node of the model, or several.
+std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const SceneDescription& scene);
+
 /// World transforms of all instances at a time (moving objects applied).
 std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s);
 

@@ -1,0 +1,264 @@
+#include "description_json.h"
+
+#include <equistream/error.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace equistream {
+
+namespace {
+
+/// Far more than a description needs; keeps every recursion over the tree shallow.
+constexpr std::size_t nesting_limit = 32;
+
+/// Feeds the parser and lets the handler know how far it has come.
+class CountingCursor {
+public:
+    using iterator_category = std::input_iterator_tag;
+    using value_type = char;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const char*;
+    using reference = const char&;
+
+    CountingCursor(const char* at, const char** furthest) : at_(at), furthest_(furthest) {}
+    reference operator*() const { return *at_; }
+    CountingCursor& operator++() {
+        *furthest_ = ++at_;
+        return *this;
+    }
+    CountingCursor operator++(int) {
+        CountingCursor before = *this;
+        ++*this;
+        return before;
+    }
+    bool operator==(const CountingCursor& other) const { return at_ == other.at_; }
+    bool operator!=(const CountingCursor& other) const { return at_ != other.at_; }
+
+private:
+    const char* at_;
+    const char** furthest_;
+};
+
+using Json = nlohmann::json;
+
+class TreeBuilder final : public nlohmann::json_sax<Json> {
+public:
+    TreeBuilder(std::string_view text, const std::string& file) : text_(text), file_(file), read_(text.data()) {}
+
+    const char** read() { return &read_; }
+    JsonValue take() { return std::move(root_); }
+
+    bool null() override { return add(JsonValue::Kind::null) != nullptr; }
+    bool boolean(bool value) override {
+        add(JsonValue::Kind::boolean)->boolean = value;
+        return true;
+    }
+    bool number_integer(number_integer_t value) override { return number(static_cast<double>(value)); }
+    bool number_unsigned(number_unsigned_t value) override { return number(static_cast<double>(value)); }
+    bool number_float(number_float_t value, const string_t&) override { return number(value); }
+    bool string(string_t& value) override {
+        add(JsonValue::Kind::text)->text = std::move(value);
+        return true;
+    }
+    bool binary(binary_t&) override { return false; }
+    bool start_object(std::size_t) override { return open(JsonValue::Kind::object); }
+    bool start_array(std::size_t) override { return open(JsonValue::Kind::array); }
+    bool end_object() override { return close(); }
+    bool end_array() override { return close(); }
+
+    bool key(string_t& value) override {
+        std::vector<JsonMember>& members = open_.back()->members;
+        for (const JsonMember& member : members)
+            if (member.key == value)
+                throw InputError(expected_found(place(), "each key once",
+                                                "\"" + value + "\" again after line " + std::to_string(member.line)));
+        members.push_back({value, line(), {}});
+        return true;
+    }
+
+    bool parse_error(std::size_t, const std::string& last_token, const nlohmann::detail::exception& e) override {
+        // Control characters and long tokens would spoil the one line.
+        std::string token = last_token.substr(0, 40);
+        std::erase_if(token, [](char c) { return static_cast<unsigned char>(c) < 0x20; });
+        const bool at_end = read_ == text_.data() + text_.size() && token.empty();
+        const bool out_of_range = e.id == 406;
+        throw InputError(expected_found(place(), out_of_range ? "a number that a double can hold" : "valid JSON",
+                                        at_end ? "the end of the file" : "\"" + token + "\""));
+    }
+
+private:
+    /// The last character read belongs to the token at hand, or (after a number) is the one behind it.
+    int line() {
+        for (; counted_ + 1 < read_; ++counted_)
+            lines_ += *counted_ == '\n';
+        return lines_;
+    }
+    std::string place() { return file_ + ":" + std::to_string(line()); }
+
+    bool number(double value) {
+        add(JsonValue::Kind::number)->number = value;
+        return true;
+    }
+
+    JsonValue* add(JsonValue::Kind kind) {
+        JsonValue* value = &root_;
+        if (!open_.empty()) {
+            JsonValue& parent = *open_.back();
+            value =
+                parent.kind == JsonValue::Kind::object ? &parent.members.back().value : &parent.items.emplace_back();
+        }
+        value->kind = kind;
+        value->line = line();
+        return value;
+    }
+    bool open(JsonValue::Kind kind) {
+        if (open_.size() == nesting_limit)
+            throw InputError(
+                expected_found(place(), "at most " + std::to_string(nesting_limit) + " levels of nesting", "more"));
+        open_.push_back(add(kind));
+        return true;
+    }
+    bool close() {
+        open_.pop_back();
+        return true;
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    const char* read_;
+    const char* counted_ = text_.data();
+    int lines_ = 1;
+    JsonValue root_;
+    /// Pointers stay good: a parent's lists do not grow while a child of it is open.
+    std::vector<JsonValue*> open_;
+};
+
+std::string describe(const JsonValue& value) {
+    switch (value.kind) {
+    case JsonValue::Kind::null:
+        return "null";
+    case JsonValue::Kind::boolean:
+        return value.boolean ? "true" : "false";
+    case JsonValue::Kind::number:
+        return Json(value.number).dump();
+    case JsonValue::Kind::text:
+        return "\"" + value.text.substr(0, 60) + "\"";
+    case JsonValue::Kind::array:
+        return "a list of " + std::to_string(value.items.size());
+    case JsonValue::Kind::object:
+        break;
+    }
+    return "an object";
+}
+
+std::string joined(std::initializer_list<std::string_view> names) {
+    std::string list;
+    for (const std::string_view name : names)
+        list += (list.empty() ? "" : ", ") + std::string(name);
+    return list;
+}
+
+}  // namespace
+
+JsonValue parse_json(std::string_view text, const std::string& file) {
+    TreeBuilder builder(text, file);
+    const CountingCursor begin(text.data(), builder.read());
+    const CountingCursor end(text.data() + text.size(), builder.read());
+    Json::sax_parse(begin, end, &builder);
+    return builder.take();
+}
+
+std::string JsonReader::where() const {
+    return *file_ + ":" + std::to_string(value_->line);
+}
+
+void JsonReader::fail(const std::string& expected) const {
+    throw InputError(expected_found(where(), name_.empty() ? expected : expected + " as " + name_, describe(*value_)));
+}
+
+double JsonReader::number() const {
+    if (value_->kind != JsonValue::Kind::number)
+        fail("a number");
+    return value_->number;
+}
+
+double JsonReader::number_above(double limit) const {
+    if (!(number() > limit))
+        fail("a number above " + Json(limit).dump());
+    return value_->number;
+}
+
+double JsonReader::number_not_below(double limit) const {
+    if (!(number() >= limit))
+        fail("a number of at least " + Json(limit).dump());
+    return value_->number;
+}
+
+std::string JsonReader::text() const {
+    if (value_->kind != JsonValue::Kind::text || value_->text.empty())
+        fail("a text");
+    return value_->text;
+}
+
+std::vector<double> JsonReader::numbers(std::size_t count) const {
+    const std::string expected = "a list of " + std::to_string(count) + " numbers";
+    if (value_->kind != JsonValue::Kind::array || value_->items.size() != count)
+        fail(expected);
+    std::vector<double> result;
+    for (const JsonReader& item : array())
+        result.push_back(item.number());
+    return result;
+}
+
+glm::dvec3 JsonReader::vector3() const {
+    const std::vector<double> n = numbers(3);
+    return {n[0], n[1], n[2]};
+}
+
+glm::dvec3 JsonReader::colour() const {
+    if (value_->kind != JsonValue::Kind::number && value_->kind != JsonValue::Kind::array)
+        fail("a number or [r, g, b]");
+    const glm::dvec3 c = value_->kind == JsonValue::Kind::number ? glm::dvec3(value_->number) : vector3();
+    if (!(c.x >= 0 && c.y >= 0 && c.z >= 0))
+        fail("no negative number");
+    return c;
+}
+
+std::vector<JsonReader> JsonReader::array() const {
+    if (value_->kind != JsonValue::Kind::array)
+        fail("a list");
+    std::vector<JsonReader> readers;
+    for (std::size_t i = 0; i < value_->items.size(); ++i)
+        readers.emplace_back(value_->items[i], *file_, name_ + "[" + std::to_string(i) + "]");
+    return readers;
+}
+
+void JsonReader::accept_keys(std::initializer_list<std::string_view> keys) const {
+    if (value_->kind != JsonValue::Kind::object)
+        fail("an object with the keys " + joined(keys));
+    for (const JsonMember& member : value_->members)
+        if (std::find(keys.begin(), keys.end(), member.key) == keys.end())
+            throw InputError(expected_found(*file_ + ":" + std::to_string(member.line), "one of " + joined(keys),
+                                            "\"" + member.key.substr(0, 60) + "\""));
+}
+
+JsonReader JsonReader::operator[](std::string_view key) const {
+    const JsonValue* member = find(key);
+    if (!member)
+        throw InputError(expected_found(
+            where(), "the key \"" + std::string(key) + "\"" + (name_.empty() ? "" : " in " + name_), "none"));
+    return {*member, *file_, (name_.empty() ? "" : name_ + ".") + std::string(key)};
+}
+
+const JsonValue* JsonReader::find(std::string_view key) const {
+    for (const JsonMember& member : value_->members)
+        if (member.key == key)
+            return &member.value;
+    return nullptr;
+}
+
+}  // namespace equistream

@@ -1,0 +1,159 @@
+#include "file_bytes.h"
+
+#include <equistream_scene/scene.h>
+
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::uint64_t csv_size_limit = 64 << 20;
+constexpr std::array<const char*, 8> columns{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
+
+bool finite(const PosePath::Key& key) {
+    const glm::dvec3& p = key.pose.position_m;
+    const glm::dquat& q = key.pose.orientation;
+    return std::isfinite(key.time_s) && std::isfinite(p.x + p.y + p.z) && std::isfinite(q.w + q.x + q.y + q.z);
+}
+
+std::string_view trimmed(std::string_view text) {
+    const auto space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+    while (!text.empty() && space(text.front()))
+        text.remove_prefix(1);
+    while (!text.empty() && space(text.back()))
+        text.remove_suffix(1);
+    return text;
+}
+
+/// The whole text as a number; "nan" and "inf" are numbers here, and refused where they are used.
+std::optional<double> parse_number(std::string_view text) {
+    if (!text.empty() && text.front() == '+')
+        text.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || text.empty())
+        return std::nullopt;
+    return value;
+}
+
+std::vector<std::string_view> split(std::string_view line) {
+    std::vector<std::string_view> fields;
+    for (std::size_t start = 0; start <= line.size();) {
+        const std::size_t comma = std::min(line.find(',', start), line.size());
+        fields.push_back(trimmed(line.substr(start, comma - start)));
+        start = comma + 1;
+    }
+    return fields;
+}
+
+PosePath::Key parse_key(std::string_view line, const std::string& where) {
+    const std::vector<std::string_view> fields = split(line);
+    if (fields.size() != columns.size())
+        throw InputError(
+            expected_found(where, "8 columns (time_s, x, y, z, qw, qx, qy, qz)", std::to_string(fields.size())));
+    std::array<double, 8> n{};
+    for (std::size_t i = 0; i < n.size(); ++i) {
+        const std::optional<double> value = parse_number(fields[i]);
+        if (!value || !std::isfinite(*value))
+            throw InputError(expected_found(where, std::string("a finite number as ") + columns[i],
+                                            "\"" + std::string(fields[i].substr(0, 40)) + "\""));
+        n[i] = *value;
+    }
+    return {n[0], {{n[1], n[2], n[3]}, glm::dquat(n[4], n[5], n[6], n[7])}};
+}
+
+void append_number(std::string& text, double value) {
+    std::array<char, 32> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    text.append(digits.data(), end);
+}
+
+}  // namespace
+
+PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std::move(keys)) {
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+        Key& key = keys_[i];
+        const std::string which = where + ", key " + std::to_string(i + 1);
+        if (!finite(key))
+            throw InputError(expected_found(which, "finite numbers", "one that is not"));
+        if (i > 0 && !(key.time_s > keys_[i - 1].time_s))
+            throw InputError(expected_found(which, "a time after " + std::to_string(keys_[i - 1].time_s) + " s",
+                                            std::to_string(key.time_s) + " s"));
+        const double length = glm::length(key.pose.orientation);
+        if (!(std::abs(length - 1) < 0.01))
+            throw InputError(expected_found(which, "a unit quaternion", "one of length " + std::to_string(length)));
+        key.pose.orientation /= length;
+    }
+}
+
+Pose PosePath::at(double time_s) const {
+    assert(!keys_.empty());
+    if (!(time_s > keys_.front().time_s))
+        return keys_.front().pose;
+    const auto after =
+        std::upper_bound(keys_.begin(), keys_.end(), time_s, [](double t, const Key& key) { return t < key.time_s; });
+    if (after == keys_.end())
+        return keys_.back().pose;
+    const Key& from = *(after - 1);
+    const double share = (time_s - from.time_s) / (after->time_s - from.time_s);
+    return {glm::mix(from.pose.position_m, after->pose.position_m, share),
+            glm::normalize(glm::slerp(from.pose.orientation, after->pose.orientation, share))};
+}
+
+PosePath read_path_csv(const std::filesystem::path& file) {
+    const std::vector<std::uint8_t> bytes = read_file_bytes(file, "camera path (CSV)", csv_size_limit);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::vector<PosePath::Key> keys;
+    int number = 0;
+    bool first = true;
+    for (std::size_t start = 0; start < text.size();) {
+        const std::size_t end = std::min(text.find('\n', start), text.size());
+        const std::string_view line = trimmed(text.substr(start, end - start));
+        start = end + 1;
+        ++number;
+        if (line.empty() || line.front() == '#')
+            continue;
+        const bool header = first && !parse_number(split(line).front());
+        first = false;
+        if (header)
+            continue;
+        const std::string where = file.string() + ":" + std::to_string(number);
+        const PosePath::Key key = parse_key(line, where);
+        PosePath({key}, where);  // the checks on one key, with its line
+        if (!keys.empty() && !(key.time_s > keys.back().time_s))
+            throw InputError(expected_found(where, "a time after " + std::to_string(keys.back().time_s) + " s",
+                                            std::to_string(key.time_s) + " s"));
+        keys.push_back(key);
+    }
+    if (keys.empty())
+        throw InputError(expected_found(file.string(), "at least one key", "none"));
+    return PosePath(std::move(keys), file.string());
+}
+
+void write_path_csv(const std::filesystem::path& file, const PosePath& path) {
+    std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
+    for (const PosePath::Key& key : path.keys()) {
+        const glm::dvec3& p = key.pose.position_m;
+        const glm::dquat& q = key.pose.orientation;
+        const char* separator = "";
+        for (const double value : {key.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z}) {
+            text += separator;
+            append_number(text, value);
+            separator = ",";
+        }
+        text += '\n';
+    }
+    write_file_atomically(file, text);
+}
+
+}  // namespace equistream

@@ -1,0 +1,187 @@
+#include <equistream_scene/scene.h>
+
+#include "description_json.h"
+#include "file_bytes.h"
+#include "fingerprint.h"
+
+#include <equistream/conventions.h>
+#include <equistream/error.h>
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <cstdlib>
+
+namespace equistream {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint64_t description_size_limit = 16 << 20;
+constexpr std::size_t name_limit_bytes = 255;
+
+double radians(double degrees) {
+    return degrees * pi / 180;
+}
+
+Sun read_sun(const JsonReader& json) {
+    json.accept_keys({"azimuth_deg", "elevation_deg", "towards", "irradiance", "angular_radius_deg"});
+    Sun sun;
+    if (json.has("towards")) {
+        if (json.has("azimuth_deg") || json.has("elevation_deg"))
+            json.fail("either towards, or azimuth_deg and elevation_deg,");
+        sun.towards = json["towards"].vector3();
+        const double length = glm::length(sun.towards);
+        if (!std::isfinite(length) || !(length > 0))
+            json["towards"].fail("a direction, not a vector without length,");
+        sun.towards /= length;
+    } else {
+        const double azimuth = json["azimuth_deg"].number();
+        const double elevation = json["elevation_deg"].number();
+        if (!(std::abs(elevation) <= 90))
+            json["elevation_deg"].fail("a number from -90 to 90");
+        const auto d = direction_from_longitude_latitude(radians(azimuth), radians(elevation));
+        sun.towards = {d.x, d.y, d.z};
+    }
+    sun.irradiance = json["irradiance"].colour();
+    if (json.has("angular_radius_deg")) {
+        const double radius = json["angular_radius_deg"].number_above(0);
+        if (radius > 90)
+            json["angular_radius_deg"].fail("a number of at most 90");
+        sun.angular_radius_rad = radians(radius);
+    }
+    return sun;
+}
+
+glm::dquat looking_along(const glm::dvec3& direction, const JsonReader& json) {
+    const double length = glm::length(direction);
+    const double sideways = std::hypot(direction.x, direction.z);
+    if (!std::isfinite(length) || !(sideways > 1e-6 * length))
+        json.fail("a point that is not straight above, below or at position_m");
+    return glm::quatLookAtRH(direction / length, glm::dvec3(0, 1, 0));
+}
+
+PosePath::Key read_key(const JsonReader& json) {
+    json.accept_keys({"time_s", "position_m", "look_at_m", "orientation_wxyz"});
+    PosePath::Key key;
+    key.time_s = json["time_s"].number();
+    key.pose.position_m = json["position_m"].vector3();
+    if (json.has("look_at_m") && json.has("orientation_wxyz"))
+        json.fail("either look_at_m or orientation_wxyz");
+    if (json.has("look_at_m"))
+        key.pose.orientation = looking_along(json["look_at_m"].vector3() - key.pose.position_m, json["look_at_m"]);
+    if (json.has("orientation_wxyz")) {
+        const std::vector<double> q = json["orientation_wxyz"].numbers(4);
+        key.pose.orientation = glm::dquat(q[0], q[1], q[2], q[3]);
+        if (!(std::abs(glm::length(key.pose.orientation) - 1) < 0.01))
+            json["orientation_wxyz"].fail("a unit quaternion");
+    }
+    return key;
+}
+
+/// What "camera" and each of "moving" share: inline keys, or a CSV file whose bytes join the fingerprint.
+PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
+    if (json.has("keys") == json.has("path"))
+        json.fail("one of keys and path");
+    if (json.has("path")) {
+        const fs::path csv = folder / json["path"].text();
+        PosePath path = read_path_csv(csv);
+        hash.add_file(csv, "camera path (CSV)");
+        return path;
+    }
+    std::vector<PosePath::Key> keys;
+    for (const JsonReader& item : json["keys"].array()) {
+        keys.push_back(read_key(item));
+        if (keys.size() > 1 && !(keys.back().time_s > keys[keys.size() - 2].time_s))
+            item["time_s"].fail("a time after the key before,");
+    }
+    if (keys.empty())
+        json["keys"].fail("at least one key");
+    return PosePath(std::move(keys), json["keys"].where());
+}
+
+fs::path find_model(const JsonReader& json, const fs::path& folder) {
+    const fs::path name = json.text();
+    std::vector<fs::path> places{folder / name};
+    const char* scenes = std::getenv("EQUISTREAM_SCENES");
+    if (scenes && *scenes && name.is_relative()) {
+        places.push_back(fs::path(scenes) / name);
+        places.push_back(fs::path(scenes) / name.stem() / name);
+    }
+    std::string tried;
+    std::error_code error;
+    for (const fs::path& place : places) {
+        if (fs::is_regular_file(place, error))
+            return place;
+        tried += (tried.empty() ? "" : ", ") + place.string();
+    }
+    if (!scenes || !*scenes)
+        tried += " (EQUISTREAM_SCENES is not set)";
+    throw InputError(expected_found(json.where(), "the model at one of " + tried, "none"));
+}
+
+std::string read_name(const JsonReader& json, const fs::path& file) {
+    if (!json.has("name"))
+        return file.stem().string().substr(0, name_limit_bytes);
+    std::string name = json["name"].text();
+    if (name.size() > name_limit_bytes)
+        json["name"].fail("at most 255 bytes");
+    return name;
+}
+
+std::vector<MovingObject> read_moving(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
+    std::vector<MovingObject> moving;
+    for (const JsonReader& item : json.array()) {
+        item.accept_keys({"object", "keys", "path"});
+        MovingObject object;
+        object.object = item["object"].text();
+        object.path = read_path(item, folder, hash);
+        for (const MovingObject& other : moving)
+            if (other.object == object.object)
+                item["object"].fail("each object once");
+        moving.push_back(std::move(object));
+    }
+    return moving;
+}
+
+}  // namespace
+
+SceneDescription load_scene(const fs::path& file) {
+    const std::vector<std::uint8_t> bytes = read_file_bytes(file, "scene description (JSON)", description_size_limit);
+    const std::string file_name = file.string();
+    const JsonValue tree = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file_name);
+    const JsonReader json(tree, file_name, "");
+    json.accept_keys({"name", "model", "sun", "sky", "camera", "head_box", "exposure", "frames_per_second", "moving"});
+
+    ContentHash hash;
+    hash.add(bytes);
+    const fs::path folder = file.parent_path();
+    SceneDescription scene;
+    scene.file = file;
+    scene.name = read_name(json, file);
+    if (json.has("sun"))
+        scene.sun = read_sun(json["sun"]);
+    if (json.has("sky")) {
+        json["sky"].accept_keys({"radiance"});
+        scene.sky_radiance = json["sky"]["radiance"].colour();
+    }
+    json["camera"].accept_keys({"keys", "path"});
+    scene.camera_path = read_path(json["camera"], folder, hash);
+    if (json.has("head_box")) {
+        json["head_box"].accept_keys({"lean_m"});
+        scene.lean_m = json["head_box"]["lean_m"].number_not_below(0);
+    }
+    if (json.has("exposure"))
+        scene.exposure = json["exposure"].number_above(0);
+    if (json.has("frames_per_second"))
+        scene.frames_per_second = json["frames_per_second"].number_above(0);
+    if (json.has("moving"))
+        scene.moving = read_moving(json["moving"], folder, hash);
+    scene.model = find_model(json["model"], folder);
+    add_model_to_hash(scene.model, hash);
+    scene.fingerprint = hash.hex();
+    return scene;
+}
+
+}  // namespace equistream
