@@ -11,7 +11,8 @@
  * Conventions: conventions.h. Lengths in metres, angles in radians, colour linear Rec.709, scene-referred.
  * Struct growth: every struct a host fills begins with its own size; fields are only ever appended.
  * Threading: a sequence may be used by one thread at a time; es_frame_next_tile and all es_tile_* calls of one frame
- * may run on any number of threads, each tile on one thread at a time.
+ * may run on any number of threads, each tile on one thread at a time. Misuse of a call that returns nothing (a foreign
+ * tile, NULL, too many passes) is reported by es_frame_end.
  * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
  */
 #include <stddef.h>
@@ -127,11 +128,12 @@ typedef struct es_frame es_frame;
 
 /* The version this library was built with; a host refuses another one. */
 ES_API uint32_t es_abi_version(void);
-/* "1.0.0"; static storage. */
+/* Such as "0.1.0"; static storage. */
 ES_API const char* es_version(void);
 
 /* Opens (or resumes) a sequence: checks every setting, makes the folder, writes manifest.json. A folder whose manifest
- * has other settings is refused unless `overwrite` is set. The caller closes *sequence. */
+ * has other settings is refused unless `overwrite` is set, which removes the frames of those settings. The caller closes
+ * *sequence. */
 ES_API es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** sequence, es_error* error);
 /* Non-zero when frame `index` is already finished and would be kept. */
 ES_API int es_sequence_has_frame(const es_sequence* sequence, int64_t index);
@@ -147,11 +149,12 @@ ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
 ES_API void es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
 /* Fills pixel_count jittered rays of colour pass `sample` (0 .. sample_count - 1). */
 ES_API void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);
-/* pixel_count answers to the geometry rays. */
+/* pixel_count answers to the geometry rays. A distance that is negative or not finite is a miss. */
 ES_API void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_surface* surfaces);
-/* pixel_count RGBA samples of one colour pass (A: 1 where a surface was hit), added to the film (box filter). */
+/* pixel_count RGBA samples of one colour pass (A: 1 where a surface was hit), added to the film (box filter). Samples
+ * that are not finite are left out of their pixel's mean. */
 ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba);
-/* Hands over a whole plane. */
+/* Hands over a whole plane; it takes the place of what tiles say of it. Not while tiles are being filled. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);
 /* Writes the frame (whole or not at all) and frees it, also on failure. Refuses a frame with unfinished tiles. */
 ES_API es_status es_frame_end(es_frame* frame, es_error* error);

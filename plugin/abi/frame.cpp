@@ -1,0 +1,224 @@
+#include "guard.h"
+#include "handles.h"
+
+#include <equistream/aov.h>
+
+#include <cmath>
+#include <cstring>
+
+using namespace equistream;
+
+namespace {
+
+FrameInfo frame_info(const Sequence& sequence, const FrameSettings& settings, const Pose& camera) {
+    FrameInfo info = sequence.manifest().shared;
+    info.index = settings.index;
+    info.time_s = settings.time_s;
+    info.head = settings.head;
+    info.camera_pose = camera;
+    return info;
+}
+
+es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
+    const FrameInfo& shared = handle.shared->manifest().shared;
+    const auto pose = [&](const Pose& head) {
+        return camera_pose(shared.camera, head, shared.eye, shared.ipd_m, shared.lock);
+    };
+    const FramePoses poses{pose(settings.head_previous), pose(settings.head), pose(settings.head_next)};
+    return new es_frame{handle.shared,
+                        frame_info(*handle.shared, settings, poses.here),
+                        FrameRays(shared.camera, poses.here, shared.seed, settings.index),
+                        Film(shared.camera, poses, shared.samples_per_pixel, handle.shared->manifest().planes),
+                        {},
+                        {}};
+}
+
+void keep_misuse(const es_frame* frame, const std::string& problem) {
+    const std::lock_guard lock(frame->misuse_mutex);
+    if (frame->misuse.empty())
+        frame->misuse = problem;
+}
+
+/// True when a tile call may go on; otherwise the misuse is kept for es_frame_end.
+bool usable(const es_frame* frame, const es_tile* tile, const void* data, const char* call) {
+    if (frame == nullptr)
+        return false;
+    std::string problem;
+    if (tile == nullptr || data == nullptr)
+        problem = expected_found(call, "pointers", "NULL");
+    else if (!frame->film.knows(*tile))
+        problem = expected_found(call, "a tile of this frame, unchanged", "tile " + std::to_string(tile->id));
+    if (problem.empty())
+        return true;
+    keep_misuse(frame, problem);
+    return false;
+}
+
+template <typename MakeRay>
+void fill_rays(const es_tile& tile, es_ray* rays, MakeRay make_ray) {
+    std::uint32_t pixel = 0;
+    for (int y = tile.y; y < tile.y + tile.height; ++y)
+        for (int x = tile.x; x < tile.x + tile.width; ++x, ++pixel) {
+            rays[pixel] = make_ray(x, y);
+            rays[pixel].pixel = pixel;
+        }
+}
+
+AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
+    if (plane.struct_size < sizeof(es_plane))
+        throw InputError(expected_found("es_plane.struct_size", std::to_string(sizeof(es_plane)),
+                                        std::to_string(plane.struct_size)));
+    if (plane.name == nullptr || plane.data == nullptr)
+        throw InputError(expected_found("es_plane", "a name and data", "NULL"));
+    if (!frame.film.wants(plane.name)) {
+        std::string accepted;
+        for (const std::string& name : frame.film.planes())
+            accepted += (accepted.empty() ? "" : ", ") + name;
+        throw InputError(expected_found("es_plane.name", "one of " + accepted, "\"" + std::string(plane.name) + "\""));
+    }
+    const AovInfo aov = *find_aov(plane.name);
+    const std::string where = "plane " + std::string(aov.name);
+    const bool is_id = aov.type == SampleType::id;
+    if (plane.type != (is_id ? ES_UINT32 : ES_FLOAT32))
+        throw InputError(expected_found(where + ": type", is_id ? "ES_UINT32" : "ES_FLOAT32",
+                                        std::to_string(static_cast<int>(plane.type))));
+    if (plane.channels != static_cast<int>(aov.channels.size()))
+        throw InputError(
+            expected_found(where + ": channels", std::to_string(aov.channels.size()), std::to_string(plane.channels)));
+    const std::size_t row_bytes = static_cast<std::size_t>(width_of(frame.info.camera)) * aov.channels.size() * 4;
+    if (plane.row_stride_bytes < row_bytes)
+        throw InputError(expected_found(where + ": row_stride_bytes", "at least " + std::to_string(row_bytes),
+                                        std::to_string(plane.row_stride_bytes)));
+    return aov;
+}
+
+template <typename T>
+Image<T> copied(const es_plane& plane, int width, int height) {
+    Image<T> image(width, height, plane.channels);
+    const std::size_t row_bytes =
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(plane.channels) * sizeof(T);
+    const char* row = static_cast<const char*>(plane.data);
+    for (int y = 0; y < height; ++y, row += plane.row_stride_bytes)
+        std::memcpy(image.pixel(0, y), row, row_bytes);
+    return image;
+}
+
+/// Planes other than colour must keep their promises: depth is not negative and not NaN, the rest is finite.
+void check_values(const AovInfo& aov, const FloatImage& image) {
+    if (aov.name == "colour")
+        return;
+    const bool is_depth = aov.name == "depth";
+    const auto samples = image.samples();
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (is_depth ? samples[i] >= 0 : std::isfinite(samples[i]))
+            continue;
+        const std::size_t pixel = i / static_cast<std::size_t>(image.channels());
+        const std::size_t width = static_cast<std::size_t>(image.width());
+        throw InputError(expected_found("plane " + std::string(aov.name) + " at pixel " +
+                                            std::to_string(pixel % width) + "," + std::to_string(pixel / width),
+                                        is_depth ? "a distance, +inf for a miss" : "a finite number",
+                                        std::to_string(samples[i])));
+    }
+}
+
+}  // namespace
+
+extern "C" {
+
+es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* settings, es_frame** frame, es_error* error) {
+    if (frame != nullptr)
+        *frame = nullptr;
+    return guarded(error, [&] {
+        if (sequence == nullptr || frame == nullptr)
+            throw InputError(expected_found("es_frame_begin", "pointers", "NULL"));
+        *frame = make_frame(*sequence, checked_settings(settings));
+    });
+}
+
+es_status es_frame_next_tile(es_frame* frame, es_tile* tile) {
+    if (frame == nullptr || tile == nullptr)
+        return ES_BAD_INPUT;
+    bool more = false;
+    const es_status status = guarded(nullptr, [&] {
+        if (const auto next = frame->film.next_tile()) {
+            *tile = *next;
+            more = true;
+        }
+    });
+    return status != ES_OK ? status : more ? ES_OK : ES_DONE;
+}
+
+void es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays) {
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, rays, "es_tile_geometry_rays"))
+            fill_rays(*tile, rays, [&](int x, int y) { return frame->rays.geometry(x, y); });
+    });
+}
+
+void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays) {
+    guarded(nullptr, [&] {
+        if (!usable(frame, tile, rays, "es_tile_colour_rays"))
+            return;
+        if (sample >= frame->info.samples_per_pixel)
+            keep_misuse(frame, expected_found("es_tile_colour_rays: sample",
+                                              "below " + std::to_string(frame->info.samples_per_pixel),
+                                              std::to_string(sample)));
+        else
+            fill_rays(*tile, rays, [&](int x, int y) { return frame->rays.colour(x, y, sample); });
+    });
+}
+
+void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_surface* surfaces) {
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, surfaces, "es_tile_put_surfaces"))
+            frame->film.put_surfaces(*tile, surfaces);
+    });
+}
+
+void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba) {
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, rgba, "es_tile_put_radiance") && !frame->film.add_radiance(*tile, rgba))
+            keep_misuse(frame, expected_found("es_tile_put_radiance: tile " + std::to_string(tile->id),
+                                              std::to_string(frame->info.samples_per_pixel) + " passes", "one more"));
+    });
+}
+
+es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error) {
+    return guarded(error, [&] {
+        if (frame == nullptr || plane == nullptr)
+            throw InputError(expected_found("es_frame_put_plane", "pointers", "NULL"));
+        const AovInfo aov = checked_plane(*frame, *plane);
+        const int width = width_of(frame->info.camera);
+        const int height = height_of(frame->info.camera);
+        if (aov.type == SampleType::id) {
+            frame->film.put_plane(plane->name, copied<std::uint32_t>(*plane, width, height));
+            return;
+        }
+        FloatImage image = copied<float>(*plane, width, height);
+        check_values(aov, image);
+        frame->film.put_plane(plane->name, std::move(image));
+    });
+}
+
+es_status es_frame_end(es_frame* frame, es_error* error) {
+    const std::unique_ptr<es_frame> owned(frame);
+    return guarded(error, [&] {
+        if (frame == nullptr)
+            throw InputError(expected_found("es_frame_end: frame", "a pointer", "NULL"));
+        const std::string where = "frame " + std::to_string(frame->info.index);
+        if (!frame->misuse.empty())
+            throw InputError(where + ": " + frame->misuse);
+        if (const auto missing = frame->film.missing())
+            throw InputError(expected_found(where, "every plane finished", *missing));
+        Frame finished;
+        finished.info = frame->info;
+        frame->film.finish(finished);
+        frame->sequence->write(finished);
+    });
+}
+
+void es_frame_discard(es_frame* frame) {
+    delete frame;
+}
+
+}  // extern "C"

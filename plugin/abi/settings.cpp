@@ -1,0 +1,201 @@
+#include "settings.h"
+
+#include <equistream/aov.h>
+#include <equistream/error.h>
+
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+namespace {
+
+constexpr std::uint32_t max_samples = 1u << 20;
+constexpr std::int64_t max_frame_index = 999999999;
+
+std::string in_words(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17g", value);
+    char shorter[40];
+    std::snprintf(shorter, sizeof shorter, "%g", value);
+    return std::strtod(shorter, nullptr) == value || std::isnan(value) ? shorter : text;
+}
+
+void require(bool right, const char* field, const std::string& expected, const std::string& found) {
+    if (!right)
+        throw InputError(expected_found(field, expected, found));
+}
+
+double checked_number(const char* field, double value, double lowest, double highest) {
+    require(value >= lowest && value <= highest, field, "from " + in_words(lowest) + " to " + in_words(highest),
+            in_words(value));
+    return value;
+}
+
+std::string checked_text(const char* field, const char* text, std::size_t longest) {
+    const std::string value = text == nullptr ? "" : text;
+    require(value.size() <= longest, field, "at most " + std::to_string(longest) + " bytes",
+            std::to_string(value.size()));
+    return value;
+}
+
+template <typename Struct>
+void check_size(const Struct* settings, const char* name) {
+    require(settings != nullptr, name, "a pointer", "NULL");
+    require(settings->struct_size >= sizeof(Struct), (std::string(name) + ".struct_size").c_str(),
+            std::to_string(sizeof(Struct)), std::to_string(settings->struct_size));
+}
+
+std::pair<double, double> checked_range(const char* field, double from, double to, double limit) {
+    if (from == 0 && to == 0)
+        return {-limit, limit};
+    const bool right =
+        from < to && std::abs(from) <= 2 * limit && std::abs(to) <= 2 * limit && to - from <= 2 * limit * (1 + 1e-12);
+    require(right, field, "an ascending range in radians, at most " + in_words(2 * limit) + " wide",
+            in_words(from) + " to " + in_words(to));
+    return {from, to};
+}
+
+LongitudeLatitudeRange checked_ranges(const es_sequence_settings& s) {
+    const auto [west, east] = checked_range("longitude_min, longitude_max", s.longitude_min, s.longitude_max, pi);
+    const auto [south, north] = checked_range("latitude_min, latitude_max", s.latitude_min, s.latitude_max, pi / 2);
+    checked_number("latitude_min", south, -pi / 2, pi / 2);
+    checked_number("latitude_max", north, -pi / 2, pi / 2);
+    return {west, east, south, north};
+}
+
+Camera checked_camera(const es_sequence_settings& s) {
+    const std::string sides = "1 to " + std::to_string(max_image_side);
+    require(s.width >= 1 && s.width <= max_image_side, "width", sides, std::to_string(s.width));
+    require(s.height >= 1 && s.height <= max_image_side, "height", sides, std::to_string(s.height));
+    require(std::int64_t{s.width} * s.height <= max_image_pixels, "width x height",
+            "at most " + std::to_string(max_image_pixels) + " pixels",
+            std::to_string(s.width) + "x" + std::to_string(s.height));
+    if (s.camera == ES_EQUIRECT)
+        return EquirectCamera{s.width, s.height, checked_ranges(s)};
+    require(s.camera == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE",
+            std::to_string(static_cast<int>(s.camera)));
+    require(s.fov_x_rad > 0.001 && s.fov_x_rad < pi - 0.001, "fov_x_rad", "above 0.001 and below pi - 0.001",
+            in_words(s.fov_x_rad));
+    return PerspectiveCamera{s.width, s.height, s.fov_x_rad};
+}
+
+Pose checked_pose(const char* field, const es_pose& pose) {
+    const double* p = pose.position_m;
+    const double* q = pose.orientation_wxyz;
+    const std::string position = in_words(p[0]) + " " + in_words(p[1]) + " " + in_words(p[2]);
+    require(std::abs(p[0]) <= 1e9 && std::abs(p[1]) <= 1e9 && std::abs(p[2]) <= 1e9,
+            (std::string(field) + ".position_m").c_str(), "numbers from -1e9 to 1e9", position);
+    const glm::dquat orientation(q[0], q[1], q[2], q[3]);
+    const double length = glm::length(orientation);
+    require(std::abs(length - 1) < 1e-3, (std::string(field) + ".orientation_wxyz").c_str(), "a unit quaternion",
+            "length " + in_words(length));
+    return {{p[0], p[1], p[2]}, orientation / length};
+}
+
+/// Everything that decides pixels, by the name a host knows it by.
+std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifest& manifest) {
+    const FrameInfo& info = manifest.shared;
+    std::string planes;
+    for (const std::string& plane : manifest.planes)
+        planes += (planes.empty() ? "" : ",") + plane;
+    std::vector<std::pair<const char*, std::string>> list = {
+        {"camera", std::holds_alternative<EquirectCamera>(info.camera) ? "equirect" : "perspective"},
+        {"size", std::to_string(width_of(info.camera)) + "x" + std::to_string(height_of(info.camera))},
+        {"spp", std::to_string(info.samples_per_pixel)},
+        {"seed", std::to_string(info.seed)},
+        {"eye", std::to_string(static_cast<int>(info.eye))},
+        {"lock", std::to_string(static_cast<int>(info.lock))},
+        {"ipd_m", in_words(info.ipd_m)},
+        {"lean_m", in_words(info.lean_m)},
+        {"frames_per_second", in_words(info.frames_per_second)},
+        {"exposure", in_words(info.exposure)},
+        {"aovs", planes},
+        {"scene_name", "\"" + info.scene + "\""},
+        {"host_name", "\"" + info.host + "\""}};
+    if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
+        const LongitudeLatitudeRange& range = sphere->range;
+        list.emplace_back("longitudes", in_words(range.longitude_min) + " to " + in_words(range.longitude_max));
+        list.emplace_back("latitudes", in_words(range.latitude_min) + " to " + in_words(range.latitude_max));
+    } else {
+        list.emplace_back("fov_x_rad", in_words(std::get<PerspectiveCamera>(info.camera).fov_x_rad));
+    }
+    return list;
+}
+
+/// FNV-1a, 64 bits: names a set of settings; not against forgery.
+std::string fingerprint_of(const Manifest& manifest, const std::string& of_host) {
+    std::string text = of_host;
+    for (const auto& [name, value] : deciding_settings(manifest))
+        text += std::string("\n") + name + "=" + value;
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
+    char digits[20];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    return digits;
+}
+
+}  // namespace
+
+SequenceSettings checked_settings(const es_sequence_settings* settings) {
+    check_size(settings, "es_sequence_settings");
+    const es_sequence_settings& s = *settings;
+    require(s.abi_version == ES_ABI_VERSION, "abi_version", std::to_string(ES_ABI_VERSION),
+            std::to_string(s.abi_version));
+    require(s.spp >= 1 && s.spp <= max_samples, "spp", "1 to " + std::to_string(max_samples), std::to_string(s.spp));
+    require(s.eye >= ES_EYE_CENTRE && s.eye <= ES_EYE_RIGHT, "eye", "ES_EYE_CENTRE, ES_EYE_LEFT or ES_EYE_RIGHT",
+            std::to_string(static_cast<int>(s.eye)));
+    require(s.lock == ES_LOCK_WORLD || s.lock == ES_LOCK_PATH, "lock", "ES_LOCK_WORLD or ES_LOCK_PATH",
+            std::to_string(static_cast<int>(s.lock)));
+    require(s.output_dir != nullptr && *s.output_dir != '\0', "output_dir", "a folder",
+            s.output_dir == nullptr ? "NULL" : "an empty name");
+    require(s.aovs != nullptr, "aovs", "groups such as \"depth,motion\", \"all\" or \"none\"", "NULL");
+
+    SequenceSettings checked;
+    checked.folder = s.output_dir;
+    checked.overwrite = s.overwrite != 0;
+    checked.single_part = s.single_part != 0;
+    checked.manifest.planes = parse_aov_groups(s.aovs);
+    checked.manifest.command = checked_text("command", s.command, 65536);
+    FrameInfo& info = checked.manifest.shared;
+    info.camera = checked_camera(s);
+    info.eye = static_cast<Eye>(s.eye);
+    info.lock = static_cast<AxisLock>(s.lock);
+    info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, 10);
+    info.lean_m = checked_number("lean_m", s.lean_m, 0, 1000);
+    info.frames_per_second = checked_number("frames_per_second", s.frames_per_second, 0.001, 1000);
+    info.exposure = checked_number("exposure", s.exposure, 1e-12, 1e12);
+    info.seed = s.seed;
+    info.samples_per_pixel = s.spp;
+    info.scene = checked_text("scene_name", s.scene_name, 255);
+    info.host = checked_text("host_name", s.host_name, 255);
+    checked.manifest.fingerprint = fingerprint_of(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536));
+    return checked;
+}
+
+FrameSettings checked_settings(const es_frame_settings* settings) {
+    check_size(settings, "es_frame_settings");
+    require(settings->index >= 0 && settings->index <= max_frame_index, "index",
+            "0 to " + std::to_string(max_frame_index), std::to_string(settings->index));
+    require(std::isfinite(settings->time_s), "time_s", "a finite time", in_words(settings->time_s));
+    return {settings->index, settings->time_s, checked_pose("head_previous", settings->head_previous),
+            checked_pose("head", settings->head), checked_pose("head_next", settings->head_next)};
+}
+
+std::optional<std::string> difference(const Manifest& expected, const Manifest& found) {
+    const auto before = deciding_settings(expected);
+    const auto now = deciding_settings(found);
+    for (std::size_t i = 0; i < std::min(before.size(), now.size()); ++i)
+        if (before[i] != now[i])
+            return std::string("expected ") + before[i].first + " " + before[i].second +
+                   " as in the frames there, found " + now[i].second;
+    if (expected.fingerprint != found.fingerprint)
+        return "expected fingerprint " + expected.fingerprint + " as in the frames there, found " + found.fingerprint +
+               " (the scene or the host's own settings changed)";
+    return std::nullopt;
+}
+
+}  // namespace equistream

@@ -1,0 +1,49 @@
+#include "sampling.h"
+
+namespace equistream {
+namespace {
+
+constexpr std::uint32_t reversed(std::uint32_t bits) {
+    bits = (bits << 16) | (bits >> 16);
+    bits = ((bits & 0x00ff00ffu) << 8) | ((bits & 0xff00ff00u) >> 8);
+    bits = ((bits & 0x0f0f0f0fu) << 4) | ((bits & 0xf0f0f0f0u) >> 4);
+    bits = ((bits & 0x33333333u) << 2) | ((bits & 0xccccccccu) >> 2);
+    return ((bits & 0x55555555u) << 1) | ((bits & 0xaaaaaaaau) >> 1);
+}
+
+/// Owen scrambling of a number whose bits are reversed: each bit is flipped by a hash of the bits below it. Adding
+/// and multiplying by even numbers carry upwards only, which is just what that needs.
+constexpr std::uint32_t scrambled_reversed(std::uint32_t bits, std::uint32_t seed) {
+    bits += seed;
+    bits ^= bits * 0x6c50b47cu;
+    bits ^= bits * 0xb82f1e52u;
+    bits ^= bits * 0xc7afe638u;
+    bits ^= bits * 0x8d22f6e6u;
+    return bits;
+}
+
+/// Second Sobol' dimension, most significant bit first.
+constexpr std::uint32_t sobol_second(std::uint32_t index) {
+    std::uint32_t result = 0;
+    for (std::uint32_t direction = 0x80000000u; index != 0; index >>= 1, direction ^= direction >> 1)
+        if (index & 1)
+            result ^= direction;
+    return result;
+}
+
+constexpr float unit_interval(std::uint32_t bits) {
+    return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
+
+}  // namespace
+
+SubpixelOffset subpixel_offset(std::uint64_t key, std::uint32_t pixel, std::uint32_t sample) {
+    const std::uint64_t seed = mixed(key + std::uint64_t{pixel} * 0x9e3779b97f4a7c15ull);
+    // The first dimension is the reversed index, so its reversed bits are the index itself.
+    const std::uint32_t first = scrambled_reversed(sample, static_cast<std::uint32_t>(seed));
+    const std::uint32_t second =
+        scrambled_reversed(reversed(sobol_second(sample)), static_cast<std::uint32_t>(seed >> 32));
+    return {unit_interval(reversed(first)), unit_interval(reversed(second))};
+}
+
+}  // namespace equistream
