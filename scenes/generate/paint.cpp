@@ -1,0 +1,186 @@
+#include "paint.h"
+
+#include <equistream/error.h>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace equistream::generate {
+namespace {
+
+/// Letters as polylines; curves are short chords. Only what the bundled scenes write.
+const std::map<char, std::vector<Stroke>>& alphabet() {
+    static const std::map<char, std::vector<Stroke>> letters{
+        {'A', {{{0, 1}, {0.31f, 0}, {0.62f, 1}}, {{0.12f, 0.62f}, {0.5f, 0.62f}}}},
+        {'B',
+         {{{0, 0}, {0, 1}, {0.4f, 1}, {0.56f, 0.9f}, {0.6f, 0.74f}, {0.54f, 0.58f}, {0.38f, 0.49f}, {0, 0.49f}},
+          {{0.38f, 0.49f}, {0.52f, 0.4f}, {0.56f, 0.25f}, {0.5f, 0.09f}, {0.36f, 0}, {0, 0}}}},
+        {'C',
+         {{{0.6f, 0.2f},
+           {0.5f, 0.05f},
+           {0.32f, 0},
+           {0.12f, 0.08f},
+           {0, 0.32f},
+           {0, 0.68f},
+           {0.12f, 0.92f},
+           {0.32f, 1},
+           {0.5f, 0.95f},
+           {0.6f, 0.8f}}}},
+        {'D',
+         {{{0, 0}, {0, 1}, {0.3f, 1}, {0.52f, 0.86f}, {0.6f, 0.6f}, {0.6f, 0.4f}, {0.52f, 0.14f}, {0.3f, 0}, {0, 0}}}},
+        {'E', {{{0.6f, 0}, {0, 0}, {0, 1}, {0.6f, 1}}, {{0, 0.49f}, {0.46f, 0.49f}}}},
+        {'F', {{{0.6f, 0}, {0, 0}, {0, 1}}, {{0, 0.49f}, {0.46f, 0.49f}}}},
+        {'G',
+         {{{0.6f, 0.2f},
+           {0.5f, 0.05f},
+           {0.32f, 0},
+           {0.12f, 0.08f},
+           {0, 0.32f},
+           {0, 0.68f},
+           {0.12f, 0.92f},
+           {0.32f, 1},
+           {0.5f, 0.95f},
+           {0.6f, 0.8f},
+           {0.6f, 0.55f},
+           {0.36f, 0.55f}}}},
+        {'H', {{{0, 0}, {0, 1}}, {{0.6f, 0}, {0.6f, 1}}, {{0, 0.49f}, {0.6f, 0.49f}}}},
+        {'I', {{{0.3f, 0}, {0.3f, 1}}}},
+        {'K', {{{0, 0}, {0, 1}}, {{0.58f, 0}, {0, 0.6f}}, {{0.2f, 0.42f}, {0.6f, 1}}}},
+        {'L', {{{0, 0}, {0, 1}, {0.6f, 1}}}},
+        {'M', {{{0, 1}, {0, 0}, {0.3f, 0.6f}, {0.6f, 0}, {0.6f, 1}}}},
+        {'N', {{{0, 1}, {0, 0}, {0.6f, 1}, {0.6f, 0}}}},
+        {'O',
+         {{{0.3f, 0},
+           {0.12f, 0.08f},
+           {0, 0.32f},
+           {0, 0.68f},
+           {0.12f, 0.92f},
+           {0.3f, 1},
+           {0.48f, 0.92f},
+           {0.6f, 0.68f},
+           {0.6f, 0.32f},
+           {0.48f, 0.08f},
+           {0.3f, 0}}}},
+        {'P', {{{0, 1}, {0, 0}, {0.4f, 0}, {0.55f, 0.1f}, {0.6f, 0.28f}, {0.55f, 0.45f}, {0.4f, 0.55f}, {0, 0.55f}}}},
+        {'Q',
+         {{{0.3f, 0},
+           {0.12f, 0.08f},
+           {0, 0.32f},
+           {0, 0.68f},
+           {0.12f, 0.92f},
+           {0.3f, 1},
+           {0.48f, 0.92f},
+           {0.6f, 0.68f},
+           {0.6f, 0.32f},
+           {0.48f, 0.08f},
+           {0.3f, 0}},
+          {{0.36f, 0.72f}, {0.62f, 1.04f}}}},
+        {'R',
+         {{{0, 1}, {0, 0}, {0.4f, 0}, {0.55f, 0.1f}, {0.6f, 0.28f}, {0.55f, 0.43f}, {0.4f, 0.52f}, {0, 0.52f}},
+          {{0.3f, 0.52f}, {0.62f, 1}}}},
+        {'S',
+         {{{0.58f, 0.17f},
+           {0.48f, 0.04f},
+           {0.3f, 0},
+           {0.11f, 0.06f},
+           {0.03f, 0.22f},
+           {0.1f, 0.38f},
+           {0.3f, 0.48f},
+           {0.5f, 0.58f},
+           {0.59f, 0.75f},
+           {0.5f, 0.93f},
+           {0.3f, 1},
+           {0.1f, 0.95f},
+           {0, 0.81f}}}},
+        {'T', {{{0, 0}, {0.62f, 0}}, {{0.31f, 0}, {0.31f, 1}}}},
+        {'U', {{{0, 0}, {0, 0.7f}, {0.09f, 0.92f}, {0.3f, 1}, {0.51f, 0.92f}, {0.6f, 0.7f}, {0.6f, 0}}}},
+        {'V', {{{0, 0}, {0.3f, 1}, {0.6f, 0}}}},
+        {'W', {{{0, 0}, {0.14f, 1}, {0.31f, 0.35f}, {0.48f, 1}, {0.62f, 0}}}},
+        {'Y', {{{0, 0}, {0.3f, 0.5f}, {0.6f, 0}}, {{0.3f, 0.5f}, {0.3f, 1}}}},
+        {' ', {}},
+    };
+    return letters;
+}
+
+float distance_to_strokes(std::span<const Stroke> strokes, glm::vec2 p) {
+    float nearest = std::numeric_limits<float>::max();
+    for (const Stroke& stroke : strokes)
+        for (std::size_t i = 1; i < stroke.size(); ++i)
+            nearest = std::min(nearest, distance_to_segment(p, stroke[i - 1], stroke[i]));
+    return nearest;
+}
+
+constexpr float letter_step = letter_width + 0.22f;
+
+}  // namespace
+
+ByteImage paint(int width, int height, int channels, const std::function<glm::vec4(glm::vec2)>& colour_at) {
+    ByteImage image(width, height, channels);
+    tbb::parallel_for(0, height, [&](int y) {
+        for (int x = 0; x < width; ++x) {
+            const glm::vec2 at((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
+                               (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
+            const glm::vec4 colour = glm::clamp(colour_at(at), 0.0f, 1.0f);
+            for (int c = 0; c < channels; ++c)
+                image.pixel(x, y)[c] = static_cast<std::uint8_t>(std::lround(255 * colour[c]));
+        }
+    });
+    return image;
+}
+
+float distance_to_segment(glm::vec2 p, glm::vec2 a, glm::vec2 b) {
+    const glm::vec2 ab = b - a;
+    const float t = glm::clamp(glm::dot(p - a, ab) / glm::dot(ab, ab), 0.0f, 1.0f);
+    return glm::length(p - a - t * ab);
+}
+
+float coverage(float distance, float softness) {
+    return glm::clamp(0.5f - distance / softness, 0.0f, 1.0f);
+}
+
+std::span<const Stroke> letter_strokes(char letter) {
+    const auto found = alphabet().find(letter);
+    if (found == alphabet().end())
+        throw InputError(expected_found("text on a texture", "capital letters", std::string("'") + letter + "'"));
+    return found->second;
+}
+
+float distance_to_text(std::string_view text, glm::vec2 p) {
+    float nearest = std::numeric_limits<float>::max();
+    for (std::size_t i = 0; i < text.size(); ++i)
+        nearest = std::min(nearest, distance_to_strokes(letter_strokes(text[i]),
+                                                        p - glm::vec2(letter_step * static_cast<float>(i), 0)));
+    return nearest;
+}
+
+float text_width(std::string_view text) {
+    return text.empty() ? 0 : letter_step * static_cast<float>(text.size() - 1) + letter_width;
+}
+
+std::vector<std::uint8_t> encode_image(const ByteImage& image, Encoding encoding) {
+    const char* name = encoding == Encoding::png ? "texture.png" : "texture.jpg";
+    auto output = OIIO::ImageOutput::create(name);
+    if (!output)
+        throw WorkError(std::string("OpenImageIO cannot write ") + name + ": " + OIIO::geterror());
+    OIIO::ImageSpec spec(image.width(), image.height(), image.channels(), OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:UnassociatedAlpha", 1);  // glTF's alpha is not premultiplied
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("png:compressionLevel", 9);
+    spec.attribute("compression", encoding == Encoding::png ? "zip" : "jpeg:88");
+    std::vector<std::uint8_t> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    if (!output->open(name, spec) || !output->write_image(OIIO::TypeDesc::UINT8, image.samples().data()) ||
+        !output->close())
+        throw WorkError(std::string("OpenImageIO cannot write ") + name + ": " + output->geterror());
+    return bytes;
+}
+
+}  // namespace equistream::generate

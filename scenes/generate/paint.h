@@ -1,0 +1,40 @@
+#pragma once
+/// Painting textures: a colour per pixel from a function, strokes and letters on top, then PNG or JPEG bytes.
+#include <equistream/image.h>
+
+#include <glm/glm.hpp>
+
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace equistream::generate {
+
+/// An 8-bit sRGB image (3 channels; 4 with alpha). The function gets (x, y) in [0, 1), y down, at pixel centres, and
+/// returns display-referred colour in [0, 1] and coverage. Rows are painted in parallel: it must be pure.
+ByteImage paint(int width, int height, int channels, const std::function<glm::vec4(glm::vec2)>& colour_at);
+
+/// Distance from `p` to the segment a-b.
+float distance_to_segment(glm::vec2 p, glm::vec2 a, glm::vec2 b);
+
+/// 1 inside (distance < 0), 0 outside, with an edge `softness` wide.
+float coverage(float distance, float softness);
+
+using Stroke = std::vector<glm::vec2>;
+
+/// A capital letter or digit as strokes in a box 1 high (y down) and `letter_width` wide. Throws InputError for a
+/// character it does not have.
+std::span<const Stroke> letter_strokes(char letter);
+inline constexpr float letter_width = 0.62f;
+
+/// Distance from p to the middle lines of a text whose first letter's top left is the origin and height is 1.
+float distance_to_text(std::string_view text, glm::vec2 p);
+float text_width(std::string_view text);
+
+enum class Encoding { png, jpeg };
+
+/// Encoded file bytes; a function of the image alone. JPEG is for opaque images only.
+std::vector<std::uint8_t> encode_image(const ByteImage& image, Encoding encoding);
+
+}  // namespace equistream::generate
