@@ -53,7 +53,7 @@ ByteImage depth_picture(const FloatImage& depth, double box_radius_m) {
     if (logs.empty())
         return ByteImage(depth.width(), depth.height(), 3);
     const auto quantile = [&](double q) {
-        const auto at = logs.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(logs.size() - 1));
+        const auto at = logs.begin() + std::lround(q * static_cast<double>(logs.size() - 1));
         std::nth_element(logs.begin(), at, logs.end());
         return *at;
     };

@@ -1,0 +1,111 @@
+#include <equistream/error.h>
+#include <equistream/picture.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+namespace equistream {
+namespace {
+
+namespace fs = std::filesystem;
+
+ByteImage gradient(int channels) {
+    ByteImage picture(37, 19, channels);
+    std::uint8_t value = 3;
+    for (std::uint8_t& sample : picture.samples())
+        sample = value = static_cast<std::uint8_t>(value * 5 + 1);
+    return picture;
+}
+
+TEST(PictureFile, PngKeepsEveryByte) {
+    const fs::path file = fs::path(testing::TempDir()) / "picture.png";
+    for (const int channels : {1, 3}) {
+        const ByteImage written = gradient(channels);
+        write_picture(file, written.view());
+        const ByteImage read = read_picture(file);
+        ASSERT_EQ(read.channels(), channels);
+        EXPECT_TRUE(std::ranges::equal(written.samples(), read.samples()));
+    }
+}
+
+TEST(PictureFile, TruncationIsAnErrorThatNamesTheFile) {
+    const fs::path file = fs::path(testing::TempDir()) / "cut.png";
+    write_picture(file, gradient(3).view());
+    const auto size = fs::file_size(file);
+    for (const double share : {0.0, 0.1, 0.5, 0.9}) {
+        write_picture(file, gradient(3).view());
+        fs::resize_file(file, static_cast<std::uintmax_t>(static_cast<double>(size) * share));
+        try {
+            read_picture(file);
+            FAIL() << "read a picture cut to " << share;
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("cut.png"), std::string::npos);
+        }
+    }
+    EXPECT_THROW(read_picture(fs::path(testing::TempDir()) / "none.png"), InputError);
+}
+
+TEST(PictureFile, AnUnwritableFolderIsAWorkErrorAndLeavesNothing) {
+    EXPECT_THROW(write_picture("/proc/picture.png", gradient(3).view()), WorkError);
+}
+
+class FalseColour : public testing::Test {
+protected:
+    FalseColour() {
+        frame.info.camera = EquirectCamera{4, 2, {}};
+        FloatImage depth(4, 2, 1, 5.0f);
+        *depth.pixel(0, 0) = std::numeric_limits<float>::infinity();
+        *depth.pixel(1, 0) = 1.0f;
+        *depth.pixel(2, 0) = 100.0f;
+        frame.planes["depth"] = std::move(depth);
+        FloatImage motion(4, 2, 2, 0.0f);
+        motion.pixel(1, 1)[0] = 1.0f;
+        motion.pixel(2, 1)[0] = -1.0f;
+        frame.planes["backward"] = std::move(motion);
+        FloatImage normal(4, 2, 3, 0.0f);
+        normal.pixel(0, 0)[1] = 1.0f;
+        frame.planes["normal"] = std::move(normal);
+        IdImage ids(4, 2, 1, 0);
+        *ids.pixel(1, 0) = 1;
+        *ids.pixel(2, 0) = 2;
+        frame.ids["object_id"] = std::move(ids);
+    }
+    Frame frame;
+    DisplayTransform display;
+};
+
+int brightness(const std::uint8_t* rgb) {
+    return std::max({rgb[0], rgb[1], rgb[2]});
+}
+
+TEST_F(FalseColour, NearIsBrighterThanFarAndMissesAreBlack) {
+    const ByteImage picture = picture_of_plane(frame, "depth", display);
+    EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
+    EXPECT_GT(brightness(picture.pixel(1, 0)), brightness(picture.pixel(3, 0)));
+    EXPECT_GT(brightness(picture.pixel(3, 0)), brightness(picture.pixel(2, 0)));
+    EXPECT_GT(brightness(picture.pixel(2, 0)), 0);
+}
+
+TEST_F(FalseColour, OppositeMotionsHaveOppositeHuesAndNoneIsBlack) {
+    const ByteImage picture = picture_of_plane(frame, "backward", display);
+    EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
+    EXPECT_EQ(brightness(picture.pixel(1, 1)), 255);
+    EXPECT_NE(*picture.pixel(1, 1), *picture.pixel(2, 1));
+}
+
+TEST_F(FalseColour, NormalsPointUpInGreenAndIdsDiffer) {
+    EXPECT_EQ(picture_of_plane(frame, "normal", display).pixel(0, 0)[1], 255);
+    const ByteImage ids = picture_of_plane(frame, "object_id", display);
+    EXPECT_EQ(brightness(ids.pixel(0, 0)), 0);
+    EXPECT_FALSE(std::equal(ids.pixel(1, 0), ids.pixel(1, 0) + 3, ids.pixel(2, 0)));
+}
+
+TEST_F(FalseColour, AMissingPlaneIsNamed) {
+    EXPECT_THROW(picture_of_plane(frame, "albedo", display), InputError);
+}
+
+}  // namespace
+}  // namespace equistream
