@@ -24,10 +24,11 @@ public:
     using pointer = const char*;
     using reference = const char&;
 
-    CountingCursor(const char* at, const char** furthest) : at_(at), furthest_(furthest) {}
+    CountingCursor(const char* at, std::size_t* characters_read) : at_(at), characters_read_(characters_read) {}
     reference operator*() const { return *at_; }
     CountingCursor& operator++() {
-        *furthest_ = ++at_;
+        ++at_;
+        ++*characters_read_;
         return *this;
     }
     CountingCursor operator++(int) {
@@ -40,16 +41,16 @@ public:
 
 private:
     const char* at_;
-    const char** furthest_;
+    std::size_t* characters_read_;
 };
 
 using Json = nlohmann::json;
 
 class TreeBuilder final : public nlohmann::json_sax<Json> {
 public:
-    TreeBuilder(std::string_view text, const std::string& file) : text_(text), file_(file), read_(text.data()) {}
+    TreeBuilder(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
-    const char** read() { return &read_; }
+    std::size_t* characters_read() { return &read_; }
     JsonValue take() { return std::move(root_); }
 
     bool null() override { return add(JsonValue::Kind::null) != nullptr; }
@@ -81,20 +82,23 @@ public:
     }
 
     bool parse_error(std::size_t, const std::string& last_token, const nlohmann::detail::exception& e) override {
+        if (std::string_view(e.what()).find("end of input") != std::string_view::npos) {
+            ++read_;  // nothing is at hand: all newlines count
+            throw InputError(expected_found(place(), "valid JSON", "the end of the file"));
+        }
         // Control characters and long tokens would spoil the one line.
         std::string token = last_token.substr(0, 40);
         std::erase_if(token, [](char c) { return static_cast<unsigned char>(c) < 0x20; });
-        const bool at_end = read_ == text_.data() + text_.size() && token.empty();
-        const bool out_of_range = e.id == 406;
-        throw InputError(expected_found(place(), out_of_range ? "a number that a double can hold" : "valid JSON",
-                                        at_end ? "the end of the file" : "\"" + token + "\""));
+        constexpr int out_of_range = 406;
+        throw InputError(expected_found(
+            place(), e.id == out_of_range ? "a number that a double can hold" : "valid JSON", "\"" + token + "\""));
     }
 
 private:
     /// The last character read belongs to the token at hand, or (after a number) is the one behind it.
     int line() {
         for (; counted_ + 1 < read_; ++counted_)
-            lines_ += *counted_ == '\n';
+            lines_ += text_[counted_] == '\n';
         return lines_;
     }
     std::string place() { return file_ + ":" + std::to_string(line()); }
@@ -129,8 +133,8 @@ private:
 
     std::string_view text_;
     const std::string& file_;
-    const char* read_;
-    const char* counted_ = text_.data();
+    std::size_t read_ = 0;
+    std::size_t counted_ = 0;
     int lines_ = 1;
     JsonValue root_;
     /// Pointers stay good: a parent's lists do not grow while a child of it is open.
@@ -166,8 +170,8 @@ std::string joined(std::initializer_list<std::string_view> names) {
 
 JsonValue parse_json(std::string_view text, const std::string& file) {
     TreeBuilder builder(text, file);
-    const CountingCursor begin(text.data(), builder.read());
-    const CountingCursor end(text.data() + text.size(), builder.read());
+    const CountingCursor begin(text.data(), builder.characters_read());
+    const CountingCursor end(text.data() + text.size(), builder.characters_read());
     Json::sax_parse(begin, end, &builder);
     return builder.take();
 }
