@@ -1,0 +1,82 @@
+/// equistream scene: generate NAME --out DIR, info SCENE.
+#include "summary.h"
+
+#include <equistream/error.h>
+#include <equistream_cli/program.h>
+#include <equistream_generate/generate.h>
+
+#include <cstdio>
+
+namespace equistream {
+namespace {
+
+struct GenerateArguments {
+    std::string name;
+    std::string folder;
+    std::vector<std::string> options;
+    bool list = false;
+};
+
+struct InfoArguments {
+    std::string scene;
+    bool json = false;
+};
+
+void print(const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+}
+
+void list_generators() {
+    for (const Generator& generator : generators()) {
+        std::printf("%-12.*s%.*s\n", static_cast<int>(generator.name.size()), generator.name.data(),
+                    static_cast<int>(generator.summary.size()), generator.summary.data());
+        for (const GeneratorOption& option : generator.options)
+            print("              --option " + std::string(option.name) + "=" + std::string(option.default_value) +
+                  ": " + std::string(option.meaning) + "\n");
+    }
+}
+
+void generate(const GenerateArguments& arguments) {
+    if (arguments.list)
+        return list_generators();
+    if (arguments.name.empty() || arguments.folder.empty())
+        throw InputError("generate: expected a scene's name and --out DIR (--list shows the names)");
+    const GeneratedScene scene = make_scene(find_generator(arguments.name), arguments.options);
+    const std::filesystem::path description = write_scene(scene, arguments.folder);
+    print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
+}
+
+void info(const InfoArguments& arguments) {
+    const SceneDescription scene = load_scene(arguments.scene);
+    const SceneSummary summary = summarise(load_model(scene.model), scene);
+    print(arguments.json ? summary_json(summary) : summary_text(summary));
+}
+
+std::function<void()> set_up(CLI::App& app) {
+    auto generating = std::make_shared<GenerateArguments>();
+    auto informing = std::make_shared<InfoArguments>();
+    CLI::App* generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
+    generate_command->add_option("NAME", generating->name, "which one (--list shows them)");
+    generate_command->add_option("--out", generating->folder, "folder to write to, made if need be");
+    generate_command->add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
+        ->type_name("NAME=VALUE");
+    generate_command->add_flag("--list", generating->list, "list the scenes and their options");
+    CLI::App* info_command = app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
+    info_command->add_option("SCENE", informing->scene, "scene description (JSON)")->required();
+    info_command->add_flag("--json", informing->json, "as JSON");
+    app.require_subcommand(1);
+    return [generating, informing, generate_command] {
+        if (generate_command->parsed())
+            generate(*generating);
+        else
+            info(*informing);
+    };
+}
+
+}  // namespace
+}  // namespace equistream
+
+int main(int argc, char** argv) {
+    return equistream::cli::run_program(argc, argv, "scene", "Generates bundled scenes and describes any scene.",
+                                        "equistream scene generate pavilion --out scenes", equistream::set_up);
+}
