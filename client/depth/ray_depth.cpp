@@ -5,30 +5,12 @@
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <array>
 #include <limits>
 
 namespace equistream {
 
 namespace {
-
-/// Whether a node or any of its parents is named.
-bool belongs_to(const SceneModel& model, std::uint32_t object, const std::vector<MovingObject>& moving) {
-    for (int o = int(object); o >= 0; o = model.objects[std::size_t(o)].parent)
-        if (std::ranges::any_of(moving,
-                                [&](const MovingObject& m) { return m.object == model.objects[std::size_t(o)].name; }))
-            return true;
-    return false;
-}
-
-std::vector<std::uint32_t> moving_instances(const SceneModel& model, const SceneDescription& scene) {
-    std::vector<std::uint32_t> instances;
-    for (std::uint32_t i = 0; i < model.instances.size(); ++i)
-        if (belongs_to(model, model.instances[i].object, scene.moving))
-            instances.push_back(i);
-    return instances;
-}
 
 constexpr int packet_side = 4;  ///< a packet of 16 rays is a square: more coherent than a row
 
@@ -94,7 +76,7 @@ struct RayDepth::State {
 
     explicit State(const SceneDescription& description)
         : scene(description), model(load_model(description.model, {.shading = false})),
-          moving(moving_instances(model, scene)), bvh(model, {.moving_instances = moving}) {}
+          moving(find_moving_instances(model, scene)), bvh(model, {.moving_instances = moving}) {}
 };
 
 RayDepth::RayDepth(const SceneDescription& scene) : state_(std::make_unique<State>(scene)) {}

@@ -125,7 +125,7 @@ std::function<void()> set_up(CLI::App& app, std::shared_ptr<Arguments> arguments
     app.add_option("--exposure", arguments->exposure, "For EXR, instead of each frame's own exposure");
     app.add_option("--view", arguments->comparison.view, "Display view for EXR (OpenColorIO)")->capture_default_str();
     app.add_option("--gaps", arguments->gaps,
-                   "Folder of origin masks as play writes them: gap pixels are also scored apart");
+                   "Folder of gap masks as play writes them: their pixels are scored apart too");
     app.add_option("--difference", arguments->comparison.difference_folder,
                    "Folder for difference pictures, 8 times amplified");
     app.add_option("--out", arguments->out, "Write the report to this JSON file too");

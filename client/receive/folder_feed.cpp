@@ -49,8 +49,8 @@ public:
     }
 
     std::string truncation() const override { return {}; }
-    std::int64_t bytes() const override { return bytes_; }
-    std::optional<double> frame_count() const override { return double(frames_.size()); }
+    std::vector<FeedTrack> tracks() const override { return tracks_; }
+    std::optional<double> fraction_done() const override { return double(position_) / double(frames_.size()); }
 
 private:
     /// The main view: the head's centre, else the left eye as in the paper, else the only one there is.
@@ -83,8 +83,16 @@ private:
         if (with_colour)
             convert(frame.planes.at("colour"), picture);
         std::error_code ignored;
-        bytes_ += std::int64_t(fs::file_size(path, ignored));
+        count(view, std::int64_t(fs::file_size(path, ignored)));
         return picture;
+    }
+
+    void count(const std::string& view, std::int64_t bytes) {
+        auto track = std::ranges::find(tracks_, view, &FeedTrack::name);
+        if (track == tracks_.end())
+            track = tracks_.insert(track, {view, 0, 0});
+        track->pictures += 1;
+        track->bytes += bytes;
     }
 
     void convert(const FloatImage& colour, ReceivedPicture& picture) const {
@@ -100,7 +108,7 @@ private:
     std::vector<std::string> depth_views_;
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;
-    std::int64_t bytes_ = 0;
+    std::vector<FeedTrack> tracks_;
 };
 
 }  // namespace

@@ -20,7 +20,7 @@ public:
     StreamFeed(const std::string& source, const FeedOptions& options) : reader_(source), options_(options) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
-        bytes_ = error ? 0 : std::int64_t(size);
+        file_bytes_ = error ? 0 : double(size);
         for (const StreamTrackSummary& track : reader_.tracks())
             has_small_ |= track.role == TrackRole::small;
     }
@@ -40,8 +40,18 @@ public:
     }
 
     std::string truncation() const override { return reader_.truncation(); }
-    std::int64_t bytes() const override { return bytes_; }
-    std::optional<double> frame_count() const override { return std::nullopt; }
+    std::vector<FeedTrack> tracks() const override {
+        std::vector<FeedTrack> tracks;
+        for (const StreamTrackSummary& track : reader_.tracks())
+            tracks.push_back({track_name(track.role), track.pictures, track.bytes});
+        return tracks;
+    }
+    std::optional<double> fraction_done() const override {
+        double bytes = 0;
+        for (const FeedTrack& track : tracks())
+            bytes += double(track.bytes);
+        return file_bytes_ > 0 ? std::optional(std::min(1.0, bytes / file_bytes_)) : std::nullopt;
+    }
 
 private:
     struct Partial {
@@ -97,7 +107,7 @@ private:
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
     std::int64_t foreign_index_ = 0;
-    std::int64_t bytes_ = 0;
+    double file_bytes_ = 0;
     bool has_small_ = false;
     bool ended_ = false;
 };

@@ -28,6 +28,13 @@ struct ReceivedFrame {
     std::vector<ReceivedPicture> depth_views;
 };
 
+/// Bytes as they came, of one track or one folder.
+struct FeedTrack {
+    std::string name;
+    std::int64_t pictures = 0;
+    std::int64_t bytes = 0;
+};
+
 class FrameFeed {
 public:
     virtual ~FrameFeed() = default;
@@ -35,8 +42,10 @@ public:
     virtual std::optional<ReceivedFrame> next() = 0;
     /// After the end: empty, or one line on why there was no more ("cut after frame 5 ...").
     virtual std::string truncation() const = 0;
-    virtual std::int64_t bytes() const = 0;                 ///< of the file or folder; 0 if unknown
-    virtual std::optional<double> frame_count() const = 0;  ///< if it is known beforehand, for progress
+    /// What has been read so far.
+    virtual std::vector<FeedTrack> tracks() const = 0;
+    /// From 0 to 1; nothing where the end is not known.
+    virtual std::optional<double> fraction_done() const = 0;
 };
 
 struct FeedOptions {

@@ -1,0 +1,228 @@
+#include "frame_player.h"
+
+#include "view_writer.h"
+
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream_client/ray_depth.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace equistream::play {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// The head box around a source's centre (bound.h).
+double box_radius_m(const FrameInfo& info) {
+    return info.eye == Eye::centre ? head_box_radius_centre(info.lean_m, info.ipd_m)
+                                   : head_box_radius_eye(info.lean_m, info.ipd_m);
+}
+
+ImageView<const float> view_of(const FloatImage& image) {
+    return image.empty() ? ImageView<const float>{} : image.view();
+}
+
+SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
+    return {picture.rgb.view(), picture.info.camera, picture.info.camera_pose, view_of(depth_m),
+            box_radius_m(picture.info)};
+}
+
+void require_tagged_size(const ReceivedPicture& picture) {
+    if (picture.rgb.width() != width_of(picture.info.camera) || picture.rgb.height() != height_of(picture.info.camera))
+        throw WorkError(
+            expected_found("frame " + std::to_string(picture.info.index),
+                           std::to_string(width_of(picture.info.camera)) + "x" +
+                               std::to_string(height_of(picture.info.camera)) + " as its tag says",
+                           std::to_string(picture.rgb.width()) + "x" + std::to_string(picture.rgb.height())));
+}
+
+}  // namespace
+
+struct FramePlayer::Depths {
+    FloatImage main, small;
+};
+
+FramePlayer::FramePlayer(const Settings& settings, Report& report)
+    : settings_(settings), ladder_(make_fill_ladder(settings.fill)) {
+    if (!settings.head.empty())
+        head_path_ = read_path_csv(settings.head);
+    if (!settings.scene.empty())
+        scene_ = load_scene(settings.scene);
+    choose_method(report);
+    method_ = report.method;
+    engine_ = make_engine(method_);
+    make_depth_source(report);
+}
+
+FramePlayer::~FramePlayer() = default;
+
+void FramePlayer::choose_method(Report& report) const {
+    const bool has_depth = scene_ || settings_.depth == "exact";
+    report.method = settings_.method;
+    if (report.method.empty() && !has_depth)
+        report.notes.push_back("no scene, so no depth: method sphere (rotation only); --scene S gives parallax");
+    if (report.method.empty())
+        report.method = has_depth ? "surface" : "sphere";
+    if (report.method == "surface" && !has_depth)
+        throw InputError(expected_found("--method surface", "--scene S or --depth exact, to have depth", "neither"));
+}
+
+void FramePlayer::make_depth_source(Report& report) {
+    report.depth = "none";
+    if (method_ != "surface")
+        return;
+    report.depth = settings_.depth;
+    std::unique_ptr<DepthSource> ray;
+    if (scene_) {
+        const auto start = Clock::now();
+        ray = std::make_unique<RayDepth>(*scene_);
+        report.scene_load_ms = milliseconds_since(start);
+    }
+    if (settings_.depth == "exact") {
+        auto exact = std::make_unique<ExactDepth>(std::move(ray));
+        exact_ = exact.get();
+        depth_ = std::move(exact);
+        return;
+    }
+    depth_ = std::move(ray);
+}
+
+void FramePlayer::check(const ReceivedFrame& first) const {
+    if (!first.posed && method_ != "sphere")
+        throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method surface",
+                                        "ordinary video (--method sphere turns it)"));
+    if (scene_ && first.posed && first.main.info.scene != scene_->name)
+        throw InputError(
+            expected_found(settings_.scene.string(),
+                           "the scene '" + first.main.info.scene + "' that " + settings_.source + " was rendered from",
+                           "'" + scene_->name + "'"));
+    if (exact_ != nullptr && first.main.depth_m.empty())
+        throw InputError(
+            expected_found("--depth exact", "a folder of rendered frames with their depth", settings_.source));
+    const PerspectiveCamera eye = eye_camera(first.main.info);
+    if (settings_.format == Format::mp4 && (eye.width % 2 != 0 || eye.height % 2 != 0))
+        throw InputError(expected_found("--size", "even sides for --format mp4",
+                                        std::to_string(eye.width) + "x" + std::to_string(eye.height)));
+}
+
+PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {
+    PerspectiveCamera camera{default_size.width, default_size.height, default_fov_deg * pi / 180};
+    if (const auto* perspective = std::get_if<PerspectiveCamera>(&source.camera))
+        camera = *perspective;
+    if (settings_.size) {
+        camera.width = settings_.size->width;
+        camera.height = settings_.size->height;
+    }
+    if (settings_.fov_deg)
+        camera.fov_x_rad = *settings_.fov_deg * pi / 180;
+    return camera;
+}
+
+PlayedEye FramePlayer::eye_of(const ReceivedFrame& frame, Eye eye) const {
+    PlayedEye played;
+    played.info = frame.main.info;
+    played.info.camera = eye_camera(frame.main.info);
+    played.info.eye = eye;
+    played.info.lock = AxisLock::path;
+    if (settings_.ipd_m)
+        played.info.ipd_m = *settings_.ipd_m;
+    if (!head_path_.empty())
+        played.info.head = head_path_.at(played.info.time_s);
+    played.info.camera_pose = camera_pose(played.info.camera, played.info.head, eye, played.info.ipd_m, AxisLock::path);
+    return played;
+}
+
+void FramePlayer::offer_exact_depth(const ReceivedFrame& frame) {
+    const auto offer = [&](const ReceivedPicture& picture) {
+        if (!picture.depth_m.empty())
+            exact_->add(picture.info.camera, picture.info.camera_pose, picture.depth_m);
+    };
+    offer(frame.main);
+    if (frame.small)
+        offer(*frame.small);
+    for (const ReceivedPicture& view : frame.depth_views)
+        offer(view);
+}
+
+FramePlayer::Depths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
+    Depths depths;
+    if (!depth_)
+        return depths;
+    const auto cast = [&](const Camera& camera, const Pose& pose, FloatImage& depth_m) {
+        if (depth_m.width() != width_of(camera) || depth_m.height() != height_of(camera))
+            depth_m = FloatImage(width_of(camera), height_of(camera), 1);
+        depth_->cast(camera, pose, depth_m.view());
+    };
+    bool any = false;
+    for (PlayedEye* eye : {&played.left, &played.right}) {
+        if (!engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose))
+            continue;
+        cast(eye->info.camera, eye->info.camera_pose, eye->depth_m);
+        any = true;
+    }
+    if (!any)
+        return depths;
+    cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
+    const bool fill_wants_it = std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
+    if (frame.small && fill_wants_it)
+        cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
+    return depths;
+}
+
+void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const Depths& depths, PlayedFrame& played) {
+    auto start = Clock::now();
+    engine_->set_source(source_view(frame.main, depths.main));
+    engine_->reproject(played.left.view(), played.left.picture);
+    engine_->reproject(played.right.view(), played.right.picture);
+    played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(milliseconds_since(start));
+
+    played.left.gaps = gap_mask(played.left.picture);
+    played.right.gaps = gap_mask(played.right.picture);
+    for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
+        *figures = {std::int64_t(eye->gaps.samples().size()), eye->picture.count(PixelOrigin::gap), {}};
+
+    start = Clock::now();
+    for (const auto& rung : ladder_) {
+        rung->set_small(frame.small ? std::optional(source_view(*frame.small, depths.small)) : std::nullopt);
+        for (auto [eye, figures] :
+             {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
+            figures->filled.emplace_back(rung->name(), rung->fill(eye->view(), eye->picture));
+    }
+    played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
+}
+
+PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
+    require_tagged_size(frame.main);
+    if (frame.small)
+        require_tagged_size(*frame.small);
+    PlayedFrame played{eye_of(frame, Eye::left), eye_of(frame, Eye::right), {}};
+    played.figures.index = frame.main.info.index;
+    played.figures.time_s = frame.main.info.time_s;
+    played.figures.has_small = frame.small.has_value();
+    StageTimes& times = played.figures.milliseconds;
+    const double small_decode_ms = frame.small ? frame.small->decode_ms : 0;
+    const double small_convert_ms = frame.small ? frame.small->convert_ms : 0;
+    times[std::size_t(Stage::decode)] = {frame.main.decode_ms + small_decode_ms};
+    times[std::size_t(Stage::convert)] = {frame.main.convert_ms + small_convert_ms};
+    for (int i = 0; i < settings_.repeat; ++i) {
+        const auto start = Clock::now();
+        if (depth_)
+            depth_->set_time(frame.main.info.time_s);
+        if (exact_ != nullptr)
+            offer_exact_depth(frame);
+        const Depths depths = cast_depths(frame, played);
+        if (depth_)
+            times[std::size_t(Stage::depth)].push_back(milliseconds_since(start));
+        reproject_and_fill(frame, depths, played);
+    }
+    return played;
+}
+
+}  // namespace equistream::play

@@ -1,0 +1,65 @@
+#pragma once
+/// One frame at a time: from what was received to both eyes' finished pictures, timed by stage.
+#include "report.h"
+#include "settings.h"
+
+#include <equistream_client/depth_source.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/fill.h>
+#include <equistream_client/receive.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace equistream::play {
+
+/// One eye of one frame.
+struct PlayedEye {
+    FrameInfo info;
+    EyePicture picture;
+    ByteImage gaps;      ///< as the source left them, before any fill
+    FloatImage depth_m;  ///< empty where nothing needed it
+
+    PerspectiveCamera camera() const { return std::get<PerspectiveCamera>(info.camera); }
+    ImageView<const float> depth_view() const { return depth_m.empty() ? ImageView<const float>{} : depth_m.view(); }
+    EyeView view() const { return {camera(), info.camera_pose, depth_view()}; }
+};
+
+struct PlayedFrame {
+    PlayedEye left, right;
+    FrameFigures figures;
+};
+
+class FramePlayer {
+public:
+    /// Chooses method and depth source and loads the scene; what was chosen goes into `report`.
+    FramePlayer(const Settings& settings, Report& report);
+    ~FramePlayer();
+
+    /// Throws InputError if these frames cannot be played as asked.
+    void check(const ReceivedFrame& first) const;
+    PlayedFrame play(const ReceivedFrame& frame);
+
+private:
+    struct Depths;
+
+    void choose_method(Report& report) const;
+    void make_depth_source(Report& report);
+    PlayedEye eye_of(const ReceivedFrame& frame, Eye eye) const;
+    PerspectiveCamera eye_camera(const FrameInfo& source) const;
+    void offer_exact_depth(const ReceivedFrame& frame);
+    Depths cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
+    void reproject_and_fill(const ReceivedFrame& frame, const Depths& depths, PlayedFrame& played);
+
+    Settings settings_;
+    std::string method_;
+    PosePath head_path_;
+    std::optional<SceneDescription> scene_;
+    std::unique_ptr<Engine> engine_;
+    std::unique_ptr<DepthSource> depth_;
+    class ExactDepth* exact_ = nullptr;
+    std::vector<std::unique_ptr<FillRung>> ladder_;
+};
+
+}  // namespace equistream::play

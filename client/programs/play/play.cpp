@@ -1,0 +1,108 @@
+/// `equistream play`: what a headset's client does, into files and without a window.
+#include "player.h"
+
+#include <equistream/error.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/fill.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace {
+
+using namespace equistream;
+
+struct Arguments {
+    play::Settings settings;
+    std::string size, frames, progress = "auto", format = "png", layout = "files";
+    double fov_deg = 0, ipd_m = 0;
+};
+
+template <typename Value>
+void require(bool good, const char* option, const char* expected, const Value& found) {
+    if (!good)
+        throw InputError(expected_found(option, expected, found));
+}
+
+play::Format parse_format(const std::string& text) {
+    if (text == "png")
+        return play::Format::png;
+    if (text == "exr")
+        return play::Format::exr;
+    require(text == "mp4", "--format", "png, exr or mp4", "'" + text + "'");
+    return play::Format::mp4;
+}
+
+void complete(Arguments& arguments, const CLI::App& app) {
+    play::Settings& settings = arguments.settings;
+    settings.format = parse_format(arguments.format);
+    settings.progress = cli::parse_progress(arguments.progress);
+    require(arguments.layout == "files", "--layout", "files", "'" + arguments.layout + "'");
+    require(settings.depth == "ray" || settings.depth == "exact", "--depth", "ray or exact",
+            "'" + settings.depth + "'");
+    if (!settings.method.empty())
+        make_engine(settings.method);
+    make_fill_ladder(settings.fill);
+    if (app.count("--size") > 0)
+        settings.size = cli::parse_size(arguments.size);
+    if (app.count("--frames") > 0)
+        settings.frames = cli::parse_frames(arguments.frames);
+    if (app.count("--fov") > 0) {
+        require(arguments.fov_deg > 0 && arguments.fov_deg < 179, "--fov", "degrees above 0 and below 179",
+                std::to_string(arguments.fov_deg));
+        settings.fov_deg = arguments.fov_deg;
+    }
+    if (app.count("--ipd") > 0) {
+        require(arguments.ipd_m >= 0 && arguments.ipd_m <= 1, "--ipd", "metres from 0 to 1",
+                std::to_string(arguments.ipd_m));
+        settings.ipd_m = arguments.ipd_m;
+    }
+    require(settings.repeat >= 1 && settings.repeat <= 10000, "--repeat", "1 to 10000",
+            std::to_string(settings.repeat));
+}
+
+void run(Arguments& arguments, const CLI::App& app) {
+    complete(arguments, app);
+    const play::Report report = play::play(arguments.settings);
+    if (arguments.settings.json)
+        std::puts(report.json().dump(1).c_str());
+    else
+        std::fputs(report.table().c_str(), stdout);
+    if (!report.truncation.empty())
+        throw WorkError(arguments.settings.source + ": " + report.truncation);
+}
+
+std::function<void()> set_up(CLI::App& app, const std::string& command) {
+    auto arguments = std::make_shared<Arguments>();
+    play::Settings& settings = arguments->settings;
+    settings.command = command;
+    app.add_option("source", settings.source, "A stream (file or URL), or a folder of rendered frames")->required();
+    app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
+    app.add_option("--head", settings.head, "CSV of head poses; default: the pose each picture is tagged with");
+    app.add_option("--method", settings.method,
+                   "sphere (rotation only) or surface; default: surface if there is depth");
+    app.add_option("--depth", settings.depth, "ray (cast from the scene) or exact (a render folder's own)")
+        ->capture_default_str();
+    app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
+    app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
+    app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
+    app.add_option("--fill", settings.fill, "Rungs in order, of small and spread; or none")->capture_default_str();
+    app.add_option("--layout", arguments->layout, "files: one file for each eye and frame")->capture_default_str();
+    app.add_option("--format", arguments->format, "png, exr (linear, scene-referred) or mp4")->capture_default_str();
+    app.add_option("--frames", arguments->frames, "FIRST-LAST, by frame number; default: all");
+    app.add_option("--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame")
+        ->capture_default_str();
+    app.add_flag("--json", settings.json, "Print the report as JSON instead of a table");
+    app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
+    app.add_option("--out", settings.out, "Folder for left/, right/, gaps/ and report.json")->required();
+    return [arguments, &app] { run(*arguments, app); };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const std::string command = cli::quoted_command(argc, argv);
+    return cli::run_program(argc, argv, "play", "Turns a stream into what each eye sees, without a window",
+                            "equistream play walk.mp4 --scene scenes/pavilion.json --size 1280x720 --out eyes",
+                            [&](CLI::App& app) { return set_up(app, command); });
+}

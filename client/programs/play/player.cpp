@@ -1,0 +1,134 @@
+#include "player.h"
+
+#include "frame_player.h"
+#include "view_writer.h"
+
+#include <equistream/error.h>
+#include <equistream/picture.h>
+#include <equistream/sequence.h>
+
+#include <chrono>
+#include <utility>
+
+namespace equistream::play {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Every file of a run.
+class Outputs {
+public:
+    Outputs(Format format, const fs::path& out) : out_(out) {
+        require_writable_folder(out);
+        require_writable_folder(out / "gaps" / "left");
+        require_writable_folder(out / "gaps" / "right");
+        left_ = make_view_writer(format, out, "left");
+        right_ = make_view_writer(format, out, "right");
+    }
+
+    void write(const PlayedFrame& frame) {
+        const std::string name = frame_file_name(frame.left.info.index, "png");
+        left_->write({frame.left.picture, frame.left.depth_view(), frame.left.info});
+        right_->write({frame.right.picture, frame.right.depth_view(), frame.right.info});
+        write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
+        write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
+    }
+    void finish() {
+        left_->finish();
+        right_->finish();
+    }
+    std::int64_t bytes() const { return left_->bytes() + right_->bytes(); }
+
+private:
+    fs::path out_;
+    std::unique_ptr<ViewWriter> left_, right_;
+};
+
+class Run {
+public:
+    explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
+        report_.settings = settings;
+        feed_ = open_feed(settings.source, {.depth = settings.depth == "exact",
+                                            .first_frame = settings.frames.first,
+                                            .last_frame = settings.frames.last});
+        player_ = std::make_unique<FramePlayer>(settings, report_);
+        first_ = feed_->next();
+        if (!first_)
+            throw InputError(expected_found(settings.source, "frames in the range asked for",
+                                            feed_->truncation().empty() ? "none" : feed_->truncation()));
+        player_->check(*first_);
+        outputs_ = std::make_unique<Outputs>(settings.format, settings.out);
+    }
+
+    void all_frames() {
+        for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = feed_->next()) {
+            PlayedFrame played = player_->play(*frame);
+            const auto start = Clock::now();
+            outputs_->write(played);
+            played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
+            report_.frames.push_back(std::move(played.figures));
+            progress_.step(feed_->fraction_done().value_or(0), "frame " + std::to_string(frame->main.info.index));
+        }
+    }
+
+    void end() {
+        outputs_->finish();
+        report_.truncation = feed_->truncation();
+        write_report();
+    }
+
+    /// After a failure: what was made is kept and reported as far as that still works.
+    void keep_what_there_is() noexcept {
+        try {
+            outputs_->finish();
+        } catch (const std::exception&) {
+            // The failure that brought us here is the one to tell of.
+        }
+        try {
+            write_report();
+        } catch (const std::exception&) {
+            // As above: a full disk fails here again.
+        }
+    }
+
+    Report take_report() { return std::move(report_); }
+
+private:
+    void write_report() {
+        report_.tracks = feed_->tracks();
+        report_.output_bytes = outputs_->bytes();
+        write_file_atomically(report_.settings.out / "report.json", report_.json().dump(1) + "\n");
+    }
+
+    Report report_;
+    cli::Progress progress_;
+    std::unique_ptr<FrameFeed> feed_;
+    std::unique_ptr<FramePlayer> player_;
+    std::unique_ptr<Outputs> outputs_;
+    std::optional<ReceivedFrame> first_;
+};
+
+}  // namespace
+
+Report play(const Settings& settings) {
+    Run run(settings);
+    try {
+        run.all_frames();
+        run.end();
+    } catch (const InputError& e) {
+        run.keep_what_there_is();
+        throw WorkError(e.what());
+    } catch (...) {
+        run.keep_what_there_is();
+        throw;
+    }
+    return run.take_report();
+}
+
+}  // namespace equistream::play

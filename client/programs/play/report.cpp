@@ -1,0 +1,163 @@
+#include "report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <thread>
+
+namespace equistream::play {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string cpu_model() {
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);)
+        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+            return line.substr(line.find(": ") + 2);
+    return "unknown";
+}
+
+/// Nearest-rank percentile of sorted samples.
+double percentile(const std::vector<double>& sorted, double share) {
+    const auto rank = std::size_t(std::ceil(share * double(sorted.size())));
+    return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
+}
+
+std::vector<double> sorted_samples(const std::vector<FrameFigures>& frames, std::size_t stage) {
+    std::vector<double> samples;
+    for (const FrameFigures& frame : frames)
+        samples.insert(samples.end(), frame.milliseconds[stage].begin(), frame.milliseconds[stage].end());
+    std::ranges::sort(samples);
+    return samples;
+}
+
+double mean(const std::vector<double>& samples) {
+    double sum = 0;
+    for (const double sample : samples)
+        sum += sample;
+    return samples.empty() ? 0 : sum / double(samples.size());
+}
+
+Json summary(const std::vector<FrameFigures>& frames) {
+    Json stages = Json::object();
+    for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
+        const std::vector<double> samples = sorted_samples(frames, stage);
+        if (!samples.empty())
+            stages[stage_names[stage]] = {{"p50", percentile(samples, 0.5)},
+                                          {"p95", percentile(samples, 0.95)},
+                                          {"p99", percentile(samples, 0.99)},
+                                          {"mean", mean(samples)},
+                                          {"samples", samples.size()}};
+    }
+    return stages;
+}
+
+/// Share of pixels that are gaps, before and after each rung.
+Json shares(const EyeFigures& eye) {
+    const double pixels = double(std::max<std::int64_t>(eye.pixels, 1));
+    Json json = {{"pixels", eye.pixels}, {"gaps", eye.gaps}, {"gap_fraction", double(eye.gaps) / pixels}};
+    std::int64_t open = eye.gaps;
+    json["filled"] = Json::object();
+    json["gap_fraction_after"] = Json::object();
+    for (const auto& [rung, count] : eye.filled) {
+        open -= count;
+        json["filled"][rung] = count;
+        json["gap_fraction_after"][rung] = double(open) / pixels;
+    }
+    return json;
+}
+
+EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigures::*eye) {
+    EyeFigures sum;
+    for (const FrameFigures& frame : frames) {
+        const EyeFigures& figures = frame.*eye;
+        sum.pixels += figures.pixels;
+        sum.gaps += figures.gaps;
+        sum.filled.resize(figures.filled.size());
+        for (std::size_t i = 0; i < figures.filled.size(); ++i) {
+            sum.filled[i].first = figures.filled[i].first;
+            sum.filled[i].second += figures.filled[i].second;
+        }
+    }
+    return sum;
+}
+
+Json settings_json(const Settings& settings) {
+    Json json = {{"source", settings.source},
+                 {"scene", settings.scene.string()},
+                 {"head", settings.head.string()},
+                 {"fill", settings.fill},
+                 {"repeat", settings.repeat}};
+    json["size"] = settings.size ? Json({settings.size->width, settings.size->height}) : Json();
+    json["fov_deg"] = settings.fov_deg ? Json(*settings.fov_deg) : Json();
+    json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
+    json["format"] = settings.format == Format::png ? "png" : settings.format == Format::exr ? "exr" : "mp4";
+    return json;
+}
+
+std::string text(const char* format, auto... values) {
+    char line[256];
+    std::snprintf(line, sizeof line, format, values...);
+    return line;
+}
+
+}  // namespace
+
+Json Report::json() const {
+    Json json;
+    json["command"] = settings.command;
+    json["versions"] = {{"equistream", EQUISTREAM_VERSION}, {"embree", EQUISTREAM_EMBREE_VERSION}};
+    json["machine"] = {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}};
+    json["settings"] = settings_json(settings);
+    json["method"] = method;
+    json["depth"] = depth;
+    json["notes"] = notes;
+    json["truncation"] = truncation;
+    json["scene_load_ms"] = scene_load_ms;
+    json["milliseconds"] = summary(frames);
+    json["eyes"] = {{"left", shares(total(frames, &FrameFigures::left))},
+                    {"right", shares(total(frames, &FrameFigures::right))}};
+    json["bytes"] = {{"output", output_bytes}, {"input", Json::object()}};
+    for (const FeedTrack& track : tracks)
+        json["bytes"]["input"][track.name] = {{"bytes", track.bytes}, {"pictures", track.pictures}};
+    json["frames"] = Json::array();
+    for (const FrameFigures& frame : frames) {
+        Json entry = {{"index", frame.index}, {"time_s", frame.time_s}, {"small", frame.has_small}};
+        for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+            entry["milliseconds"][stage_names[stage]] = mean(frame.milliseconds[stage]);
+        entry["left"] = shares(frame.left);
+        entry["right"] = shares(frame.right);
+        json["frames"].push_back(std::move(entry));
+    }
+    return json;
+}
+
+std::string Report::table() const {
+    std::string out = text("%zu frames, method %s, depth %s\n", frames.size(), method.c_str(), depth.c_str());
+    for (const std::string& note : notes)
+        out += "note: " + note + "\n";
+    out += text("%-12s %9s %9s %9s   ms a frame, both eyes\n", "stage", "p50", "p95", "p99");
+    for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
+        const std::vector<double> samples = sorted_samples(frames, stage);
+        if (!samples.empty())
+            out += text("%-12s %9.2f %9.2f %9.2f\n", stage_names[stage], percentile(samples, 0.5),
+                        percentile(samples, 0.95), percentile(samples, 0.99));
+    }
+    for (const auto& [name, eye] : {std::pair{"left", total(frames, &FrameFigures::left)},
+                                    std::pair{"right", total(frames, &FrameFigures::right)}}) {
+        const double percent = 100 / double(std::max<std::int64_t>(eye.pixels, 1));
+        out += text("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
+        for (const auto& [rung, count] : eye.filled)
+            out += text("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
+        out += "\n";
+    }
+    for (const FeedTrack& track : tracks)
+        out += text("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
+                    static_cast<long long>(track.pictures));
+    return out;
+}
+
+}  // namespace equistream::play

@@ -1,0 +1,52 @@
+#pragma once
+/// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
+#include "settings.h"
+
+#include <equistream_client/receive.h>
+#include <equistream_client/view.h>
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace equistream::play {
+
+inline constexpr std::array<const char*, 6> stage_names = {"decode", "convert", "depth", "reproject", "fill", "write"};
+enum class Stage { decode, convert, depth, reproject, fill, write };
+
+/// Milliseconds of one stage of one frame: one sample, or one for each repetition.
+using StageTimes = std::array<std::vector<double>, stage_names.size()>;
+
+struct EyeFigures {
+    std::int64_t pixels = 0;
+    std::int64_t gaps = 0;                                       ///< what the source did not see
+    std::vector<std::pair<std::string, std::int64_t>> filled{};  ///< by each rung, in order
+};
+
+struct FrameFigures {
+    std::int64_t index = 0;
+    double time_s = 0;
+    bool has_small = false;
+    StageTimes milliseconds;
+    EyeFigures left, right;
+};
+
+struct Report {
+    Settings settings;
+    std::string method;  ///< as used
+    std::string depth;   ///< as used; "none" where nothing needed it
+    std::vector<std::string> notes;
+    std::vector<FrameFigures> frames;
+    std::vector<FeedTrack> tracks;
+    std::string truncation;
+    double scene_load_ms = 0;
+    std::int64_t output_bytes = 0;
+
+    nlohmann::ordered_json json() const;
+    std::string table() const;
+};
+
+}  // namespace equistream::play

@@ -1,0 +1,37 @@
+#pragma once
+/// What `equistream play` was asked to do.
+#include <equistream_cli/program.h>
+#include <equistream_scene/scene.h>
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace equistream::play {
+
+enum class Format { png, exr, mp4 };
+
+struct Settings {
+    std::string command;
+    std::string source;  ///< file, URL or folder
+    std::filesystem::path scene;
+    std::filesystem::path head;
+    std::string method;  ///< empty: surface where there is depth, else sphere
+    std::string depth = "ray";
+    std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
+    std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
+    std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with
+    std::string fill = "small,spread";
+    Format format = Format::png;
+    cli::FrameRange frames{0, std::numeric_limits<std::int64_t>::max()};
+    int repeat = 1;
+    bool json = false;
+    cli::ProgressStyle progress = cli::ProgressStyle::automatic;
+    std::filesystem::path out;
+};
+
+inline constexpr cli::Size default_size{1280, 720};
+inline constexpr double default_fov_deg = 90;
+
+}  // namespace equistream::play

@@ -1,0 +1,37 @@
+#pragma once
+/// Finished views to files: pictures, linear EXRs, or a video of each eye; and gap masks.
+#include "settings.h"
+
+#include <equistream/frame.h>
+#include <equistream_client/view.h>
+
+#include <memory>
+
+namespace equistream::play {
+
+/// One eye's view with all that goes into its file.
+struct FinishedView {
+    const EyePicture& picture;
+    ImageView<const float> depth_m;  ///< the eye's depth where it was cast; else empty
+    FrameInfo info;                  ///< camera, pose and eye are this view's
+};
+
+class ViewWriter {
+public:
+    virtual ~ViewWriter() = default;
+    virtual void write(const FinishedView& view) = 0;
+    /// Ends a video; nothing to do for pictures.
+    virtual void finish() = 0;
+    virtual std::int64_t bytes() const = 0;
+};
+
+/// Writes OUT/NAME/frame.NNNN.png or .exr, or OUT/NAME.mp4. Creates the folder; throws InputError if it cannot.
+std::unique_ptr<ViewWriter> make_view_writer(Format format, const std::filesystem::path& out, const std::string& name);
+
+/// 255 where nobody has given the pixel a colour, else 0.
+ByteImage gap_mask(const EyePicture& picture);
+
+/// Makes sure that files can be made in a folder, creating it if need be; throws InputError naming it.
+void require_writable_folder(const std::filesystem::path& folder);
+
+}  // namespace equistream::play
