@@ -79,9 +79,10 @@ AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
     const AovInfo aov = *find_aov(plane.name);
     const std::string where = "plane " + std::string(aov.name);
     const bool is_id = aov.type == SampleType::id;
-    if (plane.type != (is_id ? ES_UINT32 : ES_FLOAT32))
-        throw InputError(expected_found(where + ": type", is_id ? "ES_UINT32" : "ES_FLOAT32",
-                                        std::to_string(static_cast<int>(plane.type))));
+    int type = 0;
+    std::memcpy(&type, &plane.type, sizeof type);
+    if (type != (is_id ? ES_UINT32 : ES_FLOAT32))
+        throw InputError(expected_found(where + ": type", is_id ? "ES_UINT32" : "ES_FLOAT32", std::to_string(type)));
     if (plane.channels != static_cast<int>(aov.channels.size()))
         throw InputError(
             expected_found(where + ": channels", std::to_string(aov.channels.size()), std::to_string(plane.channels)));

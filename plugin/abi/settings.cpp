@@ -5,7 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
-#include <sstream>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -21,6 +21,15 @@ std::string in_words(double value) {
     char shorter[40];
     std::snprintf(shorter, sizeof shorter, "%g", value);
     return std::strtod(shorter, nullptr) == value || std::isnan(value) ? shorter : text;
+}
+
+/// A C host may store any int in an enum; read it as one.
+template <typename Enum>
+int stored_value(const Enum& value) {
+    static_assert(sizeof(Enum) == sizeof(int));
+    int number = 0;
+    std::memcpy(&number, &value, sizeof number);
+    return number;
 }
 
 void require(bool right, const char* field, const std::string& expected, const std::string& found) {
@@ -73,10 +82,10 @@ Camera checked_camera(const es_sequence_settings& s) {
     require(std::int64_t{s.width} * s.height <= max_image_pixels, "width x height",
             "at most " + std::to_string(max_image_pixels) + " pixels",
             std::to_string(s.width) + "x" + std::to_string(s.height));
-    if (s.camera == ES_EQUIRECT)
+    const int kind = stored_value(s.camera);
+    if (kind == ES_EQUIRECT)
         return EquirectCamera{s.width, s.height, checked_ranges(s)};
-    require(s.camera == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE",
-            std::to_string(static_cast<int>(s.camera)));
+    require(kind == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE", std::to_string(kind));
     require(s.fov_x_rad > 0.001 && s.fov_x_rad < pi - 0.001, "fov_x_rad", "above 0.001 and below pi - 0.001",
             in_words(s.fov_x_rad));
     return PerspectiveCamera{s.width, s.height, s.fov_x_rad};
@@ -146,10 +155,12 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     require(s.abi_version == ES_ABI_VERSION, "abi_version", std::to_string(ES_ABI_VERSION),
             std::to_string(s.abi_version));
     require(s.spp >= 1 && s.spp <= max_samples, "spp", "1 to " + std::to_string(max_samples), std::to_string(s.spp));
-    require(s.eye >= ES_EYE_CENTRE && s.eye <= ES_EYE_RIGHT, "eye", "ES_EYE_CENTRE, ES_EYE_LEFT or ES_EYE_RIGHT",
-            std::to_string(static_cast<int>(s.eye)));
-    require(s.lock == ES_LOCK_WORLD || s.lock == ES_LOCK_PATH, "lock", "ES_LOCK_WORLD or ES_LOCK_PATH",
-            std::to_string(static_cast<int>(s.lock)));
+    const int eye = stored_value(s.eye);
+    require(eye >= ES_EYE_CENTRE && eye <= ES_EYE_RIGHT, "eye", "ES_EYE_CENTRE, ES_EYE_LEFT or ES_EYE_RIGHT",
+            std::to_string(eye));
+    const int lock = stored_value(s.lock);
+    require(lock == ES_LOCK_WORLD || lock == ES_LOCK_PATH, "lock", "ES_LOCK_WORLD or ES_LOCK_PATH",
+            std::to_string(lock));
     require(s.output_dir != nullptr && *s.output_dir != '\0', "output_dir", "a folder",
             s.output_dir == nullptr ? "NULL" : "an empty name");
     require(s.aovs != nullptr, "aovs", "groups such as \"depth,motion\", \"all\" or \"none\"", "NULL");
@@ -162,8 +173,8 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     checked.manifest.command = checked_text("command", s.command, 65536);
     FrameInfo& info = checked.manifest.shared;
     info.camera = checked_camera(s);
-    info.eye = static_cast<Eye>(s.eye);
-    info.lock = static_cast<AxisLock>(s.lock);
+    info.eye = static_cast<Eye>(eye);
+    info.lock = static_cast<AxisLock>(lock);
     info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, 10);
     info.lean_m = checked_number("lean_m", s.lean_m, 0, 1000);
     info.frames_per_second = checked_number("frames_per_second", s.frames_per_second, 0.001, 1000);

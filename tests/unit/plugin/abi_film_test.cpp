@@ -1,0 +1,266 @@
+// Rays and film through the C ABI: where rays go, what their samples become, and that threads change nothing.
+#include "abi_fixture.h"
+
+#include <set>
+
+namespace equistream::testing {
+namespace {
+
+class AbiFilm : public AbiTest {
+protected:
+    Frame read(std::int64_t index) const { return read_exr(output + "/" + frame_file_name(index)); }
+
+    /// All rays of a frame, by pixel: geometry (sample < 0) or one colour pass.
+    std::vector<es_ray> rays(es_sequence* sequence, const es_frame_settings& when, int sample) const {
+        es_frame* frame = begin(sequence, when);
+        std::vector<es_ray> all(static_cast<std::size_t>(settings.width) * settings.height);
+        std::vector<es_ray> some;
+        es_tile tile{};
+        while (es_frame_next_tile(frame, &tile) == ES_OK) {
+            some.resize(tile.pixel_count);
+            if (sample < 0)
+                es_tile_geometry_rays(frame, &tile, some.data());
+            else
+                es_tile_colour_rays(frame, &tile, static_cast<std::uint32_t>(sample), some.data());
+            for (std::uint32_t i = 0; i < tile.pixel_count; ++i) {
+                EXPECT_EQ(some[i].pixel, i);
+                const auto x = static_cast<std::uint32_t>(tile.x) + i % tile.width;
+                const auto y = static_cast<std::uint32_t>(tile.y) + i / tile.width;
+                all[y * settings.width + x] = some[i];
+            }
+        }
+        es_frame_discard(frame);
+        return all;
+    }
+};
+
+const Pose turned{{1, 2, 3}, glm::normalize(glm::dquat(0.8, 0.1, 0.5, -0.2))};
+
+TEST_F(AbiFilm, every_pixel_is_in_one_tile) {
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    std::vector<int> seen(static_cast<std::size_t>(settings.width) * settings.height);
+    es_tile tile{};
+    while (es_frame_next_tile(frame, &tile) == ES_OK)
+        for (int y = tile.y; y < tile.y + tile.height; ++y)
+            for (int x = tile.x; x < tile.x + tile.width; ++x)
+                ++seen[static_cast<std::size_t>(y) * settings.width + x];
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+    es_frame_discard(frame);
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, geometry_rays_pass_through_pixel_centres) {
+    for (const es_camera_kind kind : {ES_EQUIRECT, ES_PERSPECTIVE})
+        for (const es_axis_lock lock : {ES_LOCK_WORLD, ES_LOCK_PATH}) {
+            settings.camera = kind;
+            settings.lock = lock;
+            settings.eye = ES_EYE_RIGHT;
+            settings.overwrite = 1;
+            es_sequence* sequence = open();
+            const auto all = rays(sequence, at(0, turned, turned, turned), -1);
+            const bool turns = kind == ES_PERSPECTIVE || lock == ES_LOCK_PATH;
+            const glm::dquat orientation = turns ? turned.orientation : glm::dquat(1, 0, 0, 0);
+            const glm::dvec3 eye = turned.position_m + turned.orientation * glm::dvec3(0.0315, 0, 0);
+            Camera camera = EquirectCamera{72, 36, {}};
+            if (kind == ES_PERSPECTIVE)
+                camera = PerspectiveCamera{72, 36, 1.5};
+            for (int i = 0; i < 72 * 36; ++i) {
+                const glm::dvec3 d = orientation * direction_of(camera, i % 72 + 0.5, i / 72 + 0.5);
+                const es_ray& ray = all[static_cast<std::size_t>(i)];
+                for (int c = 0; c < 3; ++c) {
+                    ASSERT_NEAR(ray.direction[c], d[c], 2e-7);
+                    ASSERT_NEAR(ray.origin[c], eye[c], 2e-7);
+                }
+                ASSERT_EQ(ray.t_min, 0);
+                ASSERT_TRUE(std::isinf(ray.t_max));
+                ASSERT_GT(ray.footprint_rad, 0);
+            }
+            es_sequence_close(sequence);
+        }
+}
+
+TEST_F(AbiFilm, colour_rays_stay_in_their_pixel_and_fill_it) {
+    settings.spp = 64;
+    es_sequence* sequence = open();
+    const EquirectCamera camera{72, 36, {}};
+    std::vector<double> sum_u(72 * 36);
+    std::vector<double> sum_v(72 * 36);
+    for (int sample = 0; sample < 64; ++sample) {
+        const auto all = rays(sequence, at(5), sample);
+        for (int i = 0; i < 72 * 36; ++i) {
+            const float* d = all[static_cast<std::size_t>(i)].direction;
+            const glm::dvec2 p = camera.pixel({d[0], d[1], d[2]});
+            // Next to a pole a rounding of the direction is a large step in longitude.
+            const double slack = 1e-4 / std::sin(pi * (i / 72 + 0.02) / 36);
+            ASSERT_NEAR(shortest_column_difference(p.x - (i % 72 + 0.5), 72, camera.range), 0, 0.5 + slack);
+            ASSERT_NEAR(p.y - (i / 72 + 0.5), 0, 0.5 + 1e-4);
+            sum_u[static_cast<std::size_t>(i)] += shortest_column_difference(p.x - (i % 72 + 0.5), 72, camera.range);
+            sum_v[static_cast<std::size_t>(i)] += p.y - (i / 72 + 0.5);
+        }
+    }
+    // 64 points stratified in both directions: each lies in its own 1/64 of the pixel, so means are within 1/128.
+    for (int i = 72; i < 72 * 35; ++i) {
+        ASSERT_NEAR(sum_u[static_cast<std::size_t>(i)] / 64, 0, 1.0 / 128 + 1e-3);
+        ASSERT_NEAR(sum_v[static_cast<std::size_t>(i)] / 64, 0, 1.0 / 128 + 1e-3);
+    }
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, seeds_differ_for_every_pixel_sample_and_frame) {
+    es_sequence* sequence = open();
+    std::set<std::uint64_t> seeds;
+    for (const std::int64_t index : {0, 1})
+        for (int sample = -1; sample < 4; ++sample)
+            for (const es_ray& ray : rays(sequence, at(index), sample))
+                seeds.insert(ray.seed);
+    EXPECT_EQ(seeds.size(), 2u * 5 * 72 * 36);
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, threads_change_no_bit) {
+    const auto radiance = [](const es_ray& ray) {
+        const auto noise = static_cast<float>(ray.seed >> 40) * 0x1p-24f;
+        return glm::vec4(noise, std::abs(ray.direction[0]), std::abs(ray.direction[1]), 1);
+    };
+    const auto surface = [](const es_ray& ray) {
+        es_surface s{};
+        s.distance_m = 1 + static_cast<float>(ray.seed >> 40) * 0x1p-24f;
+        s.object_id = ray.pixel;
+        return s;
+    };
+    es_sequence* sequence = open();
+    std::vector<std::string> files;
+    for (const int threads : {1, 2, 5}) {
+        es_frame* frame = begin(sequence, at(0));
+        fill(frame, surface, radiance, threads);
+        end(frame);
+        files.push_back(file_bytes(output + "/frame.0000.exr"));
+    }
+    EXPECT_EQ(files[0], files[1]);
+    EXPECT_EQ(files[0], files[2]);
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, colour_is_the_mean_of_finite_samples) {
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    // About half the samples of every pixel are spoiled; those left all agree.
+    fill(frame, miss, [&](const es_ray& ray) {
+        return ray.seed % 2 == 0 ? glm::vec4(0.25f, std::nanf(""), 0, 1) : glm::vec4(0.25f, 2, 0, 1);
+    });
+    end(frame);
+    const Frame read_back = read(0);
+    const FloatImage& colour = read_back.planes.at("colour");
+    int all_spoiled = 0;
+    for (int y = 0; y < 36; ++y)
+        for (int x = 0; x < 72; ++x) {
+            const float* p = colour.pixel(x, y);
+            all_spoiled += p[3] == 0;
+            ASSERT_TRUE(p[3] == 0 ? p[0] == 0 && p[1] == 0 : p[0] == 0.25f && p[1] == 2.0f && p[3] == 1);
+        }
+    // One pixel in 2^4 has no good sample: 162 expected, with a standard deviation of 12.
+    EXPECT_NEAR(all_spoiled, 162, 60);
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, misses_have_infinite_depth_and_nothing_else) {
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0, {{5, 5, 5}, {1, 0, 0, 0}}));
+    fill(
+        frame,
+        [](const es_ray& ray) {
+            es_surface s{};
+            s.distance_m = ray.pixel % 3 == 0 ? std::nanf("") : ray.pixel % 3 == 1 ? -1.0f : INFINITY;
+            s.object_id = 9;
+            s.normal[0] = 1;
+            return s;
+        },
+        black);
+    end(frame);
+    const Frame read_back = read(0);
+    for (const auto& [name, image] : read_back.planes)
+        for (const float v : image.samples())
+            ASSERT_TRUE(name == "depth" ? std::isinf(v) && v > 0 : std::abs(v) < 1e-9) << name << " " << v;
+    for (const auto& [name, image] : read_back.ids)
+        for (const std::uint32_t v : image.samples())
+            ASSERT_EQ(v, 0u) << name;
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, only_the_wanted_planes_are_written) {
+    settings.aovs = "depth";
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    fill(frame, miss, black);
+    end(frame);
+    const Frame read_back = read(0);
+    EXPECT_EQ(read_back.planes.size(), 2u);
+    EXPECT_TRUE(read_back.ids.empty());
+    es_sequence_close(sequence);
+}
+
+es_plane plane_of(const char* name, const FloatImage& image) {
+    return {sizeof(es_plane),  name,
+            ES_FLOAT32,        image.channels(),
+            image.pixel(0, 0), static_cast<std::size_t>(image.width()) * image.channels() * 4};
+}
+
+TEST_F(AbiFilm, whole_planes_take_the_place_of_tiles) {
+    settings.aovs = "depth,ids";
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    es_error error{};
+    // A plane with padded rows, as hosts have them.
+    std::vector<float> colour(static_cast<std::size_t>(80 * 4 * 36), 7.0f);
+    es_plane plane{sizeof(es_plane), "colour", ES_FLOAT32, 4, colour.data(), 80 * 4 * 4};
+    ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    const FloatImage depth(72, 36, 1, 2.5f);
+    plane = plane_of("depth", depth);
+    ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    EXPECT_NE(es_sequence_has_frame(sequence, 0), 1);
+    for (const char* name : {"object_id", "material_id", "instance_id"}) {
+        const IdImage ids(72, 36, 1, 5);
+        plane = {sizeof(es_plane), name, ES_UINT32, 1, ids.pixel(0, 0), 72 * 4};
+        ASSERT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    }
+    end(frame);
+    const Frame read_back = read(0);
+    EXPECT_EQ(read_back.planes.at("colour").pixel(71, 35)[3], 7.0f);
+    EXPECT_EQ(read_back.planes.at("depth").pixel(71, 35)[0], 2.5f);
+    EXPECT_EQ(read_back.ids.at("instance_id").pixel(3, 3)[0], 5u);
+    es_sequence_close(sequence);
+}
+
+TEST_F(AbiFilm, wrong_planes_are_refused) {
+    settings.aovs = "depth,motion";
+    es_sequence* sequence = open();
+    es_frame* frame = begin(sequence, at(0));
+    const auto expect = [&](const es_plane& plane, const std::string& line) {
+        es_error error{};
+        EXPECT_EQ(es_frame_put_plane(frame, &plane, &error), ES_BAD_INPUT);
+        EXPECT_EQ(std::string(error.text), line);
+    };
+    FloatImage depth(72, 36, 1, 1.0f);
+    es_plane plane = plane_of("heat", depth);
+    expect(plane, "es_plane.name: expected one of colour, depth, backward, forward, found \"heat\"");
+    plane = plane_of("depth", depth);
+    plane.channels = 2;
+    expect(plane, "plane depth: channels: expected 1, found 2");
+    plane = plane_of("depth", depth);
+    plane.type = ES_UINT32;
+    expect(plane, "plane depth: type: expected ES_FLOAT32, found 1");
+    plane = plane_of("depth", depth);
+    plane.row_stride_bytes = 71 * 4;
+    expect(plane, "plane depth: row_stride_bytes: expected at least 288, found 284");
+    depth.pixel(3, 2)[0] = std::nanf("");
+    expect(plane_of("depth", depth), "plane depth at pixel 3,2: expected a distance, +inf for a miss, found nan");
+    FloatImage motion(72, 36, 2, 0.0f);
+    motion.pixel(70, 35)[1] = INFINITY;
+    expect(plane_of("backward", motion), "plane backward at pixel 70,35: expected a finite number, found inf");
+    es_frame_discard(frame);
+    es_sequence_close(sequence);
+}
+
+}  // namespace
+}  // namespace equistream::testing
