@@ -65,7 +65,7 @@ RTCIntersectContext context_for(bool coherent) {
 /// them it lies in `still`, one instance of the top scene, so that a move rebuilds over placements, not triangles.
 struct Bvh::State {
     State(const SceneModel& scene_model, const BvhOptions& options)
-        : device(new_device(options.threads)), builder(device.get(), scene_model) {
+        : device(new_device(options.threads)), builder(device.get(), scene_model, options.ray_filters) {
         rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, &bytes);
         const std::vector<bool> moving = moving_flags(scene_model, options.moving_instances);
         const std::vector<Placement> placements = choose_placements(scene_model, moving);

@@ -33,7 +33,8 @@ std::vector<Placement> choose_placements(const SceneModel& model, const std::vec
 
 class BvhBuilder {
 public:
-    BvhBuilder(RTCDevice device, const SceneModel& model) : device_(device), model_(model) {}
+    BvhBuilder(RTCDevice device, const SceneModel& model, bool ray_filters)
+        : device_(device), model_(model), ray_filters_(ray_filters) {}
 
     ScenePointer new_scene() const;
     void commit(RTCScene scene) const;
@@ -48,6 +49,7 @@ public:
 private:
     RTCDevice device_;
     const SceneModel& model_;
+    bool ray_filters_;
     std::vector<ScenePointer> mesh_scenes_;
     std::vector<std::unique_ptr<MaskedMesh>> masked_;
 };
