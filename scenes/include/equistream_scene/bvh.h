@@ -20,6 +20,8 @@ struct BvhOptions {
     /// san-miguel). Instances listed here keep a level of their own so that they can move.
     std::vector<std::uint32_t> moving_instances;
     unsigned threads = 0;  ///< 0: all
+    /// Rays traced with Embree's own calls may bring a filter in their context (Embree 4: arguments).
+    bool ray_filters = false;
 };
 
 /// What a hit is: which instance, which triangle of which mesh.

@@ -1,0 +1,114 @@
+#include <equistream_embree/bsdf.h>
+
+#include <equistream_embree/directions.h>
+#include <equistream_embree/ggx.h>
+
+#include <algorithm>
+
+namespace equistream::embree_host {
+float dielectric_f0(float index_of_refraction) {
+    const float r = (index_of_refraction - 1) / (index_of_refraction + 1);
+    return r * r;
+}
+
+namespace {
+
+/// Energy that a smooth dielectric lets below its surface.
+float entering(float f0, float cosine) {
+    return (1 - f0) * (1 - schlick_weight(cosine));
+}
+
+}  // namespace
+
+glm::vec3 straight_transmittance(const SurfaceParameters& p, float cosine) {
+    return p.base_colour * ((1 - p.metallic) * entering(p.dielectric_f0, cosine) * p.transmission);
+}
+
+Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
+    const float dielectric = 1 - p.metallic;
+    f0_ = glm::vec3(dielectric * p.dielectric_f0) + p.metallic * p.base_colour;
+    const bool glass = p.transmission > 0, smooth = p.roughness < mirror_roughness;
+    alpha_ = glass ? 0 : std::max(smooth ? 0 : p.roughness * p.roughness, alpha_floor);
+
+    glm::vec3 specular_albedo;
+    float below;  // share of light that reaches the dielectric's inside
+    if (alpha_ == 0) {
+        specular_albedo = fresnel(cos_viewer);
+        below = entering(p.dielectric_f0, cos_viewer);
+    } else {
+        const GgxAlbedo lobe = ggx_albedo(cos_viewer, alpha_);
+        const float lost = (1 - lobe.white()) / lobe.white();
+        specular_scale_ = 1.0f + f0_ * lost;
+        specular_albedo = (f0_ * lobe.scale + lobe.bias) * specular_scale_;
+        below = std::max(0.0f, 1 - (p.dielectric_f0 * lobe.scale + lobe.bias) * (1 + p.dielectric_f0 * lost));
+    }
+    diffuse_ = p.base_colour * (dielectric * below * (1 - p.transmission));
+    straight_ = glass ? straight_transmittance(p, cos_viewer) : glm::vec3(0);
+    choose_probabilities(specular_albedo);
+}
+
+void Bsdf::choose_probabilities(const glm::vec3& specular_albedo) {
+    const float s = luminance(specular_albedo), d = luminance(diffuse_), t = luminance(straight_);
+    const float sum = s + d + t;
+    if (!(sum > 0))
+        return;
+    p_specular_ = s / sum;
+    p_diffuse_ = d / sum;
+    p_straight_ = t / sum;
+}
+
+glm::vec3 Bsdf::fresnel(float cosine) const {
+    return f0_ + (1.0f - f0_) * schlick_weight(cosine);
+}
+
+BsdfValue Bsdf::evaluate(const glm::vec3& viewer, const glm::vec3& light) const {
+    if (light.z <= 0 || viewer.z <= 0)
+        return {};
+    const float cosine_pdf = light.z / pi_f;
+    BsdfValue result{diffuse_ * cosine_pdf, p_diffuse_ * cosine_pdf};
+    if (alpha_ == 0 || p_specular_ == 0)
+        return result;
+    const glm::vec3 half = glm::normalize(viewer + light);
+    const float d = ggx_distribution(half, alpha_) / (4 * viewer.z);
+    const float lambda_viewer = ggx_lambda(viewer, alpha_);
+    const float shadowing = 1 / (1 + lambda_viewer + ggx_lambda(light, alpha_));
+    result.value += fresnel(glm::dot(viewer, half)) * specular_scale_ * (d * shadowing);
+    result.pdf += p_specular_ * d / (1 + lambda_viewer);
+    return result;
+}
+
+BsdfSample Bsdf::sample_specular(const glm::vec3& viewer, const glm::vec2& u) const {
+    BsdfSample s;
+    if (alpha_ == 0) {
+        s.direction = {-viewer.x, -viewer.y, viewer.z};
+        s.weight = fresnel(viewer.z) / p_specular_;
+        s.kind = BsdfSample::Kind::mirror;
+        return s;
+    }
+    const glm::vec3 half = ggx_sample_visible_normal(viewer, alpha_, u);
+    s.direction = 2 * glm::dot(viewer, half) * half - viewer;
+    s.kind = s.direction.z > 0 ? BsdfSample::Kind::rough : BsdfSample::Kind::none;
+    return s;
+}
+
+BsdfSample Bsdf::sample(const glm::vec3& viewer, float lobe, const glm::vec2& u) const {
+    BsdfSample s;
+    if (lobe < p_diffuse_) {
+        s.direction = sample_cosine_hemisphere(u);
+        s.kind = s.direction.z > 0 ? BsdfSample::Kind::rough : BsdfSample::Kind::none;
+    } else if (lobe < p_diffuse_ + p_straight_) {
+        s.direction = -viewer;
+        s.weight = straight_ / p_straight_;
+        s.kind = BsdfSample::Kind::straight;
+    } else if (p_specular_ > 0) {
+        s = sample_specular(viewer, u);
+    }
+    if (s.kind != BsdfSample::Kind::rough)
+        return s;
+    const BsdfValue both = evaluate(viewer, s.direction);
+    s.pdf = both.pdf;
+    s.weight = both.pdf > 0 ? both.value / both.pdf : glm::vec3(0);
+    return s;
+}
+
+}  // namespace equistream::embree_host

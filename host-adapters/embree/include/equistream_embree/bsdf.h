@@ -1,0 +1,75 @@
+#pragma once
+/// How a surface scatters light: glTF's metallic-roughness model plus thin glass.
+///
+///   specular   GGX with height-correlated Smith shadowing and Schlick's Fresnel, sampled by visible normals; below
+///              roughness 0.03 a perfect mirror. Scaled by 1 + F0 (1 - E) / E (E: albedo of the white lobe) for the
+///              light that single scattering loses (Turquin 2019), so that a white metal reflects everything.
+///   diffuse    Lambert, scaled by 1 - albedo of the dielectric specular lobe towards the viewer. The sum never
+///              exceeds 1 and is 1 for white. Albedo scaling is not reciprocal; a unidirectional tracer can afford it.
+///   glass      KHR_materials_transmission without a volume is thin-walled: light goes straight on, tinted by the base
+///              colour. All real scenes' glass is smooth, so transmission is never rough.
+///
+/// Directions are local: +Z is the shading normal, on the viewer's side. Values are plain; everything is thread-safe.
+#include <glm/glm.hpp>
+
+namespace equistream::embree_host {
+
+/// What texture lookups leave of a material at one point.
+struct SurfaceParameters {
+    glm::vec3 base_colour{1};
+    float metallic = 0;
+    float roughness = 1;
+    float transmission = 0;
+    float dielectric_f0 = 0.04f;
+};
+
+struct BsdfValue {
+    glm::vec3 value{0};  ///< BSDF times cosine
+    float pdf = 0;       ///< with which sample() would have chosen this direction, lobes mixed
+};
+
+struct BsdfSample {
+    enum class Kind { none, rough, mirror, straight };
+    glm::vec3 direction{0};
+    glm::vec3 weight{0};  ///< value / pdf
+    float pdf = 0;        ///< of a rough sample only
+    Kind kind = Kind::none;
+};
+
+class Bsdf {
+public:
+    /// `cos_viewer` > 0 is the cosine between shading normal and viewer. Specular lobes sharper than `alpha_floor` are
+    /// widened to it, mirrors too, glass not (path_tracer.h says why).
+    Bsdf(const SurfaceParameters& parameters, float cos_viewer, float alpha_floor = 0);
+
+    /// Value and density of the lobes that are not deltas, for both directions on the +Z side.
+    BsdfValue evaluate(const glm::vec3& viewer, const glm::vec3& light) const;
+    /// One direction; `lobe` chooses between lobes, `u` within one.
+    BsdfSample sample(const glm::vec3& viewer, float lobe, const glm::vec2& u) const;
+
+    /// Whether light arriving from elsewhere than a mirror direction scatters to the viewer at all.
+    bool has_rough_lobe() const { return p_diffuse_ > 0 || (p_specular_ > 0 && alpha_ > 0); }
+
+private:
+    void choose_probabilities(const glm::vec3& specular_albedo);
+    glm::vec3 fresnel(float cosine) const;
+    BsdfSample sample_specular(const glm::vec3& viewer, const glm::vec2& u) const;
+
+    glm::vec3 diffuse_{0};  // albedo left to the diffuse lobe
+    glm::vec3 f0_{0};
+    glm::vec3 specular_scale_{1};  // multiple scattering
+    glm::vec3 straight_{0};
+    float alpha_ = 0;  // 0: mirror
+    float p_diffuse_ = 0, p_specular_ = 0, p_straight_ = 0;
+};
+
+/// Below this roughness a surface is a mirror.
+inline constexpr float mirror_roughness = 0.03f;
+
+/// What thin glass lets straight through at this cosine between its shading normal and the ray.
+glm::vec3 straight_transmittance(const SurfaceParameters& parameters, float cosine);
+
+/// F0 of a dielectric in air.
+float dielectric_f0(float index_of_refraction);
+
+}  // namespace equistream::embree_host

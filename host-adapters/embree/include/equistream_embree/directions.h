@@ -1,0 +1,93 @@
+#pragma once
+/// Small geometry that shading needs: frames, sampled directions, ray origins off a surface, packed unit vectors.
+#include <glm/glm.hpp>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace equistream::embree_host {
+
+inline constexpr float pi_f = 3.14159265358979f;
+
+inline float luminance(const glm::vec3& c) {
+    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
+inline float largest(const glm::vec3& c) {
+    return c.x > c.y ? (c.x > c.z ? c.x : c.z) : (c.y > c.z ? c.y : c.z);
+}
+inline bool is_black(const glm::vec3& c) {
+    return c.x == 0 && c.y == 0 && c.z == 0;
+}
+
+/// An orthonormal frame around a unit normal, without branches on its direction (Duff et al., JCGT 2017).
+struct ShadingFrame {
+    glm::vec3 tangent, bitangent, normal;
+
+    explicit ShadingFrame(const glm::vec3& n) : normal(n) {
+        const float sign = std::copysign(1.0f, n.z);
+        const float a = -1 / (sign + n.z);
+        const float b = n.x * n.y * a;
+        tangent = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+        bitangent = {b, sign + n.y * n.y * a, -n.y};
+    }
+    glm::vec3 to_local(const glm::vec3& w) const {
+        return {glm::dot(w, tangent), glm::dot(w, bitangent), glm::dot(w, normal)};
+    }
+    glm::vec3 to_world(const glm::vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
+};
+
+/// Around +Z with density cos / pi.
+inline glm::vec3 sample_cosine_hemisphere(const glm::vec2& u) {
+    const float r = std::sqrt(u.x);
+    const float phi = 2 * pi_f * u.y;
+    return {r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u.x)};
+}
+
+/// Around +Z, uniform in the cone whose 1 - cos(angle) is given; exact for cones as narrow as the sun.
+inline glm::vec3 sample_cone(const glm::vec2& u, float one_minus_cos) {
+    const float below = u.x * one_minus_cos;
+    const float sine = std::sqrt(below * (2 - below));
+    const float phi = 2 * pi_f * u.y;
+    return {sine * std::cos(phi), sine * std::sin(phi), 1 - below};
+}
+
+/// Barycentrics (u, v) uniform over a triangle (Heitz's low-distortion map).
+inline glm::vec2 sample_triangle(const glm::vec2& u) {
+    glm::vec2 b = 0.5f * u;
+    if (u.x < u.y)
+        b = {0.5f * u.x, u.y - 0.5f * u.x};
+    else
+        b = {u.x - 0.5f * u.y, 0.5f * u.y};
+    return b;
+}
+
+/// `p` moved off the surface to the side of `n` by a distance that follows p's own rounding error (Waechter and
+/// Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019).
+inline glm::vec3 offset_origin(const glm::vec3& p, const glm::vec3& n) {
+    constexpr float near_zero = 1.0f / 32, float_scale = 1.0f / 65536, int_scale = 256;
+    glm::vec3 moved;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto steps = static_cast<std::int32_t>(int_scale * n[axis]);
+        const auto bits = std::bit_cast<std::int32_t>(p[axis]);
+        const float by_ulps = std::bit_cast<float>(bits + (p[axis] < 0 ? -steps : steps));
+        moved[axis] = std::abs(p[axis]) < near_zero ? p[axis] + float_scale * n[axis] : by_ulps;
+    }
+    return moved;
+}
+
+/// A unit vector in 32 bits: the octahedral map with 16 bits an axis; the angle is off by less than 5e-5 rad.
+std::uint32_t pack_direction(const glm::vec3& direction);
+
+inline glm::vec3 unpack_direction(std::uint32_t packed) {
+    const auto low = static_cast<std::int16_t>(packed & 0xffffu);
+    const auto high = static_cast<std::int16_t>(packed >> 16);
+    glm::vec3 v{static_cast<float>(low) * (1 / 32767.0f), static_cast<float>(high) * (1 / 32767.0f), 0};
+    v.z = 1 - std::abs(v.x) - std::abs(v.y);
+    const float fold = v.z < 0 ? -v.z : 0.0f;
+    v.x += v.x < 0 ? fold : -fold;
+    v.y += v.y < 0 ? fold : -fold;
+    return v;  // the right direction, not yet unit
+}
+
+}  // namespace equistream::embree_host

@@ -1,0 +1,109 @@
+#pragma once
+/// A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
+/// heuristic) for the sun and emissive triangles, BSDF sampling for the sky, Russian roulette.
+///
+/// What it leaves out, and why:
+/// - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
+///   become (alpha up to 0.3), mirrors too. Caustics come out blurred instead of as bright single pixels, which no
+///   affordable number of samples would average away and every codec would spend its bits on.
+/// - Sunlight that glass reflects onto rough surfaces is dropped, for the same reason. Shadow rays pass through thin
+///   glass, tinted, so sunlight and lamps behind windows are there.
+/// - After a rough scattering textures are read at a coarser level, as wide as that cone.
+///
+/// Threads: one Worker each; the shared objects are only read.
+#include <equistream_embree/directions.h>
+#include <equistream_embree/lights.h>
+#include <equistream_embree/sampler.h>
+
+#include <equistream/equistream.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace equistream::embree_host {
+
+struct PathOptions {
+    std::uint32_t max_bounces = 8;  ///< scatterings, not counting straight passes through glass
+    bool next_event = true;         ///< false: lights are found by BSDF sampling alone (slow; for tests)
+    bool widen_lobes = true;        ///< see above
+};
+
+/// Everything a Worker reads. All borrowed.
+struct TracedScene {
+    const Bvh& bvh;
+    const ShadingScene& shading;
+    const Textures& textures;
+    const Lights& lights;
+    PathOptions options;
+};
+
+struct RayCounts {
+    std::uint64_t paths = 0;
+    std::uint64_t path_rays = 0;    ///< closest hits, of colour and geometry rays
+    std::uint64_t shadow_rays = 0;  ///< any hits
+    std::uint64_t texture_calls = 0;
+
+    RayCounts& operator+=(const RayCounts& o);
+};
+
+class Worker {
+public:
+    explicit Worker(const TracedScene& scene);
+
+    /// One sample of each pixel: `pixel_seeds` is the same for all samples of a pixel. Writes RGBA per ray.
+    void trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds, std::uint32_t sample,
+                        std::span<float> rgba);
+    /// Closest hits of rays in order, a miss having no instance. Neighbouring rays should be coherent.
+    struct Hit {
+        HitId id;
+        float distance = 0;
+    };
+    void trace_coherent(std::span<const es_ray> rays, std::vector<Hit>& hits);
+
+    Textures::Reader& textures() { return textures_; }
+    RayCounts counts() const;
+
+private:
+    struct Path {
+        glm::vec3 origin, direction, throughput{1}, radiance{0};
+        Sampler sampler;
+        RayCone cone;
+        float scatter_pdf = 0;         ///< of the last rough scattering
+        float scatter_distance = 0;    ///< travelled since, straight passes through glass included
+        std::uint8_t bounces = 0;      ///< scatterings but straight passes
+        std::uint8_t vertices = 0;     ///< all
+        bool covered = false;          ///< the camera ray hit something
+        bool after_rough = false;      ///< some scattering was rough
+        bool next_event_done = false;  ///< the last scattering (straight passes aside) was rough and sampled lights
+    };
+    struct ShadowRay {
+        glm::vec3 origin, direction, contribution;
+        float distance;
+        std::uint32_t path;
+    };
+
+    void start_paths(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds, std::uint32_t sample);
+    void trace_paths();
+    void shade_paths();
+    void trace_shadow_rays();
+    void escape(Path& path) const;
+    /// False when the path ends here.
+    bool shade(std::uint32_t index, const Hit& hit);
+    void add_emission(Path& path, const ShadingMaterial& material, const ShadingPoint& point, float distance,
+                      const glm::vec3& jitter);
+    void sample_lights(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+    void sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+    void sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+    bool scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+
+    const TracedScene& scene_;
+    Textures::Reader textures_;
+    std::vector<Path> paths_;
+    std::vector<std::uint32_t> active_;
+    std::vector<Hit> hits_;  // of active_
+    std::vector<ShadowRay> shadow_rays_;
+    RayCounts counts_;
+};
+
+}  // namespace equistream::embree_host

@@ -1,0 +1,229 @@
+#include <equistream_embree/mip_chain.h>
+
+#include <equistream/error.h>
+#include <equistream/image.h>
+
+#include <OpenImageIO/filesystem.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace equistream::embree_host {
+namespace {
+
+float srgb_to_linear(float v) {
+    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+
+float linear_to_srgb(float v) {
+    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+}
+
+/// libjpeg fills what a cut file lacks with grey and calls it a warning, so look for the end marker ourselves.
+bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
+    if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8)
+        return false;
+    for (std::size_t i = bytes.size() - 1; i > 1; --i)
+        if (bytes[i - 1] == 0xff && bytes[i] == 0xd9)
+            return false;
+    return true;
+}
+
+/// Linear RGB premultiplied by alpha, and alpha.
+struct LinearImage {
+    int width = 0, height = 0;
+    std::vector<glm::vec4> texels;
+};
+
+/// Scan lines of 8-bit RGBA; the file's alpha is 255 where it has none.
+std::vector<std::uint8_t> decode(const Texture& texture, int& width, int& height) {
+    const auto fail = [&](const std::string& found) {
+        return InputError(expected_found("texture \"" + texture.name + "\"", "a PNG or JPEG image", found));
+    };
+    if (is_cut_jpeg(texture.encoded))
+        throw fail("a JPEG file without its end");
+    // IOMemReader only reads, but its constructor takes a plain pointer.
+    OIIO::Filesystem::IOMemReader bytes(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
+    OIIO::ImageSpec config, spec;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    const bool is_jpeg = !texture.encoded.empty() && texture.encoded[0] == 0xff;
+    const auto input = OIIO::ImageInput::create(is_jpeg ? "jpeg" : "png");
+    if (!input)
+        throw fail(OIIO::geterror());
+    if (!input->set_ioproxy(&bytes) || !input->open(texture.name, spec, config))
+        throw fail(input->geterror());
+    width = spec.width;
+    height = spec.height;
+    const int channels = spec.nchannels;
+    if (width < 1 || height < 1 || width > max_image_side || height > max_image_side || channels < 1 || channels > 4 ||
+        std::int64_t{width} * height > max_image_pixels)
+        throw fail(std::to_string(width) + "x" + std::to_string(height) + " with " + std::to_string(channels) +
+                   " channels");
+    const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    std::vector<std::uint8_t> raw(count * static_cast<std::size_t>(channels));
+    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data()))
+        throw fail(input->geterror());
+    std::vector<std::uint8_t> rgba(count * 4, 255);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint8_t* in = &raw[i * static_cast<std::size_t>(channels)];
+        const bool grey = channels < 3;
+        rgba[4 * i] = in[0];
+        rgba[4 * i + 1] = in[grey ? 0 : 1];
+        rgba[4 * i + 2] = in[grey ? 0 : 2];
+        if (channels == 2 || channels == 4)
+            rgba[4 * i + 3] = in[channels - 1];
+    }
+    return rgba;
+}
+
+LinearImage linearise(const std::vector<std::uint8_t>& rgba, int width, int height, TextureCoding coding) {
+    const auto& table = decode_table(coding);
+    LinearImage image{width, height, {}};
+    image.texels.resize(rgba.size() / 4);
+    for (std::size_t i = 0; i < image.texels.size(); ++i) {
+        // Texels that are cut away keep a trace of weight, so that a wholly empty region keeps its colour.
+        const float a = std::max(static_cast<float>(rgba[4 * i + 3]) / 255, 1e-3f);
+        image.texels[i] = {table[rgba[4 * i]] * a, table[rgba[4 * i + 1]] * a, table[rgba[4 * i + 2]] * a, a};
+    }
+    return image;
+}
+
+/// Box filter to half the size; an odd side's last row or column joins its neighbours.
+LinearImage halve(const LinearImage& image) {
+    LinearImage half{std::max(1, image.width / 2), std::max(1, image.height / 2), {}};
+    half.texels.resize(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height));
+    for (int y = 0; y < half.height; ++y)
+        for (int x = 0; x < half.width; ++x) {
+            const int x0 = x * image.width / half.width, x1 = (x + 1) * image.width / half.width;
+            const int y0 = y * image.height / half.height, y1 = (y + 1) * image.height / half.height;
+            glm::vec4 sum{0};
+            for (int sy = y0; sy < y1; ++sy)
+                for (int sx = x0; sx < x1; ++sx)
+                    sum += image.texels[static_cast<std::size_t>(sy) * image.width + sx];
+            half.texels[static_cast<std::size_t>(y) * half.width + x] = sum / static_cast<float>((x1 - x0) * (y1 - y0));
+        }
+    return half;
+}
+
+MipLevel encode(const LinearImage& image, TextureCoding coding) {
+    MipLevel level{image.width, image.height, {}};
+    level.rgb.resize(image.texels.size() * 3);
+    for (std::size_t i = 0; i < image.texels.size(); ++i) {
+        const glm::vec4& t = image.texels[i];
+        for (int c = 0; c < 3; ++c) {
+            const float linear = t[c] / t.w;
+            const float code = coding == TextureCoding::colour ? linear_to_srgb(linear) : linear;
+            level.rgb[3 * i + static_cast<std::size_t>(c)] =
+                static_cast<std::uint8_t>(std::clamp(code * 255 + 0.5f, 0.0f, 255.0f));
+        }
+    }
+    return level;
+}
+
+/// Serves a MipChainSource. Levels are made on the first read and each is dropped once handed over: the texture
+/// cache holds them from then on. A level that the cache has evicted is made again.
+class MipChainInput final : public OIIO::ImageInput {
+public:
+    const char* format_name() const override { return "equistream-mip-chain"; }
+    bool open(const std::string&, OIIO::ImageSpec&) override { return false; }
+
+    bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+        const auto* attribute = config.find_attribute(mip_source_attribute);
+        if (!attribute)
+            return false;
+        std::memcpy(&source_, attribute->data(), sizeof(source_));
+        if (!make_levels() || !seek_subimage(0, 0))
+            return false;
+        spec = m_spec;
+        return true;
+    }
+
+    bool close() override {
+        levels_.clear();
+        return true;
+    }
+
+    int current_miplevel() const override { return level_; }
+
+    bool seek_subimage(int subimage, int miplevel) override {
+        if (subimage != 0 || miplevel < 0 || miplevel >= static_cast<int>(levels_.size()))
+            return false;
+        level_ = miplevel;
+        const MipLevel& level = levels_[static_cast<std::size_t>(miplevel)];
+        m_spec = OIIO::ImageSpec(level.width, level.height, 3, OIIO::TypeDesc::UINT8);
+        return true;
+    }
+
+    bool read_native_scanline(int subimage, int miplevel, int y, int z, void* data) override {
+        return read_native_scanlines(subimage, miplevel, y, y + 1, z, data);
+    }
+
+    bool read_native_scanlines(int subimage, int miplevel, int y_begin, int y_end, int, void* data) override {
+        const OIIO::ImageInput::lock_guard lock(*this);
+        if (!seek_subimage(subimage, miplevel))
+            return false;
+        if (levels_[static_cast<std::size_t>(miplevel)].rgb.empty() && !make_levels())
+            return false;
+        MipLevel& level = levels_[static_cast<std::size_t>(miplevel)];
+        const std::size_t row = static_cast<std::size_t>(level.width) * 3;
+        std::memcpy(data, level.rgb.data() + static_cast<std::size_t>(y_begin) * row,
+                    static_cast<std::size_t>(y_end - y_begin) * row);
+        if (y_end == level.height)
+            std::vector<std::uint8_t>().swap(level.rgb);
+        return true;
+    }
+
+private:
+    bool make_levels() {
+        try {
+            levels_ = make_mip_chain(*source_);
+            return true;
+        } catch (const InputError& e) {
+            errorfmt("{}", e.what());
+            return false;
+        }
+    }
+
+    const MipChainSource* source_ = nullptr;
+    std::vector<MipLevel> levels_;
+    int level_ = 0;
+};
+
+}  // namespace
+
+const std::array<float, 256>& decode_table(TextureCoding coding) {
+    static const auto make = [](TextureCoding c) {
+        std::array<float, 256> table{};
+        for (std::size_t i = 0; i < 256; ++i) {
+            const float v = static_cast<float>(i) / 255;
+            table[i] = c == TextureCoding::colour ? srgb_to_linear(v) : v;
+        }
+        return table;
+    };
+    static const std::array<float, 256> colour = make(TextureCoding::colour), data = make(TextureCoding::data);
+    return coding == TextureCoding::colour ? colour : data;
+}
+
+std::vector<MipLevel> make_mip_chain(const MipChainSource& source) {
+    int width = 0, height = 0;
+    const std::vector<std::uint8_t> rgba = decode(*source.texture, width, height);
+    LinearImage image = linearise(rgba, width, height, source.coding);
+    MipLevel full{width, height, {}};
+    full.rgb.resize(image.texels.size() * 3);
+    for (std::size_t i = 0; i < image.texels.size(); ++i)
+        std::copy_n(&rgba[4 * i], 3, &full.rgb[3 * i]);
+    std::vector<MipLevel> levels;
+    levels.push_back(std::move(full));
+    while (image.width > 1 || image.height > 1) {
+        image = halve(image);
+        levels.push_back(encode(image, source.coding));
+    }
+    return levels;
+}
+
+OIIO::ImageInput* create_mip_chain_input() {
+    return new MipChainInput;
+}
+
+}  // namespace equistream::embree_host

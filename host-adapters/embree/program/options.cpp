@@ -1,0 +1,133 @@
+#include "options.h"
+
+#include <equistream/error.h>
+
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+namespace equistream::embree_host {
+namespace {
+
+/// As typed; what is not a plain number is read by checked().
+struct Typed {
+    RenderOptions options;
+    std::string host = "embree", camera = "equirect", eye = "centre", small_eye, lock = "world", frames, size, range;
+    std::string progress = "auto";
+    double fps = 0, fov_deg = 90;
+    CLI::Option* fov_option = nullptr;
+};
+
+double number(std::string_view text, const std::string& option, const std::string& expected) {
+    double value = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size())
+        throw InputError(expected_found(option, expected, "'" + std::string(text) + "'"));
+    return value;
+}
+
+/// "180,90": spans in degrees around straight ahead.
+LongitudeLatitudeRange parse_range(const std::string& text) {
+    const std::string expected = "LON,LAT in degrees, up to 360,180";
+    const std::size_t comma = std::min(text.find(','), text.size());
+    const double longitude = number(std::string_view(text).substr(0, comma), "--range", expected);
+    const double latitude =
+        number(std::string_view(text).substr(std::min(comma + 1, text.size())), "--range", expected);
+    if (!(longitude > 0 && longitude <= 360 && latitude > 0 && latitude <= 180))
+        throw InputError(expected_found("--range", expected, "'" + text + "'"));
+    const double half_longitude = longitude * pi / 360, half_latitude = latitude * pi / 360;
+    return {-half_longitude, half_longitude, -half_latitude, half_latitude};
+}
+
+es_eye parse_eye(const std::string& text) {
+    return text == "left" ? ES_EYE_LEFT : text == "right" ? ES_EYE_RIGHT : ES_EYE_CENTRE;
+}
+
+RenderOptions checked(const Typed& typed) {
+    RenderOptions o = typed.options;
+    o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : ES_EQUIRECT;
+    const bool sphere = o.camera == ES_EQUIRECT;
+    o.eyes = typed.eye == "both" ? std::vector{ES_EYE_LEFT, ES_EYE_RIGHT} : std::vector{parse_eye(typed.eye)};
+    if (!typed.small_eye.empty())
+        o.small_eye = parse_eye(typed.small_eye);
+    o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
+    if (!typed.frames.empty())
+        o.frames = cli::parse_frames(typed.frames);
+    if (typed.fps > 0)
+        o.frames_per_second = typed.fps;
+    o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
+    if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
+        throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
+                                        std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
+    if (sphere && typed.fov_option->count() > 0)
+        throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
+    if (!sphere && !typed.range.empty())
+        throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
+    o.fov_rad = typed.fov_deg * pi / 180;
+    if (!typed.range.empty())
+        o.range = parse_range(typed.range);
+    o.progress = cli::parse_progress(typed.progress);
+    return o;
+}
+
+void add_camera_options(CLI::App& app, Typed& t) {
+    app.add_option("--camera", t.camera, "Whole sphere or flat view")
+        ->check(CLI::IsMember({"equirect", "perspective"}))
+        ->capture_default_str();
+    app.add_option("--eye", t.eye, "Where the camera stands; both: left and right")
+        ->check(CLI::IsMember({"centre", "left", "right", "both"}))
+        ->capture_default_str();
+    app.add_option("--ipd", t.options.ipd_m, "Distance between the eyes, metres")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
+        ->check(CLI::IsMember({"world", "path"}))
+        ->capture_default_str();
+    app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720)");
+    t.fov_option = app.add_option("--fov", t.fov_deg, "Horizontal field of view of a perspective view, degrees")
+                       ->check(CLI::Range(1.0, 170.0))
+                       ->capture_default_str();
+    app.add_option("--range", t.range, "LON,LAT: degrees a sphere covers, centred ahead (default 360,180)");
+    app.add_option("--small", t.small_eye, "Also render this eye at a quarter of width and height, into DIR/small")
+        ->check(CLI::IsMember({"centre", "left", "right"}));
+}
+
+void add_frame_options(CLI::App& app, Typed& t) {
+    app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's")->check(CLI::ExistingFile);
+    app.add_option("--frames", t.frames, "FIRST-LAST or one number (default: the whole path)");
+    app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
+}
+
+void add_quality_options(CLI::App& app, Typed& t) {
+    app.add_option("--spp", t.options.spp, "Samples per pixel")->check(CLI::Range(1u, 1048576u))->capture_default_str();
+    app.add_option("--seed", t.options.seed, "Other seeds give independent noise")->capture_default_str();
+    app.add_option("--max-bounces", t.options.max_bounces, "Scatterings of a path at most")
+        ->check(CLI::Range(0u, 250u))
+        ->capture_default_str();
+    app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids, all or none")->capture_default_str();
+}
+
+}  // namespace
+
+const char* eye_name(es_eye eye) {
+    return eye == ES_EYE_LEFT ? "left" : eye == ES_EYE_RIGHT ? "right" : "centre";
+}
+
+std::function<RenderOptions()> add_render_options(CLI::App& app) {
+    const auto typed = std::make_shared<Typed>();
+    app.add_option("scene", typed->options.scene, "Scene description (JSON)")->required();
+    app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye")->required();
+    app.add_option("--host", typed->host, "Renderer")->check(CLI::IsMember({"embree"}))->capture_default_str();
+    add_camera_options(app, *typed);
+    add_frame_options(app, *typed);
+    add_quality_options(app, *typed);
+    app.add_option("--threads", typed->options.threads, "Rendering threads (default: one per processor)")
+        ->check(CLI::Range(1u, 1024u));
+    app.add_flag("--overwrite", typed->options.overwrite, "Render finished frames again");
+    app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");
+    app.add_option("--progress", typed->progress, "auto, json or none")->capture_default_str();
+    app.add_flag("--json", typed->options.json, "Report figures as JSON on standard output");
+    return [typed] { return checked(*typed); };
+}
+
+}  // namespace equistream::embree_host

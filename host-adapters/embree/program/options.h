@@ -1,0 +1,41 @@
+#pragma once
+/// What `equistream render` can be told, checked as far as the command line alone allows.
+#include <equistream/conventions.h>
+#include <equistream/equistream.h>
+#include <equistream_cli/program.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::embree_host {
+
+struct RenderOptions {
+    std::filesystem::path scene, out, path;  ///< path: empty for the scene's own
+    es_camera_kind camera = ES_EQUIRECT;
+    std::vector<es_eye> eyes{ES_EYE_CENTRE};
+    std::optional<es_eye> small_eye;
+    es_axis_lock lock = ES_LOCK_WORLD;
+    double ipd_m = 0.063;
+    std::optional<cli::FrameRange> frames;  ///< none: the whole path
+    std::optional<double> frames_per_second;
+    cli::Size size;
+    double fov_rad = pi / 2;
+    LongitudeLatitudeRange range;
+    std::uint32_t spp = 64;
+    std::uint64_t seed = 1;
+    unsigned threads = 0;  ///< 0: one per processor
+    std::uint32_t max_bounces = 8;
+    std::string aovs = "all";
+    bool overwrite = false, single_part = false, json = false;
+    cli::ProgressStyle progress = cli::ProgressStyle::automatic;
+};
+
+/// "centre", "left", "right": also the sub-folders' names.
+const char* eye_name(es_eye eye);
+
+/// Adds the options to `app`; after parsing, the returned function gives their checked values.
+std::function<RenderOptions()> add_render_options(CLI::App& app);
+
+}  // namespace equistream::embree_host

@@ -1,0 +1,60 @@
+#include <equistream_embree/surfaces.h>
+
+#include <cassert>
+#include <limits>
+
+namespace equistream::embree_host {
+namespace {
+
+void store(const glm::vec3& v, float (&to)[3]) {
+    to[0] = v.x;
+    to[1] = v.y;
+    to[2] = v.z;
+}
+
+glm::vec3 object_space_point(const Mesh& mesh, const HitId& hit) {
+    const glm::uvec3 t = mesh.triangles[hit.triangle];
+    return (1 - hit.u - hit.v) * mesh.positions[t.x] + hit.u * mesh.positions[t.y] + hit.v * mesh.positions[t.z];
+}
+
+es_surface surface_of(Worker& worker, const ShadingScene& scene, const NeighbourTransforms& neighbours,
+                      const es_ray& ray, const Worker::Hit& hit) {
+    es_surface s{};
+    if (hit.id.instance == no_index) {
+        s.distance_m = std::numeric_limits<float>::infinity();
+        return s;
+    }
+    const glm::vec3 origin{ray.origin[0], ray.origin[1], ray.origin[2]};
+    const glm::vec3 direction{ray.direction[0], ray.direction[1], ray.direction[2]};
+    const ShadingPoint point = scene.surface_at(hit.id, origin, direction, hit.distance);
+    const SurfaceParameters parameters = surface_parameters(
+        scene.material(point.material), point, ray.footprint_rad * hit.distance, glm::vec3(0.5f), worker.textures());
+    const Instance& instance = scene.model().instances[hit.id.instance];
+    s.distance_m = hit.distance;
+    store(point.position, s.position_previous_m);
+    store(point.position, s.position_next_m);
+    if (neighbours.moves[hit.id.instance]) {
+        const glm::vec4 p(object_space_point(scene.model().meshes[instance.mesh], hit.id), 1);
+        store(glm::vec3(neighbours.previous[hit.id.instance] * p), s.position_previous_m);
+        store(glm::vec3(neighbours.next[hit.id.instance] * p), s.position_next_m);
+    }
+    store(point.normal, s.normal);
+    store(parameters.base_colour, s.albedo);
+    s.object_id = instance.object + 1;
+    s.material_id = point.material + 1;
+    s.instance_id = hit.id.instance + 1;
+    return s;
+}
+
+}  // namespace
+
+void trace_surfaces(Worker& worker, const ShadingScene& scene, const NeighbourTransforms& neighbours,
+                    std::span<const es_ray> rays, std::span<es_surface> surfaces) {
+    assert(rays.size() == surfaces.size());
+    std::vector<Worker::Hit> hits;
+    worker.trace_coherent(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        surfaces[i] = surface_of(worker, scene, neighbours, rays[i], hits[i]);
+}
+
+}  // namespace equistream::embree_host

@@ -1,0 +1,179 @@
+#include <equistream_embree/textures.h>
+
+#include <equistream_embree/mip_chain.h>
+
+#include <equistream/error.h>
+
+#include <OpenImageIO/imagecache.h>
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream::embree_host {
+namespace {
+
+OIIO::TextureOpt::Wrap oiio_wrap(Wrap wrap) {
+    switch (wrap) {
+    case Wrap::clamp:
+        return OIIO::TextureOpt::WrapClamp;
+    case Wrap::mirror:
+        return OIIO::TextureOpt::WrapMirror;
+    case Wrap::repeat:
+        break;
+    }
+    return OIIO::TextureOpt::WrapPeriodic;
+}
+
+int wrapped(int i, int n, OIIO::TextureOpt::Wrap wrap) {
+    if (wrap == OIIO::TextureOpt::WrapClamp)
+        return std::clamp(i, 0, n - 1);
+    if (wrap == OIIO::TextureOpt::WrapMirror) {
+        const int m = ((i % (2 * n)) + 2 * n) % (2 * n);
+        return m < n ? m : 2 * n - 1 - m;
+    }
+    const int m = i % n;
+    return m < 0 ? m + n : m;
+}
+
+int floor_to_int(float x) {
+    const int i = static_cast<int>(x);
+    return i - (x < static_cast<float>(i) ? 1 : 0);
+}
+
+/// floor(log2(x)) + t for x = 2^k (1 + t): within 0.09 of log2, and a shift and a subtraction.
+float rough_log2(float x) {
+    const auto bits = std::bit_cast<std::int32_t>(x);
+    return static_cast<float>(bits - 0x3f800000) * 0x1p-23f;
+}
+
+/// Coordinates beyond this say nothing about a texel any more, and would overflow an int.
+float bounded(float coordinate) {
+    return coordinate > -1e5f && coordinate < 1e5f ? coordinate : 0.0f;
+}
+
+/// Textures that any material uses as colour, as data, or not at all.
+std::vector<TextureCoding> codings(const SceneModel& model) {
+    std::vector<TextureCoding> coding(model.textures.size(), TextureCoding::colour);
+    for (const Material& material : model.materials)
+        if (material.metallic_roughness_texture != no_index)
+            coding[material.metallic_roughness_texture] = TextureCoding::data;
+    return coding;
+}
+
+}  // namespace
+
+Textures::Textures(const SceneModel& model, const TextureSettings& settings)
+    : sources_(model.textures.size()), system_(OIIO::TextureSystem::create(false)), entries_(model.textures.size()) {
+    system_->attribute("max_memory_MB", static_cast<float>(settings.cache_megabytes));
+    system_->attribute("max_open_files", 4096);
+    system_->attribute("autotile", 0);
+    system_->attribute("forcefloat", 0);
+    const std::vector<TextureCoding> coding = codings(model);
+    tbb::parallel_for(std::size_t{0}, entries_.size(),
+                      [&](std::size_t i) { add(model.textures[i], coding[i], entries_[i], sources_[i]); });
+}
+
+Textures::~Textures() = default;
+
+void Textures::add(const Texture& texture, TextureCoding coding, Entry& entry, MipChainSource& source) {
+    source.texture = &texture;
+    source.coding = coding;
+    const MipChainSource* pointer = &source;
+    OIIO::ImageSpec config;
+    config.attribute(mip_source_attribute, OIIO::TypeDesc::PTR, static_cast<const void*>(&pointer));
+    const OIIO::ustring name("texture-" + std::to_string(&source - sources_.data()));
+    const auto fail = [&] { return failure(texture); };
+    if (!system_->imagecache()->add_file(name, create_mip_chain_input, &config))
+        throw fail();
+    entry.handle = system_->get_texture_handle(name);
+    if (!entry.handle || !system_->good(entry.handle))
+        throw fail();
+    const OIIO::ImageSpec* spec = system_->imagespec(entry.handle, nullptr);
+    if (!spec)
+        throw fail();
+    entry.width = spec->width;
+    entry.height = spec->height;
+    entry.levels = std::bit_width(static_cast<unsigned>(std::max(spec->width, spec->height)));
+    entry.decode = &decode_table(coding);
+    entry.wrap_u = oiio_wrap(texture.wrap_u);
+    entry.wrap_v = oiio_wrap(texture.wrap_v);
+    entry.nearest = texture.nearest;
+    fetch_coarse_level(texture, entry);
+}
+
+InputError Textures::failure(const Texture& texture) const {
+    std::string text = system_->imagecache()->geterror();
+    if (text.empty())
+        text = system_->geterror();
+    return InputError("texture \"" + texture.name + "\": " + text);
+}
+
+void Textures::fetch_coarse_level(const Texture& texture, Entry& entry) {
+    const int excess = std::bit_width(static_cast<unsigned>((std::max(entry.width, entry.height) - 1) / coarse_side));
+    entry.coarse_level = std::min(excess, entry.levels - 1);
+    entry.coarse_width = std::max(1, entry.width >> entry.coarse_level);
+    entry.coarse_height = std::max(1, entry.height >> entry.coarse_level);
+    entry.coarse.resize(static_cast<std::size_t>(entry.coarse_width) * static_cast<std::size_t>(entry.coarse_height));
+    std::vector<std::uint8_t> rgb(entry.coarse.size() * 3);
+    OIIO::TextureOpt options;
+    if (!system_->get_texels(entry.handle, nullptr, options, entry.coarse_level, 0, entry.coarse_width, 0,
+                             entry.coarse_height, 0, 1, 0, 3, OIIO::TypeDesc::UINT8, rgb.data()))
+        throw failure(texture);
+    glm::dvec3 sum{0};
+    for (std::size_t i = 0; i < entry.coarse.size(); ++i) {
+        entry.coarse[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2], 255};
+        for (int c = 0; c < 3; ++c)
+            sum[c] += (*entry.decode)[rgb[3 * i + static_cast<std::size_t>(c)]];
+    }
+    entry.mean = glm::vec3(sum / static_cast<double>(entry.coarse.size()));
+}
+
+glm::vec3 Textures::mean(std::uint32_t texture) const {
+    return entries_[texture].mean;
+}
+
+Textures::Reader::Reader(const Textures& textures)
+    : textures_(textures), perthread_(textures.system_->create_thread_info()) {}
+
+Textures::Reader::~Reader() {
+    textures_.system_->destroy_thread_info(perthread_);
+}
+
+glm::vec3 Textures::Reader::lookup(std::uint32_t texture, const TextureQuery& query) {
+    const Entry& e = textures_.entries_[texture];
+    const std::array<float, 256>& decode = *e.decode;
+    const float footprint_texels = query.footprint * static_cast<float>(std::max(e.width, e.height));
+    const int level = std::clamp(floor_to_int(rough_log2(footprint_texels) + query.jitter.z), 0, e.levels - 1);
+    glm::vec2 uv{bounded(query.uv.x), bounded(query.uv.y)};
+    const glm::vec2 offset = e.nearest ? glm::vec2(0) : glm::vec2(query.jitter) - 0.5f;
+
+    if (level >= e.coarse_level) {
+        const float u = uv.x * static_cast<float>(e.coarse_width) + offset.x;
+        const float v = uv.y * static_cast<float>(e.coarse_height) + offset.y;
+        const int x = wrapped(floor_to_int(u), e.coarse_width, e.wrap_u);
+        const int y = wrapped(floor_to_int(v), e.coarse_height, e.wrap_v);
+        const auto& texel = e.coarse[static_cast<std::size_t>(y) * static_cast<std::size_t>(e.coarse_width) +
+                                     static_cast<std::size_t>(x)];
+        return {decode[texel[0]], decode[texel[1]], decode[texel[2]]};
+    }
+
+    const auto width = static_cast<float>(e.width >> level), height = static_cast<float>(e.height >> level);
+    uv += offset / glm::vec2(width, height);
+    OIIO::TextureOpt options;
+    options.swrap = e.wrap_u;
+    options.twrap = e.wrap_v;
+    options.interpmode = OIIO::TextureOpt::InterpClosest;
+    options.mipmode = OIIO::TextureOpt::MipModeOneLevel;
+    // The texture system takes the finest level on which this is at most one texel: exactly the one chosen above.
+    const float derivative = 0.75f / std::max(width, height);
+    float rgb[3];
+    ++calls_;
+    if (!textures_.system_->texture(e.handle, perthread_, options, uv.x, uv.y, derivative, 0, 0, derivative, 3, rgb))
+        return e.mean;
+    const auto code = [](float v) { return static_cast<std::size_t>(v * 255 + 0.5f) & 255u; };
+    return {decode[code(rgb[0])], decode[code(rgb[1])], decode[code(rgb[2])]};
+}
+
+}  // namespace equistream::embree_host
