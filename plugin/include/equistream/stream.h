@@ -19,12 +19,20 @@ enum class TrackRole : std::uint8_t { main = 0, small = 1 };
 
 const char* track_name(TrackRole role);  ///< "main", "small"
 
-/// FrameInfo <-> SEI payload (UUID included). decode returns nothing for a payload that is not ours and throws
-/// WorkError for one that is ours but damaged; fields appended by later versions are skipped.
-std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info);
+/// Where a picture stands in its track, so that a cut or a gap shows whatever the container.
+struct TrackPosition {
+    std::uint32_t ordinal = 0;  ///< 0 for the track's first picture
+    std::uint32_t count = 0;    ///< pictures in the track, 0 while unknown; the track's last picture always says it
+};
+
+/// FrameInfo <-> SEI payload (UUID included). encode throws InputError for a scene or host name above 255 bytes.
+/// decode returns nothing for a payload that is not ours and throws WorkError for one that is ours but damaged;
+/// fields appended by later versions are skipped.
+std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position = {});
 struct TaggedFrameInfo {
     TrackRole role = TrackRole::main;
     FrameInfo info;
+    TrackPosition position;
 };
 std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> payload);
 
@@ -45,10 +53,17 @@ struct StreamSettings {
     std::vector<TrackSettings> tracks;
     std::string scene;         ///< container title
     bool full_sphere = false;  ///< tag the main track as equirectangular video for ordinary 360 players
+    /// Pictures each track will hold. 0: not known, then each track runs one picture behind, because its last one
+    /// says that it is the last.
+    std::uint32_t pictures = 0;
+    int threads = 4;  ///< the coded bytes depend on it, so it does not follow the machine
 };
 
-/// Encodes display-referred sRGB pictures (8-bit RGB) to `target` (a path, whose extension picks the container, or a
-/// URL).
+/// Encodes display-referred sRGB pictures (8-bit RGB) to `target`: a path ending in .mp4, .mkv, .ts, .nut, .h264 or
+/// .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same pictures
+/// and settings give the same bytes. A file is written as NAME.part and renamed by finish(); if that is never
+/// reached, what was coded so far stays in NAME.part, playable. libav's own log is silenced.
+/// Throws InputError for settings or targets that cannot be used, WorkError once coding has begun.
 class StreamWriter {
 public:
     StreamWriter(const std::string& target, const StreamSettings& settings);
@@ -56,12 +71,14 @@ public:
     StreamWriter(const StreamWriter&) = delete;
     StreamWriter& operator=(const StreamWriter&) = delete;
 
-    /// Pictures of one track in display order; tracks interleave as they come.
+    /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
     void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
     std::vector<std::int64_t> bytes() const;
+    /// Where an unfinished file stays; empty for URLs and devices.
+    const std::string& unfinished_file() const;
 
 private:
     struct State;
@@ -73,26 +90,40 @@ struct DecodedPicture {
     TrackRole role = TrackRole::main;
     std::optional<FrameInfo> info;  ///< absent in foreign videos
     ByteImage rgb;
-    double decode_ms = 0;   ///< decoder's time for this picture
+    double decode_ms = 0;   ///< time spent waiting for the decoder since this track's last picture
     double convert_ms = 0;  ///< YUV to RGB
 };
 
 struct StreamTrackSummary {
     TrackRole role = TrackRole::main;
+    std::string name;  ///< as the container has it; empty where it has none
     std::string codec;
     int width = 0;
     int height = 0;
     double frames_per_second = 0;
+    std::string pixel_format;
+    std::string colour;         ///< "range/primaries/transfer/matrix" in libav's names
+    bool equirect = false;      ///< tagged as equirectangular video
+    std::int64_t pictures = 0;  ///< delivered so far
+    std::int64_t bytes = 0;     ///< coded bytes read so far
 };
 
+struct StreamReadOptions {
+    bool rgb = true;  ///< false: decode, but leave DecodedPicture::rgb empty
+};
+
+/// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's
+/// limits before anything is allocated, playlists are refused. A stream that was cut plays up to the cut; pictures
+/// that arrived damaged are left out. Throws InputError for what is no video.
 class StreamReader {
 public:
-    explicit StreamReader(const std::string& source);
+    explicit StreamReader(const std::string& source, const StreamReadOptions& options = {});
     ~StreamReader();
     StreamReader(const StreamReader&) = delete;
     StreamReader& operator=(const StreamReader&) = delete;
 
     const std::vector<StreamTrackSummary>& tracks() const;
+    const std::string& container() const;  ///< libav's long name
     /// The next picture of any track, in presentation order within each; nothing at the end.
     std::optional<DecodedPicture> next();
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").

@@ -1,0 +1,240 @@
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace equistream {
+
+namespace {
+
+// 69c48036-5133-4784-8093-ec66a7475119
+constexpr std::array<std::uint8_t, 16> payload_uuid = {0x69, 0xc4, 0x80, 0x36, 0x51, 0x33, 0x47, 0x84,
+                                                       0x80, 0x93, 0xec, 0x66, 0xa7, 0x47, 0x51, 0x19};
+constexpr std::uint16_t payload_version = 1;
+constexpr std::size_t longest_name = 255;
+constexpr const char* payload_place = "frame data in the stream";
+
+static_assert(std::endian::native == std::endian::little, "fields are copied as they lie in memory");
+
+class Writer {
+public:
+    template <typename T>
+    void put(T value) {
+        static_assert(std::is_arithmetic_v<T>);
+        const auto* bytes = reinterpret_cast<const std::uint8_t*>(&value);
+        bytes_.insert(bytes_.end(), bytes, bytes + sizeof value);
+    }
+
+    void put_pose(const Pose& pose) {
+        for (int i = 0; i < 3; ++i)
+            put(pose.position_m[i]);
+        for (const double q : {pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z})
+            put(q);
+    }
+
+    void put_name(const std::string& name, const char* what) {
+        if (name.size() > longest_name)
+            throw InputError(
+                expected_found(what, "a name of at most 255 bytes", std::to_string(name.size()) + " bytes"));
+        put(static_cast<std::uint8_t>(name.size()));
+        bytes_.insert(bytes_.end(), name.begin(), name.end());
+    }
+
+    void append(std::span<const std::uint8_t> more) { bytes_.insert(bytes_.end(), more.begin(), more.end()); }
+    const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+
+private:
+    std::vector<std::uint8_t> bytes_;
+};
+
+[[noreturn]] void damaged(const std::string& expected, const std::string& found) {
+    throw WorkError(expected_found(payload_place, expected, found));
+}
+
+class Reader {
+public:
+    explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+    std::span<const std::uint8_t> take(std::size_t size) {
+        if (size > bytes_.size())
+            damaged(std::to_string(size) + " more bytes", std::to_string(bytes_.size()));
+        const auto taken = bytes_.first(size);
+        bytes_ = bytes_.subspan(size);
+        return taken;
+    }
+
+    template <typename T>
+    T get() {
+        T value;
+        std::memcpy(&value, take(sizeof value).data(), sizeof value);
+        return value;
+    }
+
+    double get_finite(const char* what) {
+        const auto value = get<double>();
+        if (!std::isfinite(value))
+            damaged(std::string(what) + " to be finite", std::to_string(value));
+        return value;
+    }
+
+    double get_positive(const char* what) {
+        const double value = get_finite(what);
+        if (!(value > 0))
+            damaged(std::string(what) + " above 0", std::to_string(value));
+        return value;
+    }
+
+    template <typename Enum>
+    Enum get_enum(Enum last, const char* what) {
+        const auto value = get<std::uint8_t>();
+        if (value > static_cast<std::uint8_t>(last))
+            damaged(std::string(what) + " up to " + std::to_string(static_cast<int>(last)), std::to_string(value));
+        return static_cast<Enum>(value);
+    }
+
+    int get_side(const char* what) {
+        const auto value = get<std::uint32_t>();
+        if (value > static_cast<std::uint32_t>(max_image_side))
+            damaged(std::string(what) + " of at most " + std::to_string(max_image_side), std::to_string(value));
+        return static_cast<int>(value);
+    }
+
+    Pose get_pose(const char* what) {
+        Pose pose;
+        for (int i = 0; i < 3; ++i)
+            pose.position_m[i] = get_finite(what);
+        for (double* q : {&pose.orientation.w, &pose.orientation.x, &pose.orientation.y, &pose.orientation.z})
+            *q = get_finite(what);
+        if (std::abs(glm::length(pose.orientation) - 1) > 1e-3)
+            damaged(std::string(what) + " with a unit quaternion",
+                    "length " + std::to_string(glm::length(pose.orientation)));
+        return pose;
+    }
+
+    std::string get_name() {
+        const auto size = get<std::uint8_t>();
+        const auto text = take(size);
+        return {text.begin(), text.end()};
+    }
+
+private:
+    std::span<const std::uint8_t> bytes_;
+};
+
+enum class CameraKind : std::uint8_t { equirect = 0, perspective = 1 };
+
+/// Four numbers: longitude and latitude limits, or the horizontal field of view and three zeros.
+std::array<double, 4> camera_numbers(const Camera& camera) {
+    if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
+        return {perspective->fov_x_rad, 0, 0, 0};
+    const auto& range = std::get<EquirectCamera>(camera).range;
+    return {range.longitude_min, range.longitude_max, range.latitude_min, range.latitude_max};
+}
+
+Camera make_camera(CameraKind kind, int width, int height, const std::array<double, 4>& numbers) {
+    if (kind == CameraKind::perspective) {
+        if (!(numbers[0] > 0 && numbers[0] < pi))
+            damaged("a field of view between 0 and pi", std::to_string(numbers[0]));
+        return PerspectiveCamera{width, height, numbers[0]};
+    }
+    const LongitudeLatitudeRange range{numbers[0], numbers[1], numbers[2], numbers[3]};
+    if (!(range.longitude_span() > 0 && range.latitude_span() > 0))
+        damaged("ascending longitude and latitude ranges", "an empty or backward one");
+    return EquirectCamera{width, height, range};
+}
+
+TaggedFrameInfo read_fields(Reader& in) {
+    TaggedFrameInfo tagged;
+    FrameInfo& info = tagged.info;
+    tagged.role = in.get_enum(TrackRole::small, "track role");
+    const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
+    info.eye = in.get_enum(Eye::right, "eye");
+    info.lock = in.get_enum(AxisLock::path, "axis lock");
+    const int width = in.get_side("camera width");
+    const int height = in.get_side("camera height");
+    tagged.position.ordinal = in.get<std::uint32_t>();
+    tagged.position.count = in.get<std::uint32_t>();
+    info.index = in.get<std::int64_t>();
+    info.time_s = in.get_finite("time");
+    info.frames_per_second = in.get_positive("frames per second");
+    std::array<double, 4> numbers;
+    for (double& number : numbers)
+        number = in.get_finite("camera");
+    info.camera = make_camera(kind, width, height, numbers);
+    info.camera_pose = in.get_pose("camera pose");
+    info.head = in.get_pose("head pose");
+    info.ipd_m = in.get_finite("interpupillary distance");
+    info.lean_m = in.get_finite("lean");
+    info.exposure = in.get_positive("exposure");
+    info.seed = in.get<std::uint64_t>();
+    info.samples_per_pixel = in.get<std::uint32_t>();
+    info.scene = in.get_name();
+    info.host = in.get_name();
+    return tagged;
+}
+
+bool starts_with_our_uuid(std::span<const std::uint8_t> payload) {
+    return payload.size() >= payload_uuid.size() &&
+           std::equal(payload_uuid.begin(), payload_uuid.end(), payload.begin());
+}
+
+}  // namespace
+
+const char* track_name(TrackRole role) {
+    return role == TrackRole::main ? "main" : "small";
+}
+
+std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position) {
+    const bool perspective = std::holds_alternative<PerspectiveCamera>(info.camera);
+    Writer fields;
+    fields.put(static_cast<std::uint8_t>(role));
+    fields.put(static_cast<std::uint8_t>(perspective ? CameraKind::perspective : CameraKind::equirect));
+    fields.put(static_cast<std::uint8_t>(info.eye));
+    fields.put(static_cast<std::uint8_t>(info.lock));
+    fields.put(static_cast<std::uint32_t>(width_of(info.camera)));
+    fields.put(static_cast<std::uint32_t>(height_of(info.camera)));
+    fields.put(position.ordinal);
+    fields.put(position.count);
+    fields.put(info.index);
+    fields.put(info.time_s);
+    fields.put(info.frames_per_second);
+    for (const double number : camera_numbers(info.camera))
+        fields.put(number);
+    fields.put_pose(info.camera_pose);
+    fields.put_pose(info.head);
+    fields.put(info.ipd_m);
+    fields.put(info.lean_m);
+    fields.put(info.exposure);
+    fields.put(info.seed);
+    fields.put(info.samples_per_pixel);
+    fields.put_name(info.scene, "scene");
+    fields.put_name(info.host, "host");
+
+    Writer payload;
+    payload.append(payload_uuid);
+    payload.put(payload_version);
+    payload.put(static_cast<std::uint16_t>(fields.bytes().size()));
+    payload.append(fields.bytes());
+    return payload.bytes();
+}
+
+std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> payload) {
+    // libx265 puts a UUID of its own before ours.
+    if (!starts_with_our_uuid(payload) && payload.size() > payload_uuid.size())
+        payload = payload.subspan(payload_uuid.size());
+    if (!starts_with_our_uuid(payload))
+        return std::nullopt;
+    Reader header(payload.subspan(payload_uuid.size()));
+    const auto version = header.get<std::uint16_t>();
+    if (version != payload_version)
+        damaged("version " + std::to_string(payload_version), std::to_string(version));
+    const auto size = header.get<std::uint16_t>();
+    Reader fields(header.take(size));
+    return read_fields(fields);
+}
+
+}  // namespace equistream

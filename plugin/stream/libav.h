@@ -1,0 +1,64 @@
+#pragma once
+/// RAII for libav's handles, and its errors as text.
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libswscale/swscale.h>
+}
+
+#include <memory>
+#include <string>
+
+namespace equistream::av {
+
+struct Delete {
+    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+    void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+};
+struct CloseDemuxer {
+    void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
+};
+struct FreeMuxer {
+    void operator()(AVFormatContext* output) const { avformat_free_context(output); }
+};
+
+using Frame = std::unique_ptr<AVFrame, Delete>;
+using Packet = std::unique_ptr<AVPacket, Delete>;
+using Codec = std::unique_ptr<AVCodecContext, Delete>;
+using Scaler = std::unique_ptr<SwsContext, Delete>;
+using Demuxer = std::unique_ptr<AVFormatContext, CloseDemuxer>;
+using Muxer = std::unique_ptr<AVFormatContext, FreeMuxer>;
+
+/// Allocate or throw std::bad_alloc.
+Frame make_frame();
+Packet make_packet();
+
+/// An AVDictionary that is freed; options that a libav call did not take stay in it.
+class Options {
+public:
+    Options() = default;
+    ~Options() { av_dict_free(&entries_); }
+    Options(const Options&) = delete;
+    Options& operator=(const Options&) = delete;
+
+    void set(const char* key, const std::string& value) { av_dict_set(&entries_, key, value.c_str(), 0); }
+    AVDictionary** taken() { return &entries_; }
+    /// "" or the first option that was not taken.
+    std::string left_over() const;
+
+private:
+    AVDictionary* entries_ = nullptr;
+};
+
+/// libav's sentence for an error code.
+std::string error_text(int code);
+
+/// libav and the encoders print what they think; whatever matters is thrown instead. Once per process.
+void silence_log();
+
+/// Whether libav would take this for a URL rather than for the name of a file.
+bool is_url(const std::string& target);
+
+}  // namespace equistream::av

@@ -1,0 +1,111 @@
+#include "output.h"
+
+#include <equistream/error.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace equistream {
+
+namespace {
+
+constexpr int buffer_bytes = 1 << 16;
+
+bool exists_and_is_no_file(const std::string& path) {
+    struct stat status;
+    return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+}
+
+}  // namespace
+
+int Output::write_bytes(void* self, std::uint8_t* bytes, int size) {
+    auto& output = *static_cast<Output*>(self);
+    for (int done = 0; done < size;) {
+        const auto written = write(output.file_, bytes + done, static_cast<std::size_t>(size - done));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0) {
+            if (output.first_errno_ == 0)
+                output.first_errno_ = errno;
+            return AVERROR(errno);
+        }
+        done += static_cast<int>(written);
+        output.has_bytes_ = true;
+    }
+    return size;
+}
+
+void Output::open_file(const std::string& path) {
+    file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file_ < 0)
+        throw InputError(expected_found(target_, "a place that can be written", std::strerror(errno)));
+    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
+    // No seek function: what libav writes is what a socket would get.
+    io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes, nullptr) : nullptr;
+    if (!io_) {
+        av_free(buffer);
+        close(file_);
+        throw std::bad_alloc();
+    }
+}
+
+Output::Output(const std::string& target) : target_(target) {
+    if (av::is_url(target)) {
+        const int code = avio_open2(&io_, target.c_str(), AVIO_FLAG_WRITE, nullptr, nullptr);
+        if (code < 0)
+            throw InputError(expected_found(target, "an address that can be written", av::error_text(code)));
+        io_->seekable = 0;
+    } else if (exists_and_is_no_file(target)) {
+        open_file(target);
+    } else {
+        open_file(target + ".part");
+        aside_ = target + ".part";
+    }
+}
+
+Output::~Output() {
+    if (file_ < 0) {
+        avio_closep(&io_);
+        return;
+    }
+    avio_flush(io_);
+    av_freep(&io_->buffer);
+    avio_context_free(&io_);
+    close(file_);
+    if (!has_bytes_ && !aside_.empty())
+        unlink(aside_.c_str());
+}
+
+std::string Output::write_error() const {
+    if (first_errno_ != 0)
+        return std::strerror(first_errno_);
+    return io_->error < 0 ? av::error_text(io_->error) : "";
+}
+
+void Output::fail() const {
+    const std::string kept = aside_.empty() || !has_bytes_ ? "" : "; what was coded so far is kept in " + aside_;
+    throw WorkError(target_ + ": cannot be written: " + write_error() + kept);
+}
+
+void Output::flush() {
+    avio_flush(io_);
+    if (file_ >= 0 && first_errno_ == 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS)
+        first_errno_ = errno;
+    if (!write_error().empty())
+        fail();
+}
+
+void Output::finish() {
+    flush();
+    if (!aside_.empty() && std::rename(aside_.c_str(), target_.c_str()) != 0) {
+        first_errno_ = errno;
+        fail();
+    }
+}
+
+}  // namespace equistream

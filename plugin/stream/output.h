@@ -1,0 +1,41 @@
+#pragma once
+/// Where coded bytes go: a file that appears under its name only when it is finished, a device, or a URL.
+#include "libav.h"
+
+#include <memory>
+#include <string>
+
+namespace equistream {
+
+class Output {
+public:
+    /// Opens NAME.part for a path, the path itself for a device or pipe, or the URL. Throws InputError.
+    explicit Output(const std::string& target);
+    ~Output();
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+
+    AVIOContext* io() const { return io_; }
+    /// Empty for what is not written aside.
+    const std::string& unfinished_file() const { return aside_; }
+    /// Hands everything over and syncs it; throws WorkError saying why it could not.
+    void flush();
+    /// flush, then the file gets its name.
+    void finish();
+    /// The operating system's reason for the first write that failed, or an empty string.
+    std::string write_error() const;
+
+private:
+    static int write_bytes(void* self, std::uint8_t* bytes, int size);
+    void open_file(const std::string& path);
+    [[noreturn]] void fail() const;
+
+    std::string target_;
+    std::string aside_;
+    AVIOContext* io_ = nullptr;
+    int file_ = -1;
+    int first_errno_ = 0;
+    bool has_bytes_ = false;
+};
+
+}  // namespace equistream

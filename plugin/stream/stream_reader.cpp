@@ -1,0 +1,231 @@
+#include "track_decoder.h"
+#include "truncation.h"
+
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+namespace equistream {
+
+namespace {
+
+/// Video in one file; playlists and the like could make a hostile file open others.
+constexpr const char* accepted_formats =
+    "mov,mp4,matroska,webm,mpegts,nut,h264,hevc,avi,flv,mpeg,mpegvideo,ivf,ogg,asf,m4v,mjpeg,mxf,yuv4mpegpipe,av1,obu";
+
+/// A source may have more tracks; nothing of ours has.
+constexpr std::size_t most_tracks = 2;
+
+/// In a cut mp4 the other track's samples may still be there behind one that is not.
+constexpr int most_failures_in_a_row = 1000;
+
+/// Frees what avformat_find_stream_info wants, one dictionary a stream.
+class StreamOptions {
+public:
+    explicit StreamOptions(const AVFormatContext& format) : entries_(format.nb_streams, nullptr) {
+        for (AVDictionary*& entry : entries_)
+            av_dict_set_int(&entry, "max_pixels", max_image_pixels, 0);
+    }
+    ~StreamOptions() {
+        for (AVDictionary*& entry : entries_)
+            av_dict_free(&entry);
+    }
+    StreamOptions(const StreamOptions&) = delete;
+    StreamOptions& operator=(const StreamOptions&) = delete;
+    AVDictionary** data() { return entries_.data(); }
+
+private:
+    std::vector<AVDictionary*> entries_;
+};
+
+av::Demuxer open_source(const std::string& source) {
+    const bool url = av::is_url(source);
+    if (!url && !std::filesystem::exists(source))
+        throw InputError(source + ": no such file");
+    if (!url && std::filesystem::is_directory(source))
+        throw InputError(expected_found(source, "a video file", "a folder"));
+    av::Options options;
+    options.set("format_whitelist", accepted_formats);
+    options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
+    if (!url)
+        options.set("protocol_whitelist", "file");
+    AVFormatContext* opened = nullptr;
+    const int code = avformat_open_input(&opened, (url ? source : "file:" + source).c_str(), nullptr, options.taken());
+    if (code < 0)
+        throw InputError(expected_found(source, "a video", av::error_text(code)));
+    av::Demuxer format(opened);
+    StreamOptions stream_options(*format);
+    avformat_find_stream_info(format.get(), stream_options.data());
+    return format;
+}
+
+bool is_video(const AVStream& stream) {
+    return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
+}
+
+/// Two tracks of one name cannot both be main; containers that keep no names hold main first.
+TrackRole assumed_role(std::size_t position) {
+    return position == 0 ? TrackRole::main : TrackRole::small;
+}
+
+struct ReadTrack {
+    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source)
+        : index(stream.index), decoder(stream, role, source) {}
+
+    int index;
+    TrackDecoder decoder;
+    av::Packet held;  ///< the newest packet: only a next one shows that it was not cut short
+};
+
+}  // namespace
+
+struct StreamReader::State {
+    State(const std::string& source_name, const StreamReadOptions& read_options);
+
+    ReadTrack* track_at(int index);
+    bool read_packet();
+    void decode(ReadTrack& track, AVPacket& packet);
+    bool may_be_cut(const AVPacket& last) const;
+    void end();
+    std::optional<DecodedPicture> take();
+    void refresh_summaries();
+
+    std::string source;
+    StreamReadOptions options;
+    av::Demuxer format;
+    bool holds_back;  ///< files only: on a live stream it would cost a picture's time
+    std::string container;
+    std::vector<std::unique_ptr<ReadTrack>> tracks;
+    std::vector<StreamTrackSummary> summaries;
+    av::Packet packet = av::make_packet();
+    std::string read_error;
+    std::string truncation;
+    bool ended = false;
+};
+
+StreamReader::State::State(const std::string& source_name, const StreamReadOptions& read_options)
+    : source(source_name), options(read_options), holds_back(!av::is_url(source_name)) {
+    av::silence_log();
+    format = open_source(source);
+    container = format->iformat->long_name;
+    for (unsigned i = 0; i < format->nb_streams; ++i) {
+        AVStream& stream = *format->streams[i];
+        if (!is_video(stream) || tracks.size() == most_tracks) {
+            stream.discard = AVDISCARD_ALL;
+            continue;
+        }
+        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(tracks.size()), source));
+        if (holds_back)
+            tracks.back()->held = av::make_packet();
+        else
+            tracks.back()->decoder.join_anywhere();
+    }
+    if (tracks.empty())
+        throw InputError(expected_found(source, "a video track", "none"));
+    refresh_summaries();
+}
+
+ReadTrack* StreamReader::State::track_at(int index) {
+    const auto found =
+        std::find_if(tracks.begin(), tracks.end(), [=](const auto& track) { return track->index == index; });
+    return found == tracks.end() ? nullptr : found->get();
+}
+
+void StreamReader::State::decode(ReadTrack& track, AVPacket& incoming) {
+    if (!holds_back)
+        return track.decoder.decode(incoming);
+    if (track.held->size > 0)
+        track.decoder.decode(*track.held);
+    av_packet_unref(track.held.get());
+    av_packet_move_ref(track.held.get(), &incoming);
+}
+
+bool StreamReader::State::read_packet() {
+    int code = AVERROR_INVALIDDATA;
+    for (int failures = 0; code == AVERROR_INVALIDDATA && failures < most_failures_in_a_row; ++failures)
+        code = av_read_frame(format.get(), packet.get());
+    if (code < 0) {
+        if (code != AVERROR_EOF)
+            read_error = av::error_text(code);
+        return false;
+    }
+    if (ReadTrack* track = track_at(packet->stream_index)) {
+        if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0)
+            track->decoder.count_damaged_packet();
+        else
+            decode(*track, *packet);
+    }
+    av_packet_unref(packet.get());
+    return true;
+}
+
+/// Whether the file ends so soon after its track's last packet that the packet may go on beyond it.
+bool StreamReader::State::may_be_cut(const AVPacket& last) const {
+    constexpr std::int64_t framing_bytes = 64;  // more than any container puts around a packet
+    const bool in_one_piece = std::string_view(format->iformat->name) != "mpegts";
+    return !in_one_piece || last.pos < 0 || last.pos + last.size + framing_bytes >= avio_size(format->pb);
+}
+
+void StreamReader::State::end() {
+    for (const auto& track : tracks) {
+        if (track->held && track->held->size > 0)
+            track->decoder.decode(*track->held, may_be_cut(*track->held));
+        track->decoder.drain();
+    }
+    ended = true;
+}
+
+std::optional<DecodedPicture> StreamReader::State::take() {
+    for (const auto& track : tracks)
+        if (auto picture = track->decoder.take(options.rgb)) {
+            refresh_summaries();
+            return picture;
+        }
+    return std::nullopt;
+}
+
+void StreamReader::State::refresh_summaries() {
+    summaries.clear();
+    for (const auto& track : tracks)
+        summaries.push_back(track->decoder.summary());
+}
+
+StreamReader::StreamReader(const std::string& source, const StreamReadOptions& options)
+    : state_(std::make_unique<State>(source, options)) {}
+
+StreamReader::~StreamReader() = default;
+
+std::optional<DecodedPicture> StreamReader::next() {
+    State& s = *state_;
+    for (;;) {
+        if (auto picture = s.take())
+            return picture;
+        if (s.ended)
+            break;
+        if (!s.read_packet())
+            s.end();
+    }
+    std::vector<TrackTally> tallies;
+    for (const auto& track : s.tracks)
+        tallies.push_back(track->decoder.tally());
+    const std::int64_t announced = s.format->streams[s.tracks.front()->index]->nb_frames;
+    s.truncation = describe_truncation({s.source, s.read_error, announced}, tallies);
+    return std::nullopt;
+}
+
+const std::vector<StreamTrackSummary>& StreamReader::tracks() const {
+    return state_->summaries;
+}
+
+const std::string& StreamReader::container() const {
+    return state_->container;
+}
+
+const std::string& StreamReader::truncation() const {
+    return state_->truncation;
+}
+
+}  // namespace equistream

@@ -1,0 +1,235 @@
+#include "container.h"
+#include "output.h"
+#include "track_encoder.h"
+
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <utility>
+
+extern "C" {
+#include <libavutil/spherical.h>
+}
+
+namespace equistream {
+
+namespace {
+
+struct WrittenTrack {
+    WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)
+        : role(track.role), encoder(settings, track, global_header) {}
+
+    TrackRole role;
+    TrackEncoder encoder;
+    AVStream* stream = nullptr;
+    std::int64_t bytes = 0;
+    std::uint32_t pictures = 0;  ///< handed to the encoder
+    std::optional<std::int64_t> last_index;
+    av::Frame held;  ///< the newest picture, while the track's length is not known
+    FrameInfo held_info;
+};
+
+void tag_as_equirect(AVStream& stream) {
+    std::size_t size = 0;
+    AVSphericalMapping* mapping = av_spherical_alloc(&size);
+    if (!mapping)
+        throw std::bad_alloc();
+    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    if (av_stream_add_side_data(&stream, AV_PKT_DATA_SPHERICAL, reinterpret_cast<std::uint8_t*>(mapping), size) < 0) {
+        av_free(mapping);
+        throw std::bad_alloc();
+    }
+}
+
+void check_fits(const std::string& target, const Container& container, const StreamSettings& settings) {
+    if (container.one_track && settings.tracks.size() > 1)
+        throw InputError(
+            expected_found(target, "one track (raw video holds no more)", std::to_string(settings.tracks.size())));
+    if (container.only_for_codec && *container.only_for_codec != settings.codec)
+        throw InputError(expected_found(target,
+                                        settings.codec == Codec::h264 ? "a name ending in .h264 for H.264"
+                                                                      : "a name ending in .h265 for H.265",
+                                        "the other"));
+}
+
+}  // namespace
+
+struct StreamWriter::State {
+    State(const std::string& target_name, const StreamSettings& stream_settings);
+    ~State();
+
+    void open_format();
+    void add_stream(WrittenTrack& track);
+    void write_header();
+    WrittenTrack& track_of(TrackRole role);
+    void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
+    void write_packet(WrittenTrack& track, AVPacket& packet);
+    /// `whole`: the last pictures may say that they are the last.
+    void end_tracks(bool whole);
+    void check(int code, const char* doing);
+
+    std::string target;
+    StreamSettings settings;
+    Container container;
+    std::vector<std::unique_ptr<WrittenTrack>> tracks;
+    std::unique_ptr<Output> output;
+    av::Muxer format;
+    std::optional<std::int64_t> first_index;
+    bool header_written = false;
+    bool over = false;  ///< finished or failed: nothing more may be written
+};
+
+StreamWriter::State::State(const std::string& target_name, const StreamSettings& stream_settings)
+    : target(target_name), settings(stream_settings), container(choose_container(target_name)) {
+    av::silence_log();
+    check_stream_settings(settings);
+    check_fits(target, container, settings);
+    open_format();
+    for (const TrackSettings& track : settings.tracks) {
+        tracks.push_back(
+            std::make_unique<WrittenTrack>(settings, track, (format->oformat->flags & AVFMT_GLOBALHEADER) != 0));
+        add_stream(*tracks.back());
+    }
+    output = std::make_unique<Output>(target);
+    format->pb = output->io();
+    write_header();
+}
+
+StreamWriter::State::~State() {
+    if (over || !header_written)
+        return;
+    try {  // a caller that failed keeps what it had coded
+        end_tracks(false);
+    } catch (const std::exception&) {
+        over = true;
+    }
+}
+
+void StreamWriter::State::check(int code, const char* doing) {
+    if (code >= 0 && output->io()->error >= 0)
+        return;
+    over = true;
+    output->flush();  // throws with the operating system's reason, if that is what failed
+    throw WorkError(target + ": " + doing + ": " + av::error_text(code));
+}
+
+void StreamWriter::State::open_format() {
+    AVFormatContext* opened = nullptr;
+    if (avformat_alloc_output_context2(&opened, nullptr, container.muxer, nullptr) < 0)
+        throw InputError(target + ": this libavformat cannot write " + container.muxer);
+    format.reset(opened);
+    format->flags |= AVFMT_FLAG_BITEXACT;                        // no random ids, no dates
+    format->strict_std_compliance = FF_COMPLIANCE_EXPERIMENTAL;  // spherical metadata in mp4
+    if (av::is_url(target))
+        format->flags |= AVFMT_FLAG_FLUSH_PACKETS;
+    if (!settings.scene.empty())
+        av_dict_set(&format->metadata, "title", settings.scene.c_str(), 0);
+}
+
+void StreamWriter::State::add_stream(WrittenTrack& track) {
+    AVStream* stream = avformat_new_stream(format.get(), nullptr);
+    const AVCodecContext& codec = track.encoder.codec();
+    if (!stream || avcodec_parameters_from_context(stream->codecpar, &codec) < 0)
+        throw std::bad_alloc();
+    stream->time_base = codec.time_base;
+    stream->avg_frame_rate = codec.framerate;
+    stream->disposition = track.role == TrackRole::main ? AV_DISPOSITION_DEFAULT : 0;
+    if (container.names_tracks)
+        for (const char* key : {"title", "handler_name"})
+            av_dict_set(&stream->metadata, key, track_name(track.role), 0);
+    if (settings.codec == Codec::h265 && std::string_view(container.muxer) == "mp4")
+        stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');  // the one that every player takes
+    if (settings.full_sphere && track.role == TrackRole::main)
+        tag_as_equirect(*stream);
+    track.stream = stream;
+}
+
+void StreamWriter::State::write_header() {
+    av::Options options;
+    set_muxer_options(container, options);
+    check(avformat_write_header(format.get(), options.taken()), "writing the header");
+    output->flush();  // a full disk or a closed connection shows before any work is done
+    header_written = true;
+}
+
+WrittenTrack& StreamWriter::State::track_of(TrackRole role) {
+    for (const auto& track : tracks)
+        if (track->role == role)
+            return *track;
+    throw WorkError(expected_found(target, "pictures of the tracks it was opened with", track_name(role)));
+}
+
+void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
+    track.bytes += packet.size;
+    packet.stream_index = track.stream->index;
+    packet.duration = 1;
+    av_packet_rescale_ts(&packet, track.encoder.codec().time_base, track.stream->time_base);
+    check(av_interleaved_write_frame(format.get(), &packet), "writing");
+}
+
+void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count) {
+    const auto payload = encode_frame_info(track.role, info, {track.pictures++, count});
+    track.encoder.encode(std::move(picture), info.index - *first_index, payload,
+                         [&](AVPacket& packet) { write_packet(track, packet); });
+}
+
+void StreamWriter::State::end_tracks(bool whole) {
+    for (const auto& track : tracks) {
+        if (track->held)
+            encode(*track, std::move(track->held), track->held_info, whole ? track->pictures + 1 : 0);
+        track->encoder.drain([&](AVPacket& packet) { write_packet(*track, packet); });
+    }
+    check(av_write_trailer(format.get()), "ending");
+    over = true;
+}
+
+StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings)
+    : state_(std::make_unique<State>(target, settings)) {}
+
+StreamWriter::~StreamWriter() = default;
+
+void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info) {
+    State& s = *state_;
+    if (s.over)
+        throw WorkError(s.target + ": has ended, nothing more can be written");
+    WrittenTrack& track = s.track_of(role);
+    if (!s.first_index)
+        s.first_index = info.index;
+    if (info.index < track.last_index.value_or(*s.first_index - 1) + 1)
+        throw WorkError(
+            expected_found(s.target + ": " + track_name(role), "ascending frame numbers", std::to_string(info.index)));
+    track.last_index = info.index;
+    av::Frame picture = track.encoder.convert(rgb);
+    if (s.settings.pictures > 0)
+        return s.encode(track, std::move(picture), info, s.settings.pictures);
+    std::swap(track.held, picture);
+    FrameInfo previous = std::exchange(track.held_info, info);
+    if (picture)
+        s.encode(track, std::move(picture), previous, 0);
+}
+
+void StreamWriter::finish() {
+    State& s = *state_;
+    if (s.over)
+        throw WorkError(s.target + ": has ended already");
+    s.end_tracks(true);
+    for (const auto& track : s.tracks)
+        if (s.settings.pictures > 0 && track->pictures != s.settings.pictures)
+            throw WorkError(expected_found(s.target + ": " + track_name(track->role),
+                                           std::to_string(s.settings.pictures) + " pictures",
+                                           std::to_string(track->pictures)));
+    s.output->finish();
+}
+
+std::vector<std::int64_t> StreamWriter::bytes() const {
+    std::vector<std::int64_t> counts;
+    for (const auto& track : state_->tracks)
+        counts.push_back(track->bytes);
+    return counts;
+}
+
+const std::string& StreamWriter::unfinished_file() const {
+    return state_->output->unfinished_file();
+}
+
+}  // namespace equistream

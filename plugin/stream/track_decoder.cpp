@@ -1,0 +1,225 @@
+#include "track_decoder.h"
+
+#include <equistream/error.h>
+
+extern "C" {
+#include <libavutil/pixdesc.h>
+#include <libavutil/spherical.h>
+}
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+/// Travels with the last packet of a track through the decoder to its picture.
+constexpr std::int64_t suspect_mark = 1;
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+bool is_acceptable_size(int width, int height) {
+    return width > 0 && height > 0 && width <= max_image_side && height <= max_image_side &&
+           std::int64_t{width} * height <= max_image_pixels;
+}
+
+void check_size(const std::string& source, int width, int height) {
+    if (!is_acceptable_size(width, height))
+        throw InputError(expected_found(source, "pictures of at most " + std::to_string(max_image_side) + " a side",
+                                        std::to_string(width) + "x" + std::to_string(height)));
+}
+
+av::Codec open_decoder(const AVStream& stream, const std::string& source) {
+    const AVCodecParameters& parameters = *stream.codecpar;
+    const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
+    if (!decoder)
+        throw InputError(
+            expected_found(source, "video this libavcodec can decode", avcodec_get_name(parameters.codec_id)));
+    av::Codec codec(avcodec_alloc_context3(decoder));
+    if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0)
+        throw std::bad_alloc();
+    codec->pkt_timebase = stream.time_base;
+    codec->thread_count = 0;
+    codec->max_pixels = max_image_pixels;
+    codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
+    if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)
+        throw InputError(source + ": " + decoder->name + ": " + av::error_text(code));
+    return codec;
+}
+
+std::optional<TaggedFrameInfo> frame_info_of(const AVFrame& frame) {
+    for (int i = 0; i < frame.nb_side_data; ++i) {
+        const AVFrameSideData& data = *frame.side_data[i];
+        if (data.type == AV_FRAME_DATA_SEI_UNREGISTERED)
+            if (auto tagged = decode_frame_info({data.data, data.size}))
+                return tagged;
+    }
+    return std::nullopt;
+}
+
+bool is_damaged(const AVFrame& frame) {
+    return (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame.decode_error_flags != 0;
+}
+
+std::string name_or(const char* name) {
+    return name ? name : "unknown";
+}
+
+std::string colour_of(const AVCodecParameters& parameters) {
+    return name_or(av_color_range_name(parameters.color_range)) + "/" +
+           name_or(av_color_primaries_name(parameters.color_primaries)) + "/" +
+           name_or(av_color_transfer_name(parameters.color_trc)) + "/" +
+           name_or(av_color_space_name(parameters.color_space));
+}
+
+bool is_equirect(const AVStream& stream) {
+    std::size_t size = 0;
+    const auto* data = av_stream_get_side_data(&stream, AV_PKT_DATA_SPHERICAL, &size);
+    return data && size >= sizeof(AVSphericalMapping) &&
+           reinterpret_cast<const AVSphericalMapping*>(data)->projection == AV_SPHERICAL_EQUIRECTANGULAR;
+}
+
+std::string track_title(const AVStream& stream) {
+    for (const char* key : {"title", "handler_name"})
+        if (const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, 0))
+            return entry->value;
+    return "";
+}
+
+StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
+    const AVCodecParameters& parameters = *stream.codecpar;
+    StreamTrackSummary summary;
+    summary.role = role;
+    summary.name = track_title(stream);
+    summary.codec = avcodec_get_name(parameters.codec_id);
+    summary.width = parameters.width;
+    summary.height = parameters.height;
+    const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
+    summary.frames_per_second = rate.den > 0 ? av_q2d(rate) : 0;
+    summary.pixel_format = name_or(av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format)));
+    summary.colour = colour_of(parameters);
+    summary.equirect = is_equirect(stream);
+    return summary;
+}
+
+}  // namespace
+
+TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source)
+    : source_(source), stream_(stream) {
+    check_size(source, stream.codecpar->width, stream.codecpar->height);
+    codec_ = open_decoder(stream, source);
+    summary_ = summarise(stream, assumed_role);
+    tally_.role = assumed_role;
+}
+
+void TrackDecoder::decode(const AVPacket& packet, bool suspect) {
+    summary_.bytes += packet.size;
+    codec_->reordered_opaque = suspect ? suspect_mark : 0;
+    send(&packet);
+}
+
+void TrackDecoder::drain() {
+    send(nullptr);
+    // If a track is not complete with a packet that may have been cut short, that packet's picture cannot be trusted:
+    // half a picture may well decode.
+    std::int64_t count = tally_.count;
+    for (const Ready& ready : ready_)
+        if (ready.tagged)
+            count = std::max<std::int64_t>(count, ready.tagged->position.count);
+    const auto suspect =
+        std::find_if(ready_.begin(), ready_.end(), [](const Ready& ready) { return ready.suspect && ready.tagged; });
+    if (suspect == ready_.end() || tally_.pictures + std::ssize(ready_) == count)
+        return;
+    ready_.erase(suspect);
+    ++tally_.unreadable;
+}
+
+void TrackDecoder::send(const AVPacket* packet) {
+    const auto start = Clock::now();
+    int code = avcodec_send_packet(codec_.get(), packet);
+    if (code == AVERROR(EAGAIN)) {
+        receive();
+        code = avcodec_send_packet(codec_.get(), packet);
+    }
+    busy_ms_ += milliseconds_since(start);
+    if (code < 0 && code != AVERROR_EOF)
+        ++tally_.unreadable;
+    receive();
+}
+
+void TrackDecoder::receive() {
+    for (;;) {
+        av::Frame frame = av::make_frame();
+        const auto start = Clock::now();
+        const int code = avcodec_receive_frame(codec_.get(), frame.get());
+        busy_ms_ += milliseconds_since(start);
+        if (code == AVERROR(EAGAIN) || code == AVERROR_EOF)
+            return;
+        if (code < 0)
+            ++tally_.unreadable;
+        else
+            accept(std::move(frame));
+    }
+}
+
+void TrackDecoder::note(const TaggedFrameInfo& tagged) {
+    const std::uint32_t ordinal = tagged.position.ordinal;
+    if (ordinal > tally_.expected && (tally_.ours || !joined_anywhere_))
+        tally_.missing += ordinal - tally_.expected;
+    tally_.ours = true;
+    tally_.expected = ordinal + 1;
+    tally_.count = std::max(tally_.count, tagged.position.count);
+    tally_.last_index = tagged.info.index;
+    tally_.role = summary_.role = tagged.role;
+}
+
+void TrackDecoder::accept(av::Frame frame) {
+    if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
+        ++tally_.unreadable;
+        return;
+    }
+    std::optional<TaggedFrameInfo> tagged;
+    try {
+        tagged = frame_info_of(*frame);
+    } catch (const WorkError&) {
+        ++tally_.unreadable;
+        return;
+    }
+    const bool suspect = frame->reordered_opaque == suspect_mark;
+    ready_.push_back({std::move(frame), std::move(tagged), std::exchange(busy_ms_, 0), suspect});
+}
+
+std::optional<DecodedPicture> TrackDecoder::take(bool rgb) {
+    if (ready_.empty())
+        return std::nullopt;
+    const Ready ready = std::move(ready_.front());
+    ready_.pop_front();
+    DecodedPicture picture;
+    picture.role = tally_.role;
+    picture.decode_ms = ready.decode_ms;
+    ++tally_.pictures;
+    ++summary_.pictures;
+    if (ready.tagged) {
+        note(*ready.tagged);
+        picture.role = ready.tagged->role;
+        picture.info = ready.tagged->info;
+    }
+    if (rgb) {
+        const auto start = Clock::now();
+        picture.rgb = converter_.convert(*ready.frame);
+        picture.convert_ms = milliseconds_since(start);
+    }
+    return picture;
+}
+
+StreamTrackSummary TrackDecoder::summary() const {
+    return summary_;
+}
+
+}  // namespace equistream

@@ -1,0 +1,65 @@
+#pragma once
+/// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
+#include "picture_converter.h"
+
+#include <equistream/stream.h>
+
+#include <deque>
+
+namespace equistream {
+
+/// What a track's pictures said of themselves, to tell a whole track from a cut one.
+struct TrackTally {
+    TrackRole role = TrackRole::main;
+    std::int64_t pictures = 0;    ///< delivered
+    std::int64_t missing = 0;     ///< gaps in the ordinals
+    std::int64_t unreadable = 0;  ///< packets or pictures that arrived damaged
+    std::uint32_t expected = 0;   ///< next ordinal
+    std::uint32_t count = 0;      ///< the length the track declares, 0 while unknown
+    std::optional<std::int64_t> last_index;
+    bool ours = false;
+
+    bool whole() const { return ours && count > 0 && expected >= count && missing == 0; }
+};
+
+class TrackDecoder {
+public:
+    /// Throws InputError for a codec that is not there or a size beyond image.h's limits.
+    TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source);
+
+    /// `suspect`: the last packet of a track that may have been cut short.
+    void decode(const AVPacket& packet, bool suspect = false);
+    void drain();
+    /// The next picture that is ready, converted if `rgb`.
+    std::optional<DecodedPicture> take(bool rgb);
+
+    const TrackTally& tally() const { return tally_; }
+    StreamTrackSummary summary() const;
+    void count_damaged_packet() { ++tally_.unreadable; }
+    /// Joined in the middle (live): what was before the first picture is not missing.
+    void join_anywhere() { joined_anywhere_ = true; }
+
+private:
+    struct Ready {
+        av::Frame frame;
+        std::optional<TaggedFrameInfo> tagged;
+        double decode_ms;
+        bool suspect;
+    };
+    void send(const AVPacket* packet);
+    void receive();
+    void accept(av::Frame frame);
+    void note(const TaggedFrameInfo& tagged);
+
+    std::string source_;
+    const AVStream& stream_;
+    av::Codec codec_;
+    YuvToRgb converter_;
+    TrackTally tally_;
+    StreamTrackSummary summary_;
+    std::deque<Ready> ready_;
+    double busy_ms_ = 0;
+    bool joined_anywhere_ = false;
+};
+
+}  // namespace equistream

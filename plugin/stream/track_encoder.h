@@ -1,0 +1,39 @@
+#pragma once
+/// One coded track: RGB pictures with their frame data in, packets out.
+#include "picture_converter.h"
+
+#include <equistream/stream.h>
+
+#include <functional>
+#include <span>
+
+namespace equistream {
+
+class TrackEncoder {
+public:
+    /// `global_header`: the container keeps parameter sets in its header. Throws InputError for unusable settings.
+    TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header);
+
+    const AVCodecContext& codec() const { return *codec_; }
+    /// RGB to YUV; the result is what encode takes.
+    av::Frame convert(ImageView<const std::uint8_t> rgb) const;
+    /// `payload` travels in the coded picture. `emit` is called for each packet that is ready.
+    void encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
+                const std::function<void(AVPacket&)>& emit);
+    void drain(const std::function<void(AVPacket&)>& emit);
+
+private:
+    void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
+
+    TrackSettings track_;
+    av::Codec codec_;
+    av::Packet packet_ = av::make_packet();
+};
+
+/// Throws InputError naming the first setting that cannot be used.
+void check_stream_settings(const StreamSettings& settings);
+
+/// The frame rate as a fraction.
+AVRational frame_rate_of(const StreamSettings& settings);
+
+}  // namespace equistream

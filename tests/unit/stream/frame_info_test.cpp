@@ -1,0 +1,176 @@
+#include "frame_info_matcher.h"
+
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <random>
+
+namespace equistream {
+namespace {
+
+constexpr std::size_t header_bytes = 20;  // UUID, version, size
+
+FrameInfo full_info() {
+    FrameInfo info;
+    info.index = -3;
+    info.time_s = 4.0 / 30;
+    info.frames_per_second = 29.97;
+    info.camera = EquirectCamera{960, 480, {-2.5, 3.0, -0.7, 1.1}};
+    info.camera_pose = {{0.1, -2.25, 1e-9}, glm::normalize(glm::dquat(0.5, -0.1, 0.7, 0.2))};
+    info.head = {{7, 8, 9}, glm::normalize(glm::dquat(-0.3, 0.1, 0.2, 0.9))};
+    info.eye = Eye::right;
+    info.ipd_m = 0.0641;
+    info.lock = AxisLock::path;
+    info.lean_m = 0.25;
+    info.exposure = 3.75;
+    info.seed = 0xfedcba9876543210u;
+    info.samples_per_pixel = 4000000000u;
+    info.scene = "san-miguel \xc3\xa9";
+    info.host = std::string(255, 'h');
+    return info;
+}
+
+std::vector<std::uint8_t> full_payload() {
+    return encode_frame_info(TrackRole::small, full_info(), {17, 90});
+}
+
+template <typename T>
+void overwrite(std::vector<std::uint8_t>& payload, std::size_t offset, T value) {
+    ASSERT_LE(offset + sizeof value, payload.size());
+    std::memcpy(payload.data() + offset, &value, sizeof value);
+}
+
+TEST(FrameInfoPayload, EveryFieldComesBack) {
+    const auto tagged = decode_frame_info(full_payload());
+    ASSERT_TRUE(tagged);
+    EXPECT_EQ(tagged->role, TrackRole::small);
+    EXPECT_EQ(tagged->position.ordinal, 17u);
+    EXPECT_EQ(tagged->position.count, 90u);
+    expect_same_info(tagged->info, full_info());
+}
+
+TEST(FrameInfoPayload, PerspectiveCameraComesBack) {
+    FrameInfo info;
+    info.camera = PerspectiveCamera{640, 360, 1.25};
+    const auto tagged = decode_frame_info(encode_frame_info(TrackRole::main, info));
+    ASSERT_TRUE(tagged);
+    expect_same_info(tagged->info, info);
+}
+
+TEST(FrameInfoPayload, HasTheDocumentedLayout) {
+    const auto payload = full_payload();
+    EXPECT_EQ(payload[0], 0x69);
+    EXPECT_EQ(payload[15], 0x19);
+    EXPECT_EQ(payload[16], 1);  // version, little-endian
+    EXPECT_EQ(payload[17], 0);
+    EXPECT_EQ(payload[18] + 256 * payload[19], static_cast<int>(payload.size() - header_bytes));
+    EXPECT_EQ(payload[20], 1);                        // role small
+    EXPECT_EQ(payload[22], 2);                        // eye right
+    EXPECT_EQ(payload[24] + 256 * payload[25], 960);  // width
+    EXPECT_EQ(payload[32], 17);                       // ordinal
+    EXPECT_EQ(payload[40], 0xfd);                     // index -3
+    EXPECT_EQ(payload.size(), header_bytes + 224 + 1 + full_info().scene.size() + 1 + 255);
+}
+
+TEST(FrameInfoPayload, ForeignPayloadsAreNotOurs) {
+    EXPECT_FALSE(decode_frame_info({}));
+    auto payload = full_payload();
+    for (std::size_t i = 0; i < 16; ++i) {
+        payload = full_payload();
+        payload[i] ^= 1;
+        EXPECT_FALSE(decode_frame_info(payload));
+    }
+}
+
+TEST(FrameInfoPayload, IsFoundBehindAnEncodersOwnUuid) {
+    std::vector<std::uint8_t> payload(16, 0x2c);
+    const auto ours = full_payload();
+    payload.insert(payload.end(), ours.begin(), ours.end());
+    const auto tagged = decode_frame_info(payload);
+    ASSERT_TRUE(tagged);
+    expect_same_info(tagged->info, full_info());
+}
+
+TEST(FrameInfoPayload, TruncationAtEveryByteIsAnError) {
+    const auto payload = full_payload();
+    for (std::size_t size = 0; size < payload.size(); ++size) {
+        // An exact-size buffer, so that a sanitiser sees any read beyond it.
+        const std::vector<std::uint8_t> cut(payload.begin(), payload.begin() + static_cast<std::ptrdiff_t>(size));
+        if (size < 16)
+            EXPECT_FALSE(decode_frame_info(cut)) << size;
+        else
+            EXPECT_THROW(decode_frame_info(cut), WorkError) << size;
+    }
+}
+
+TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
+    const auto payload = full_payload();
+    for (std::size_t size = 0; size + header_bytes < payload.size(); ++size) {
+        auto shortened = payload;
+        overwrite(shortened, 18, static_cast<std::uint16_t>(size));
+        EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
+    }
+}
+
+TEST(FrameInfoPayload, FieldsOfLaterVersionsAreSkipped) {
+    auto payload = full_payload();
+    const auto size = static_cast<std::uint16_t>(payload.size() - header_bytes + 33);
+    overwrite(payload, 18, size);
+    payload.insert(payload.end(), 33, 0xee);
+    const auto tagged = decode_frame_info(payload);
+    ASSERT_TRUE(tagged);
+    expect_same_info(tagged->info, full_info());
+}
+
+TEST(FrameInfoPayload, HostileValuesAreErrors) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto damaged_by = [](std::size_t offset, auto value) {
+        auto payload = full_payload();
+        overwrite(payload, offset, value);
+        EXPECT_THROW(decode_frame_info(payload), WorkError) << offset;
+    };
+    damaged_by(16, std::uint16_t{2});                          // a version to come
+    damaged_by(18, std::uint16_t{0xffff});                     // longer than what is there
+    damaged_by(20, std::uint8_t{9});                           // role
+    damaged_by(21, std::uint8_t{2});                           // camera kind
+    damaged_by(22, std::uint8_t{3});                           // eye
+    damaged_by(23, std::uint8_t{2});                           // lock
+    damaged_by(24, std::uint32_t{max_image_side + 1});         // width
+    damaged_by(28, std::uint32_t{0xffffffff});                 // height
+    damaged_by(48, nan);                                       // time
+    damaged_by(56, 0.0);                                       // frames per second
+    damaged_by(64, 3.5);                                       // longitude range backward
+    damaged_by(96, nan);                                       // camera position
+    damaged_by(120, 7.0);                                      // camera quaternion
+    damaged_by(152, std::numeric_limits<double>::infinity());  // head position
+    damaged_by(224, -1.0);                                     // exposure
+}
+
+TEST(FrameInfoPayload, RandomDamageNeverDoesMoreThanThrow) {
+    std::mt19937 generator(11);
+    for (int round = 0; round < 20000; ++round) {
+        auto payload = full_payload();
+        for (int i = 0; i < 3; ++i)
+            payload[16 + generator() % (payload.size() - 16)] = static_cast<std::uint8_t>(generator());
+        try {
+            const auto tagged = decode_frame_info(payload);
+            ASSERT_TRUE(tagged);
+            EXPECT_LE(width_of(tagged->info.camera), max_image_side);
+            EXPECT_TRUE(std::isfinite(tagged->info.camera_pose.position_m.x));
+        } catch (const WorkError&) {
+        }
+    }
+}
+
+TEST(FrameInfoPayload, NamesHaveALimit) {
+    FrameInfo info;
+    info.scene = std::string(256, 's');
+    EXPECT_THROW(encode_frame_info(TrackRole::main, info), InputError);
+}
+
+}  // namespace
+}  // namespace equistream

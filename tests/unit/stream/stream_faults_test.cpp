@@ -1,0 +1,276 @@
+#include "synthetic.h"
+
+#include <equistream/error.h>
+
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+namespace equistream {
+namespace {
+
+std::string bytes_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void put_bytes(const std::filesystem::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+}
+
+struct Case {
+    const char* name;
+    Codec codec;
+    bool two_tracks;
+};
+
+class CutStream : public testing::TestWithParam<Case> {};
+
+using Pictures = std::map<std::pair<TrackRole, std::int64_t>, ByteImage>;
+
+Pictures by_index(std::vector<DecodedPicture> decoded) {
+    Pictures pictures;
+    for (DecodedPicture& picture : decoded)
+        pictures.emplace(std::pair(picture.role, picture.info->index), std::move(picture.rgb));
+    return pictures;
+}
+
+/// Every picture that plays must be a picture of the whole stream, bit for bit, and the shortfall must be said.
+void expect_plays_up_to_the_cut(const std::filesystem::path& file, const Pictures& whole, std::size_t& played) {
+    played = 0;
+    try {
+        StreamReader reader(file.string());
+        while (const auto picture = reader.next()) {
+            ASSERT_TRUE(picture->info);
+            const auto same = whole.find({picture->role, picture->info->index});
+            ASSERT_NE(same, whole.end());
+            ASSERT_TRUE(std::equal(same->second.samples().begin(), same->second.samples().end(),
+                                   picture->rgb.samples().begin(), picture->rgb.samples().end()))
+                << picture->info->index;
+            ++played;
+        }
+        const std::string& line = reader.truncation();
+        if (played < whole.size()) {
+            EXPECT_NE(line.find("cut"), std::string::npos) << line << " after " << played;
+        } else {
+            EXPECT_EQ(line, "");
+        }
+        EXPECT_EQ(line.find('\n'), std::string::npos);
+    } catch (const InputError&) {  // cut within the header
+    }
+}
+
+TEST_P(CutStream, PlaysUpToTheCutAndSaysSo) {
+    synthetic::Folder folder;
+    const auto file = folder / GetParam().name;
+    const auto cut_file = folder / (std::string("cut-") + GetParam().name);
+    auto made = synthetic::small_stream(GetParam().codec, GetParam().two_tracks);
+    made.pictures = 18;
+    made.settings.pictures = 18;
+    synthetic::write(file, made);
+    StreamReader reader(file.string());
+    const Pictures whole = by_index(synthetic::read_all(reader));
+    ASSERT_EQ(whole.size(), made.settings.tracks.size() * 18);
+    const std::string bytes = bytes_of(file);
+    std::size_t previous = 0, played = 0;
+    constexpr int cuts = 60;
+    for (int i = 0; i <= cuts; ++i) {
+        SCOPED_TRACE(i);
+        put_bytes(cut_file, bytes.substr(0, bytes.size() * static_cast<std::size_t>(i) / cuts));
+        expect_plays_up_to_the_cut(cut_file, whole, played);
+        EXPECT_GE(played + 1, previous);  // a later cut plays no less, but for the last packet's benefit of doubt
+        if (2 * i >= cuts) {              // half the bytes; a group of 6 may be lost, and encoders' headers count too
+            EXPECT_GE(played, whole.size() / 4);
+        }
+        previous = played;
+    }
+    EXPECT_EQ(played, whole.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Stream, CutStream,
+                         testing::Values(Case{"a.mp4", Codec::h264, true}, Case{"a.mp4", Codec::h265, false},
+                                         Case{"a.mkv", Codec::h264, true}, Case{"a.mkv", Codec::h265, true},
+                                         Case{"a.ts", Codec::h264, true}, Case{"a.ts", Codec::h265, true},
+                                         Case{"a.nut", Codec::h264, true}, Case{"a.nut", Codec::h265, false},
+                                         Case{"a.h264", Codec::h264, false}, Case{"a.h265", Codec::h265, false}),
+                         [](const auto& test) {
+                             std::string name =
+                                 test.param.name + std::string(test.param.codec == Codec::h264 ? "h264" : "h265");
+                             std::erase(name, '.');
+                             return name;
+                         });
+
+TEST(StreamFaults, TheCutIsDescribedInOneLine) {
+    synthetic::Folder folder;
+    synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
+    const std::string bytes = bytes_of(folder / "a.mkv");
+    put_bytes(folder / "b.mkv", bytes.substr(0, bytes.size() * 2 / 3));
+    StreamReader reader((folder / "b.mkv").string());
+    const auto pictures = synthetic::read_all(reader);
+    ASSERT_FALSE(pictures.empty());
+    EXPECT_EQ(reader.truncation(), (folder / "b.mkv").string() + ": main was cut after frame " +
+                                       std::to_string(pictures.back().info->index) + " (" +
+                                       std::to_string(pictures.size()) + " of 12 pictures play)");
+}
+
+TEST(StreamFaults, DamageInTheMiddleIsSaidAndTheRestPlays) {
+    synthetic::Folder folder;
+    auto made = synthetic::small_stream(Codec::h264, false);
+    made.pictures = 30;
+    made.settings.pictures = 30;
+    synthetic::write(folder / "a.mkv", made);
+    std::string bytes = bytes_of(folder / "a.mkv");
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), 200, '\0');
+    put_bytes(folder / "a.mkv", bytes);
+    StreamReader reader((folder / "a.mkv").string());
+    const auto pictures = synthetic::read_all(reader);
+    EXPECT_GE(pictures.size(), 15u);
+    EXPECT_LT(pictures.size(), 30u);
+    EXPECT_NE(reader.truncation(), "");
+}
+
+TEST(StreamFaults, RandomDamageEndsInPicturesOrOneError) {
+    synthetic::Folder folder;
+    std::mt19937 generator(3);
+    for (const char* name : {"a.mp4", "a.mkv", "a.ts", "a.nut"}) {
+        synthetic::write(folder / name, synthetic::small_stream(Codec::h264, true));
+        const std::string bytes = bytes_of(folder / name);
+        for (int round = 0; round < 25; ++round) {
+            std::string damaged = bytes;
+            for (int i = 0; i < 12; ++i)
+                damaged[generator() % damaged.size()] = static_cast<char>(generator());
+            put_bytes(folder / name, damaged);
+            try {
+                StreamReader reader((folder / name).string());
+                for (const DecodedPicture& picture : synthetic::read_all(reader))
+                    EXPECT_LE(picture.rgb.width(), max_image_side);
+            } catch (const InputError&) {
+            }
+        }
+    }
+}
+
+TEST(StreamFaults, WhatIsNoVideoIsSaidSo) {
+    synthetic::Folder folder;
+    put_bytes(folder / "text.mkv", "not a video at all, whatever its name says\n");
+    put_bytes(folder / "empty.mkv", "");
+    put_bytes(folder / "list.m3u8", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile:///etc/passwd\n");
+    put_bytes(folder / "list.ffconcat", "ffconcat version 1.0\nfile text.mkv\n");
+    for (const char* name : {"text.mkv", "empty.mkv", "list.m3u8", "list.ffconcat", "absent.mkv", "."})
+        EXPECT_THROW(StreamReader((folder / name).string()), InputError) << name;
+}
+
+/// Writes until it fails; the error.
+std::string error_of_writing(const std::string& target) {
+    auto made = synthetic::small_stream(Codec::h264, false);
+    made.settings.crf = 4;
+    made.pictures = 200;
+    made.settings.pictures = 200;
+    try {
+        synthetic::write(target, made);
+    } catch (const WorkError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(StreamFaults, AFullDeviceIsOneLine) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts", "a.nut", "a.h264"}) {
+        synthetic::Folder folder;
+        std::filesystem::create_symlink("/dev/full", folder / name);
+        EXPECT_EQ(error_of_writing((folder / name).string()),
+                  (folder / name).string() + ": cannot be written: No space left on device");
+    }
+}
+
+TEST(StreamFaults, AFileThatCannotGrowKeepsWhatWasCoded) {
+    // A limit on the size of files stands for a disk that fills up in the middle.
+    synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string();
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit small{150000, before.rlim_max};
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &small);
+    const std::string error = error_of_writing(file);
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_EQ(error, file + ": cannot be written: File too large; what was coded so far is kept in " + file + ".part");
+    EXPECT_FALSE(std::filesystem::exists(file));
+    StreamReader reader(file + ".part");
+    EXPECT_GT(synthetic::read_all(reader).size(), 5u);
+    EXPECT_NE(reader.truncation(), "");
+}
+
+TEST(StreamFaults, AnAbandonedStreamKeepsEveryPicture) {
+    for (const std::uint32_t declared : {0u, 40u}) {
+        synthetic::Folder folder;
+        const std::string file = (folder / "a.mp4").string();
+        auto made = synthetic::small_stream(Codec::h264, false);
+        made.settings.pictures = declared;
+        {
+            StreamWriter writer(file, made.settings);
+            EXPECT_EQ(writer.unfinished_file(), file + ".part");
+            for (int i = 0; i < 9; ++i)
+                writer.write(TrackRole::main, synthetic::picture(192, 96, i).view(), synthetic::info(192, 96, i));
+        }
+        EXPECT_FALSE(std::filesystem::exists(file));
+        StreamReader reader(file + ".part");
+        const auto pictures = synthetic::read_all(reader);
+        EXPECT_EQ(pictures.size(), 9u);
+        EXPECT_NE(reader.truncation().find("cut after frame"), std::string::npos) << reader.truncation();
+    }
+}
+
+TEST(StreamFaults, FewerPicturesThanDeclaredIsAnError) {
+    synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string();
+    const auto made = synthetic::small_stream(Codec::h264, false);
+    StreamWriter writer(file, made.settings);
+    writer.write(TrackRole::main, synthetic::picture(192, 96, 0).view(), synthetic::info(192, 96, 0));
+    EXPECT_THROW(writer.finish(), WorkError);
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+TEST(StreamFaults, AnEarlierFileStaysUntilTheNewOneIsWhole) {
+    synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string();
+    put_bytes(file, "earlier");
+    const auto made = synthetic::small_stream(Codec::h264, false);
+    {
+        StreamWriter writer(file, made.settings);
+        writer.write(TrackRole::main, synthetic::picture(192, 96, 0).view(), synthetic::info(192, 96, 0));
+    }
+    EXPECT_EQ(bytes_of(file), "earlier");
+    synthetic::write(file, made);
+    EXPECT_GT(bytes_of(file).size(), 1000u);
+}
+
+TEST(StreamFaults, AnUnwritableFolderIsAnInputError) {
+    EXPECT_THROW(StreamWriter("/proc/a.mkv", synthetic::small_stream(Codec::h264, false).settings), InputError);
+}
+
+TEST(StreamFaults, APipeCarriesTheBytesOfTheFile) {
+    synthetic::Folder folder;
+    const auto made = synthetic::small_stream(Codec::h264, true);
+    synthetic::write(folder / "a.mkv", made);
+    const auto pipe = folder / "pipe.mkv";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const std::string command = "cat '" + pipe.string() + "' > '" + (folder / "copy.mkv").string() + "' &";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    synthetic::write(pipe, made);
+    const std::string expected = bytes_of(folder / "a.mkv");
+    for (int i = 0; i < 100 && std::filesystem::file_size(folder / "copy.mkv") < expected.size(); ++i)
+        usleep(20000);
+    EXPECT_TRUE(bytes_of(folder / "copy.mkv") == expected);
+}
+
+}  // namespace
+}  // namespace equistream
