@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <string_view>
 
 namespace equistream {
 
@@ -71,6 +70,20 @@ TrackRole assumed_role(std::size_t position) {
     return position == 0 ? TrackRole::main : TrackRole::small;
 }
 
+/// Units of H.264 and H.265 behind four bytes of length each, most significant first, as our own files have them.
+bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
+    constexpr std::size_t prefix = 4;
+    while (packet.size() >= prefix) {
+        std::size_t length = 0;
+        for (const std::uint8_t byte : packet.first(prefix))
+            length = length << 8 | byte;
+        if (length > packet.size() - prefix)
+            return false;
+        packet = packet.subspan(prefix + length);
+    }
+    return packet.empty();
+}
+
 struct ReadTrack {
     ReadTrack(const AVStream& stream, TrackRole role, const std::string& source)
         : index(stream.index), decoder(stream, role, source) {}
@@ -88,7 +101,7 @@ struct StreamReader::State {
     ReadTrack* track_at(int index);
     bool read_packet();
     void decode(ReadTrack& track, AVPacket& packet);
-    bool may_be_cut(const AVPacket& last) const;
+    bool may_be_cut(const ReadTrack& track) const;
     void end();
     std::optional<DecodedPicture> take();
     void refresh_summaries();
@@ -162,17 +175,19 @@ bool StreamReader::State::read_packet() {
     return true;
 }
 
-/// Whether the file ends so soon after its track's last packet that the packet may go on beyond it.
-bool StreamReader::State::may_be_cut(const AVPacket& last) const {
-    constexpr std::int64_t framing_bytes = 64;  // more than any container puts around a packet
-    const bool in_one_piece = std::string_view(format->iformat->name) != "mpegts";
-    return !in_one_piece || last.pos < 0 || last.pos + last.size + framing_bytes >= avio_size(format->pb);
+/// Whether the last packet of a track may lack its end. Where units carry their lengths (mp4, mkv) these must add up;
+/// where start codes part them nothing tells.
+bool StreamReader::State::may_be_cut(const ReadTrack& track) const {
+    const AVCodecParameters& parameters = *format->streams[track.index]->codecpar;
+    if (parameters.extradata_size > 0 && parameters.extradata[0] == 1)
+        return !unit_lengths_add_up({track.held->data, static_cast<std::size_t>(track.held->size)});
+    return true;
 }
 
 void StreamReader::State::end() {
     for (const auto& track : tracks) {
         if (track->held && track->held->size > 0)
-            track->decoder.decode(*track->held, may_be_cut(*track->held));
+            track->decoder.decode(*track->held, may_be_cut(*track));
         track->decoder.drain();
     }
     ended = true;

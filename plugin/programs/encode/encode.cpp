@@ -1,0 +1,161 @@
+/// equistream encode: EXR sequences to H.264 or H.265.
+#include "encode_sequence.h"
+
+#include <equistream/colour.h>
+#include <equistream/error.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+
+namespace equistream {
+
+namespace {
+
+struct Options {
+    std::string folder, target, eye, frames;
+    std::string codec = "h264";
+    std::string fill = "auto";
+    std::string view = default_view;
+    std::string progress = "auto";
+    int crf = StreamSettings{}.crf;
+    int gop = StreamSettings{}.gop;
+    std::string preset = StreamSettings{}.preset;
+    bool small = false, no_small = false, json = false;
+};
+
+SmallTrack small_track_of(const Options& options) {
+    const bool wanted = options.small || options.fill == "small";
+    const bool unwanted = options.no_small || options.fill == "none";
+    if (wanted && unwanted)
+        throw InputError(expected_found("--fill, --small, --no-small", "one wish for the small stream", "two"));
+    return wanted ? SmallTrack::required : unwanted ? SmallTrack::none : SmallTrack::automatic;
+}
+
+EncodeRequest request_of(const Options& options) {
+    EncodeRequest request;
+    SourceRequest sources;
+    sources.folder = options.folder;
+    sources.small = small_track_of(options);
+    if (!options.eye.empty())
+        sources.eye = options.eye;
+    if (!options.frames.empty())
+        sources.frames = cli::parse_frames(options.frames);
+    request.sources = find_sources(sources);
+    request.target = options.target;
+    request.view = options.view;
+    request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
+    request.settings.crf = options.crf;
+    request.settings.gop = options.gop;
+    request.settings.preset = options.preset;
+    return request;
+}
+
+double megabits_per_second(const EncodedTrack& track, const EncodeReport& report) {
+    const double seconds = report.settings.pictures / report.settings.frames_per_second;
+    return 8e-6 * static_cast<double>(track.bytes) / seconds;
+}
+
+nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
+    const double count = report.settings.pictures;
+    nlohmann::json tracks = nlohmann::json::array();
+    for (const EncodedTrack& track : report.tracks)
+        tracks.push_back({{"name", track_name(track.settings.role)},
+                          {"folder", track.folder.string()},
+                          {"width", track.settings.width},
+                          {"height", track.settings.height},
+                          {"bytes", track.bytes},
+                          {"bytes_per_frame", static_cast<double>(track.bytes) / count},
+                          {"megabits_per_second", megabits_per_second(track, report)}});
+    return {{"file", request.target},
+            {"codec", options.codec},
+            {"crf", options.crf},
+            {"preset", options.preset},
+            {"gop", options.gop},
+            {"view", options.view},
+            {"exposure", report.first.exposure},
+            {"scene", report.first.scene},
+            {"full_sphere", report.settings.full_sphere},
+            {"frames_per_second", report.settings.frames_per_second},
+            {"frames",
+             {{"first", request.sources.frames.front()},
+              {"last", request.sources.frames.back()},
+              {"count", report.settings.pictures}}},
+            {"not_finite_samples", report.not_finite_samples},
+            {"tracks", tracks},
+            {"ms_per_frame",
+             {{"read", report.read_ms / count},
+              {"display", report.display_ms / count},
+              {"encode", report.encode_ms / count},
+              {"wall", report.wall_ms / count}}}};
+}
+
+void print_text(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
+    const double count = report.settings.pictures;
+    std::printf("%s: frames %lld-%lld, %s CRF %d, preset %s, key frame every %d, %g frames/s%s\n",
+                request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
+                static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
+                options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
+                report.settings.full_sphere ? ", tagged as 360 degree video" : "");
+    std::printf("  view %s, exposure %g, sRGB BT.709 4:2:0\n", options.view.c_str(), report.first.exposure);
+    for (const EncodedTrack& track : report.tracks)
+        std::printf("  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
+                    track.settings.width, track.settings.height, track.folder.string().c_str(),
+                    static_cast<double>(track.bytes) / count, megabits_per_second(track, report));
+    std::printf("  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
+                report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
+    if (report.not_finite_samples > 0)
+        std::printf("  %lld samples were not finite and became black or white\n",
+                    static_cast<long long>(report.not_finite_samples));
+}
+
+void run(const Options& options) {
+    const cli::ProgressStyle style = cli::parse_progress(options.progress);
+    const EncodeRequest request = request_of(options);
+    EncodeReport report;
+    {
+        cli::Progress progress("encode", static_cast<double>(request.sources.frames.size()), style);
+        report = encode_sequence(request, [&](std::size_t done) {
+            progress.step(static_cast<double>(done), "frame " + std::to_string(request.sources.frames[done - 1]));
+        });
+    }
+    if (options.json)
+        std::printf("%s\n", as_json(request, options, report).dump(2).c_str());
+    else
+        print_text(request, options, report);
+}
+
+std::function<void()> set_up(CLI::App& app, Options& options) {
+    app.add_option("DIR", options.folder, "A render's folder (centre/, left/, right/, small/), or one of these")
+        ->required();
+    app.add_option("--out", options.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
+    app.add_option("--codec", options.codec, "h264 or h265")
+        ->check(CLI::IsMember({"h264", "h265"}))
+        ->capture_default_str();
+    app.add_option("--crf", options.crf, "Quality: 0 (best) to 51")->capture_default_str();
+    app.add_option("--preset", options.preset, "ultrafast ... veryslow")->capture_default_str();
+    app.add_option("--gop", options.gop, "Frames from one key frame to the next")->capture_default_str();
+    app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
+        ->check(CLI::IsMember({"centre", "left", "right"}));
+    app.add_option("--frames", options.frames, "A-B: these frames only");
+    app.add_option("--view", options.view, "OpenColorIO view of the sRGB display")->capture_default_str();
+    app.add_option("--fill", options.fill, "Gap filling stream: auto (small if it is there), small or none")
+        ->check(CLI::IsMember({"auto", "small", "none"}))
+        ->capture_default_str();
+    app.add_flag("--small", options.small, "The same as --fill small");
+    app.add_flag("--no-small", options.no_small, "The same as --fill none");
+    app.add_flag("--json", options.json, "Report as JSON");
+    app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
+    return [&options] { run(options); };
+}
+
+}  // namespace
+
+}  // namespace equistream
+
+int main(int argc, char** argv) {
+    equistream::Options options;
+    return equistream::cli::run_program(argc, argv, "encode", "Encode rendered frames as H.264 or H.265 video",
+                                        "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20",
+                                        [&](CLI::App& app) { return equistream::set_up(app, options); });
+}

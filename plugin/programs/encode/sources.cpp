@@ -1,0 +1,93 @@
+#include "sources.h"
+
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <algorithm>
+
+namespace equistream {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* small_folder = "small";
+constexpr const char* eyes_by_preference[] = {"centre", "left", "right"};
+
+bool holds_frames(const fs::path& folder) {
+    return fs::is_directory(folder) && !list_frames(folder).empty();
+}
+
+std::string what_is_in(const fs::path& folder) {
+    std::string names;
+    for (const auto& entry : fs::directory_iterator(folder))
+        names += (names.empty() ? "" : ", ") + entry.path().filename().string();
+    return names.empty() ? "an empty folder" : names.size() > 200 ? names.substr(0, 200) + " ..." : names;
+}
+
+fs::path main_folder(const SourceRequest& request) {
+    if (request.eye) {
+        if (holds_frames(request.folder / *request.eye))
+            return request.folder / *request.eye;
+        throw InputError(expected_found((request.folder / *request.eye).string(), "frame.NNNN.exr files", "none"));
+    }
+    if (holds_frames(request.folder))
+        return request.folder;
+    for (const char* eye : eyes_by_preference)
+        if (holds_frames(request.folder / eye))
+            return request.folder / eye;
+    throw InputError(expected_found(request.folder.string(),
+                                    "frame.NNNN.exr files, here or in centre/, left/ or right/",
+                                    what_is_in(request.folder)));
+}
+
+/// Beside the main folder; for a single eye's folder only when it is asked for.
+std::optional<fs::path> find_small_folder(const SourceRequest& request, const fs::path& main) {
+    if (request.small == SmallTrack::none)
+        return std::nullopt;
+    const bool given_directly = main == request.folder;
+    const fs::path small = (given_directly ? fs::weakly_canonical(main).parent_path() : request.folder) / small_folder;
+    if (request.small == SmallTrack::required && !holds_frames(small))
+        throw InputError(expected_found(small.string(), "the small stream's frame.NNNN.exr files", "none"));
+    if (request.small == SmallTrack::automatic && (given_directly || !holds_frames(small)))
+        return std::nullopt;
+    return small;
+}
+
+std::vector<std::int64_t> chosen_frames(const fs::path& folder, const std::optional<cli::FrameRange>& range) {
+    const std::vector<std::int64_t> present = list_frames(folder);
+    const std::int64_t first = range ? range->first : present.front();
+    const std::int64_t last = range ? range->last : present.back();
+    // Checked before counting: a range is only as long as there are frames for it.
+    std::vector<std::int64_t> frames;
+    for (const std::int64_t index : present)
+        if (index >= first && index <= last)
+            frames.push_back(index);
+    std::int64_t expected = first;
+    for (const std::int64_t index : frames)
+        if (index == expected)
+            ++expected;
+    if (expected != last + 1)
+        throw InputError(expected_found(folder.string(), "frames " + std::to_string(first) + "-" + std::to_string(last),
+                                        "no " + frame_file_name(expected) + " (render it, or choose --frames)"));
+    return frames;
+}
+
+}  // namespace
+
+Sources find_sources(const SourceRequest& request) {
+    if (!fs::is_directory(request.folder))
+        throw InputError(expected_found(request.folder.string(), "a folder of frames",
+                                        fs::exists(request.folder) ? "a file" : "nothing"));
+    Sources sources;
+    const fs::path main = main_folder(request);
+    sources.tracks.push_back({TrackRole::main, main});
+    sources.frames = chosen_frames(main, request.frames);
+    if (const auto small = find_small_folder(request, main)) {
+        sources.tracks.push_back({TrackRole::small, *small});
+        chosen_frames(*small, cli::FrameRange{sources.frames.front(), sources.frames.back()});
+    }
+    return sources;
+}
+
+}  // namespace equistream

@@ -1,0 +1,42 @@
+#pragma once
+/// What a file of ours holds, in plain language and as JSON.
+#include <equistream/frame.h>
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+struct Description {
+    std::string text;  ///< lines, each ended
+    nlohmann::json json;
+};
+
+/// Every frame in full, rather than their range.
+struct DescribeOptions {
+    bool each_frame = false;
+};
+
+Description describe_stream(const std::string& source, const DescribeOptions& options);
+Description describe_exr(const std::filesystem::path& file);
+/// A sequence's folder, or a render's folder of several.
+Description describe_folder(const std::filesystem::path& folder, const DescribeOptions& options);
+
+/// The parts that the others share.
+std::string camera_text(const Camera& camera);
+std::string pose_text(const Pose& pose);
+nlohmann::json frame_json(const FrameInfo& info);
+/// What all frames of one recording have in common: camera, eye, head box, scene, exposure.
+std::string shared_text(const FrameInfo& info);
+/// Times and positions that a run of frames covers; nothing for no frames.
+std::string range_text(const std::vector<FrameInfo>& frames);
+nlohmann::json range_json(const std::vector<FrameInfo>& frames);
+std::string bytes_text(double bytes);
+
+/// printf into a string.
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
+
+}  // namespace equistream

@@ -1,0 +1,142 @@
+#include "describe.h"
+
+#include <equistream/bound.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace equistream {
+
+namespace {
+
+constexpr const char* eye_names[] = {"centre", "left", "right"};
+constexpr double degrees = 180 / pi;
+
+nlohmann::json pose_json(const Pose& pose) {
+    const auto& p = pose.position_m;
+    const auto& q = pose.orientation;
+    return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
+}
+
+nlohmann::json camera_json(const Camera& camera) {
+    nlohmann::json json = {{"width", width_of(camera)}, {"height", height_of(camera)}};
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        json["kind"] = "equirect";
+        json["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
+        json["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
+    } else {
+        json["kind"] = "perspective";
+        json["fov_x_rad"] = std::get<PerspectiveCamera>(camera).fov_x_rad;
+    }
+    return json;
+}
+
+double head_box_radius(const FrameInfo& info) {
+    return info.eye == Eye::centre ? head_box_radius_centre(info.lean_m, info.ipd_m)
+                                   : head_box_radius_eye(info.lean_m, info.ipd_m);
+}
+
+struct Extent {
+    glm::dvec3 low, high;
+};
+
+Extent extent_of(const std::vector<FrameInfo>& frames) {
+    Extent extent{frames.front().camera_pose.position_m, frames.front().camera_pose.position_m};
+    for (const FrameInfo& frame : frames) {
+        extent.low = glm::min(extent.low, frame.camera_pose.position_m);
+        extent.high = glm::max(extent.high, frame.camera_pose.position_m);
+    }
+    return extent;
+}
+
+}  // namespace
+
+std::string formatted(const char* format, ...) {
+    va_list arguments, again;
+    va_start(arguments, format);
+    va_copy(again, arguments);
+    std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, again)), '\0');
+    va_end(again);
+    std::vsnprintf(text.data(), text.size() + 1, format, arguments);
+    va_end(arguments);
+    return text;
+}
+
+std::string bytes_text(double bytes) {
+    if (bytes < 1000)
+        return formatted("%.0f bytes", bytes);
+    return bytes < 1e6 ? formatted("%.1f kB", bytes / 1e3) : formatted("%.2f MB", bytes / 1e6);
+}
+
+std::string camera_text(const Camera& camera) {
+    const std::string size = formatted("%dx%d", width_of(camera), height_of(camera));
+    if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
+        return size + formatted(" perspective, %.1f degrees wide", perspective->fov_x_rad * degrees);
+    const auto& range = std::get<EquirectCamera>(camera).range;
+    return size + formatted(" equirect, longitude %.1f to %.1f, latitude %.1f to %.1f degrees",
+                            range.longitude_min * degrees, range.longitude_max * degrees, range.latitude_min * degrees,
+                            range.latitude_max * degrees);
+}
+
+std::string pose_text(const Pose& pose) {
+    const auto& p = pose.position_m;
+    const auto& q = pose.orientation;
+    return formatted("at (%.4f, %.4f, %.4f) m, turned (w %.5f, x %.5f, y %.5f, z %.5f)", p.x, p.y, p.z, q.w, q.x, q.y,
+                     q.z);
+}
+
+nlohmann::json frame_json(const FrameInfo& info) {
+    return {{"index", info.index},
+            {"time_s", info.time_s},
+            {"frames_per_second", info.frames_per_second},
+            {"camera", camera_json(info.camera)},
+            {"camera_pose", pose_json(info.camera_pose)},
+            {"head", pose_json(info.head)},
+            {"eye", eye_names[static_cast<int>(info.eye)]},
+            {"ipd_m", info.ipd_m},
+            {"lock", info.lock == AxisLock::world ? "world" : "path"},
+            {"lean_m", info.lean_m},
+            {"head_box_radius_m", head_box_radius(info)},
+            {"exposure", info.exposure},
+            {"seed", info.seed},
+            {"samples_per_pixel", info.samples_per_pixel},
+            {"scene", info.scene},
+            {"host", info.host}};
+}
+
+std::string shared_text(const FrameInfo& info) {
+    std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : info.scene);
+    text += formatted(", exposure %g\n", info.exposure);
+    text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
+                      static_cast<unsigned long long>(info.seed),
+                      info.host.empty() ? "an unnamed host" : info.host.c_str());
+    text += "  camera     " + camera_text(info.camera) + "\n";
+    text += formatted("  eye        %s, %.1f mm between the eyes; axes locked to the %s\n",
+                      eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3,
+                      info.lock == AxisLock::world ? "world" : "path");
+    text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n", info.lean_m,
+                      head_box_radius(info));
+    return text;
+}
+
+std::string range_text(const std::vector<FrameInfo>& frames) {
+    if (frames.empty())
+        return "";
+    const auto [low, high] = extent_of(frames);
+    return formatted("  time       %.3f to %.3f s\n  positions  x %.3f to %.3f, y %.3f to %.3f, z %.3f to %.3f m\n",
+                     frames.front().time_s, frames.back().time_s, low.x, high.x, low.y, high.y, low.z, high.z);
+}
+
+nlohmann::json range_json(const std::vector<FrameInfo>& frames) {
+    if (frames.empty())
+        return nullptr;
+    const auto [low, high] = extent_of(frames);
+    return {{"first", frames.front().index},
+            {"last", frames.back().index},
+            {"time_s", {frames.front().time_s, frames.back().time_s}},
+            {"position_low_m", {low.x, low.y, low.z}},
+            {"position_high_m", {high.x, high.y, high.z}}};
+}
+
+}  // namespace equistream

@@ -1,0 +1,131 @@
+#include "describe.h"
+
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <algorithm>
+
+namespace equistream {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* known_folders[] = {"centre", "left", "right", "small"};
+
+bool is_sequence(const fs::path& folder) {
+    return fs::is_directory(folder) && (fs::exists(folder / "manifest.json") || !list_frames(folder).empty());
+}
+
+/// "0-4, 7, 9-12"
+std::string runs_text(const std::vector<std::int64_t>& indices) {
+    std::string text;
+    for (std::size_t first = 0, last; first < indices.size(); first = last + 1) {
+        last = first;
+        while (last + 1 < indices.size() && indices[last + 1] == indices[last] + 1)
+            ++last;
+        text += (text.empty() ? "" : ", ") + std::to_string(indices[first]) +
+                (last > first ? "-" + std::to_string(indices[last]) : "");
+    }
+    return text;
+}
+
+std::uintmax_t bytes_of(const fs::path& folder, const std::vector<std::int64_t>& indices) {
+    std::uintmax_t bytes = 0;
+    for (const std::int64_t index : indices)
+        bytes += fs::file_size(folder / frame_file_name(index));
+    return bytes;
+}
+
+/// Gaps between the first frame and the last; as runs, because a stray file may lie far off.
+std::string gaps_text(const std::vector<std::int64_t>& indices) {
+    std::string text;
+    for (std::size_t i = 1; i < indices.size(); ++i) {
+        const std::int64_t first = indices[i - 1] + 1, last = indices[i] - 1;
+        if (first <= last)
+            text +=
+                (text.empty() ? "" : ", ") + std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
+    }
+    return text;
+}
+
+std::vector<FrameInfo> read_infos(const fs::path& folder, const std::vector<std::int64_t>& indices) {
+    std::vector<FrameInfo> infos;
+    for (const std::int64_t index : indices)
+        infos.push_back(read_exr_info(folder / frame_file_name(index)));
+    return infos;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += (text.empty() ? "" : ", ") + word;
+    return text;
+}
+
+void add_manifest(const fs::path& folder, Description& description) {
+    if (!fs::exists(folder / "manifest.json")) {
+        description.text += "  no manifest.json: not rendered by equistream, or not begun\n";
+        description.json["manifest"] = nullptr;
+        return;
+    }
+    const Manifest manifest = read_manifest(folder);
+    description.text += shared_text(manifest.shared) + "  planes     " + joined(manifest.planes) + "\n  command    " +
+                        manifest.command + "\n";
+    description.json["manifest"] = {{"shared", frame_json(manifest.shared)},
+                                    {"planes", manifest.planes},
+                                    {"command", manifest.command},
+                                    {"fingerprint", manifest.fingerprint}};
+}
+
+void add_each_frame(const fs::path& folder, const std::vector<std::int64_t>& indices, Description& description) {
+    const auto infos = read_infos(folder, indices);
+    description.text += range_text(infos);
+    for (const FrameInfo& info : infos) {
+        description.text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(info.index), info.time_s) +
+                            pose_text(info.camera_pose) + "\n";
+        description.json["frames"].push_back(frame_json(info));
+    }
+}
+
+Description describe_sequence(const fs::path& folder, const DescribeOptions& options) {
+    const std::vector<std::int64_t> indices = list_frames(folder);
+    const std::string gaps = gaps_text(indices);
+    const auto bytes = static_cast<double>(bytes_of(folder, indices));
+    Description description;
+    description.json = {{"kind", "sequence"}, {"folder", folder.string()},     {"count", indices.size()},
+                        {"bytes", bytes},     {"present", runs_text(indices)}, {"missing", gaps}};
+    description.text =
+        folder.string() + formatted(": sequence of %zu frames, ", indices.size()) + bytes_text(bytes) + "\n";
+    if (!indices.empty())
+        description.text += "  present    " + runs_text(indices) + "\n";
+    if (!gaps.empty())
+        description.text += "  missing    " + gaps + "\n";
+    add_manifest(folder, description);
+    if (options.each_frame)
+        add_each_frame(folder, indices, description);
+    return description;
+}
+
+}  // namespace
+
+Description describe_folder(const fs::path& folder, const DescribeOptions& options) {
+    if (is_sequence(folder))
+        return describe_sequence(folder, options);
+    Description all;
+    all.json = {{"kind", "render"}, {"folder", folder.string()}, {"sequences", nlohmann::json::array()}};
+    for (const char* name : known_folders) {
+        if (!is_sequence(folder / name))
+            continue;
+        Description one = describe_sequence(folder / name, options);
+        all.text += one.text;
+        all.json["sequences"].push_back(std::move(one.json));
+    }
+    if (all.text.empty())
+        throw InputError(expected_found(
+            folder.string(), "frame.NNNN.exr files or manifest.json, here or in centre/, left/, right/ or small/",
+            "none"));
+    return all;
+}
+
+}  // namespace equistream

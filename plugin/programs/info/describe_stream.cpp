@@ -1,0 +1,91 @@
+#include "describe.h"
+
+#include <equistream/stream.h>
+
+#include <map>
+
+namespace equistream {
+
+namespace {
+
+struct Watched {
+    std::vector<DecodedPicture> pictures;
+    StreamReader reader;
+
+    explicit Watched(const std::string& source) : reader(source, {.rgb = false}) {
+        while (auto picture = reader.next())
+            pictures.push_back(std::move(*picture));
+    }
+
+    std::vector<FrameInfo> frames_of(TrackRole role) const {
+        std::vector<FrameInfo> frames;
+        for (const DecodedPicture& picture : pictures)
+            if (picture.role == role && picture.info)
+                frames.push_back(*picture.info);
+        return frames;
+    }
+};
+
+double bytes_a_picture(const StreamTrackSummary& track) {
+    return track.pictures > 0 ? static_cast<double>(track.bytes) / static_cast<double>(track.pictures) : 0;
+}
+
+std::string track_text(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
+    std::string text = formatted(
+        "track %s: %s, %dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
+        frames.empty() ? track.name.c_str() : track_name(track.role), track.codec.c_str(), track.width, track.height,
+        track.pixel_format.c_str(), track.frames_per_second, static_cast<long long>(track.pictures),
+        bytes_text(static_cast<double>(track.bytes)).c_str(), bytes_text(bytes_a_picture(track)).c_str());
+    text += "  colour     " + track.colour + " (range/primaries/transfer/matrix)\n";
+    if (track.equirect)
+        text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
+    if (frames.empty())
+        return text + "  no frame data of equistream's: an ordinary video, which can be shown but only turned\n";
+    text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
+                      static_cast<long long>(frames.front().index), static_cast<long long>(frames.back().index));
+    text += range_text(frames) + shared_text(frames.front());
+    if (each_frame)
+        for (const FrameInfo& frame : frames)
+            text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
+                    pose_text(frame.camera_pose) + "\n";
+    return text;
+}
+
+nlohmann::json track_json(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
+    nlohmann::json json = {{"name", frames.empty() ? track.name : std::string(track_name(track.role))},
+                           {"codec", track.codec},
+                           {"width", track.width},
+                           {"height", track.height},
+                           {"pixel_format", track.pixel_format},
+                           {"frames_per_second", track.frames_per_second},
+                           {"pictures", track.pictures},
+                           {"bytes", track.bytes},
+                           {"colour", track.colour},
+                           {"equirect", track.equirect},
+                           {"range", range_json(frames)},
+                           {"first_frame", frames.empty() ? nlohmann::json() : frame_json(frames.front())}};
+    if (each_frame)
+        for (const FrameInfo& frame : frames)
+            json["frames"].push_back(frame_json(frame));
+    return json;
+}
+
+}  // namespace
+
+Description describe_stream(const std::string& source, const DescribeOptions& options) {
+    const Watched watched(source);
+    const std::string& cut = watched.reader.truncation();
+    Description description;
+    description.json = {{"kind", "stream"},     {"source", source},  {"container", watched.reader.container()},
+                        {"whole", cut.empty()}, {"truncation", cut}, {"tracks", nlohmann::json::array()}};
+    description.text = source + ": video, " + watched.reader.container() + "\n";
+    for (const StreamTrackSummary& track : watched.reader.tracks()) {
+        const auto frames = watched.frames_of(track.role);
+        description.json["tracks"].push_back(track_json(track, frames, options.each_frame));
+        description.text += track_text(track, frames, options.each_frame);
+    }
+    description.text += cut.empty() ? "whole: nothing is missing\n" : "not whole: " + cut + "\n";
+    return description;
+}
+
+}  // namespace equistream

@@ -1,0 +1,61 @@
+/// equistream info: explains any file of ours.
+#include "describe.h"
+
+#include <equistream/error.h>
+#include <equistream_cli/program.h>
+
+#include <cstdio>
+#include <fstream>
+
+namespace equistream {
+
+namespace {
+
+struct Options {
+    std::string source;
+    bool json = false;
+    bool frames = false;
+};
+
+bool is_exr(const std::string& file) {
+    constexpr unsigned char magic[] = {0x76, 0x2f, 0x31, 0x01};
+    char start[4] = {};
+    std::ifstream(file, std::ios::binary).read(start, sizeof start);
+    return std::equal(std::begin(magic), std::end(magic), start,
+                      [](unsigned char a, char b) { return a == static_cast<unsigned char>(b); });
+}
+
+Description describe(const Options& options) {
+    const bool url = options.source.find("://") != std::string::npos;
+    if (!url && !std::filesystem::exists(options.source))
+        throw InputError(options.source + ": no such file or folder");
+    if (!url && std::filesystem::is_directory(options.source))
+        return describe_folder(options.source, {options.frames});
+    if (!url && is_exr(options.source))
+        return describe_exr(options.source);
+    return describe_stream(options.source, {options.frames});
+}
+
+std::function<void()> set_up(CLI::App& app, Options& options) {
+    app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames")->required();
+    app.add_flag("--json", options.json, "Report as JSON");
+    app.add_flag("--frames", options.frames, "List every frame with its pose");
+    return [&options] {
+        const Description description = describe(options);
+        std::fputs(options.json
+                       ? (description.json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str()
+                       : description.text.c_str(),
+                   stdout);
+    };
+}
+
+}  // namespace
+
+}  // namespace equistream
+
+int main(int argc, char** argv) {
+    equistream::Options options;
+    return equistream::cli::run_program(argc, argv, "info", "Explain a stream, an EXR frame or a folder of frames",
+                                        "equistream info sponza.mkv --frames",
+                                        [&](CLI::App& app) { return equistream::set_up(app, options); });
+}

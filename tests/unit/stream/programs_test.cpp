@@ -1,0 +1,212 @@
+/// equistream-encode and equistream-info as a user runs them.
+#include "frame_info_matcher.h"
+#include "synthetic.h"
+
+#include <equistream/colour.h>
+#include <equistream/sequence.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+namespace equistream {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Ran {
+    int status;
+    std::string output;
+    std::string errors;
+};
+
+std::string text_of(const fs::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Programs : public testing::Test {
+protected:
+    synthetic::Folder folder;
+
+    Ran run(const std::string& arguments) const {
+        const std::string command = std::string(EQUISTREAM_BIN) + "/equistream-" + arguments + " >'" +
+                                    (folder / "out").string() + "' 2>'" + (folder / "err").string() + "' </dev/null";
+        const int status = std::system(command.c_str());
+        return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
+    }
+    std::string path(const std::string& name) const { return (folder / name).string(); }
+
+    static FrameInfo info(int width, int height, std::int64_t index, Eye eye) {
+        return synthetic::info(width, height, index, eye);
+    }
+
+    /// Frames whose display-referred picture is synthetic::picture of their index.
+    void render(const std::string& name, int width, int height, std::int64_t first, std::int64_t last,
+                Eye eye = Eye::centre) const {
+        fs::create_directories(folder / name);
+        const DisplayTransform display;
+        for (std::int64_t index = first; index <= last; ++index) {
+            Frame frame;
+            frame.info = info(width, height, index, eye);
+            const FloatImage linear = display.to_linear(
+                widen_8bit(synthetic::picture(width, height, index).view()).view(), frame.info.exposure);
+            FloatImage colour(width, height, 4, 1.0f);
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    std::copy_n(linear.pixel(x, y), 3, colour.pixel(x, y));
+            frame.planes.emplace("colour", std::move(colour));
+            write_exr(folder / name / frame_file_name(index), frame);
+        }
+    }
+
+    void expect_failure(const Ran& ran, int status, const std::string& part) const {
+        EXPECT_EQ(ran.status, status) << ran.errors;
+        EXPECT_NE(ran.errors.find(part), std::string::npos) << ran.errors;
+        EXPECT_EQ(std::count(ran.errors.begin(), ran.errors.end(), '\n'), 1) << ran.errors;
+    }
+};
+
+TEST_F(Programs, EncodeMakesBothTracks) {
+    render("r/centre", 192, 96, 3, 10);
+    render("r/small", 96, 64, 3, 10, Eye::right);
+    const Ran ran = run("encode '" + path("r") + "' --out '" + path("a.mkv") + "' --preset veryfast --json");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    const auto report = nlohmann::json::parse(ran.output);
+    EXPECT_EQ(report["frames"]["count"], 8);
+    EXPECT_EQ(report["tracks"].size(), 2u);
+    EXPECT_TRUE(report["full_sphere"]);
+    EXPECT_GT(report["ms_per_frame"]["encode"], 0.0);
+    StreamReader reader(path("a.mkv"));
+    const auto pictures = synthetic::read_all(reader);
+    ASSERT_EQ(pictures.size(), 16u);
+    EXPECT_EQ(reader.truncation(), "");
+    for (const DecodedPicture& picture : pictures) {
+        ASSERT_TRUE(picture.info);
+        const bool main = picture.role == TrackRole::main;
+        const int width = main ? 192 : 96, height = main ? 96 : 64;
+        expect_same_info(*picture.info, info(width, height, picture.info->index, main ? Eye::centre : Eye::right));
+        EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(width, height, picture.info->index)), 33);
+    }
+}
+
+TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
+    render("r/left", 64, 64, 0, 3, Eye::left);
+    render("r/right", 64, 64, 0, 5, Eye::right);
+    render("r/small", 64, 64, 0, 1, Eye::right);
+    const std::string r = "encode '" + path("r");
+    const auto tracks = [&](const std::string& more) {
+        const Ran ran = run(r + more + " --json --preset ultrafast --out '" + path("a.mkv") + "'");
+        EXPECT_EQ(ran.status, 0) << ran.errors;
+        return nlohmann::json::parse(ran.output, nullptr, false);
+    };
+    EXPECT_EQ(tracks("' --no-small")["tracks"][0]["folder"], path("r/left"));
+    EXPECT_EQ(tracks("' --fill none --eye right")["frames"]["last"], 5);
+    EXPECT_EQ(tracks("/right' --frames 2-4")["frames"]["count"], 3);
+    EXPECT_EQ(tracks("/left'")["tracks"].size(), 1u);
+    EXPECT_EQ(tracks("/left' --small --frames 0-1")["tracks"].size(), 2u);
+    const std::string out = " --out '" + path("b.mkv") + "'";
+    expect_failure(run(r + "'" + out), 2, "small: expected frames 0-3, found no frame.0002.exr");
+    expect_failure(run(r + "' --eye centre" + out), 2, "centre: expected frame.NNNN.exr files, found none");
+    expect_failure(run(r + "' --no-small --frames 2-9" + out), 2, "found no frame.0004.exr");
+    expect_failure(run(r + "' --frames 9-2" + out), 2, "9-2");
+    expect_failure(run(r + "' --small --no-small" + out), 2, "small");
+    EXPECT_FALSE(fs::exists(folder / "b.mkv"));
+}
+
+TEST_F(Programs, EncodeSaysWhatIsWrong) {
+    render("r/centre", 64, 64, 0, 1);
+    render("odd", 65, 64, 0, 0);
+    fs::create_directories(folder / "empty");
+    const std::string r = "encode '" + path("r") + "' --out '" + path("a.mkv") + "'";
+    expect_failure(run("encode '" + path("none") + "' --out a.mkv"), 2, "found nothing");
+    expect_failure(run("encode '" + path("empty") + "' --out a.mkv"), 2, "found an empty folder");
+    expect_failure(run("encode '" + path("odd") + "' --out '" + path("o.mkv") + "'"), 2, "found 65x64");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("a.wmv") + "'"), 2, "ending in one of .mp4");
+    expect_failure(run(r + " --crf 77"), 2, "crf: expected 0 to 51, found 77");
+    expect_failure(run(r + " --preset swift"), 2, "preset: expected one of ultrafast");
+    expect_failure(run(r + " --codec av1"), 2, "codec");
+    expect_failure(run(r + " --view Filmic"), 2, "view: expected one of");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/a.mkv") + "'"), 2,
+                   "No such file or directory");
+}
+
+TEST_F(Programs, AFrameThatIsDamagedKeepsWhatCameBefore) {
+    render("r", 64, 64, 0, 9);
+    fs::resize_file(folder / "r" / "frame.0006.exr", 700);
+    const Ran ran = run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'");
+    expect_failure(ran, 1, "frame.0006.exr");
+    EXPECT_NE(ran.errors.find("kept in " + path("a.mkv.part")), std::string::npos) << ran.errors;
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+    StreamReader reader(path("a.mkv.part"));
+    EXPECT_EQ(synthetic::read_all(reader).size(), 6u);
+    EXPECT_NE(reader.truncation().find("cut after frame 5 (6 of 10 pictures play)"), std::string::npos);
+}
+
+TEST_F(Programs, AFullDiskIsOneLine) {
+    render("r", 192, 96, 0, 9);
+    const Ran full = run("encode '" + path("r") + "' --crf 0 --out /dev/full.mkv");
+    fs::create_symlink("/dev/full", folder / "full.mkv");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("full.mkv") + "'"), 1, "No space left on device");
+    fs::create_directories(folder / "disk");
+    if (mount("none", (folder / "disk").c_str(), "tmpfs", 0, "size=32k") != 0)
+        GTEST_SKIP() << "a small file system needs root";
+    expect_failure(run("encode '" + path("r") + "' --crf 0 --out '" + path("disk/a.mkv") + "'"), 1,
+                   "No space left on device; what was coded so far is kept in");
+    EXPECT_FALSE(fs::exists(folder / "disk" / "a.mkv"));
+    umount((folder / "disk").c_str());
+}
+
+TEST_F(Programs, InfoExplainsAStream) {
+    synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h265, true));
+    const Ran text = run("info '" + path("a.mkv") + "'");
+    ASSERT_EQ(text.status, 0) << text.errors;
+    for (const char* part :
+         {"track main: hevc, 192x96", "track small:", "12 pictures", "scene      waves, exposure 1.5",
+          "tv/bt709/iec61966-2-1/bt709", "frames     5 to 16", "x 0.500 to 1.600", "eye        right",
+          "stay within 0.1315 m", "whole: nothing is missing"})
+        EXPECT_NE(text.output.find(part), std::string::npos) << part << "\n" << text.output;
+    const auto json = nlohmann::json::parse(run("info --json --frames '" + path("a.mkv") + "'").output);
+    EXPECT_EQ(json["tracks"][1]["frames"].size(), 12u);
+    EXPECT_EQ(json["tracks"][0]["first_frame"]["seed"], 1005);
+    EXPECT_TRUE(json["whole"]);
+    fs::resize_file(folder / "a.mkv", fs::file_size(folder / "a.mkv") * 3 / 4);
+    const Ran cut = run("info '" + path("a.mkv") + "'");
+    EXPECT_EQ(cut.status, 0);
+    EXPECT_NE(cut.output.find("not whole: "), std::string::npos) << cut.output;
+}
+
+TEST_F(Programs, InfoExplainsFramesAndFolders) {
+    render("r/centre", 64, 32, 0, 2);
+    render("r/centre", 64, 32, 5, 5);
+    const Ran exr = run("info '" + path("r/centre/frame.0001.exr") + "'");
+    ASSERT_EQ(exr.status, 0) << exr.errors;
+    for (const char* part : {"part rgba: 64x32", "colour [radiance]", "frame 1 at", "scene      waves", "equirect"})
+        EXPECT_NE(exr.output.find(part), std::string::npos) << part << "\n" << exr.output;
+    const Ran sequence = run("info '" + path("r") + "'");
+    ASSERT_EQ(sequence.status, 0) << sequence.errors;
+    for (const char* part : {"sequence of 4 frames", "present    0-2, 5", "missing    3-4"})
+        EXPECT_NE(sequence.output.find(part), std::string::npos) << part << "\n" << sequence.output;
+    const auto json = nlohmann::json::parse(run("info --json '" + path("r") + "'").output);
+    EXPECT_EQ(json["sequences"][0]["count"], 4);
+}
+
+TEST_F(Programs, InfoIsPoliteAboutTheRest) {
+    fs::create_directories(folder / "empty");
+    std::ofstream(folder / "notes.txt") << "nothing to see\n";
+    std::ofstream(folder / "bad.exr") << "v/1\x01 and then nonsense";
+    expect_failure(run("info '" + path("absent") + "'"), 2, "no such file or folder");
+    expect_failure(run("info '" + path("empty") + "'"), 2, "found none");
+    expect_failure(run("info '" + path("notes.txt") + "'"), 2, "expected a video");
+    expect_failure(run("info '" + path("bad.exr") + "'"), 2, "expected an EXR file");
+}
+
+}  // namespace
+}  // namespace equistream
