@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Writes the tables of docs/results/first.md, between its markers, from docs/results/first/*.json and nothing else.
+
+    report.py [--results FOLDER] [--page FILE]
+
+A table NAME of scene SCENE stands between `<!-- table NAME SCENE -->` and `<!-- end -->`; text around markers is left alone. Where the
+page has no marker for a table yet, the table is added at the end.
+"""
+
+import argparse
+import pathlib
+import re
+
+import results
+
+
+def cell(value, digits=2, missing="-"):
+    return missing if value is None else f"{value:.{digits}f}"
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < 2 else "--:" for i in range(len(head))) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def noise_free_cell(entry, eye, scale="display"):
+    figures = entry["noise_free"]["eyes"][eye][scale]
+    if figures["db_low"] is None:
+        return "identical"
+    if figures["only_bounded"]:
+        return f"> {figures['db_low']:.1f}"
+    return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
+
+
+def system_cell(entry):
+    return f"{results.SYSTEM_NAMES[entry['system']]}, {results.METHOD_NAMES[entry['method']]}"
+
+
+def accuracy(result):
+    head = ["system", "coding"] + [f"{figure} {eye}" for eye in ("left", "right")
+                                   for figure in ("noise-free dB,", "PSNR dB,", "SSIM,")] + ["worst 1 % dB, right", "gaps %, right"]
+    rows = [["truth, another seed (ceiling)", "-"]]
+    for eye in ("left", "right"):
+        ceiling = result["ceiling"]["eyes"][eye]
+        rows[0] += ["-", cell(ceiling["psnr_db"]), cell(ceiling["ssim"], 4)]
+    rows[0] += [cell(result["ceiling"]["eyes"]["right"]["psnr_worst_percent_db"]), "-"]
+    for entry in result["systems"]:
+        row = [system_cell(entry), results.coding_name(entry)]
+        noisy = entry["against_other_seed"]
+        for eye in ("left", "right"):
+            row += [noise_free_cell(entry, eye), cell(results.psnr(noisy, eye)), cell(results.mean_of(noisy, eye, "ssim"), 4)]
+        gaps = entry["played"][0]["gap_fraction"]["right"]
+        row += [cell(results.mean_of(noisy, "right", "psnr_worst_percent_db")), cell(100 * gaps)]
+        rows.append(row)
+    return table(head, rows)
+
+
+def linear(result):
+    rows = [[system_cell(entry), results.coding_name(entry), noise_free_cell(entry, "left", "linear"), noise_free_cell(entry, "right", "linear")]
+            for entry in result["systems"]]
+    return table(["system", "coding", "noise-free dB, linear, left", "noise-free dB, linear, right"], rows)
+
+
+def cost(result):
+    head = ["system", "coding", "bytes a frame", "main", "small"] + [f"{stage} ms" for stage in results.CLIENT_STAGES] + ["all ms"]
+    rows = []
+    for entry in result["systems"]:
+        total = results.bytes_per_frame(entry)
+        row = [system_cell(entry), results.coding_name(entry), cell(total, 0)]
+        for track in ("main", "small"):
+            runs = [run["bytes"].get(track, 0) / run["frames"] for run in entry["played"] if "bytes" in run]
+            row.append(cell(sum(runs) / len(runs), 0) if runs else "-")
+        row += [cell(results.stage_ms(entry, stage)) for stage in results.CLIENT_STAGES] + [cell(results.client_ms(entry))]
+        rows.append(row)
+    return table(head, rows)
+
+
+def renders(result):
+    rows = []
+    for render in result["renders"]:
+        wall = "resumed" if render["resumed"] else cell(render["wall_s"], 1)
+        rows.append([render["name"], str(render["seed"]), wall, cell(render["load_s"] + render["bvh_s"]), cell(render["peak_memory_mib"], 0),
+                     cell(render["paths_per_s"] / 1e6, 3), cell(render["rays_per_s"] / 1e6, 3)])
+    wall = [render["wall_s"] for render in result["renders"] if not render["resumed"]]
+    rows.append(["all", "", cell(sum(wall), 1), "", "", "", ""])
+    return table(["render", "seed", "wall s", "load and BVH s", "peak MiB", "M paths/s", "M rays/s"], rows)
+
+
+def commands(result):
+    """One of each kind, as they were run."""
+    entry = result["systems"][-1]
+    lines = [result["renders"][0]["command"], result["renders"][2]["command"]]
+    coded = next((e for e in result["systems"] if e["codec"] != "none"), entry)
+    lines += [coded["played"][0].get("encode_command", ""), coded["played"][0]["command"], coded["against_other_seed"][0]["command"],
+              coded["noise_free"]["command"]]
+    return "```\n" + "\n".join(line for line in lines if line) + "\n```"
+
+
+TABLES = {"accuracy": accuracy, "linear": linear, "cost": cost, "renders": renders, "commands": commands}
+
+
+def place(page, name, scene, text):
+    marker = f"<!-- table {name} {scene} -->"
+    block = f"{marker}\n{text}\n<!-- end -->"
+    if marker not in page:
+        return page.rstrip("\n") + f"\n\n{block}\n"
+    return re.sub(re.escape(marker) + r".*?<!-- end -->", lambda _: block, page, flags=re.S)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
+    parser.add_argument("--page", type=pathlib.Path, default=results.RESULTS.parent / "first.md")
+    options = parser.parse_args()
+    page = options.page.read_text() if options.page.exists() else "# The first experiment\n"
+    for result in results.load(options.results):
+        for name, make in TABLES.items():
+            page = place(page, name, result["scene"], make(result))
+    options.page.write_text(page)
+    print(options.page)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""Steps that run a program once: done steps are skipped, and each leaves a record of command, time and memory.
+
+A record is steps/NAME.json in the work folder. A step whose command has changed runs again.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+
+class Failed(Exception):
+    pass
+
+
+def write_whole(file, text):
+    """Appears whole or not at all."""
+    file = pathlib.Path(file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    aside = file.with_name(file.name + ".unfinished")
+    aside.write_text(text)
+    os.replace(aside, file)
+
+
+class Steps:
+    """Runs `equistream` in a work folder; commands name files relative to it, so records do not depend on the machine."""
+
+    def __init__(self, work, programs, aliases):
+        self.work = pathlib.Path(work)
+        self.program = pathlib.Path(programs).resolve() / "equistream"
+        self.aliases = aliases  # path prefixes of this machine -> what records say instead
+        if not self.program.is_file():
+            raise Failed(f"{self.program}: expected the built program, found nothing (give --bin)")
+
+    def recorded(self, words):
+        text = " ".join(["equistream", *words])
+        for prefix, alias in self.aliases.items():
+            text = text.replace(str(prefix), alias)
+        return text
+
+    def run(self, name, *words, fresh=None):
+        """`fresh` is the output that must not exist for the time taken to be that of the whole step."""
+        words = [str(word) for word in words]
+        file = self.work / "steps" / f"{name}.json"
+        command = self.recorded(words)
+        if file.exists():
+            record = json.loads(file.read_text())
+            if record["command"] == command:
+                return record
+        resumed = fresh is not None and (self.work / fresh).exists()
+        print(f"{name}: {command}", flush=True)
+        errors = self.work / "steps" / f"{name}.log"
+        errors.parent.mkdir(parents=True, exist_ok=True)
+        start = time.monotonic()
+        with open(errors, "wb") as log, open(errors.with_suffix(".out"), "wb") as out:
+            process = subprocess.Popen([self.program, *words], cwd=self.work, stdout=out, stderr=log)
+            try:
+                _, status, usage = os.wait4(process.pid, 0)
+            except KeyboardInterrupt:
+                process.terminate()
+                process.wait()
+                raise
+        code = os.waitstatus_to_exitcode(status)
+        process.returncode = code
+        wall_s = time.monotonic() - start
+        if code != 0:
+            lines = errors.read_text(errors="replace").strip().splitlines()
+            raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
+        record = {"command": command, "wall_s": round(wall_s, 3), "resumed": resumed,
+                  "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
+        write_whole(file, json.dumps(record, indent=1) + "\n")
+        return record
+
+    def output_of(self, name):
+        return (self.work / "steps" / f"{name}.out").read_text()
+
+
+def machine():
+    """What ran the programs, without saying whose it is."""
+    cpu = {}
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        key, _, value = line.partition(":")
+        cpu.setdefault(key.strip(), value.strip())
+    memory_kib = int(pathlib.Path("/proc/meminfo").read_text().split()[1])
+    system = dict(line.split("=", 1) for line in pathlib.Path("/etc/os-release").read_text().splitlines() if "=" in line)
+    return {"cpu": cpu.get("model name", "unknown"), "cores": len(os.sched_getaffinity(0)),
+            "memory_gib": round(memory_kib / 1024 ** 2, 1), "system": system.get("PRETTY_NAME", "unknown").strip('"'),
+            "gpu": "none used", "load_average_at_start": round(os.getloadavg()[0], 2)}
+
+
+def versions(program, repository):
+    def first_line(*command):
+        try:
+            return subprocess.run(command, capture_output=True, text=True).stdout.splitlines()[0]
+        except (OSError, IndexError):
+            return "unknown"
+
+    return {"equistream": first_line(str(program), "--version"),
+            "commit": first_line("git", "-C", str(repository), "rev-parse", "--short=12", "HEAD"),
+            "ffmpeg": " ".join(first_line("ffmpeg", "-version").split()[:3]), "python": sys.version.split()[0]}
