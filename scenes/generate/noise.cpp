@@ -1,6 +1,5 @@
 #include "noise.h"
 
-#include <array>
 #include <cmath>
 
 namespace equistream::generate {
@@ -12,20 +11,24 @@ std::uint64_t mix(std::uint64_t z) {
     return z ^ (z >> 31);
 }
 
-int wrapped(int i, int period) {
+std::uint32_t wrapped(int i, int period) {
     const int r = i % period;
-    return r < 0 ? r + period : r;
+    return static_cast<std::uint32_t>(r < 0 ? r + period : r);
 }
 
-/// One of eight gradients; two octagon rings would look the same at this amplitude.
-float lattice(int x, int y, Period period, std::uint32_t seed, glm::vec2 offset) {
-    const auto key =
-        (std::uint64_t{seed} << 40) ^ (std::uint64_t(wrapped(x, period.x)) << 20) ^ std::uint64_t(wrapped(y, period.y));
+/// Bijective mixing of 32 bits (Wellons, "lowbias32").
+std::uint32_t mix32(std::uint32_t x) {
+    x = (x ^ (x >> 16)) * 0x7feb352du;
+    x = (x ^ (x >> 15)) * 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+/// Dot product with the lattice point's gradient, one of eight directions.
+float along_gradient(std::uint32_t x, std::uint32_t row_key, float dx, float dy) {
     constexpr float h = 0.70710678f;
-    constexpr std::array<std::array<float, 2>, 8> gradients{
-        {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {h, h}, {-h, h}, {h, -h}, {-h, -h}}};
-    const auto& g = gradients[mix(key + 0x9e3779b97f4a7c15u) >> 61];
-    return g[0] * offset.x + g[1] * offset.y;
+    constexpr float gradients[8][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {h, h}, {-h, h}, {h, -h}, {-h, -h}};
+    const auto& g = gradients[mix32(x ^ row_key) >> 29];
+    return g[0] * dx + g[1] * dy;
 }
 
 float quintic(float t) {
@@ -42,11 +45,14 @@ std::uint64_t Random::bits() {
 float noise(glm::vec2 p, Period period, std::uint32_t seed) {
     const glm::vec2 cell = glm::floor(p);
     const glm::vec2 f = p - cell;
-    const int x = static_cast<int>(cell.x), y = static_cast<int>(cell.y);
-    const float a = lattice(x, y, period, seed, f);
-    const float b = lattice(x + 1, y, period, seed, f - glm::vec2(1, 0));
-    const float c = lattice(x, y + 1, period, seed, f - glm::vec2(0, 1));
-    const float d = lattice(x + 1, y + 1, period, seed, f - glm::vec2(1, 1));
+    const int column = static_cast<int>(cell.x), row = static_cast<int>(cell.y);
+    const std::uint32_t x0 = wrapped(column, period.x), x1 = wrapped(column + 1, period.x);
+    const std::uint32_t key0 = mix32(seed + 0x9e3779b9u * wrapped(row, period.y));
+    const std::uint32_t key1 = mix32(seed + 0x9e3779b9u * wrapped(row + 1, period.y));
+    const float a = along_gradient(x0, key0, f.x, f.y);
+    const float b = along_gradient(x1, key0, f.x - 1, f.y);
+    const float c = along_gradient(x0, key1, f.x, f.y - 1);
+    const float d = along_gradient(x1, key1, f.x - 1, f.y - 1);
     const float u = quintic(f.x), v = quintic(f.y);
     return 1.4f * glm::mix(glm::mix(a, b, u), glm::mix(c, d, u), v);
 }

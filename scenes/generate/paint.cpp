@@ -171,7 +171,7 @@ std::vector<std::uint8_t> encode_image(const ByteImage& image, Encoding encoding
     OIIO::ImageSpec spec(image.width(), image.height(), image.channels(), OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:UnassociatedAlpha", 1);  // glTF's alpha is not premultiplied
     spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("png:compressionLevel", 9);
+    spec.attribute("png:compressionLevel", 6);
     spec.attribute("compression", encoding == Encoding::png ? "zip" : "jpeg:88");
     std::vector<std::uint8_t> bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);

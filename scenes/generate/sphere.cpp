@@ -29,7 +29,7 @@ GeneratedScene make_sphere(const GeneratorValues& values) {
 
 GeneratedScene make_empty(const GeneratorValues&) {
     GeneratedScene result;
-    result.model.materials.push_back(matt("unused", glm::vec3(0.5f)));
+    result.model.objects.push_back({"nothing", -1});
     result.description.camera_path = PosePath({{0, {}}}, "empty");
     return result;
 }

@@ -15,7 +15,7 @@ void scale_uv(Shape& shape, float factor) {
 
 /// Shaft with twenty flutes that fade out at both ends, and a slight swelling.
 Shape fluted_shaft(float bottom, float top) {
-    constexpr int flutes = 20, steps = 8, rows = 14;
+    constexpr int flutes = 20, steps = 6, rows = 11;
     Shape shape = sheet(
         flutes * steps, rows,
         [&](float u, float v) {
@@ -46,14 +46,14 @@ Shape column() {
     base.insert(base.end(), {{0.268f, 0.21f}, {0.252f, 0.225f}, {0.25f, 0.245f}, {0.262f, 0.26f}});
     add_round(base, {0.255f, 0.29f}, 0.028f, -tau / 4, tau / 4);
     base.insert(base.end(), {{0.245f, 0.318f}, {0.24f, 0.34f}});
-    append(shape, lathe(base, 48));
+    append(shape, lathe(base, 40));
     append(shape, fluted_shaft(0.34f, 3.02f));
     std::vector<glm::vec2> capital{{0.19f, 3.02f}};
     add_round(capital, {0.195f, 3.035f}, 0.018f, -tau / 4, tau / 4);
     capital.insert(capital.end(), {{0.192f, 3.056f}, {0.192f, 3.11f}});
     add_round(capital, {0.19f, 3.19f}, 0.085f, -tau / 4, 0);
     capital.insert(capital.end(), {{0.27f, 3.205f}, {0.2f, 3.205f}});
-    append(shape, lathe(capital, 48));
+    append(shape, lathe(capital, 40));
     append(shape, bevelled_box({0.6f, 0.095f, 0.6f}, 0.01f), moved({0, 3.2525f, 0}));
     return shape;
 }

@@ -218,7 +218,7 @@ void lay_table(Site& site, const glm::mat4& on_table) {
                                              {0, 0.014f}}};
     const glm::mat4 bowl_place = on_table * moved({-0.36f, 0, -0.12f});
     scene.object("bowl", {scene.mesh("bowl", lathe(bowl, 64), paint.copper)}, bowl_place);
-    const std::uint32_t fruit = scene.mesh("orange", sphere(0.039f, 32, 16), paint.orange);
+    const std::uint32_t fruit = scene.mesh("orange", sphere(0.039f, 24, 12), paint.orange);
     for (int i = 0; i < 5; ++i) {
         const float a = tau * static_cast<float>(i) / 5;
         scene.object("orange", {fruit}, bowl_place * moved({0.067f * std::cos(a), 0.072f, 0.067f * std::sin(a)}));
@@ -244,7 +244,7 @@ void build_pedestals(Site& site) {
     const auto ball_on_pedestal = [&](const std::string& name, glm::vec3 at, float radius, std::uint32_t material) {
         scene.object("pedestal", {stand}, moved(at));
         scene.object("cradle", {ring_mesh}, moved(at + glm::vec3(0, pedestal_top, 0)));
-        scene.object(name, {scene.mesh(name, sphere(radius, 160, 80), material)},
+        scene.object(name, {scene.mesh(name, sphere(radius, 112, 56), material)},
                      moved(at + glm::vec3(0, pedestal_top + ball_height(radius), 0)));
     };
     ball_on_pedestal("glass ball", {-0.72f, 0, 0.3f}, 0.25f, site.paint.clear_glass);

@@ -41,7 +41,7 @@ void add_blade(Shape& patch, glm::vec3 at, float height, Random& random) {
     const float a = tau * random.uniform(), lean = height * random.between(0.15f, 0.6f),
                 width = 0.007f + 0.02f * height;
     const glm::vec3 out(std::cos(a), 0, std::sin(a)), across(-out.z, 0, out.x);
-    const Shape blade = sheet(1, 3, [&](float u, float v) {
+    const Shape blade = sheet(1, 2, [&](float u, float v) {
         return at + out * (lean * v * v) + glm::vec3(0, height * v * (1 - 0.25f * v), 0) +
                across * (width * (u - 0.5f) * (1 - 0.95f * v));
     });
@@ -66,13 +66,13 @@ Flowers flower_patch(std::uint64_t seed) {
     Random random(seed);
     Flowers flowers;
     const Shape petal = folded_leaf(0.03f, 0.036f, 0.3f);
-    for (int i = 0; i < 16; ++i) {
+    for (int i = 0; i < 13; ++i) {
         const float a = tau * random.uniform(), r = 0.28f * std::sqrt(random.uniform()),
                     height = random.between(0.14f, 0.3f);
         const glm::vec3 foot(r * std::cos(a), -0.015f, r * std::sin(a));
         const glm::vec3 head = foot + glm::vec3(random.between(-0.04f, 0.04f), height, random.between(-0.04f, 0.04f));
         append(flowers.stalks, tube(std::array{foot, head}, std::array{0.003f, 0.002f}, 5));
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < 2; ++k)
             add_blade(flowers.stalks, foot, 0.6f * height, random);
         const glm::mat4 tilt = moved(head) * glm::rotate(glm::mat4(1), random.between(-0.5f, 0.5f), glm::vec3(1, 0, 0));
         for (int k = 0; k < 6; ++k)
@@ -101,7 +101,7 @@ void build_meadow(Site& site) {
         const glm::vec3 at = at_bearing(random.between(0, 360), radius, 0);
         return glm::vec3(at.x, ground_height({at.x, at.z}), at.z);
     };
-    for (int i = 0; i < 520; ++i) {
+    for (int i = 0; i < 380; ++i) {
         const glm::vec3 at = somewhere(11);
         if (!on_path(at))
             scene.object("grass", {grass[i % 7 == 0 ? 2 : i % 2]},
@@ -113,7 +113,7 @@ void build_meadow(Site& site) {
     const std::array petals{scene.mesh("red petals", flowers.petals, site.paint.petal_red),
                             scene.mesh("white petals", flowers.petals, site.paint.petal_white),
                             scene.mesh("blue petals", flowers.petals, site.paint.petal_blue)};
-    for (int i = 0; i < 130; ++i) {
+    for (int i = 0; i < 105; ++i) {
         const glm::vec3 at = somewhere(5);
         // Colours by quarter: red north, white east and west, blue south.
         const std::size_t colour = at.z < -3.5f ? 0 : at.z > 3.5f ? 2 : 1;

@@ -44,19 +44,19 @@ float ground_height(glm::vec2 xz) {
     height -= bump(xz, pond_centre, 8.5f, 1.5f);
     const float bearing = std::atan2(xz.x, -xz.y);
     // Lower towards the east, where one looks out over the lake; a ridge to the west.
-    const float lift = 1 - 0.55f * std::cos(bearing - 1.6f);
-    height += lift * glm::smoothstep(45.0f, 420.0f, radius) * (14 + 22 * around(xz, 260, 4, 910));
-    height += lift * glm::smoothstep(500.0f, 2200.0f, radius) * (95 + 150 * std::abs(around(xz, 800, 5, 920)));
+    const float lift = 1 - 0.35f * std::cos(bearing - 1.6f);
+    height += lift * glm::smoothstep(45.0f, 420.0f, radius) * (19 + 34 * around(xz, 230, 4, 910));
+    height += lift * glm::smoothstep(500.0f, 2200.0f, radius) * (130 + 330 * std::abs(around(xz, 760, 5, 920)));
     const glm::vec3 tower = at_bearing(tower_bearing, tower_distance, 0);
     return height + bump(xz, {tower.x, tower.z}, 45, 12);
 }
 
 void build_ground(Site& site) {
-    Shape lawn = ground_ring(5.9f, rim_radius, 180, 72);
+    Shape lawn = ground_ring(5.9f, rim_radius, 160, 64);
     for (std::size_t i = 0; i < lawn.uvs.size(); ++i)
-        lawn.uvs[i] = glm::vec2(lawn.positions[i].x, lawn.positions[i].z) / 4.0f;
+        lawn.uvs[i] = glm::vec2(lawn.positions[i].x, lawn.positions[i].z) / 5.0f;
     site.scene.add("lawn", std::move(lawn), site.paint.lawn);
-    Shape land = ground_ring(rim_radius, horizon_radius, 180, 64);
+    Shape land = ground_ring(rim_radius, horizon_radius, 180, 56);
     for (glm::vec2& uv : land.uvs)
         uv.y = 0.998f * (1 - uv.y) + 0.001f;
     site.scene.add("far land", std::move(land), site.paint.far_land);
@@ -113,6 +113,69 @@ void build_tower(Site& site) {
                   scene.mesh("tower roof", lathe(roof, 48), site.paint.terracotta),
                   scene.mesh("tower windows", std::move(windows), site.paint.iron)},
                  here);
+}
+
+/// A small boat with a patched sail on the lake.
+void build_boat(Site& site) {
+    Shape hull = sheet(24, 8, [](float u, float v) {
+        const float along = 2 * u - 1, across = 2 * v - 1;
+        const float beam = 0.62f * std::pow(1 - std::pow(std::abs(along), 2.6f), 0.8f);
+        const float depth = 0.42f * (1 - across * across) * (1 - 0.5f * along * along);
+        return glm::vec3(1.7f * along, 0.38f + 0.16f * along * along - depth, beam * across);
+    });
+    Shape inner = hull;
+    for (glm::vec3& p : inner.positions)
+        p = p * glm::vec3(0.97f, 1, 0.95f) + glm::vec3(0, 0.03f, 0);
+    append(hull, inside_out(inner));
+    append(hull, plank({0.25f, 0.03f, 1.05f}), moved({-0.45f, 0.27f, 0}));
+    append(hull, tube(std::array{glm::vec3(0.3f, 0, 0), glm::vec3(0.3f, 3.1f, 0)}, std::array{0.035f, 0.02f}, 12));
+    append(hull,
+           tube(std::array{glm::vec3(0.3f, 0.75f, 0), glm::vec3(-1.35f, 0.8f, 0.3f)}, std::array{0.022f, 0.018f}, 10));
+    const Shape sail = sheet(10, 14, [](float u, float v) {
+        const glm::vec3 foot = glm::mix(glm::vec3(0.26f, 0.8f, 0), glm::vec3(-1.3f, 0.85f, 0.29f), u * (1 - v));
+        return foot + glm::vec3(0, 2.15f * v, 0.35f * std::sin(3.14159f * u * (1 - v)) * (1 - v));
+    });
+    SceneBuilder& scene = site.scene;
+    scene.object("boat",
+                 {scene.mesh("hull", std::move(hull), site.paint.wood), scene.mesh("sail", sail, site.paint.sail)},
+                 moved({pond_centre.x - 1.5f, water_height - 0.06f, pond_centre.y + 0.5f}) * turned_y(0.9f));
+}
+
+/// Heaps of cumulus: lumpy balls with level bottoms, far up.
+void build_clouds(Site& site) {
+    SceneBuilder& scene = site.scene;
+    Random random(71);
+    std::array<std::uint32_t, 2> meshes{};
+    for (std::size_t kind = 0; kind < meshes.size(); ++kind) {
+        Shape cloud;
+        for (int i = 0; i < 8; ++i) {
+            const float along = random.between(-1, 1);
+            const glm::vec3 centre(95 * along, random.between(0, 34) * (1 - along * along), random.between(-28, 28));
+            const float size = random.between(30, 52) * (1 - 0.45f * along * along);
+            const Shape ball = sphere(1, 26, 13);
+            Shape lump = sheet(
+                26, 13,
+                [&](float u, float v) {
+                    const std::size_t k = static_cast<std::size_t>(std::lround(v * 13) * 27 + std::lround(u * 26));
+                    const glm::vec3 d = ball.positions[k];
+                    const float swell =
+                        turbulence(glm::vec2(1.7f * d.x + d.z, 1.7f * d.y - 0.6f * d.z) + along * 9.0f, 4096, 3, 72);
+                    glm::vec3 p = centre + size * (1 + 0.28f * swell) * d;
+                    p.y = p.y < -8 ? -8 + 0.15f * (p.y + 8) : p.y;
+                    return p;
+                },
+                {1, 1}, true);
+            append(cloud, lump);
+        }
+        meshes[kind] = scene.mesh("cloud", std::move(cloud), site.paint.cloud);
+    }
+    for (int i = 0; i < 9; ++i) {
+        const float bearing = 40.0f * static_cast<float>(i) + random.between(-12, 12);
+        scene.object("cloud", {meshes[static_cast<std::size_t>(i) % 2]},
+                     placed(bearing, random.between(1500, 2500), random.between(560, 860)) *
+                         turned_y(random.between(-0.5f, 0.5f)) *
+                         glm::scale(glm::mat4(1), glm::vec3(random.between(1.8f, 3.0f))));
+    }
 }
 
 }  // namespace equistream::generate::pavilion

@@ -130,31 +130,36 @@ ByteImage paint_cypress() {
 
 ByteImage paint_lawn() {
     return paint(1024, 1024, 3, [](glm::vec2 at) {
-        const float tufts = turbulence(64.0f * at, 64, 3, 6000), patches = turbulence(5.0f * at, 5, 4, 6100);
+        const float tufts = turbulence(64.0f * at, 64, 3, 6000), patches = turbulence(6.0f * at, 6, 5, 6100);
         const float blades = turbulence(glm::vec2(256, 128) * at, {256, 128}, 2, 6200);
-        const glm::vec3 fresh(0.31f, 0.43f, 0.15f), dry(0.47f, 0.46f, 0.22f);
-        const glm::vec3 colour = glm::mix(fresh, dry, glm::clamp(0.32f + 0.35f * patches + 0.12f * tufts, 0.0f, 1.0f));
-        return glm::vec4(colour * (1 + 0.2f * tufts + 0.16f * blades), 1);
+        const float clover = glm::smoothstep(0.25f, 0.5f, turbulence(9.0f * at, 9, 4, 6250));
+        const glm::vec3 fresh(0.3f, 0.43f, 0.14f), dry(0.5f, 0.48f, 0.23f), dark(0.19f, 0.33f, 0.13f);
+        glm::vec3 colour = glm::mix(fresh, dry, glm::clamp(0.3f + 0.6f * patches + 0.15f * tufts, 0.0f, 1.0f));
+        colour = glm::mix(colour, dark, 0.7f * clover);
+        return glm::vec4(colour * (1 + 0.25f * tufts + 0.2f * blades), 1);
     });
 }
 
-/// x round the horizon, y from the lawn's rim (0) to the horizon (1): meadows, fields, woods, and air before the far
-/// ones.
+/// x round the horizon, y from the lawn's rim (0) to the horizon (1): meadows, fields behind hedges, woods, and more
+/// air before them the farther they are.
 ByteImage paint_far_land() {
     return paint(2048, 512, 3, [](glm::vec2 at) {
-        const glm::vec2 p(at.x, at.y);
-        const float woods = glm::smoothstep(0.02f, 0.22f, turbulence(glm::vec2(48, 10) * p, 48, 4, 6300));
-        const float leaves = turbulence(glm::vec2(512, 160) * p, 512, 2, 6400);
+        const float woods = glm::smoothstep(0.1f, 0.2f, turbulence(glm::vec2(36, 9) * at, {36, 9}, 4, 6300));
+        const float leaves = turbulence(glm::vec2(512, 160) * at, {512, 160}, 2, 6400);
         // Fields: cells of a warped grid, each with its own crop.
-        const glm::vec2 warped = glm::vec2(40, 9) * p + 0.35f * glm::vec2(noise(glm::vec2(20, 9) * p, 20, 6500),
-                                                                          noise(glm::vec2(20, 9) * p, 20, 6600));
-        const glm::ivec2 cell = glm::ivec2(glm::floor(warped));
-        Random crop(static_cast<std::uint64_t>(cell.x % 40 + 64 * cell.y + 7777));
-        const glm::vec3 field = glm::mix(glm::vec3(0.4f, 0.47f, 0.2f), glm::vec3(0.66f, 0.6f, 0.33f), crop.uniform());
-        glm::vec3 colour =
-            glm::mix(field * (1 + 0.06f * leaves), glm::vec3(0.2f, 0.29f, 0.14f) * (1 + 0.3f * leaves), woods);
-        colour = glm::mix(lawn_colour * (1 + 0.08f * leaves), colour, glm::smoothstep(0.04f, 0.2f, at.y));
-        const float air = 0.78f * std::pow(glm::smoothstep(0.3f, 1.0f, at.y), 1.4f);
+        const glm::vec2 warp(noise(glm::vec2(20, 9) * at, {20, 9}, 6500), noise(glm::vec2(20, 9) * at, {20, 9}, 6600));
+        const glm::vec2 warped = glm::vec2(32, 8) * at + 0.4f * warp;
+        const glm::vec2 cell = glm::floor(warped);
+        const int column = (static_cast<int>(cell.x) + 32) % 32;
+        Random crop(static_cast<std::uint64_t>(column + 64 * static_cast<int>(cell.y + 2) + 7777));
+        const glm::vec3 field = glm::mix(glm::vec3(0.34f, 0.45f, 0.16f), glm::vec3(0.8f, 0.7f, 0.38f), crop.uniform());
+        const glm::vec2 to_edge = 0.5f - glm::abs(warped - cell - 0.5f);
+        const glm::vec3 trees = glm::vec3(0.17f, 0.27f, 0.12f) * (1 + 0.35f * leaves);
+        glm::vec3 colour = field * (1 + 0.07f * leaves);
+        colour = glm::mix(colour, trees, coverage(std::min(to_edge.x, to_edge.y) - 0.035f * (1 + leaves), 0.03f));
+        colour = glm::mix(colour, trees, woods);
+        colour = glm::mix(lawn_colour * (1 + 0.08f * leaves), colour, glm::smoothstep(0.02f, 0.14f, at.y));
+        const float air = 0.8f * std::pow(glm::smoothstep(0.3f, 1.0f, at.y), 1.5f);
         return glm::vec4(glm::mix(colour, glm::vec3(0.55f, 0.64f, 0.76f), air), 1);
     });
 }

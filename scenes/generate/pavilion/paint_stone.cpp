@@ -64,31 +64,46 @@ ByteImage paint_tiles() {
     });
 }
 
+namespace {
+
+using Stone = glm::vec3 (*)(glm::vec2, std::uint32_t);
+
+/// Lays a piece of stone in; costs nothing where it does not show.
+void inlay(glm::vec3& colour, Stone stone, glm::vec2 at, float cover, std::uint32_t seed) {
+    if (cover > 0)
+        colour = glm::mix(colour, stone(at, seed), cover);
+}
+
+/// Four points, each of a light and a dark half rhomb.
+struct Star {
+    float reach, waist, turn_rad;
+    Stone light, dark;
+};
+
+void inlay_star(glm::vec3& colour, const Star& star, glm::vec2 at, glm::vec2 p) {
+    const float from_point = std::remainder(std::atan2(p.x, -p.y) - star.turn_rad, 0.5f * pi_f);
+    const float a = std::abs(from_point);
+    const glm::vec2 q = glm::length(p) * glm::vec2(std::sin(a), std::cos(a));
+    const glm::vec2 corner = star.waist * glm::vec2(std::sin(pi_f / 4), std::cos(pi_f / 4));
+    const glm::vec2 edge = glm::vec2(0, star.reach) - corner;
+    const glm::vec2 normal = glm::normalize(glm::vec2(edge.y, -edge.x));
+    inlay(colour, from_point < 0 ? star.dark : star.light, at, coverage(glm::dot(q - corner, normal), 0.003f), 4300);
+}
+
+}  // namespace
+
 /// An eight-pointed compass rose with its letters, north at the top.
 ByteImage paint_medallion() {
     return paint(1024, 1024, 3, [](glm::vec2 at) {
         constexpr float soft = 0.003f;
         const glm::vec2 p = 2.0f * at - 1.0f;
-        const float radius = glm::length(p), angle = std::atan2(p.x, -p.y);
+        const float radius = glm::length(p);
         glm::vec3 colour = white_marble(at, 4000);
-        // Points: two half rhombs each, light and dark; the cardinal ones longer.
-        const auto star = [&](float reach, float waist, float turn, glm::vec3 light, glm::vec3 dark) {
-            float a = std::remainder(angle - turn, 0.5f * pi_f);
-            const bool dark_half = a < 0;
-            a = std::abs(a);
-            const glm::vec2 q = radius * glm::vec2(std::sin(a), std::cos(a));
-            const glm::vec2 corner = waist * glm::vec2(std::sin(pi_f / 4), std::cos(pi_f / 4));
-            const glm::vec2 edge = glm::vec2(0, reach) - corner;
-            const glm::vec2 normal = glm::normalize(glm::vec2(edge.y, -edge.x));
-            colour = glm::mix(colour, dark_half ? dark : light, coverage(glm::dot(q - corner, normal), soft));
-        };
-        star(0.6f, 0.2f, pi_f / 4, ochre_marble(at, 4300), red_marble(at, 4400));
-        star(0.74f, 0.22f, 0, green_marble(at, 4500), charcoal_marble(at, 4600));
-        const float hub = coverage(radius - 0.1f, soft);
-        colour = glm::mix(colour, ochre_marble(at, 4700), hub);
-        const float rim =
-            coverage(std::abs(radius - 0.97f) - 0.03f, soft) + coverage(std::abs(radius - 0.75f) - 0.006f, soft);
-        colour = glm::mix(colour, green_marble(at, 4800), std::min(1.0f, rim));
+        inlay_star(colour, {0.6f, 0.2f, pi_f / 4, ochre_marble, red_marble}, at, p);
+        inlay_star(colour, {0.74f, 0.22f, 0, green_marble, charcoal_marble}, at, p);
+        inlay(colour, ochre_marble, at, coverage(radius - 0.1f, soft), 4700);
+        const float rim = std::min(std::abs(radius - 0.97f) - 0.03f, std::abs(radius - 0.75f) - 0.006f);
+        inlay(colour, green_marble, at, coverage(rim, soft), 4800);
         constexpr std::string_view names = "NESW";
         for (int i = 0; i < 4; ++i) {
             const float turn = 0.5f * pi_f * static_cast<float>(i);
@@ -97,7 +112,7 @@ ByteImage paint_medallion() {
             constexpr float height = 0.14f;
             const glm::vec2 in_letter = (upright - glm::vec2(-0.5f * letter_width * height, -0.925f)) / height;
             const float line = height * distance_to_text(names.substr(i, 1), in_letter) - 0.014f;
-            colour = glm::mix(colour, charcoal_marble(at, 4900), coverage(line, soft));
+            inlay(colour, charcoal_marble, at, coverage(line, soft), 4900);
         }
         return glm::vec4(colour, 1);
     });

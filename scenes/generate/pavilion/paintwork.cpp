@@ -37,6 +37,8 @@ void add_things(SceneBuilder& scene, Paintwork& p) {
     p.china = scene.material(plain("china", {0.86f, 0.88f, 0.9f}, 0.15f));
     p.tea = scene.material(plain("tea", {0.42f, 0.2f, 0.08f}, 0.05f));
     p.orange = scene.material(plain("orange", {0.93f, 0.52f, 0.1f}, 0.4f));
+    p.sail = scene.material(seen_from_both_sides(plain("sail", {0.93f, 0.88f, 0.78f})));
+    p.cloud = scene.material(plain("cloud", {0.97f, 0.97f, 0.97f}, 1));
     p.book = scene.material(plain("book", {0.16f, 0.29f, 0.5f}, 0.5f));
     p.beach_ball =
         scene.material(textured("beach ball", scene.texture("beach ball", paint_beach_ball(), Encoding::png), 0.35f));

@@ -77,8 +77,11 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     build_ground(site);
     build_path_and_signs(site);
     build_tower(site);
+    build_boat(site);
+    build_clouds(site);
     build_trees(site);
     build_cypresses(site);
+    build_groves(site);
     build_pots(site);
     build_vines(site);
     build_meadow(site);
@@ -93,6 +96,7 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     description.moving = {{"ball", rolling}};
     description.frames_per_second = frames_per_second;
     description.lean_m = 0.1;
+    description.exposure = 1.2;
     const double azimuth = glm::radians(238.0), elevation = glm::radians(45.0);
     description.sun =
         Sun{{std::cos(elevation) * std::sin(azimuth), std::sin(elevation), -std::cos(elevation) * std::cos(azimuth)},

@@ -33,7 +33,7 @@ struct Limb {
 };
 
 void grow(const Limb& limb, Random& random, Branches& tree) {
-    constexpr int steps = 7;
+    constexpr int steps = 6;
     std::vector<glm::vec3> points{limb.from};
     std::vector<float> radii{limb.radius};
     glm::vec3 direction = limb.direction;
@@ -47,7 +47,7 @@ void grow(const Limb& limb, Random& random, Branches& tree) {
         else if (limb.forks_left == 1 && i >= 5)
             tree.tips.push_back(points.back());
     }
-    append(tree.wood, tube(points, radii, limb.forks_left > 1 ? 14 : 8));
+    append(tree.wood, tube(points, radii, limb.forks_left > 1 ? 12 : 6));
     if (limb.forks_left == 0)
         return;
     const int forks = limb.forks_left > 2 ? 5 : 4;
@@ -73,7 +73,7 @@ Branches grown_tree(std::uint64_t seed) {
 }  // namespace
 
 Shape folded_leaf(float width, float length, float fold) {
-    Shape shape = sheet(2, 2, [&](float u, float v) {
+    Shape shape = sheet(2, 1, [&](float u, float v) {
         const float across = u - 0.5f;
         return glm::vec3(across * width, v * length,
                          width * fold * (std::abs(across) - 0.25f) - 0.12f * length * v * v);
@@ -109,8 +109,8 @@ void build_trees(Site& site) {
     SceneBuilder& scene = site.scene;
     const Branches tree = grown_tree(5);
     const auto wood = scene.mesh("tree", tree.wood, site.paint.bark);
-    const std::array clusters{scene.mesh("leaves a", leaf_cluster(26, 0.55f, {0.3f, 0.34f}, 11), site.paint.twig_leaf),
-                              scene.mesh("leaves b", leaf_cluster(22, 0.5f, {0.34f, 0.36f}, 12), site.paint.twig_leaf)};
+    const std::array clusters{scene.mesh("leaves a", leaf_cluster(22, 0.55f, {0.3f, 0.34f}, 11), site.paint.twig_leaf),
+                              scene.mesh("leaves b", leaf_cluster(19, 0.5f, {0.34f, 0.36f}, 12), site.paint.twig_leaf)};
     struct Place {
         float bearing, radius, scale, turn;
     };
@@ -134,8 +134,8 @@ void build_cypresses(Site& site) {
     Random random(15);
     const Shape spray = folded_leaf(0.42f, 0.75f, 0.3f);
     Shape tree;
-    for (int i = 0; i < 420; ++i) {
-        const float t = std::pow((static_cast<float>(i) + 0.5f) / 420, 0.85f), a = 2.39996f * static_cast<float>(i);
+    for (int i = 0; i < 320; ++i) {
+        const float t = std::pow((static_cast<float>(i) + 0.5f) / 320, 0.85f), a = 2.39996f * static_cast<float>(i);
         const float radius = 0.62f * std::pow(std::sin(3.14159f * std::pow(0.04f + 0.95f * t, 0.6f)), 0.8f);
         const glm::vec3 out(std::cos(a), 0, std::sin(a));
         append(tree, spray,
@@ -155,10 +155,35 @@ void build_cypresses(Site& site) {
     for (const float radius : {8.0f, 10.8f, 13.6f, 16.4f})
         for (const float side : {-1.0f, 1.0f})
             plant(180 + side * glm::degrees(std::atan2(2.0f, radius)), std::hypot(radius, 2.0f), 1);
-    for (int i = 0; i < 26; ++i)
+    for (int i = 0; i < 18; ++i)
         plant(random.between(0, 360), random.between(32, 150), random.between(1.1f, 1.7f));
     for (const float bearing : {5.5f, 7.2f, 11.5f, 13.0f})
         plant(bearing, 140 + 1.3f * bearing, 1.5f);
+}
+
+/// Round trees of the middle distance, in groups on the slopes.
+void build_groves(Site& site) {
+    SceneBuilder& scene = site.scene;
+    Random random(17);
+    Shape crown;
+    const Shape cluster = leaf_cluster(20, 1.1f, {1.2f, 1.3f}, 18);
+    for (const glm::vec3 at :
+         {glm::vec3(0, 4.6f, 0), glm::vec3(1.1f, 3.5f, 0.4f), glm::vec3(-0.9f, 3.6f, 0.8f), glm::vec3(0, 3.4f, -1.1f)})
+        append(crown, cluster, scattered(at, random.between(0.9f, 1.15f), random));
+    const auto leaves = scene.mesh("grove leaves", std::move(crown), site.paint.twig_leaf);
+    constexpr std::array<glm::vec2, 2> trunk{{{0.28f, -0.5f}, {0.12f, 4.2f}}};
+    const auto wood = scene.mesh("grove trunk", lathe(trunk, 6), site.paint.bark);
+    for (int grove = 0; grove < 16; ++grove) {
+        const float bearing = 22.5f * static_cast<float>(grove) + random.between(-9, 9),
+                    distance = random.between(42, 190);
+        const glm::vec3 middle = at_bearing(bearing, distance, 0);
+        for (int i = 0; i < 5; ++i) {
+            const glm::vec2 at(middle.x + random.between(-11, 11), middle.z + random.between(-11, 11));
+            scene.object("grove tree", {leaves, wood},
+                         moved({at.x, ground_height(at), at.y}) * turned_y(tau * random.uniform()) *
+                             glm::scale(glm::mat4(1), glm::vec3(random.between(0.9f, 1.5f))));
+        }
+    }
 }
 
 }  // namespace equistream::generate::pavilion
