@@ -1,5 +1,7 @@
 #include "eye_rays.h"
 
+#include <tbb/parallel_for.h>
+
 #include <limits>
 
 namespace equistream {
@@ -10,15 +12,31 @@ Vec3f to_float(const glm::dvec3& v) {
     return {float(v.x), float(v.y), float(v.z)};
 }
 
-/// The smaller of the two one-sided differences; NaN neighbours do not count, and without any the slope is 0.
-float one_sided_slope(float before, float here, float after) {
-    const float a = here - before;
-    const float b = after - here;
-    const float size_a = std::isnan(a) ? std::numeric_limits<float>::infinity() : std::abs(a);
-    const float size_b = std::isnan(b) ? std::numeric_limits<float>::infinity() : std::abs(b);
-    if (std::isinf(std::min(size_a, size_b)))
-        return 0;
-    return size_a <= size_b ? a : b;
+/// Differences to the neighbours on either side, per pixel; NaN where there is none.
+struct Slopes {
+    float before = 0, after = 0;
+
+    /// The smaller one; 0 if there is neither.
+    float believed() const {
+        if (std::isnan(before))
+            return std::isnan(after) ? 0 : after;
+        return std::isnan(after) || std::abs(before) <= std::abs(after) ? before : after;
+    }
+};
+
+float at_or_nan(const FloatImage& image, int x, int y) {
+    const bool inside = x >= 0 && y >= 0 && x < image.width() && y < image.height();
+    return inside ? image.pixel(x, y)[0] : std::numeric_limits<float>::quiet_NaN();
+}
+
+Slopes slopes(const FloatImage& image, int x, int y, int dx, int dy) {
+    const float here = image.pixel(x, y)[0];
+    return {here - at_or_nan(image, x - dx, y - dy), at_or_nan(image, x + dx, y + dy) - here};
+}
+
+/// The larger product of a factor with either slope; NaN neighbours do not count.
+float largest_product(Slopes slopes, float factor) {
+    return std::fmax(slopes.before * factor, slopes.after * factor);
 }
 
 }  // namespace
@@ -34,22 +52,38 @@ EyeRays::EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& s
     right_ = to_float(rotation * glm::dvec3(step, 0, 0));
     down_ = to_float(rotation * glm::dvec3(0, -step, 0));
     eye_ = to_float(source_from_world * (eye.position_m - source.position_m));
+    eye_own_axes_ = to_float(glm::conjugate(eye.orientation) * (eye.position_m - source.position_m));
     source_from_eye_ = glm::mat3(rotation);
 }
 
-float EyeRays::inverse_planar_depth(ImageView<const float> depth_m, int x, int y) const {
-    if (x < 0 || y < 0 || x >= depth_m.width || y >= depth_m.height)
-        return std::numeric_limits<float>::quiet_NaN();
-    return length(x, y) / depth_m.pixel(x, y)[0];
+FloatImage EyeRays::inverse_planar_depth(ImageView<const float> depth_m) const {
+    FloatImage inverse(depth_m.width, depth_m.height, 1);
+    tbb::parallel_for(0, depth_m.height, [&](int y) {
+        const float* from = depth_m.row(y);
+        float* to = inverse.pixel(0, y);
+        for (int x = 0; x < depth_m.width; ++x)
+            to[x] = from[x] > 0 ? length(x, y) / from[x] : std::numeric_limits<float>::quiet_NaN();
+    });
+    return inverse;
 }
 
-Vec3f EyeRays::inverse_distance_gradient(ImageView<const float> depth_m, int x, int y) const {
+bool EyeRays::shows_back_to_source(const FloatImage& inverse_planar, int x, int y) const {
+    // With n as below, n . X - 1 is negative at the eye and -(1 + n . c) at the source, c being the eye seen from it;
+    // linear in the slopes, so the extremes are at the neighbours.
+    const Vec3f c = eye_own_axes_;
+    const float by_slope_x = c.x * focal_ + c.z * (float(x) - centre_x_);
+    const float by_slope_y = -c.y * focal_ + c.z * (float(y) - centre_y_);
+    const float largest = 1 - c.z * inverse_planar.pixel(x, y)[0] +
+                          largest_product(slopes(inverse_planar, x, y, 1, 0), by_slope_x) +
+                          largest_product(slopes(inverse_planar, x, y, 0, 1), by_slope_y);
+    return largest < 0;
+}
+
+Vec3f EyeRays::inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const {
     // In the eye's own frame a plane is n . X = 1 and inverse planar depth is n . (a, b, -1): linear in the pixel.
-    const float z = inverse_planar_depth(depth_m, x, y);
-    const float slope_x =
-        one_sided_slope(inverse_planar_depth(depth_m, x - 1, y), z, inverse_planar_depth(depth_m, x + 1, y));
-    const float slope_y =
-        one_sided_slope(inverse_planar_depth(depth_m, x, y - 1), z, inverse_planar_depth(depth_m, x, y + 1));
+    const float z = inverse_planar.pixel(x, y)[0];
+    const float slope_x = slopes(inverse_planar, x, y, 1, 0).believed();
+    const float slope_y = slopes(inverse_planar, x, y, 0, 1).believed();
     const glm::vec3 n(slope_x * focal_, -slope_y * focal_,
                       slope_x * (float(x) - centre_x_) + slope_y * (float(y) - centre_y_) - z);
     const glm::vec3 m = source_from_eye_ * n;

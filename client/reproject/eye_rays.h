@@ -8,11 +8,6 @@
 
 namespace equistream {
 
-/// A plane n . X = 1, in some camera's frame.
-struct InverseDepthPlane {
-    Vec3f n;
-};
-
 class EyeRays {
 public:
     EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& source);
@@ -29,14 +24,21 @@ public:
     Vec3f eye() const { return eye_; }
     float distance_m() const { return std::sqrt(dot(eye_, eye_)); }
 
-    /// The surface's plane at a pixel, from the depths around it, in the source's frame and for distances from the
-    /// source's centre: 1 / r(q) = m . q. Of the neighbours on either side the one nearer in depth is believed.
-    Vec3f inverse_distance_gradient(ImageView<const float> depth_m, int x, int y) const;
+    /// 1 / planar depth of every pixel: linear in the pixel's coordinates along a plane, 0 for a miss.
+    FloatImage inverse_planar_depth(ImageView<const float> depth_m) const;
+
+    /// The surface's plane at a pixel, from the inverse planar depths around it, in the source's frame and for
+    /// distances from the source's centre: 1 / r(q) = m . q. Of the neighbours on either side the one nearer in depth
+    /// is believed.
+    Vec3f inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const;
+
+    /// Whether the source sees the back of what the eye sees: it lies beyond the surface's plane, whichever neighbours
+    /// the plane is laid through. (Only thin surfaces, such as leaves, are seen from both sides at one depth.)
+    bool shows_back_to_source(const FloatImage& inverse_planar, int x, int y) const;
 
 private:
-    float inverse_planar_depth(ImageView<const float> depth_m, int x, int y) const;
-
     Vec3f corner_, right_, down_, eye_;
+    Vec3f eye_own_axes_;  ///< from the source's centre to the eye, in the eye's frame
     glm::mat3 source_from_eye_{1};
     float focal_ = 1, inverse_focal_ = 1, centre_x_ = 0, centre_y_ = 0;
 };

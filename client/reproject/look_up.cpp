@@ -55,15 +55,24 @@ inline void mix(ImageView<const std::uint8_t> rgb, const Taps& taps, float* out)
     out[2] = b * scale;
 }
 
-/// Takes the weight from samples that show another surface than the one at `p`; false if nothing is left.
+/// Below this share of the four samples' weight what is left lies too far to one side of the point to stand for it.
+constexpr float least_weight = 0.1f;
+
+/// Takes the weight from samples that show another surface than the eye's; false if too little is left.
 template <typename Lookup>
 class SurfaceTest {
 public:
     SurfaceTest(const Lookup& lookup, const DepthAgreement& agreement, const SourceView& source, const EyeView& eye,
                 const EyeRays& rays)
-        : lookup_(lookup), agreement_(agreement), source_depth_(source.depth_m), eye_depth_(eye.depth_m), rays_(rays) {}
+        : lookup_(lookup), agreement_(agreement), source_depth_(source.depth_m), rays_(rays),
+          inverse_planar_(rays.inverse_planar_depth(eye.depth_m)) {}
+
+    /// 1 / planar depth of the eye's pixels; NaN where its depth is no distance.
+    const FloatImage& inverse_planar() const { return inverse_planar_; }
 
     bool keep_same_surface(Taps& taps, float distance_m, int x, int y) const {
+        if (rays_.shows_back_to_source(inverse_planar_, x, y))
+            return false;
         const float reach = agreement_.reach(distance_m);
         std::array<float, 4> reach_sample{};
         unsigned disagreeing = 0;
@@ -73,7 +82,7 @@ public:
         }
         if (disagreeing != 0)
             allow_slope(taps, reach, reach_sample, disagreeing, {x, y});
-        return taps.weight[0] + taps.weight[1] + taps.weight[2] + taps.weight[3] > 0;
+        return taps.weight[0] + taps.weight[1] + taps.weight[2] + taps.weight[3] > least_weight;
     }
 
 private:
@@ -83,7 +92,7 @@ private:
 
     void allow_slope(Taps& taps, float reach, const std::array<float, 4>& reach_sample, unsigned disagreeing,
                      EyePixel pixel) const {
-        const Vec3f gradient = rays_.inverse_distance_gradient(eye_depth_, pixel.x, pixel.y);
+        const Vec3f gradient = rays_.inverse_distance_gradient(inverse_planar_, pixel.x, pixel.y);
         for (int k = 0; k < 4; ++k) {
             if ((disagreeing >> k & 1u) == 0)
                 continue;
@@ -96,8 +105,9 @@ private:
 
     const Lookup& lookup_;
     const DepthAgreement& agreement_;
-    ImageView<const float> source_depth_, eye_depth_;
+    ImageView<const float> source_depth_;
     const EyeRays& rays_;
+    FloatImage inverse_planar_;
 };
 
 /// Runs `colour_pixel(x, y, out)` -> coloured? over the open pixels of all rows, on all cores.
@@ -153,10 +163,10 @@ std::int64_t by_surface(const Lookup& lookup, const SourceView& source, const Ey
     const SurfaceTest<Lookup> test(lookup, agreement, source, eye, rays);
     const Vec3f centre = rays.eye();
     const auto map_row = [&](int y, Span span, MappedRow& mapped) {
-        const float* depth_m = eye.depth_m.row(y);
+        const float* inverse_planar = test.inverse_planar().pixel(0, y);
         for (int x = span.begin; x < span.end; ++x) {
             // The point over its planar depth: at infinity only the direction is left, with no case of its own.
-            const float inverse = depth_m[x] > 0 ? rays.length(x, y) / depth_m[x] : std::nanf("");
+            const float inverse = inverse_planar[x];
             const Vec3f d = rays.direction(x, y) + centre * inverse;
             mapped.position[x] = lookup.project(d);
             mapped.distance_m[x] = std::sqrt(dot(d, d)) / inverse;

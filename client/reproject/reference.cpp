@@ -78,6 +78,8 @@ private:
         auto taps = taps_around(source_.camera, pixel_of(source_.camera, d));
         if (!taps)
             return false;
+        if (moved && shows_back(eye, x, y))
+            return false;
         if (moved)
             for (Tap& tap : *taps)
                 tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
@@ -92,7 +94,7 @@ private:
             sum += tap.weight;
             rgb += tap.weight * glm::dvec3(sample[0], sample[1], sample[2]);
         }
-        if (!(sum > 0))
+        if (!(sum > 0.1))
             return false;
         for (int c = 0; c < 3; ++c)
             out[c] = float(rgb[c] / sum / 255);
@@ -122,6 +124,26 @@ private:
             return true;
         const double w_predicted = w_of(plane_distance(eye, x, y, tap), box);
         return w_sample >= std::min(w, w_predicted) - tolerance && w_sample <= std::max(w, w_predicted) + tolerance;
+    }
+
+    /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on
+    /// different sides.
+    bool shows_back(const EyeView& eye, int x, int y) const {
+        if (std::isinf(eye.depth_m.pixel(x, y)[0]))
+            return false;
+        const glm::dvec3 p = point(eye, x, y);
+        int planes = 0;
+        for (const int i : {-1, 1})
+            for (const int j : {-1, 1}) {
+                if (!std::isfinite(inverse_planar(eye, x + i, y)) || !std::isfinite(inverse_planar(eye, x, y + j)))
+                    continue;
+                const glm::dvec3 normal = glm::cross(point(eye, x + i, y) - p, point(eye, x, y + j) - p);
+                const double eye_side = glm::dot(normal, eye.pose.position_m - p);
+                if (glm::dot(normal, source_.pose.position_m - p) * eye_side >= 0)
+                    return false;
+                ++planes;
+            }
+        return planes > 0;
     }
 
     /// Distance from the source's centre, along the sample's ray, to the plane through the eye's point and its

@@ -169,6 +169,42 @@ TEST_P(SurfaceEngine, NothingBleedsAcrossASilhouette) {
     }
 }
 
+/// A leaf edge-on between the eyes: both see it at the same place, one its front and one its back.
+TEST_P(SurfaceEngine, TheBackOfALeafIsNotItsFront) {
+    const Distance leaf = [](const dvec3& o, const dvec3& d) {
+        const double t = to_plane(o, d, {1, 0, 0.1}, 0);
+        const dvec3 p = o + t * d;
+        return std::abs(p.y) < 0.3 && p.z < -0.2 && p.z > -0.9 ? t : infinity;
+    };
+    const Distance scene = [&](const dvec3& o, const dvec3& d) {
+        return std::min(leaf(o, d), to_plane(o, d, {0, 0, 1}, -4));
+    };
+    // The plane goes through the origin: one eye to its left, source and the other eye to its right.
+    const double x_left = 0.0315, x_right = 0.1;
+    const Rendered source =
+        render(scene, smooth_colour, EquirectCamera{1024, 512, {}}, Pose{{x_left, 0, 0}, {1, 0, 0, 0}});
+    const Eye same_side(scene, Pose{{x_left + 0.02, 0, 0}, {1, 0, 0, 0}});
+    const Eye other_side(scene, Pose{{x_left - x_right, 0, 0}, {1, 0, 0, 0}});
+    const auto engine = surface(GetParam());
+    engine->set_source(source.source());
+    for (const Eye* eye : {&same_side, &other_side}) {
+        EyePicture picture;
+        engine->reproject(eye->view(), picture);
+        int leaf_pixels = 0, coloured = 0;
+        for (int y = 0; y < eye->camera.height; ++y)
+            for (int x = 0; x < eye->camera.width; ++x)
+                if (std::isfinite(leaf(eye->pose.position_m, eye->ray(x, y)))) {
+                    ++leaf_pixels;
+                    coloured += picture.origin.pixel(x, y)[0] != 0;
+                }
+        ASSERT_GT(leaf_pixels, 300);
+        if (eye == &same_side)
+            EXPECT_GT(coloured, leaf_pixels * 9 / 10);
+        else
+            EXPECT_LT(coloured, leaf_pixels / 10);  // its rim stays in doubt
+    }
+}
+
 TEST(Surface, FastEqualsReference) {
     const Distance hit = ball_and_wall;
     const Distance everything = [&](const dvec3& o, const dvec3& d) {
