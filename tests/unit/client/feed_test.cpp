@@ -1,0 +1,113 @@
+#include "analytic_scene.h"
+
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+#include <equistream/stream.h>
+#include <equistream_client/receive.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Feeds : public testing::Test {
+protected:
+    fs::path folder = fs::temp_directory_path() / ("equistream_feeds_" + std::to_string(::getpid()));
+    void SetUp() override { fs::create_directories(folder); }
+    void TearDown() override { fs::remove_all(folder); }
+
+    static FrameInfo info(std::int64_t index, int width, int height) {
+        FrameInfo info;
+        info.index = index;
+        info.time_s = double(index) / 30;
+        info.camera = EquirectCamera{width, height, {}};
+        info.head.position_m = {0.01 * double(index), 1.6, 0};
+        info.camera_pose = info.head;
+        info.exposure = 2;
+        info.scene = "test";
+        return info;
+    }
+
+    void write_frame(const std::string& view, std::int64_t index, int width, int height, float radiance) const {
+        Frame frame;
+        frame.info = info(index, width, height);
+        frame.planes["colour"] = FloatImage(width, height, 4, radiance);
+        frame.planes["depth"] = FloatImage(width, height, 1, 3.0f + float(index));
+        fs::create_directories(folder / view);
+        write_exr(folder / view / frame_file_name(index), frame);
+    }
+};
+
+TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
+    for (const std::int64_t index : {3, 4, 7}) {
+        write_frame("centre", index, 32, 16, 0.1f);
+        if (index != 4)
+            write_frame("small", index, 8, 4, 0.2f);
+    }
+    const auto feed = open_feed(folder.string(), {.depth = true});
+    std::vector<std::int64_t> seen;
+    while (const auto frame = feed->next()) {
+        seen.push_back(frame->main.info.index);
+        EXPECT_EQ(frame->small.has_value(), frame->main.info.index != 4);
+        EXPECT_EQ(frame->main.rgb.width(), 32);
+        EXPECT_EQ(frame->main.depth_m.pixel(5, 5)[0], 3.0f + float(frame->main.info.index));
+        // sRGB of twice 0.1 (half precision): 124.
+        EXPECT_NEAR(frame->main.rgb.pixel(3, 3)[1], 124, 1);
+    }
+    EXPECT_EQ(seen, (std::vector<std::int64_t>{3, 4, 7}));
+    EXPECT_EQ(feed->truncation(), "");
+    EXPECT_EQ(feed->fraction_done(), 1.0);
+    ASSERT_EQ(feed->tracks().size(), 2u);
+    EXPECT_EQ(feed->tracks()[0].pictures, 3);
+    EXPECT_EQ(feed->tracks()[1].pictures, 2);
+}
+
+TEST_F(Feeds, RangesAndMissingFoldersAreChecked) {
+    write_frame("left", 0, 32, 16, 0.1f);
+    EXPECT_THROW(open_feed(folder.string(), {.first_frame = 1, .last_frame = 9}), InputError);
+    EXPECT_THROW(open_feed((folder / "none").string()), InputError);
+    fs::create_directories(folder / "empty");
+    EXPECT_THROW(open_feed((folder / "empty").string()), InputError);
+    std::ofstream(folder / "text.mp4") << "no video";
+    EXPECT_THROW(open_feed((folder / "text.mp4").string()), InputError);
+}
+
+TEST_F(Feeds, AStreamPairsItsTracksByFrame) {
+    const fs::path file = folder / "two.mkv";
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
+    StreamWriter writer(file.string(), settings);
+    const ByteImage main(128, 64, 3, 90), small(64, 64, 3, 180);
+    for (std::int64_t index = 0; index < 12; ++index) {
+        writer.write(TrackRole::main, main.view(), info(index, 128, 64));
+        if (index < 10)
+            writer.write(TrackRole::small, small.view(), info(index, 64, 64));
+    }
+    writer.finish();
+    const auto feed = open_feed(file.string(), {.first_frame = 2});
+    std::int64_t expected = 2;
+    while (const auto frame = feed->next()) {
+        EXPECT_EQ(frame->main.info.index, expected);
+        EXPECT_TRUE(frame->posed);
+        EXPECT_NEAR(frame->main.rgb.pixel(20, 20)[1], 90, 3);
+        ASSERT_EQ(frame->small.has_value(), expected < 10);
+        if (frame->small) {
+            EXPECT_EQ(frame->small->info.index, expected);
+            EXPECT_NEAR(frame->small->rgb.pixel(4, 4)[1], 180, 3);
+        }
+        ++expected;
+    }
+    EXPECT_EQ(expected, 12);
+    EXPECT_EQ(feed->truncation(), "");
+}
+
+}  // namespace
+}  // namespace equistream::test
