@@ -20,14 +20,16 @@ float linear_to_srgb(float v) {
     return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-/// libjpeg fills what a cut file lacks with grey and calls it a warning, so look for the end marker ourselves.
-bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
-    if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8)
+/// libjpeg fills what a cut file lacks with grey and calls it a warning, libpng prints to stderr by itself: look for
+/// the end marker before either sees the file.
+bool is_cut(const std::vector<std::uint8_t>& bytes) {
+    const bool is_jpeg = bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8;
+    const bool is_png = bytes.size() > 3 && bytes[1] == 'P' && bytes[2] == 'N' && bytes[3] == 'G';
+    if (!is_jpeg && !is_png)
         return false;
-    for (std::size_t i = bytes.size() - 1; i > 1; --i)
-        if (bytes[i - 1] == 0xff && bytes[i] == 0xd9)
-            return false;
-    return true;
+    const std::string_view end = is_jpeg ? std::string_view("\xff\xd9") : std::string_view("IEND");
+    return std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end(),
+                         [](std::uint8_t byte, char c) { return byte == static_cast<std::uint8_t>(c); }) == bytes.end();
 }
 
 /// Linear RGB premultiplied by alpha, and alpha.
@@ -41,8 +43,8 @@ std::vector<std::uint8_t> decode(const Texture& texture, int& width, int& height
     const auto fail = [&](const std::string& found) {
         return InputError(expected_found("texture \"" + texture.name + "\"", "a PNG or JPEG image", found));
     };
-    if (is_cut_jpeg(texture.encoded))
-        throw fail("a JPEG file without its end");
+    if (is_cut(texture.encoded))
+        throw fail("one without its end");
     // IOMemReader only reads, but its constructor takes a plain pointer.
     OIIO::Filesystem::IOMemReader bytes(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
     OIIO::ImageSpec config, spec;

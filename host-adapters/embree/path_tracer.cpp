@@ -51,6 +51,11 @@ RayCounts& RayCounts::operator+=(const RayCounts& o) {
     path_rays += o.path_rays;
     shadow_rays += o.shadow_rays;
     texture_calls += o.texture_calls;
+    camera_rays_s += o.camera_rays_s;
+    path_rays_s += o.path_rays_s;
+    shadow_rays_s += o.shadow_rays_s;
+    shading_s += o.shading_s;
+    film_s += o.film_s;
     return *this;
 }
 
@@ -117,12 +122,18 @@ void Worker::start_paths(std::span<const es_ray> rays, std::span<const std::uint
 void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds,
                             std::uint32_t sample, std::span<float> rgba) {
     assert(pixel_seeds.size() == rays.size() && rgba.size() == rays.size() * 4);
+    counts_.film_s += clock_.lap();
     start_paths(rays, pixel_seeds, sample);
+    counts_.shading_s += clock_.lap();
     trace_coherent(rays, hits_);
+    counts_.camera_rays_s += clock_.lap();
     while (!active_.empty()) {
         shade_paths();
+        counts_.shading_s += clock_.lap();
         trace_shadow_rays();
+        counts_.shadow_rays_s += clock_.lap();
         trace_paths();
+        counts_.path_rays_s += clock_.lap();
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const glm::vec3& radiance = paths_[i].radiance;
@@ -131,6 +142,7 @@ void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::u
         rgba[4 * i + 2] = radiance.z;
         rgba[4 * i + 3] = paths_[i].covered ? 1.0f : 0.0f;
     }
+    counts_.shading_s += clock_.lap();
 }
 
 void Worker::trace_paths() {
@@ -205,14 +217,16 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
     if (material.emits)
         add_emission(path, material, point, hit.distance, jitter);
     path.scatter_distance += hit.distance;
-    if (path.bounces >= scene_.options.max_bounces || path.vertices >= most_vertices)
+    // After the last bounce a path still goes straight through glass to a light, as shadow rays do.
+    const bool spent = path.bounces >= scene_.options.max_bounces;
+    if ((spent && !material.thin_glass) || path.vertices >= most_vertices)
         return false;
 
     const SurfaceParameters parameters = surface_parameters(material, point, path.cone.width_m, jitter, textures_);
     const float alpha_floor = path.after_rough && scene_.options.widen_lobes ? path.cone.spread_rad : 0;
     const Bsdf bsdf(parameters, glm::dot(point.normal, -path.direction), alpha_floor);
     const ShadingFrame frame(point.normal);
-    if (scene_.options.next_event && bsdf.has_rough_lobe())
+    if (scene_.options.next_event && !spent && bsdf.has_rough_lobe())
         sample_lights(index, point, bsdf, frame);
     return scatter(path, point, bsdf, frame);
 }
@@ -285,6 +299,8 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
         path.origin = offset_origin(point.position, -point.geometric_normal);
         return true;
     }
+    if (path.bounces >= scene_.options.max_bounces)
+        return false;
     path.direction = glm::normalize(frame.to_world(s.direction));
     if (glm::dot(path.direction, point.geometric_normal) <= 0)
         return false;

@@ -45,6 +45,12 @@ void print_report(const RenderReport& r, bool json) {
                                        {"path_rays", r.counts.path_rays},
                                        {"shadow_rays", r.counts.shadow_rays},
                                        {"texture_calls", r.counts.texture_calls},
+                                       {"cpu_s",
+                                        {{"camera_rays", r.counts.camera_rays_s},
+                                         {"path_rays", r.counts.path_rays_s},
+                                         {"shadow_rays", r.counts.shadow_rays_s},
+                                         {"shading_and_textures", r.counts.shading_s},
+                                         {"film", r.counts.film_s}}},
                                        {"paths_per_s", paths_per_s},
                                        {"rays_per_s", rays_per_s}};
         std::printf("%s\n", report.dump(2).c_str());

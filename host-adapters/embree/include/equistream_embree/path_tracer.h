@@ -14,6 +14,7 @@
 #include <equistream_embree/directions.h>
 #include <equistream_embree/lights.h>
 #include <equistream_embree/sampler.h>
+#include <equistream_embree/stage_clock.h>
 
 #include <equistream/equistream.h>
 
@@ -38,11 +39,16 @@ struct TracedScene {
     PathOptions options;
 };
 
+/// What was done, and what it took.
 struct RayCounts {
     std::uint64_t paths = 0;
     std::uint64_t path_rays = 0;    ///< closest hits, of colour and geometry rays
     std::uint64_t shadow_rays = 0;  ///< any hits
     std::uint64_t texture_calls = 0;
+    // Processor time, all threads together, in seconds.
+    double camera_rays_s = 0, path_rays_s = 0, shadow_rays_s = 0;
+    double shading_s = 0;  ///< textures included
+    double film_s = 0;     ///< in the plugin: making rays, taking answers
 
     RayCounts& operator+=(const RayCounts& o);
 };
@@ -104,6 +110,7 @@ private:
     std::vector<Hit> hits_;  // of active_
     std::vector<ShadowRay> shadow_rays_;
     RayCounts counts_;
+    StageClock clock_;
 };
 
 }  // namespace equistream::embree_host

@@ -1,0 +1,287 @@
+#include "test_scene.h"
+
+#include <equistream/conventions.h>
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <numeric>
+
+namespace equistream::embree_host {
+namespace {
+
+/// A mean agrees with a value when it lies within four standard errors, and 0.1 % for the trace of Schlick's Fresnel
+/// that a matte surface keeps.
+void expect_mean(const MeanRadiance& seen, double expected, const char* what) {
+    EXPECT_NEAR(seen.mean.y, expected, 4 * seen.standard_error + 1e-3 * expected) << what;
+}
+
+Material white_material(const char* kind) {
+    Material m = matte(glm::vec3(1));
+    m.name = kind;
+    const std::string k = kind;
+    m.index_of_refraction = 1.5f;
+    if (k == "metal" || k == "mirror")
+        m.metallic = 1;
+    if (k == "metal")
+        m.roughness = 0.4f;
+    if (k == "mirror" || k == "glass")
+        m.roughness = 0;
+    if (k == "glass")
+        m.transmission = 1;
+    return m;
+}
+
+TEST(Furnace, AWhiteBallUnderAWhiteSkyDisappears) {
+    for (const char* kind : {"matte", "metal", "mirror", "glass"}) {
+        TestScene scene;
+        scene.add(ball_mesh(32, scene.add_material(white_material(kind)), true));
+        scene.lights.sky = glm::vec3(1);
+        scene.options.max_bounces = 64;
+        for (const float x : {0.0f, 0.5f, 0.85f}) {
+            const MeanRadiance seen = scene.look({x, 0.1f, 5}, {0, 0, -1});
+            // The albedo table's error allowance; shading normals of the ball's rim lose what falls below the facets.
+            EXPECT_NEAR(seen.mean.y, 1, 4 * seen.standard_error + 0.01) << kind << " at " << x;
+        }
+    }
+}
+
+TEST(Furnace, AClosedRoomThatEmitsHalfAndReflectsHalfIsOneEverywhere) {
+    TestScene scene;
+    Material wall = matte(glm::vec3(0.5f));
+    wall.emission = glm::vec3(0.5f);
+    scene.add(ball_mesh(24, scene.add_material(wall), false));
+    scene.options.max_bounces = 200;
+    expect_mean(scene.look({0.1f, 0.2f, 0.3f}, {0.3f, -0.5f, 1}), 1, "with next-event estimation");
+    scene.options.next_event = false;
+    expect_mean(scene.look({0.1f, 0.2f, 0.3f}, {0.3f, -0.5f, 1}), 1, "without");
+}
+
+TEST(Direct, SunOnAMattePlaneIsAlbedoOverPiTimesIrradianceTimesCosine) {
+    TestScene scene;
+    scene.add(floor_mesh(10, 10, scene.add_material(matte({0.6f, 0.3f, 0.1f}))));
+    scene.options.max_bounces = 1;
+    for (const float elevation : {0.3f, 0.8f, 1.5f}) {
+        scene.lights.sun.emplace(glm::vec3(std::cos(elevation), std::sin(elevation), 0), glm::vec3(4, 5, 6), 0.00465f);
+        const MeanRadiance seen = scene.look({0, 2, 1}, {0, -2, -1}, 32);
+        EXPECT_NEAR(seen.mean.x, 0.6 / pi * 4 * std::sin(elevation), 2e-3) << elevation;
+        EXPECT_NEAR(seen.mean.y, 0.3 / pi * 5 * std::sin(elevation), 2e-3) << elevation;
+        EXPECT_NEAR(seen.mean.z, 0.1 / pi * 6 * std::sin(elevation), 2e-3) << elevation;
+    }
+}
+
+TEST(Direct, SunBelowThePlaneGivesNothing) {
+    TestScene scene;
+    scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0.6f)))));
+    scene.lights.sun.emplace(glm::vec3(1, -0.1f, 0), glm::vec3(4), 0.00465f);
+    EXPECT_EQ(scene.look({0, 2, 1}, {0, -2, -1}, 8).mean, glm::dvec3(0));
+}
+
+/// A floor lit by a horizontal square above it.
+void add_lit_floor(TestScene& scene, const Material& floor, float half_side, float height, float radiance) {
+    scene.add(floor_mesh(50, 50, scene.add_material(floor)));
+    Material lamp = matte(glm::vec3(0));
+    lamp.emission = glm::vec3(radiance);
+    lamp.double_sided = false;
+    // Turned over: its front faces down.
+    scene.add(floor_mesh(half_side, half_side, scene.add_material(lamp)),
+              glm::rotate(glm::translate(glm::mat4(1), glm::vec3(0, height, 0)), pi_f, glm::vec3(1, 0, 0)));
+    scene.options.max_bounces = 1;
+}
+
+/// Form factor from a point to a parallel square centred above it (four corner rectangles; Howell C-4).
+double square_form_factor(double half_side, double height) {
+    const double x = half_side / height, r = std::sqrt(1 + x * x);
+    return 4 / (2 * pi) * (2 * x / r * std::atan(x / r));
+}
+
+TEST(Direct, SquareLampAboveAMatteFloorHasItsFormFactor) {
+    for (const float half_side : {0.05f, 1.0f, 4.0f}) {
+        TestScene scene;
+        Material floor = matte(glm::vec3(0.5f));
+        add_lit_floor(scene, floor, half_side, 2, 3);
+        expect_mean(scene.look({0.5f, 1, 0.5f}, {-0.5f, -1, -0.5f}), 0.5 * 3 * square_form_factor(half_side, 2),
+                    "square lamp");
+    }
+}
+
+TEST(Direct, TheBackOfASingleSidedLampIsDark) {
+    TestScene scene;
+    add_lit_floor(scene, matte(glm::vec3(0.5f)), 1, 2, 3);
+    EXPECT_EQ(scene.look({0, 5, 0}, {0, -1, 0}, 4).mean, glm::dvec3(0));
+    EXPECT_EQ(scene.look({0, 1, 0}, {0, 1, 0}, 4).mean, glm::dvec3(3));
+}
+
+TEST(Estimators, WithAndWithoutNextEventEstimationAgree) {
+    for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+        MeanRadiance seen[2];
+        for (const bool next_event : {false, true}) {
+            TestScene scene;
+            Material floor = matte({0.5f, 0.4f, 0.3f});
+            floor.metallic = 0.5f;
+            floor.index_of_refraction = 1.5f;
+            floor.roughness = roughness;
+            add_lit_floor(scene, floor, 1.5f, 2, 3);
+            scene.lights.sun.emplace(glm::vec3(0.6f, 0.5f, -0.6f), glm::vec3(1), 0.2f);
+            scene.lights.sky = glm::vec3(0.2f);
+            Material ball = matte(glm::vec3(0.7f));
+            scene.add(ball_mesh(16, scene.add_material(ball), true),
+                      glm::translate(glm::mat4(1), glm::vec3(1.5f, 1, -1)));
+            scene.options.max_bounces = 4;
+            scene.options.next_event = next_event;
+            seen[next_event] = scene.look({0, 1.5f, 3}, {0, -1.5f, -3}, next_event ? 512 : 4096);
+        }
+        const double sigma = std::hypot(seen[0].standard_error, seen[1].standard_error);
+        EXPECT_NEAR(seen[0].mean.y, seen[1].mean.y, 3 * sigma) << roughness;
+        EXPECT_LT(sigma, 0.02 * seen[1].mean.y) << "too noisy to tell anything";
+    }
+}
+
+TEST(Glass, APaneDimsSunAndLampAlikeForShadowRaysAndScattering) {
+    for (const bool next_event : {false, true}) {
+        TestScene scene;
+        add_lit_floor(scene, matte(glm::vec3(0.5f)), 1, 2, 3);
+        Material pane = white_material("glass");
+        pane.base_colour = glm::vec3(1, 0.5f, 1);
+        scene.add(floor_mesh(50, 50, scene.add_material(pane)), glm::translate(glm::mat4(1), glm::vec3(0, 1, 0)));
+        scene.options.next_event = next_event;
+        scene.options.max_bounces = 1;
+        // Straight down from the middle Fresnel varies little over the lamp; bounds by its extremes.
+        const MeanRadiance seen = scene.look({0.3f, 0.5f, 0.3f}, {-0.3f, -0.5f, -0.3f}, next_event ? 256 : 2048);
+        const double open = 0.5 * 3 * square_form_factor(1, 2) * 0.5;
+        EXPECT_LT(seen.mean.y, open * 0.9600 + 4 * seen.standard_error) << next_event;
+        EXPECT_GT(seen.mean.y, open * 0.9575 - 4 * seen.standard_error) << next_event;
+    }
+}
+
+TEST(Glass, OpaqueThingsBehindAPaneStillCastShadows) {
+    TestScene scene;
+    scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0.5f)))));
+    scene.add(floor_mesh(10, 10, scene.add_material(white_material("glass"))),
+              glm::translate(glm::mat4(1), glm::vec3(0, 1, 0)));
+    scene.add(floor_mesh(1, 1, 0), glm::translate(glm::mat4(1), glm::vec3(0, 2, 0)));
+    scene.lights.sun.emplace(glm::vec3(0, 1, 0), glm::vec3(4), 0.00465f);
+    scene.options.max_bounces = 1;
+    EXPECT_EQ(scene.look({0.3f, 0.5f, 0.3f}, {-0.3f, -0.5f, -0.3f}, 8).mean, glm::dvec3(0));
+    EXPECT_GT(scene.look({3.3f, 0.5f, 0.3f}, {-0.3f, -0.5f, -0.3f}, 8).mean.y, 0.5);
+}
+
+TEST(Mirror, ShowsTheSunsDiscAndALampUndimmed) {
+    TestScene scene;
+    Material floor = white_material("mirror");
+    floor.base_colour = glm::vec3(0.5f);
+    add_lit_floor(scene, floor, 1, 2, 3);
+    // Schlick at 45 degrees on F0 = 1/2.
+    const double fresnel = 0.5 + 0.5 * std::pow(1 - std::sqrt(0.5), 5);
+    EXPECT_NEAR(scene.look({-1, 1, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);  // passes beside the lamp
+    EXPECT_NEAR(scene.look({-2, 2, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);
+    EXPECT_NEAR(scene.look({-1.9f, 1, 0}, {1, -1, 0}, 4).mean.y, 0, 1e-9);
+    scene.lights.sun.emplace(glm::vec3(1, 1, 0), glm::vec3(0.001f), 0.00465f);
+    EXPECT_NEAR(scene.look({-6, 1, 0}, {1, -1, 0}, 4).mean.y, fresnel * scene.lights.sun->radiance.y, 1e-3);
+}
+
+TEST(Paths, MissesSeeTheSkyAndHaveNoCoverage) {
+    TestScene scene;
+    scene.add(floor_mesh(1, 1, scene.add_material(matte(glm::vec3(0.5f)))));
+    scene.lights.sky = {0.1f, 0.2f, 0.3f};
+    Worker worker(scene.build());
+    const std::vector<es_ray> rays{make_ray({0, 1, 0}, {0, 1, 0}), make_ray({0, 1, 0}, {0, -1, 0})};
+    const std::vector<std::uint64_t> seeds{1, 2};
+    std::vector<float> rgba(8);
+    worker.trace_radiance(rays, seeds, 0, rgba);
+    EXPECT_FLOAT_EQ(rgba[0], 0.1f);
+    EXPECT_FLOAT_EQ(rgba[2], 0.3f);
+    EXPECT_EQ(rgba[3], 0);
+    EXPECT_EQ(rgba[7], 1);
+}
+
+TEST(Paths, AnAnswerDependsOnItsRayAloneNotOnTheBatch) {
+    TestScene scene;
+    scene.add(floor_mesh(5, 5, scene.add_material(matte(glm::vec3(0.5f)))));
+    scene.add(ball_mesh(8, 0, true), glm::translate(glm::mat4(1), glm::vec3(0, 1, 0)));
+    scene.lights.sky = glm::vec3(0.4f);
+    scene.lights.sun.emplace(glm::vec3(1, 2, 1), glm::vec3(2), 0.01f);
+    const TracedScene& traced = scene.build();
+    std::vector<es_ray> rays;
+    for (int i = 0; i < 50; ++i)
+        rays.push_back(make_ray({0, 2, 5}, {0.02f * static_cast<float>(i) - 0.5f, -0.3f, -1}));
+    std::vector<std::uint64_t> seeds(rays.size());
+    std::iota(seeds.begin(), seeds.end(), 100);
+    std::vector<float> together(rays.size() * 4), alone(4);
+    Worker first(traced), second(traced);
+    first.trace_radiance(rays, seeds, 5, together);
+    for (std::size_t i = rays.size(); i-- > 0;) {
+        second.trace_radiance(std::span(rays).subspan(i, 1), std::span(seeds).subspan(i, 1), 5, alone);
+        EXPECT_EQ(together[4 * i + 1], alone[1]) << i;
+    }
+}
+
+TEST(Surfaces, InsideABallOfRadiusREverySurfaceIsAtR) {
+    TestScene scene;
+    constexpr int n = 96;
+    constexpr float radius = 3;
+    scene.add(ball_mesh(n, scene.add_material(matte({0.2f, 0.4f, 0.8f})), false),
+              glm::scale(glm::mat4(1), glm::vec3(radius)));
+    Worker worker(scene.build());
+    std::vector<es_ray> rays;
+    for (std::uint64_t i = 0; i < 2000; ++i) {
+        Sampler random(i, 0);
+        rays.push_back(
+            make_ray(glm::vec3(0), glm::vec3(random.next_hashed(), random.next_hashed(), random.next_hashed()) - 0.5f));
+    }
+    std::vector<es_surface> surfaces(rays.size());
+    const std::vector<std::uint8_t> still(1, 0);
+    trace_surfaces(worker, *scene.shading, {{}, {}, still}, rays, surfaces);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_LE(surfaces[i].distance_m, radius * 1.00001f);
+        // Quadrilateral cells are cut along a diagonal: half of it is the farthest a chord reaches from a vertex.
+        EXPECT_GE(surfaces[i].distance_m, radius * std::cos(pi_f / n / std::sqrt(2.0f)) * 0.99999f);
+        float cosine = 0;
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(surfaces[i].position_previous_m[c], rays[i].direction[c] * surfaces[i].distance_m, 1e-5);
+            cosine -= surfaces[i].normal[c] * rays[i].direction[c];
+        }
+        EXPECT_GT(cosine, 0.99f);
+        EXPECT_FLOAT_EQ(surfaces[i].albedo[2], 0.8f);
+        EXPECT_EQ(surfaces[i].object_id, 1u);
+        EXPECT_EQ(surfaces[i].material_id, 1u);
+        EXPECT_EQ(surfaces[i].instance_id, 1u);
+    }
+}
+
+TEST(Surfaces, AMissIsInfinitelyFarAndOtherwiseZero) {
+    TestScene scene;
+    scene.add(floor_mesh(1, 1, scene.add_material(matte(glm::vec3(0.5f)))));
+    Worker worker(scene.build());
+    const std::vector<es_ray> rays{make_ray({0, 1, 0}, {0, 1, 0})};
+    es_surface surface{};
+    surface.object_id = 7;
+    const std::vector<std::uint8_t> still(1, 0);
+    trace_surfaces(worker, *scene.shading, {{}, {}, still}, rays, {&surface, 1});
+    EXPECT_EQ(surface.distance_m, std::numeric_limits<float>::infinity());
+    EXPECT_EQ(surface.object_id, 0u);
+    EXPECT_EQ(surface.normal[1], 0);
+}
+
+TEST(Surfaces, MovingInstancesSayWhereTheyWereAndWillBe) {
+    TestScene scene;
+    const std::uint32_t material = scene.add_material(matte(glm::vec3(0.5f)));
+    scene.add(floor_mesh(20, 20, material), glm::translate(glm::mat4(1), glm::vec3(0, -1, 0)));
+    const std::uint32_t mover = scene.add(floor_mesh(1, 1, material));
+    Worker worker(scene.build({mover}));
+    const std::vector<glm::mat4> previous{glm::mat4(1), glm::translate(glm::mat4(1), glm::vec3(-0.5f, 0, 0))};
+    const std::vector<glm::mat4> next{glm::mat4(1), glm::rotate(glm::mat4(1), pi_f / 2, glm::vec3(0, 1, 0))};
+    const std::vector<std::uint8_t> moves{0, 1};
+    const std::vector<es_ray> rays{make_ray({0.25f, 3, 0}, {0, -1, 0}), make_ray({5, 3, 0}, {0, -1, 0})};
+    std::vector<es_surface> surfaces(2);
+    trace_surfaces(worker, *scene.shading, {previous, next, moves}, rays, surfaces);
+    EXPECT_NEAR(surfaces[0].position_previous_m[0], -0.25, 1e-6);
+    EXPECT_NEAR(surfaces[0].position_next_m[0], 0, 1e-6);
+    EXPECT_NEAR(surfaces[0].position_next_m[2], -0.25, 1e-6);
+    EXPECT_NEAR(surfaces[1].position_previous_m[0], 5, 1e-6);
+    EXPECT_NEAR(surfaces[1].position_next_m[1], -1, 1e-6);
+}
+
+}  // namespace
+}  // namespace equistream::embree_host
