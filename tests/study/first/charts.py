@@ -12,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 import results
 
@@ -21,6 +22,10 @@ SIZES = {"*": 11, "o": 7, "s": 6.5, "^": 7.5, "D": 6}
 STYLE = {"font.size": 9.5, "font.family": "sans-serif", "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
          "grid.color": "#e6e6e6", "grid.linewidth": 0.7, "axes.axisbelow": True, "svg.hashsalt": "equistream", "svg.fonttype": "none",
          "axes.titlesize": 10.5, "axes.titleweight": "bold"}
+
+
+# Beyond this an error is that of rounding to 8 bits: the perspective system's left eye, uncoded, is the truth itself.
+HIGHEST_DB = 55
 
 
 def noise_free(entry, eye):
@@ -43,7 +48,7 @@ def draw_points(axes, result, eye, x_of, row):
                     markerfacecolor="white" if rotated else colour, markeredgewidth=1.2, alpha=0.9)
         if row == "noise-free":
             y, below, above, bound = noise_free(entry, eye)
-            if y is None:
+            if y is None or y > HIGHEST_DB:
                 continue
             axes.errorbar([x], [y], yerr=[[below], [above]], ecolor=colour, elinewidth=0.9, capsize=2, **look)
             if bound:
@@ -51,7 +56,7 @@ def draw_points(axes, result, eye, x_of, row):
                               arrowprops={"arrowstyle": "<-", "color": colour, "lw": 0.9})
         else:
             y = results.psnr(entry["against_other_seed"], eye)
-            if y is not None:
+            if y is not None and y < HIGHEST_DB:
                 axes.plot([x], [y], **look)
 
 
@@ -62,24 +67,31 @@ def draw_ceiling(axes, result, eye):
                   textcoords="offset points", ha="right", va="bottom", fontsize=8, color="#555555")
 
 
-def legend(figure, codings):
+def plain_number(value, _):
+    return f"{value:,.0f}" if value >= 1 else f"{value:g}"
+
+
+def legend(figure, codings, columns):
     entries = [Line2D([], [], marker="o", linestyle="none", color=colour, markersize=7, label=results.SYSTEM_NAMES[system])
                for system, colour in COLOURS.items()]
     entries += [Line2D([], [], marker="o", linestyle="none", color="#444444", markersize=7, label="reprojected (surface)"),
                 Line2D([], [], marker="o", linestyle="none", color="#444444", markerfacecolor="white", markersize=7, label="rotated only (sphere)")]
     entries += [Line2D([], [], marker=MARKERS[name], linestyle="none", color="#444444", markersize=SIZES[MARKERS[name]], label=name)
                 for name in MARKERS if name in codings]
-    figure.legend(handles=entries, loc="lower center", ncol=5, frameon=False, fontsize=9)
+    figure.legend(handles=entries, loc="lower center", ncol=columns, frameon=False, fontsize=9)
 
 
 def chart(all_results, x_of, x_label, title, file):
     columns = [(result, eye) for result in all_results for eye in ("left", "right")]
-    figure, axes = plt.subplots(2, len(columns), figsize=(3.5 * len(columns) + 0.6, 8.2), squeeze=False, sharex=True, sharey="row")
+    figure, axes = plt.subplots(2, len(columns), figsize=(3.4 * max(len(columns), 2.6) + 0.6, 8.6), squeeze=False, sharex=True, sharey="row")
     codings = set()
     for column, (result, eye) in enumerate(columns):
         for row, kind in enumerate(("noise-free", "PSNR")):
             panel = axes[row][column]
             panel.set_xscale("log")
+            panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            panel.xaxis.set_major_formatter(FuncFormatter(plain_number))
+            panel.xaxis.set_minor_formatter(NullFormatter())
             draw_points(panel, result, eye, x_of, kind)
             if kind == "PSNR":
                 draw_ceiling(panel, result, eye)
@@ -91,11 +103,12 @@ def chart(all_results, x_of, x_label, title, file):
     axes[1][0].set_ylabel("PSNR against the truth of another seed, dB")
     settings = all_results[0]["settings"]
     figure.suptitle(title, fontsize=13, fontweight="bold", x=0.01, ha="left")
-    figure.text(0.01, 0.945, f"{settings['sphere_size']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, frames "
-                f"{settings['frames']}; {all_results[0]['machine']['cpu']}, {all_results[0]['machine']['cores']} cores; "
-                "an arrow: the interval reaches zero error", fontsize=8.5, color="#555555")
-    figure.tight_layout(rect=(0, 0.075, 1, 0.945))
-    legend(figure, codings)
+    figure.text(0.01, 0.925, f"{settings['sphere_size']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, frames "
+                f"{settings['frames']}; {all_results[0]['machine']['cpu']}, {all_results[0]['machine']['cores']} cores.\n"
+                f"Arrow: the interval reaches zero error. Not drawn: above {HIGHEST_DB} dB (a picture that is the truth itself).",
+                fontsize=8.5, color="#555555", linespacing=1.4)
+    figure.tight_layout(rect=(0, 0.09, 1, 0.925))
+    legend(figure, codings, 5 if len(columns) > 2 else 3)
     figure.savefig(file.with_suffix(".svg"), metadata={"Date": None})
     figure.savefig(file.with_suffix(".png"), dpi=110)
     plt.close(figure)
