@@ -7,7 +7,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace equistream::test {
 
@@ -213,6 +215,7 @@ void expect_mask_of_masked_triangle(const SceneModel& model) {
     EXPECT_TRUE(mask.covers({-7.0f, 0.2f}));   // clamped to the left
     EXPECT_TRUE(mask.covers({0.7f, 1.3f}));    // mirrored: v = 0.7
     EXPECT_FALSE(mask.covers({0.7f, -0.2f}));  // mirrored: v = 0.2
+    EXPECT_TRUE(mask.covers({0.7f, 98.7f}));   // mirrored 98 times: v = 0.7
 }
 
 }  // namespace
@@ -224,6 +227,28 @@ TEST_F(ModelTest, AlphaMaskWithCutoffAndWrap) {
     EXPECT_TRUE(model.textures[0].nearest);
     EXPECT_EQ(model.textures[0].mime_type, "image/png");
     EXPECT_EQ(model.textures[0].encoded.at(1), 'P');
+}
+
+TEST_F(ModelTest, AlphaMaskAnywhereOnThePlane) {
+    AlphaMask mask;
+    mask.width = 5;
+    mask.height = 1;
+    for (const Wrap wrap : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
+        mask.wrap_u = wrap;
+        for (int i = -40; i < 40; ++i) {
+            // Texel by integers alone: i counts texels from u = 0.
+            const int repeated = (i % 5 + 5) % 5;
+            const int mirrored = (i % 10 + 10) % 10 < 5 ? repeated : 4 - repeated;
+            const int expected = wrap == Wrap::repeat   ? repeated
+                                 : wrap == Wrap::mirror ? mirrored
+                                                        : std::clamp(i, 0, 4);
+            mask.opaque.assign(5, 0);
+            mask.opaque[static_cast<std::size_t>(expected)] = 255;
+            EXPECT_TRUE(mask.covers({(static_cast<float>(i) + 0.5f) / 5, 0.5f})) << i;
+        }
+        for (const float far : {1e9f, -1e30f, std::numeric_limits<float>::quiet_NaN()})
+            mask.covers({far, far});  // any answer, but within the image
+    }
 }
 
 TEST_F(ModelTest, ClientLoadsOnlyItsShare) {
