@@ -1,5 +1,6 @@
 /// equistream info: explains any file of ours.
 #include "describe.h"
+#include "pictures.h"
 
 #include <equistream/error.h>
 #include <equistream_cli/program.h>
@@ -15,6 +16,7 @@ struct Options {
     std::string source;
     bool json = false;
     bool frames = false;
+    std::filesystem::path pictures;
 };
 
 bool is_exr(const std::string& file) {
@@ -40,7 +42,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames")->required();
     app.add_flag("--json", options.json, "Report as JSON");
     app.add_flag("--frames", options.frames, "List every frame with its pose");
+    app.add_option("--pictures", options.pictures,
+                   "Also write a PNG of every plane (depth, motion, ids, ... in false colours) into this folder");
     return [&options] {
+        if (!options.pictures.empty())
+            write_pictures(options.source, options.pictures);
         const Description description = describe(options);
         std::fputs(options.json
                        ? (description.json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str()
