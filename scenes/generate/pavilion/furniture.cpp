@@ -144,7 +144,7 @@ Shape lantern_frame() {
 }
 
 Shape lamp_bulb() {
-    Shape bulb = sphere(0.038f, 32, 16);
+    Shape bulb = sphere(0.038f, 16, 8);
     for (glm::vec3& p : bulb.positions)
         p = p * glm::vec3(1, 1.35f, 1) + glm::vec3(0, 0.108f, 0);
     return bulb;
@@ -247,7 +247,8 @@ void build_pedestals(Site& site) {
         scene.object(name, {scene.mesh(name, sphere(radius, 112, 56), material)},
                      moved(at + glm::vec3(0, pedestal_top + ball_height(radius), 0)));
     };
-    ball_on_pedestal("glass ball", {-0.72f, 0, 0.3f}, 0.25f, site.paint.clear_glass);
+    ball_on_pedestal("glass ball", {glass_ball_centre.x, 0, glass_ball_centre.z}, glass_ball_radius,
+                     site.paint.tinted_glass);
     ball_on_pedestal("mirror ball", {0.35f, 0, -3.3f}, 0.3f, site.paint.mirror);
     const glm::vec3 vase_at(1.5f, 0, -0.6f);
     scene.object("pedestal", {stand}, moved(vase_at) * turned_y(0.4f));

@@ -159,6 +159,31 @@ void build_pots(Site& site) {
     }
 }
 
+/// What grows in the glass ball.
+void build_terrarium(Site& site) {
+    constexpr float inside = glass_ball_radius - 0.012f, soil_rad = -0.5f;
+    std::vector<glm::vec2> earth;
+    for (int i = 0; i <= 12; ++i) {
+        const float a = glm::mix(-0.25f * tau, soil_rad, static_cast<float>(i) / 12);
+        earth.emplace_back(i == 0 ? 0 : inside * std::cos(a), inside * std::sin(a));
+    }
+    const float ground = inside * std::sin(soil_rad);
+    earth.emplace_back(0, ground + 0.015f);
+    SceneBuilder& scene = site.scene;
+    const glm::mat4 here = moved(glass_ball_centre);
+    scene.object("earth", {scene.mesh("earth", lathe(earth, 48), site.paint.soil)}, here);
+    const std::array stem{glm::vec3(0, ground, 0), glm::vec3(0.012f, 0.5f * ground, 0.004f), glm::vec3(0, 0.03f, 0)};
+    const auto wood = scene.mesh("orange stem", tube(stem, std::array{0.009f, 0.007f, 0.005f}, 10), site.paint.bark);
+    const auto leaves =
+        scene.mesh("orange leaves", leaf_cluster(44, 0.085f, {0.06f, 0.068f}, 55), site.paint.twig_leaf);
+    scene.object("orange tree", {wood, leaves}, here * moved({0, 0.04f, 0}));
+    const auto fruit = scene.mesh("small orange", sphere(0.013f, 16, 8), site.paint.orange);
+    for (int i = 0; i < 7; ++i) {
+        const float a = 2.4f * static_cast<float>(i), y = 0.03f * static_cast<float>(i % 4) - 0.03f;
+        scene.object("small orange", {fruit}, here * moved({0.095f * std::cos(a), 0.04f + y, 0.095f * std::sin(a)}));
+    }
+}
+
 /// Ivy up two western columns and along the rafters, and tendrils that hang beside the walker's head.
 void build_vines(Site& site) {
     SceneBuilder& scene = site.scene;

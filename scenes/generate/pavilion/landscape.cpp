@@ -169,12 +169,13 @@ void build_clouds(Site& site) {
         }
         meshes[kind] = scene.mesh("cloud", std::move(cloud), site.paint.cloud);
     }
-    for (int i = 0; i < 9; ++i) {
-        const float bearing = 40.0f * static_cast<float>(i) + random.between(-12, 12);
-        scene.object("cloud", {meshes[static_cast<std::size_t>(i) % 2]},
-                     placed(bearing, random.between(1500, 2500), random.between(560, 860)) *
+    // None stands between the pavilion and the sun.
+    constexpr std::array<float, 7> bearings{15, 62, 105, 150, 190, 285, 330};
+    for (std::size_t i = 0; i < bearings.size(); ++i) {
+        scene.object("cloud", {meshes[i % 2]},
+                     placed(bearings[i], random.between(650, 1300), random.between(520, 760)) *
                          turned_y(random.between(-0.5f, 0.5f)) *
-                         glm::scale(glm::mat4(1), glm::vec3(random.between(1.8f, 3.0f))));
+                         glm::scale(glm::mat4(1), glm::vec3(random.between(1.1f, 2.0f))));
     }
 }
 

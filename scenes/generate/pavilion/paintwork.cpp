@@ -29,7 +29,9 @@ void add_metal_and_glass(SceneBuilder& scene, Paintwork& p) {
     p.brass = scene.material(metal("brass", {0.88f, 0.7f, 0.36f}, 0.28f));
     p.copper = scene.material(metal("copper", {0.93f, 0.6f, 0.46f}, 0.24f));
     p.mirror = scene.material(metal("mirror", {0.95f, 0.95f, 0.95f}, 0));
-    p.clear_glass = scene.material(glass("clear glass"));
+    Material bell_glass = glass("tinted glass");  // thin-walled: without a volume glTF's glass does not refract
+    bell_glass.base_colour = {0.8f, 0.93f, 0.9f};
+    p.tinted_glass = scene.material(bell_glass);
     p.lamp = scene.material(glowing("lamp", {14, 7.5f, 2.4f}));
 }
 

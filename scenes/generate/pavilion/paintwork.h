@@ -5,7 +5,7 @@
 namespace equistream::generate::pavilion {
 
 struct Paintwork {
-    std::uint32_t tiles, medallion, dark_marble, limestone, wood, iron, brass, copper, mirror, clear_glass;
+    std::uint32_t tiles, medallion, dark_marble, limestone, wood, iron, brass, copper, mirror, tinted_glass;
     std::uint32_t terracotta, soil, china, tea, lamp, orange, book, beach_ball, sail, cloud;
     std::uint32_t lawn, far_land, water, paving, bark, blade_green, blade_straw, petal_red, petal_white, petal_blue;
     std::uint32_t twig_leaf, ivy_leaf, long_leaf, cypress_leaf;

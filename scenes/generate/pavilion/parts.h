@@ -46,8 +46,13 @@ void build_trees(Site& site);
 void build_cypresses(Site& site);
 void build_groves(Site& site);
 void build_pots(Site& site);
+void build_terrarium(Site& site);
 void build_vines(Site& site);
 void build_meadow(Site& site);
+
+/// Centre and radius of the glass ball on its pedestal, which holds a little orange tree.
+inline constexpr glm::vec3 glass_ball_centre{-0.72f, 1.2124f, 0.3f};
+inline constexpr float glass_ball_radius = 0.25f;
 
 inline constexpr float ball_radius = 0.28f;
 /// The ball rolls without slipping.

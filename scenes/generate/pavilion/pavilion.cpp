@@ -83,6 +83,7 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     build_cypresses(site);
     build_groves(site);
     build_pots(site);
+    build_terrarium(site);
     build_vines(site);
     build_meadow(site);
     const PosePath rolling = ball_path(duration_s, frames_per_second);
