@@ -23,13 +23,20 @@ void filter_by_mask(const RTCFilterFunctionNArguments* arguments) {
     for (unsigned i = 0; i < n; ++i) {
         if (arguments->valid[i] != -1)
             continue;
-        const glm::uvec3 t = masked.mesh->triangles[RTCHitN_primID(arguments->hit, n, i)];
+        const CornerUvs& uvs = masked.uvs[RTCHitN_primID(arguments->hit, n, i)];
         const float u = RTCHitN_u(arguments->hit, n, i);
         const float v = RTCHitN_v(arguments->hit, n, i);
-        const std::vector<glm::vec2>& uvs = masked.mesh->uvs;
-        if (!masked.mask->covers((1 - u - v) * uvs[t.x] + u * uvs[t.y] + v * uvs[t.z]))
+        if (!masked.mask->covers(uvs.a + u * uvs.ab + v * uvs.ac))
             arguments->valid[i] = 0;
     }
+}
+
+std::vector<CornerUvs> corner_uvs(const Mesh& mesh) {
+    std::vector<CornerUvs> corners;
+    corners.reserve(mesh.triangles.size());
+    for (const glm::uvec3& t : mesh.triangles)
+        corners.push_back({mesh.uvs[t.x], mesh.uvs[t.y] - mesh.uvs[t.x], mesh.uvs[t.z] - mesh.uvs[t.x]});
+    return corners;
 }
 
 /// Embree reads 16 bytes at every vertex, so the last of a shared buffer needs memory behind it.
@@ -100,7 +107,7 @@ std::uint32_t BvhBuilder::add_mesh(RTCScene scene, std::uint32_t mesh_index, con
     const std::uint32_t mask =
         mesh.material < model_.materials.size() ? model_.materials[mesh.material].alpha_mask : no_index;
     if (mask != no_index && !mesh.uvs.empty()) {
-        masked_.push_back(std::make_unique<MaskedMesh>(MaskedMesh{&mesh, &model_.alpha_masks[mask]}));
+        masked_.push_back(std::make_unique<MaskedMesh>(MaskedMesh{corner_uvs(mesh), &mask_bits(mask)}));
         rtcSetGeometryUserData(geometry, masked_.back().get());
         rtcSetGeometryIntersectFilterFunction(geometry, filter_by_mask);
         rtcSetGeometryOccludedFilterFunction(geometry, filter_by_mask);
@@ -121,6 +128,13 @@ std::uint32_t BvhBuilder::add_instance(RTCScene scene, RTCScene of, const glm::m
     rtcReleaseGeometry(geometry);
     check_device(device_, "adding an instance");
     return id;
+}
+
+const MaskBits& BvhBuilder::mask_bits(std::uint32_t mask) {
+    mask_bits_.resize(model_.alpha_masks.size());
+    if (!mask_bits_[mask])
+        mask_bits_[mask] = std::make_unique<MaskBits>(model_.alpha_masks[mask]);
+    return *mask_bits_[mask];
 }
 
 RTCScene BvhBuilder::mesh_scene(std::uint32_t mesh) {

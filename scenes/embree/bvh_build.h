@@ -1,5 +1,7 @@
 #pragma once
 /// How a SceneModel becomes Embree scenes. Internal to Bvh.
+#include "mask_bits.h"
+
 #include <equistream_scene/bvh.h>
 
 #include <atomic>
@@ -18,10 +20,15 @@ struct SceneDeleter {
 using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using ScenePointer = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 
+/// A triangle's texture coordinates, together: one cache line a hit instead of four.
+struct CornerUvs {
+    glm::vec2 a, ab, ac;
+};
+
 /// What the filters of one masked geometry read. Must not move once Embree knows its address.
 struct MaskedMesh {
-    const Mesh* mesh;
-    const AlphaMask* mask;
+    std::vector<CornerUvs> uvs;  ///< by triangle
+    const MaskBits* mask;
 };
 
 /// A placement either lies in a flat scene in world space, or is an Embree instance of its mesh's own scene.
@@ -48,11 +55,14 @@ public:
     RTCScene mesh_scene(std::uint32_t mesh);
 
 private:
+    const MaskBits& mask_bits(std::uint32_t mask);
+
     RTCDevice device_;
     const SceneModel& model_;
     bool ray_filters_;
     std::vector<ScenePointer> mesh_scenes_;
     std::vector<std::unique_ptr<MaskedMesh>> masked_;
+    std::vector<std::unique_ptr<MaskBits>> mask_bits_;  ///< by alpha mask
 };
 
 /// Throws WorkError with Embree's last error, if there is one.
