@@ -169,8 +169,8 @@ void build_clouds(Site& site) {
         }
         meshes[kind] = scene.mesh("cloud", std::move(cloud), site.paint.cloud);
     }
-    // None stands between the pavilion and the sun.
-    constexpr std::array<float, 7> bearings{15, 62, 105, 150, 190, 285, 330};
+    // Opposite the sun, where they show their lit side.
+    constexpr std::array<float, 6> bearings{8, 35, 62, 90, 120, 340};
     for (std::size_t i = 0; i < bearings.size(); ++i) {
         scene.object("cloud", {meshes[i % 2]},
                      placed(bearings[i], random.between(650, 1300), random.between(520, 760)) *

@@ -97,7 +97,7 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     description.moving = {{"ball", rolling}};
     description.frames_per_second = frames_per_second;
     description.lean_m = 0.1;
-    description.exposure = 1.2;
+    description.exposure = 1.4;
     const double azimuth = glm::radians(238.0), elevation = glm::radians(45.0);
     description.sun =
         Sun{{std::cos(elevation) * std::sin(azimuth), std::sin(elevation), -std::cos(elevation) * std::cos(azimuth)},
