@@ -6,7 +6,9 @@
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
+#include <algorithm>
 #include <cassert>
+#include <cstring>
 
 namespace equistream {
 namespace {
@@ -176,31 +178,50 @@ public:
                                     : exr_decoding_initialize(context, part_, &chunk, &pipeline_),
                        "preparing to read");
         initialised_ = true;
+        scratch_.resize(static_cast<std::size_t>(pipeline_.channel_count) * static_cast<std::size_t>(extent.width) *
+                        static_cast<std::size_t>(chunk.height));
         for (int i = 0; i < pipeline_.channel_count; ++i)
-            connect(pipeline_.channels[i], row);
+            connect(pipeline_.channels[i], scratch_of(i, extent.width, chunk.height));
         session_.check(exr_decoding_choose_default_routines(context, part_, &pipeline_), "preparing to read");
         session_.check(exr_decoding_run(context, part_, &pipeline_), "reading pixels");
+        for (int i = 0; i < pipeline_.channel_count; ++i)
+            if (const ChannelTarget* target = target_of(pipeline_.channels[i]))
+                interleave(scratch_of(i, extent.width, chunk.height), *target, row, chunk.height);
     }
 
 private:
-    void connect(exr_coding_channel_info_t& source, int row) const {
-        source.decode_to_ptr = nullptr;
+    const ChannelTarget* target_of(const exr_coding_channel_info_t& source) const {
         const auto target = std::find_if(targets_.begin(), targets_.end(),
                                          [&](const ChannelTarget& t) { return t.name == source.channel_name; });
-        if (target == targets_.end())
-            return;
+        return target == targets_.end() ? nullptr : &*target;
+    }
+
+    std::uint32_t* scratch_of(int channel, int width, int rows) {
+        return scratch_.data() + static_cast<std::ptrdiff_t>(channel) * width * rows;
+    }
+
+    /// Every channel, wanted or not, into a plane of its own: OpenEXRCore 3.1.5 reverses the channels when it
+    /// interleaves three or four halfs to floats itself.
+    static void connect(exr_coding_channel_info_t& source, std::uint32_t* plane) {
         source.user_bytes_per_element = 4;
-        source.user_data_type = target->is_id ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
-        source.user_pixel_stride = 4 * target->channels;
-        source.user_line_stride = 4 * target->channels * target->width;
-        source.decode_to_ptr =
-            static_cast<std::uint8_t*>(target->data) + static_cast<std::ptrdiff_t>(row) * source.user_line_stride;
+        source.user_data_type = source.data_type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+        source.user_pixel_stride = 4;
+        source.user_line_stride = 4 * source.width;
+        source.decode_to_ptr = reinterpret_cast<std::uint8_t*>(plane);
+    }
+
+    static void interleave(const std::uint32_t* plane, const ChannelTarget& target, int first_row, int rows) {
+        const std::ptrdiff_t row_samples = static_cast<std::ptrdiff_t>(target.channels) * target.width;
+        auto* out = static_cast<std::uint8_t*>(target.data) + 4 * row_samples * first_row;
+        for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(target.width) * rows; ++i)
+            std::memcpy(out + 4 * i * target.channels, plane + i, 4);
     }
 
     const ExrSession& session_;
     int part_;
     const std::vector<ChannelTarget>& targets_;
     bool initialised_ = false;
+    std::vector<std::uint32_t> scratch_;
     exr_decode_pipeline_t pipeline_ = EXR_DECODE_PIPELINE_INITIALIZER;
 };
 
