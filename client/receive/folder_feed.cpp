@@ -5,9 +5,9 @@
 #include <equistream/sequence.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <filesystem>
+#include <set>
 
 namespace equistream {
 
@@ -29,9 +29,9 @@ public:
         if (frames_.empty())
             throw InputError(
                 expected_found((folder_ / main_).string(), "rendered frames in the range asked for", "none"));
-        for (const char* view : {"left", "right"})
-            if (options.depth && view != main_ && fs::is_directory(folder_ / view))
-                depth_views_.push_back(view);
+        for (const char* view : {".", "centre", "left", "right", "small"})
+            if (options.depth && fs::is_directory(folder_ / view) && holds_depth(view))
+                views_with_depth_.insert(view);
     }
 
     std::optional<ReceivedFrame> next() override {
@@ -42,8 +42,8 @@ public:
         frame.main = read(main_, index, true);
         if (fs::exists(file("small", index)))
             frame.small = read("small", index, true);
-        for (const std::string& view : depth_views_)
-            if (fs::exists(file(view, index)))
+        for (const std::string& view : views_with_depth_)
+            if (view != main_ && view != "small" && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));
         return frame;
     }
@@ -64,6 +64,14 @@ private:
             expected_found(folder_.string(), "frames, or a folder centre, left or right of them", "neither"));
     }
 
+    /// As the manifest says; without one, a view is taken to hold what was asked for.
+    bool holds_depth(const std::string& view) const {
+        if (!fs::exists(folder_ / view / "manifest.json"))
+            return true;
+        const std::vector<std::string> planes = read_manifest(folder_ / view).planes;
+        return std::ranges::find(planes, "depth") != planes.end();
+    }
+
     fs::path file(const std::string& view, std::int64_t index) const { return folder_ / view / frame_file_name(index); }
 
     ReceivedPicture read(const std::string& view, std::int64_t index, bool with_colour) {
@@ -72,13 +80,14 @@ private:
         std::vector<std::string> planes;
         if (with_colour)
             planes.push_back("colour");
-        if (options_.depth)
+        const bool with_depth = views_with_depth_.contains(view);
+        if (with_depth)
             planes.push_back("depth");
         Frame frame = read_exr(path, planes);
         ReceivedPicture picture;
         picture.decode_ms = milliseconds_since(start);
         picture.info = frame.info;
-        if (options_.depth)
+        if (with_depth)
             picture.depth_m = std::move(frame.planes.at("depth"));
         if (with_colour)
             convert(frame.planes.at("colour"), picture);
@@ -105,7 +114,7 @@ private:
     FeedOptions options_;
     DisplayTransform display_;
     std::string main_;
-    std::vector<std::string> depth_views_;
+    std::set<std::string> views_with_depth_;
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;
     std::vector<FeedTrack> tracks_;
