@@ -21,4 +21,6 @@ pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)
 
 if(BUILD_TESTING)
   find_package(GTest REQUIRED)
+  find_package(benchmark REQUIRED)
+  pkg_check_modules(libavfilter REQUIRED IMPORTED_TARGET libavfilter libavutil)
 endif()
