@@ -21,14 +21,22 @@ void ExactDepth::add(const Camera& camera, const Pose& pose, FloatImage depth_m)
     planes_.push_back({camera, pose, std::move(depth_m)});
 }
 
-void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
+const ExactDepth::Plane* ExactDepth::find(const Camera& camera, const Pose& pose) const {
     const auto plane = std::ranges::find_if(
         planes_, [&](const Plane& p) { return same_camera(p.camera, camera) && same_pose(p.pose, pose); });
-    if (plane == planes_.end() && !otherwise_)
+    return plane == planes_.end() ? nullptr : &*plane;
+}
+
+bool ExactDepth::holds(const Camera& camera, const Pose& pose) const {
+    return find(camera, pose) != nullptr;
+}
+
+void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
+    const Plane* plane = find(camera, pose);
+    if (plane == nullptr && !otherwise_)
         throw WorkError("depth exact: expected a rendered depth plane of every view, found none of a " +
-                        std::to_string(width_of(camera)) + "x" + std::to_string(height_of(camera)) +
-                        " view (give --scene to cast it)");
-    if (plane == planes_.end())
+                        std::to_string(width_of(camera)) + "x" + std::to_string(height_of(camera)) + " view");
+    if (plane == nullptr)
         return otherwise_->cast(camera, pose, depth_m);
     for (int y = 0; y < depth_m.height; ++y)
         std::copy_n(plane->depth_m.pixel(0, y), depth_m.width, depth_m.row(y));

@@ -30,6 +30,8 @@ public:
     /// Forgets all planes.
     void set_time(double time_s) override;
     void add(const Camera& camera, const Pose& pose, FloatImage depth_m);
+    /// Whether cast would succeed without `otherwise`.
+    bool holds(const Camera& camera, const Pose& pose) const;
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
 
 private:
@@ -38,6 +40,8 @@ private:
         Pose pose;
         FloatImage depth_m;
     };
+    const Plane* find(const Camera& camera, const Pose& pose) const;
+
     std::vector<Plane> planes_;
     std::unique_ptr<DepthSource> otherwise_;
 };

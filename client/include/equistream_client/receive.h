@@ -40,7 +40,7 @@ public:
     virtual ~FrameFeed() = default;
     /// The next frame in order; nothing at the end.
     virtual std::optional<ReceivedFrame> next() = 0;
-    /// After the end: empty, or one line on why there was no more ("cut after frame 5 ...").
+    /// After the end: empty, or one line on why there was no more ("walk.mp4: main was cut after frame 5 ...").
     virtual std::string truncation() const = 0;
     /// What has been read so far.
     virtual std::vector<FeedTrack> tracks() const = 0;

@@ -94,7 +94,7 @@ void FramePlayer::make_depth_source(Report& report) {
     depth_ = std::move(ray);
 }
 
-void FramePlayer::check(const ReceivedFrame& first) const {
+void FramePlayer::check(const ReceivedFrame& first) {
     if (!first.posed && method_ != "sphere")
         throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method surface",
                                         "ordinary video (--method sphere turns it)"));
@@ -106,10 +106,26 @@ void FramePlayer::check(const ReceivedFrame& first) const {
     if (exact_ != nullptr && first.main.depth_m.empty())
         throw InputError(
             expected_found("--depth exact", "a folder of rendered frames with their depth", settings_.source));
+    if (exact_ != nullptr && !scene_)
+        check_exact_depth(first);
     const PerspectiveCamera eye = eye_camera(first.main.info);
     if (settings_.format == Format::mp4 && (eye.width % 2 != 0 || eye.height % 2 != 0))
         throw InputError(expected_found("--size", "even sides for --format mp4",
                                         std::to_string(eye.width) + "x" + std::to_string(eye.height)));
+}
+
+void FramePlayer::check_exact_depth(const ReceivedFrame& first) {
+    offer_exact_depth(first);
+    for (const Eye eye : {Eye::left, Eye::right}) {
+        const PlayedEye view = eye_of(first, eye);
+        if (engine_->needs_depth(first.main.info.camera_pose, view.info.camera_pose) &&
+            !exact_->holds(view.info.camera, view.info.camera_pose))
+            throw InputError(expected_found("--depth exact",
+                                            "--scene S, or a rendered depth plane of this very " +
+                                                std::string(eye == Eye::left ? "left" : "right") +
+                                                " eye's view beside " + settings_.source,
+                                            "neither"));
+    }
 }
 
 PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {

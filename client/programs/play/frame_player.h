@@ -38,7 +38,7 @@ public:
     ~FramePlayer();
 
     /// Throws InputError if these frames cannot be played as asked.
-    void check(const ReceivedFrame& first) const;
+    void check(const ReceivedFrame& first);
     PlayedFrame play(const ReceivedFrame& frame);
 
 private:
@@ -46,6 +46,7 @@ private:
 
     void choose_method(Report& report) const;
     void make_depth_source(Report& report);
+    void check_exact_depth(const ReceivedFrame& first);
     PlayedEye eye_of(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     void offer_exact_depth(const ReceivedFrame& frame);
@@ -58,7 +59,7 @@ private:
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
-    class ExactDepth* exact_ = nullptr;
+    ExactDepth* exact_ = nullptr;  ///< depth_, where that is exact
     std::vector<std::unique_ptr<FillRung>> ladder_;
 };
 

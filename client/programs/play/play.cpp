@@ -69,7 +69,7 @@ void run(Arguments& arguments, const CLI::App& app) {
     else
         std::fputs(report.table().c_str(), stdout);
     if (!report.truncation.empty())
-        throw WorkError(arguments.settings.source + ": " + report.truncation);
+        throw WorkError(report.truncation);
 }
 
 std::function<void()> set_up(CLI::App& app, const std::string& command) {

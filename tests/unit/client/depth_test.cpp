@@ -94,6 +94,8 @@ TEST_F(RayDepthTest, ExactPlanesGoToTheirOwnViewOnly) {
     alone.cast(camera, pose, out.view());
     EXPECT_EQ(out.pixel(3, 2)[0], 7.0f);
     EXPECT_THROW(alone.cast(camera, Pose{}, out.view()), WorkError);
+    EXPECT_TRUE(alone.holds(camera, pose));
+    EXPECT_FALSE(alone.holds(camera, Pose{}));
     alone.set_time(1);
     EXPECT_THROW(alone.cast(camera, pose, out.view()), WorkError);
 
