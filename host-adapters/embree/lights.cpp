@@ -8,7 +8,7 @@
 namespace equistream::embree_host {
 
 SunLight::SunLight(const glm::vec3& direction, const glm::vec3& irradiance, float angular_radius_rad)
-    : towards(glm::normalize(direction)) {
+    : towards(glm::normalize(direction)), frame(towards) {
     const float radius = std::max(angular_radius_rad, 0.0002f);
     const float half_sine = std::sin(0.5f * radius), sine = std::sin(radius);
     one_minus_cos = 2 * half_sine * half_sine;

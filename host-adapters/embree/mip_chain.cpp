@@ -40,8 +40,8 @@ struct LinearImage {
 
 /// Scan lines of 8-bit RGBA; the file's alpha is 255 where it has none.
 std::vector<std::uint8_t> decode(const Texture& texture, int& width, int& height) {
-    const auto fail = [&](const std::string& found) {
-        return InputError(expected_found("texture \"" + texture.name + "\"", "a PNG or JPEG image", found));
+    const auto fail = [](const std::string& found) {
+        return InputError("expected a PNG or JPEG image, found " + found);
     };
     if (is_cut(texture.encoded))
         throw fail("one without its end");

@@ -14,8 +14,11 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 /// Straight passes through glass do not count as bounces; this ends paths caught between panes.
 constexpr std::uint8_t most_vertices = 64;
-/// Scatterings before Russian roulette may end a path.
-constexpr std::uint8_t bounces_before_roulette = 2;
+/// Russian roulette: after this many scatterings a path goes on with this many times its throughput as probability.
+/// Chosen by variance times rays on both real scenes: 1 and 2 give 1 to 10 % less than the usual 2 and 1, and a fifth
+/// fewer rays.
+constexpr std::uint8_t bounces_before_roulette = 1;
+constexpr float roulette_leniency = 2;
 /// The widest cone a path is taken for, whatever it scattered off.
 constexpr float widest_spread_rad = 0.3f;
 
@@ -245,7 +248,7 @@ void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bs
         return;
     Path& path = paths_[index];
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::sun);
-    const glm::vec3 direction = ShadingFrame(sun.towards).to_world(sample_cone(u, sun.one_minus_cos));
+    const glm::vec3 direction = sun.frame.to_world(sample_cone(u, sun.one_minus_cos));
     if (glm::dot(direction, point.geometric_normal) <= 0)
         return;
     const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(direction));
@@ -315,7 +318,7 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
     }
     if (++path.bounces <= bounces_before_roulette)
         return true;
-    const float survival = std::min(1.0f, largest(path.throughput));
+    const float survival = std::min(1.0f, roulette_leniency * largest(path.throughput));
     if (path.sampler.next_hashed() >= survival)
         return false;
     path.throughput /= survival;

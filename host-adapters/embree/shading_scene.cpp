@@ -114,9 +114,8 @@ ShadingPoint ShadingScene::surface_at(const HitId& hit, const glm::vec3& origin,
     p.front = (glm::dot(wound, direction) < 0) != instance.mirrored;
     p.normal = p.geometric_normal;
     if (instance.smooth) {
-        const glm::vec3 n = w * glm::normalize(unpack_direction(t.normals[0])) +
-                            hit.u * glm::normalize(unpack_direction(t.normals[1])) +
-                            hit.v * glm::normalize(unpack_direction(t.normals[2]));
+        const glm::vec3 n = w * unpack_direction(t.normals[0]) + hit.u * unpack_direction(t.normals[1]) +
+                            hit.v * unpack_direction(t.normals[2]);
         p.normal = guarded_normal(instance.normal_from_object * n, p.geometric_normal, -direction);
     }
     p.uv = w * t.uvs[0] + hit.u * t.uvs[1] + hit.v * t.uvs[2];

@@ -55,6 +55,7 @@ void trace_surfaces(Worker& worker, const ShadingScene& scene, const NeighbourTr
     worker.trace_coherent(rays, hits);
     for (std::size_t i = 0; i < rays.size(); ++i)
         surfaces[i] = surface_of(worker, scene, neighbours, rays[i], hits[i]);
+    worker.end_surfaces();
 }
 
 }  // namespace equistream::embree_host

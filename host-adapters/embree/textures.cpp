@@ -65,7 +65,8 @@ std::vector<TextureCoding> codings(const SceneModel& model) {
 }  // namespace
 
 Textures::Textures(const SceneModel& model, const TextureSettings& settings)
-    : sources_(model.textures.size()), system_(OIIO::TextureSystem::create(false)), entries_(model.textures.size()) {
+    : model_file_(model.file), sources_(model.textures.size()), system_(OIIO::TextureSystem::create(false)),
+      entries_(model.textures.size()) {
     system_->attribute("max_memory_MB", static_cast<float>(settings.cache_megabytes));
     system_->attribute("max_open_files", 4096);
     system_->attribute("autotile", 0);
@@ -107,7 +108,7 @@ InputError Textures::failure(const Texture& texture) const {
     std::string text = system_->imagecache()->geterror();
     if (text.empty())
         text = system_->geterror();
-    return InputError("texture \"" + texture.name + "\": " + text);
+    return InputError(model_file_.string() + ": texture \"" + texture.name + "\": " + text);
 }
 
 void Textures::fetch_coarse_level(const Texture& texture, Entry& entry) {

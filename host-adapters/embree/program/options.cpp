@@ -12,7 +12,7 @@ namespace {
 /// As typed; what is not a plain number is read by checked().
 struct Typed {
     RenderOptions options;
-    std::string host = "embree", camera = "equirect", eye = "centre", small_eye, lock = "world", frames, size, range;
+    std::string host = "embree", camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
     std::string progress = "auto";
     double fps = 0, fov_deg = 90;
     CLI::Option* fov_option = nullptr;
@@ -51,8 +51,6 @@ RenderOptions checked(const Typed& typed) {
     if (!typed.small_eye.empty())
         o.small_eye = parse_eye(typed.small_eye);
     o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
-    if (!typed.frames.empty())
-        o.frames = cli::parse_frames(typed.frames);
     if (typed.fps > 0)
         o.frames_per_second = typed.fps;
     o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
@@ -94,7 +92,7 @@ void add_camera_options(CLI::App& app, Typed& t) {
 
 void add_frame_options(CLI::App& app, Typed& t) {
     app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's")->check(CLI::ExistingFile);
-    app.add_option("--frames", t.frames, "FIRST-LAST or one number (default: the whole path)");
+    cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
     app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
 }
 

@@ -4,6 +4,7 @@
 /// Sampling: the sun by its cone; emissive triangles in proportion to mean power (area times the luminance of the
 /// material's mean emission), one triangle and one point on it. The sky is left to BSDF sampling alone: under a
 /// constant sky that has no variance but that of visibility, and the ray has to be traced for indirect light anyway.
+#include <equistream_embree/directions.h>
 #include <equistream_embree/shading_scene.h>
 
 #include <optional>
@@ -13,7 +14,8 @@
 namespace equistream::embree_host {
 
 struct SunLight {
-    glm::vec3 towards{0, 1, 0};  ///< unit
+    glm::vec3 towards;   ///< unit
+    ShadingFrame frame;  ///< around `towards`
     glm::vec3 radiance{0};
     float one_minus_cos = 0;  ///< of the angular radius
     float pdf = 0;            ///< 1 / solid angle

@@ -68,6 +68,8 @@ public:
     void trace_coherent(std::span<const es_ray> rays, std::vector<Hit>& hits);
 
     Textures::Reader& textures() { return textures_; }
+    /// Counts the time since the last call of this or trace_radiance as shading.
+    void end_surfaces() { counts_.shading_s += clock_.lap(); }
     RayCounts counts() const;
 
 private:

@@ -2,6 +2,7 @@
 /// A SceneModel packed for shading: what one hit needs lies in three cache lines (instance, triangle, material).
 /// Immutable while rays are traced; place_instances between frames.
 #include <equistream_embree/bsdf.h>
+#include <equistream_embree/directions.h>
 #include <equistream_embree/textures.h>
 
 #include <equistream_scene/bvh.h>
@@ -61,12 +62,11 @@ public:
     bool has_thin_glass() const { return has_thin_glass_; }
 
 private:
-    struct TriangleRecord {
-        std::uint32_t normals[3];
-        std::uint32_t geometric_normal;
+    struct alignas(64) TriangleRecord {
+        PackedDirection normals[3];
+        PackedDirection geometric_normal;
         glm::vec2 uvs[3];
         float uv_per_metre;  // in object space
-        std::uint32_t unused;
     };
     struct alignas(64) InstanceRecord {
         glm::mat3 normal_from_object;  // inverse transpose, scaled to keep lengths near 1

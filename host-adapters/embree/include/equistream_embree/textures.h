@@ -83,6 +83,7 @@ private:
     InputError failure(const Texture& texture) const;
     void fetch_coarse_level(const Texture& texture, Entry& entry);
 
+    std::filesystem::path model_file_;
     std::vector<MipChainSource> sources_;  // outlive the system, which reads from them
     std::unique_ptr<OIIO::TextureSystem, DestroySystem> system_;
     std::vector<Entry> entries_;
