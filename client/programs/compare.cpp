@@ -18,7 +18,7 @@ struct Arguments {
     std::vector<std::filesystem::path> second;
     std::string metrics = "psnr,ssim";
     std::string eyes;
-    std::string frames;
+    std::optional<cli::FrameRange> frames;
     std::string progress = "auto";
     std::filesystem::path gaps;
     std::filesystem::path out;
@@ -54,10 +54,9 @@ void complete(Arguments& arguments) {
     choose_metrics(arguments.metrics, arguments.comparison);
     if (!arguments.eyes.empty())
         arguments.pairing.eyes = words_of(arguments.eyes);
-    if (!arguments.frames.empty()) {
-        const cli::FrameRange range = cli::parse_frames(arguments.frames);
-        arguments.pairing.first_frame = range.first;
-        arguments.pairing.last_frame = range.last;
+    if (arguments.frames) {
+        arguments.pairing.first_frame = arguments.frames->first;
+        arguments.pairing.last_frame = arguments.frames->last;
     }
     if (!arguments.second.empty()) {
         arguments.pairing.second_picture = arguments.second[0];
@@ -121,7 +120,7 @@ std::function<void()> set_up(CLI::App& app, std::shared_ptr<Arguments> arguments
         ->capture_default_str();
     app.add_option("--eyes", arguments->eyes,
                    "Comma-separated: left, right, centre, small (default: left and right where they exist)");
-    app.add_option("--frames", arguments->frames, "A range, 0-149, or one frame (default: all, the same on all sides)");
+    cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number (default: all, the same on all sides)");
     app.add_option("--exposure", arguments->exposure, "For EXR, instead of each frame's own exposure");
     app.add_option("--view", arguments->comparison.view, "Display view for EXR (OpenColorIO)")->capture_default_str();
     app.add_option("--gaps", arguments->gaps,

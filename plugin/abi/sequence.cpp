@@ -30,6 +30,7 @@ void Sequence::make_folder() const {
 void Sequence::adopt_or_refuse() {
     const std::filesystem::path& folder = settings_.folder;
     const std::filesystem::path file = folder / "manifest.json";
+    remove_unfinished_files(folder);
     const std::vector<std::int64_t> frames = list_frames(folder);
     std::optional<std::string> refusal;
     if (std::filesystem::exists(file)) {
@@ -60,14 +61,18 @@ bool Sequence::keeps_frame(std::int64_t index) const {
 }
 
 void Sequence::write(const Frame& frame) {
+    if (std::exchange(manifest_lacks_poses_, false))
+        note_poses(frame.info);
     write_exr(settings_.folder / frame_file_name(frame.info.index), frame, {.single_part = settings_.single_part});
-    if (!std::exchange(manifest_lacks_poses_, false))
-        return;
+}
+
+/// Before the first frame appears, so that a folder with a frame always says where the path began.
+void Sequence::note_poses(const FrameInfo& first) {
     FrameInfo& shared = settings_.manifest.shared;
-    shared.index = frame.info.index;
-    shared.time_s = frame.info.time_s;
-    shared.camera_pose = frame.info.camera_pose;
-    shared.head = frame.info.head;
+    shared.index = first.index;
+    shared.time_s = first.time_s;
+    shared.camera_pose = first.camera_pose;
+    shared.head = first.head;
     write_manifest(settings_.folder, settings_.manifest);
 }
 

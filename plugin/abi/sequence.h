@@ -20,6 +20,7 @@ public:
     void write(const Frame& frame);
 
 private:
+    void note_poses(const FrameInfo& first);
     void make_folder() const;
     void adopt_or_refuse();
 

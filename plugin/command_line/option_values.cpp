@@ -49,6 +49,11 @@ FrameRange parse_frames(const std::string& text) {
     return range;
 }
 
+CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description) {
+    return app.add_option_function<std::string>(
+        "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
+}
+
 std::string quoted_command(int argc, char** argv) {
     std::string command;
     for (int i = 0; i < argc; ++i) {

@@ -15,6 +15,8 @@
 namespace equistream {
 namespace {
 
+constexpr const char* aside_extension = ".aside";
+
 /// Between opening and locking, another process may have renamed the file away: then ours is not the named one.
 bool still_named(int descriptor, const std::filesystem::path& name) {
     struct stat opened {};
@@ -34,7 +36,7 @@ void AsideFile::fail(const char* what, int error_number) const {
 }
 
 AsideFile::AsideFile(std::filesystem::path file) : file_(std::move(file)) {
-    aside_ = folder_of(file_) / ("." + file_.filename().string() + ".aside");
+    aside_ = folder_of(file_) / ("." + file_.filename().string() + aside_extension);
     while (descriptor_ < 0) {
         const int opened = open(aside_.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
         if (opened < 0)
@@ -87,6 +89,21 @@ void AsideFile::commit() {
         // Some file systems cannot sync a folder; the file itself is safe by now.
         fsync(folder);
         close(folder);
+    }
+}
+
+void remove_unfinished_files(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.starts_with(".") || !name.ends_with(aside_extension))
+            continue;
+        const int descriptor = open(entry.path().c_str(), O_WRONLY | O_CLOEXEC);
+        if (descriptor < 0)
+            continue;
+        if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 && still_named(descriptor, entry.path()))
+            unlink(entry.path().c_str());
+        close(descriptor);
     }
 }
 

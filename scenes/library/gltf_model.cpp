@@ -299,7 +299,9 @@ private:
 
 SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options) {
     const GltfDocument document(file);
-    return ModelReader(document, options).read();
+    SceneModel model = ModelReader(document, options).read();
+    model.file = file;
+    return model;
 }
 
 }  // namespace equistream

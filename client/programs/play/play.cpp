@@ -14,7 +14,8 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
-    std::string size, frames, progress = "auto", format = "png", layout = "files";
+    std::string size, progress = "auto", format = "png", layout = "files";
+    std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
 
@@ -45,8 +46,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
     make_fill_ladder(settings.fill);
     if (app.count("--size") > 0)
         settings.size = cli::parse_size(arguments.size);
-    if (app.count("--frames") > 0)
-        settings.frames = cli::parse_frames(arguments.frames);
+    if (arguments.frames)
+        settings.frames = *arguments.frames;
     if (app.count("--fov") > 0) {
         require(arguments.fov_deg > 0 && arguments.fov_deg < 179, "--fov", "degrees above 0 and below 179",
                 std::to_string(arguments.fov_deg));
@@ -89,7 +90,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--fill", settings.fill, "Rungs in order, of small and spread; or none")->capture_default_str();
     app.add_option("--layout", arguments->layout, "files: one file for each eye and frame")->capture_default_str();
     app.add_option("--format", arguments->format, "png, exr (linear, scene-referred) or mp4")->capture_default_str();
-    app.add_option("--frames", arguments->frames, "FIRST-LAST, by frame number; default: all");
+    cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
     app.add_option("--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame")
         ->capture_default_str();
     app.add_flag("--json", settings.json, "Print the report as JSON instead of a table");

@@ -34,6 +34,9 @@ std::string frame_file_name(std::int64_t index, const std::string& extension = "
 /// Writes `text` to `file` aside, syncs, renames. Shared by everything that must appear whole or not at all.
 void write_file_atomically(const std::filesystem::path& file, const std::string& text);
 
+/// Removes what killed writers left in `folder`; files that another process is writing now stay.
+void remove_unfinished_files(const std::filesystem::path& folder);
+
 /// What one sequence folder says of itself (manifest.json): the settings that every frame shares.
 struct Manifest {
     FrameInfo shared;  ///< index, time and poses are those of the first frame

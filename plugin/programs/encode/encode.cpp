@@ -13,7 +13,8 @@ namespace equistream {
 namespace {
 
 struct Options {
-    std::string folder, target, eye, frames;
+    std::string folder, target, eye;
+    std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
     std::string fill = "auto";
     std::string view = default_view;
@@ -21,15 +22,13 @@ struct Options {
     int crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
     std::string preset = StreamSettings{}.preset;
-    bool small = false, no_small = false, json = false;
+    bool json = false;
 };
 
 SmallTrack small_track_of(const Options& options) {
-    const bool wanted = options.small || options.fill == "small";
-    const bool unwanted = options.no_small || options.fill == "none";
-    if (wanted && unwanted)
-        throw InputError(expected_found("--fill, --small, --no-small", "one wish for the small stream", "two"));
-    return wanted ? SmallTrack::required : unwanted ? SmallTrack::none : SmallTrack::automatic;
+    if (options.fill == "small")
+        return SmallTrack::required;
+    return options.fill == "none" ? SmallTrack::none : SmallTrack::automatic;
 }
 
 EncodeRequest request_of(const Options& options) {
@@ -39,8 +38,7 @@ EncodeRequest request_of(const Options& options) {
     sources.small = small_track_of(options);
     if (!options.eye.empty())
         sources.eye = options.eye;
-    if (!options.frames.empty())
-        sources.frames = cli::parse_frames(options.frames);
+    sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.target = options.target;
     request.view = options.view;
@@ -137,13 +135,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--gop", options.gop, "Frames from one key frame to the next")->capture_default_str();
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
-    app.add_option("--frames", options.frames, "A-B: these frames only");
+    cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");
     app.add_option("--view", options.view, "OpenColorIO view of the sRGB display")->capture_default_str();
     app.add_option("--fill", options.fill, "Gap filling stream: auto (small if it is there), small or none")
         ->check(CLI::IsMember({"auto", "small", "none"}))
         ->capture_default_str();
-    app.add_flag("--small", options.small, "The same as --fill small");
-    app.add_flag("--no-small", options.no_small, "The same as --fill none");
     app.add_flag("--json", options.json, "Report as JSON");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
     return [&options] { run(options); };

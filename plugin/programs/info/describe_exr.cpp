@@ -113,6 +113,7 @@ Description describe_exr(const std::filesystem::path& file) {
         file.string() + ": EXR image, " + bytes_text(static_cast<double>(std::filesystem::file_size(file))) + "\n";
     for (int part = 0; part < header.part_count(); ++part)
         add_part(header, part, description);
+    bool ours = true;
     try {
         const FrameInfo info = read_exr_info(file);
         description.text += formatted("frame %lld at %.4f s, %g frames/s\n  pose       ",
@@ -121,7 +122,10 @@ Description describe_exr(const std::filesystem::path& file) {
         description.json["frame"] = frame_json(info);
     } catch (const InputError& error) {
         description.text += std::string("no frame data of equistream's: ") + error.what() + "\n";
+        ours = false;
     }
+    if (ours)
+        read_exr(file);  // a header says nothing of pixels that are cut off or damaged
     return description;
 }
 

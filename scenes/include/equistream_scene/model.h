@@ -75,6 +75,7 @@ struct Material {
 };
 
 struct SceneModel {
+    std::filesystem::path file;  ///< where it was read from, for errors; empty if it was made in memory
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
     std::vector<Object> objects;

@@ -107,17 +107,17 @@ TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
         EXPECT_EQ(ran.status, 0) << ran.errors;
         return nlohmann::json::parse(ran.output, nullptr, false);
     };
-    EXPECT_EQ(tracks("' --no-small")["tracks"][0]["folder"], path("r/left"));
+    EXPECT_EQ(tracks("' --fill none")["tracks"][0]["folder"], path("r/left"));
     EXPECT_EQ(tracks("' --fill none --eye right")["frames"]["last"], 5);
     EXPECT_EQ(tracks("/right' --frames 2-4")["frames"]["count"], 3);
     EXPECT_EQ(tracks("/left'")["tracks"].size(), 1u);
-    EXPECT_EQ(tracks("/left' --small --frames 0-1")["tracks"].size(), 2u);
+    EXPECT_EQ(tracks("/left' --fill small --frames 0-1")["tracks"].size(), 2u);
     const std::string out = " --out '" + path("b.mkv") + "'";
     expect_failure(run(r + "'" + out), 2, "small: expected frames 0-3, found no frame.0002.exr");
     expect_failure(run(r + "' --eye centre" + out), 2, "centre: expected frame.NNNN.exr files, found none");
-    expect_failure(run(r + "' --no-small --frames 2-9" + out), 2, "found no frame.0004.exr");
+    expect_failure(run(r + "' --fill none --frames 2-9" + out), 2, "found no frame.0004.exr");
     expect_failure(run(r + "' --frames 9-2" + out), 2, "9-2");
-    expect_failure(run(r + "' --small --no-small" + out), 2, "small");
+    expect_failure(run(r + "' --fill both" + out), 2, "small");
     EXPECT_FALSE(fs::exists(folder / "b.mkv"));
 }
 

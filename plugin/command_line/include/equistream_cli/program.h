@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,6 +35,9 @@ struct FrameRange {
 };
 FrameRange
 parse_frames(const std::string& text);  ///< "0-149" or "7"; empty, negative or backward ranges are InputErrors
+
+/// Adds --frames, which sets `frames` when it is given.
+CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description);
 
 /// The command line as one shell-quoted string, for manifests and reports.
 std::string quoted_command(int argc, char** argv);
