@@ -69,10 +69,10 @@ class Results:
 
     def cost_table(self):
         times = self.play["eyes"]["milliseconds"]
-        rows = [[f"{stage}, both eyes", f'{times[stage]["p50"]:.2f} ms', f'{times[stage]["p95"]:.2f} ms'] for stage in STAGES if stage in times]
+        rows = [[f"{stage}, both eyes", f'{times[stage]["mean"]:.2f} ms'] for stage in STAGES if stage in times]
         for track, figures in self.play["eyes"]["bytes"]["input"].items():
-            rows.append([f"{track} track", f'{figures["bytes"] / figures["pictures"] / 1000:.1f} kB a frame', ""])
-        return table(["stage or track", "median", "95 %"], rows)
+            rows.append([f"{track} track", f'{figures["bytes"] / figures["pictures"] / 1000:.1f} kB a frame'])
+        return table(["stage or track", "mean"], rows)
 
     def aovs(self):
         return "".join(figure(self.picture("sphere", plane), text) for plane, text in AOV_CAPTIONS.items())
@@ -85,7 +85,7 @@ class Results:
             for eye in ("left", "right"))
 
     def gaps(self):
-        figures = [figure(self.view("eyes", "gaps", eye), f"{eye.capitalize()} eye, where each pixel came from: black marks what the sphere could not see.")
+        figures = [figure(self.view("eyes", "gaps", eye), f"{eye.capitalize()} eye, white marks what the sphere could not see.")
                    for eye in ("left", "right")]
         figures += [figure(self.view("eyes", "difference", eye), f"{eye.capitalize()} eye, difference to the truth, amplified; the truth's own noise included.")
                     for eye in ("left", "right")]

@@ -55,11 +55,11 @@ CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames,
 }
 
 std::string quoted_command(int argc, char** argv) {
-    std::string command;
-    for (int i = 0; i < argc; ++i) {
+    const std::string program = argc > 0 ? argv[0] : "";
+    std::string command = program.substr(program.rfind('/') + 1);
+    for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
-        if (i > 0)
-            command += ' ';
+        command += ' ';
         const bool plain =
             !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                                     "0123456789_-+=.,:/@%") == std::string::npos;

@@ -86,8 +86,10 @@ int main(int argc, char** argv) {
         std::error_code error;
         const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
         const std::string program = (self.parent_path() / command.program).string();
+        // What was typed, for the records that programs keep of their command.
+        std::string typed = "equistream " + std::string(name);
         arguments.erase(arguments.begin());
-        arguments[0] = const_cast<char*>(program.c_str());
+        arguments[0] = typed.data();
         arguments.push_back(nullptr);
         execv(program.c_str(), arguments.data());
         std::fprintf(stderr, "equistream: %s: %s\n", program.c_str(), std::strerror(errno));

@@ -39,7 +39,7 @@ parse_frames(const std::string& text);  ///< "0-149" or "7"; empty, negative or 
 /// Adds --frames, which sets `frames` when it is given.
 CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description);
 
-/// The command line as one shell-quoted string, for manifests and reports.
+/// The command line as one shell-quoted string, for manifests and reports; the program without its folder.
 std::string quoted_command(int argc, char** argv);
 
 enum class ProgressStyle { automatic, json, none };
