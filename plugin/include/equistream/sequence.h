@@ -21,8 +21,8 @@ struct ExrWriteOptions {
 std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, const ExrWriteOptions& options = {});
 
 /// Reads the named planes ("colour", "depth", ...); an empty list reads all there are. Scan lines with NONE, RLE, ZIPS
-/// or ZIP compression only. A foreign file, without our attributes, gets a default FrameInfo with its size and, where it
-/// has no alpha, A = 1.
+/// or ZIP compression only. A foreign file, without our attributes, gets a default FrameInfo with its size and, where
+/// it has no alpha, A = 1.
 Frame read_exr(const std::filesystem::path& file, const std::vector<std::string>& planes = {});
 
 /// Reads attributes only; a foreign file is an InputError.
