@@ -13,9 +13,16 @@ float dielectric_f0(float index_of_refraction) {
 
 namespace {
 
+/// Reflectance at grazing incidence: 1, but fading out where the index of refraction approaches 1 and there is hardly a
+/// surface to reflect (at 1.33 and above it is 1).
+float grazing(float f0) {
+    return std::min(1.0f, 50 * f0);
+}
+
 /// Energy that a smooth dielectric lets below its surface.
 float entering(float f0, float cosine) {
-    return (1 - f0) * (1 - schlick_weight(cosine));
+    const float w = schlick_weight(cosine);
+    return 1 - f0 * (1 - w) - grazing(f0) * w;
 }
 
 }  // namespace
@@ -27,6 +34,7 @@ glm::vec3 straight_transmittance(const SurfaceParameters& p, float cosine) {
 Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
     const float dielectric = 1 - p.metallic;
     f0_ = glm::vec3(dielectric * p.dielectric_f0) + p.metallic * p.base_colour;
+    f90_ = dielectric * grazing(p.dielectric_f0) + p.metallic;
     const bool glass = p.transmission > 0, smooth = p.roughness < mirror_roughness;
     alpha_ = glass ? 0 : std::max(smooth ? 0 : p.roughness * p.roughness, alpha_floor);
 
@@ -39,8 +47,9 @@ Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
         const GgxAlbedo lobe = ggx_albedo(cos_viewer, alpha_);
         const float lost = (1 - lobe.white()) / lobe.white();
         specular_scale_ = 1.0f + f0_ * lost;
-        specular_albedo = (f0_ * lobe.scale + lobe.bias) * specular_scale_;
-        below = std::max(0.0f, 1 - (p.dielectric_f0 * lobe.scale + lobe.bias) * (1 + p.dielectric_f0 * lost));
+        specular_albedo = (f0_ * lobe.scale + f90_ * lobe.bias) * specular_scale_;
+        const float f90 = grazing(p.dielectric_f0);
+        below = std::max(0.0f, 1 - (p.dielectric_f0 * lobe.scale + f90 * lobe.bias) * (1 + p.dielectric_f0 * lost));
     }
     diffuse_ = p.base_colour * (dielectric * below * (1 - p.transmission));
     straight_ = glass ? straight_transmittance(p, cos_viewer) : glm::vec3(0);
@@ -58,7 +67,7 @@ void Bsdf::choose_probabilities(const glm::vec3& specular_albedo) {
 }
 
 glm::vec3 Bsdf::fresnel(float cosine) const {
-    return f0_ + (1.0f - f0_) * schlick_weight(cosine);
+    return f0_ + (f90_ - f0_) * schlick_weight(cosine);
 }
 
 BsdfValue Bsdf::evaluate(const glm::vec3& viewer, const glm::vec3& light) const {

@@ -13,7 +13,7 @@ constexpr int table_side = 32;
 using AlbedoTable = std::array<std::array<GgxAlbedo, table_side>, table_side>;  // [sqrt alpha][cosine]
 
 GgxAlbedo integrate_albedo(float cosine, float alpha) {
-    constexpr std::uint32_t points = 1024;
+    constexpr std::uint32_t points = 256;
     const glm::vec3 viewer{std::sqrt(std::max(0.0f, 1 - cosine * cosine)), 0, cosine};
     const float lambda_viewer = ggx_lambda(viewer, alpha);
     double scale = 0, bias = 0;

@@ -11,10 +11,9 @@
 namespace equistream::embree_host {
 namespace {
 
-/// A mean agrees with a value when it lies within four standard errors, and 0.1 % for the trace of Schlick's Fresnel
-/// that a matte surface keeps.
+/// A mean agrees with a value when it lies within four standard errors (and a rounding allowance).
 void expect_mean(const MeanRadiance& seen, double expected, const char* what) {
-    EXPECT_NEAR(seen.mean.y, expected, 4 * seen.standard_error + 1e-3 * expected) << what;
+    EXPECT_NEAR(seen.mean.y, expected, 4 * seen.standard_error + 2e-5 * expected) << what;
 }
 
 Material white_material(const char* kind) {

@@ -26,7 +26,7 @@ inline Material matte(const glm::vec3& colour) {
     m.base_colour = colour;
     m.metallic = 0;
     m.roughness = 1;
-    m.index_of_refraction = 1;  // no specular lobe but Schlick's at grazing angles
+    m.index_of_refraction = 1;  // no specular lobe
     m.double_sided = true;
     return m;
 }

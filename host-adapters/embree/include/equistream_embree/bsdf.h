@@ -57,6 +57,7 @@ private:
 
     glm::vec3 diffuse_{0};  // albedo left to the diffuse lobe
     glm::vec3 f0_{0};
+    float f90_ = 1;
     glm::vec3 specular_scale_{1};  // multiple scattering
     glm::vec3 straight_{0};
     float alpha_ = 0;  // 0: mirror

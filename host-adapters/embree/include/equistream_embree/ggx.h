@@ -20,13 +20,13 @@ glm::vec3 ggx_sample_visible_normal(const glm::vec3& viewer, float alpha, const 
 /// Density of the reflected direction that sampling visible normals gives.
 float ggx_reflection_pdf(const glm::vec3& viewer, const glm::vec3& half, float alpha);
 
-/// Directional albedo of the single-scattering lobe with Schlick's Fresnel: F0 * scale + bias.
+/// Directional albedo of the single-scattering lobe with Schlick's Fresnel: F0 * scale + F90 * bias.
 struct GgxAlbedo {
     float scale = 0;
     float bias = 0;
     float white() const { return scale + bias; }
 };
-/// From a table integrated at start-up (1,024 points a cell).
+/// From a table integrated at start-up (256 points a cell).
 GgxAlbedo ggx_albedo(float cosine, float alpha);
 
 }  // namespace equistream::embree_host

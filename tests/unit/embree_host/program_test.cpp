@@ -1,0 +1,169 @@
+/// The program, run as a user runs it: same pixels on any number of threads, resuming, streams, bad usage, interrupts.
+#include <equistream/sequence.h>
+
+#include <equistream_generate/generate.h>
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+namespace equistream {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RenderProgram : public testing::Test {
+protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("equistream-render-test-" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        scene_ = write_scene(make_scene(find_generator("motion")), folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    struct Outcome {
+        int exit_code = -1;
+        std::string standard_output, error;
+    };
+
+    std::string command(const std::string& arguments) const {
+        return std::string(EQUISTREAM_RENDER) + " " + scene_.string() + " " + arguments;
+    }
+    Outcome run(const std::string& arguments) const { return run_line(command("--size 32x16 --spp 4 " + arguments)); }
+
+    Outcome run_line(const std::string& line) const {
+        const fs::path out = folder_ / "stdout.txt", err = folder_ / "stderr.txt";
+        const int status = std::system((line + " >" + out.string() + " 2>" + err.string()).c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(out), text_of(err)};
+    }
+
+    static std::string text_of(const fs::path& file) {
+        std::ostringstream text;
+        text << std::ifstream(file).rdbuf();
+        return text.str();
+    }
+
+    void expect_same_planes(const fs::path& a, const fs::path& b) const {
+        const Frame one = read_exr(folder_ / a), other = read_exr(folder_ / b);
+        ASSERT_EQ(one.planes.size(), other.planes.size());
+        for (const auto& [name, plane] : one.planes)
+            EXPECT_TRUE(std::ranges::equal(plane.samples(), other.planes.at(name).samples())) << name;
+        for (const auto& [name, plane] : one.ids)
+            EXPECT_TRUE(std::ranges::equal(plane.samples(), other.ids.at(name).samples())) << name;
+    }
+
+    std::string out(const char* name) const { return "--out " + (folder_ / name).string(); }
+
+    fs::path folder_, scene_;
+};
+
+TEST_F(RenderProgram, PixelsDoNotDependOnThreads) {
+    ASSERT_EQ(run("--frames 1-2 --threads 1 " + out("one")).exit_code, 0);
+    ASSERT_EQ(run("--frames 1-2 --threads 5 " + out("five")).exit_code, 0);
+    expect_same_planes("one/centre/frame.0001.exr", "five/centre/frame.0001.exr");
+    expect_same_planes("one/centre/frame.0002.exr", "five/centre/frame.0002.exr");
+}
+
+TEST_F(RenderProgram, OtherSeedsChangeColourAndNothingElse) {
+    ASSERT_EQ(run("--frames 0 --seed 1 " + out("a")).exit_code, 0);
+    ASSERT_EQ(run("--frames 0 --seed 2 " + out("b")).exit_code, 0);
+    const Frame a = read_exr(folder_ / "a/centre/frame.0000.exr"), b = read_exr(folder_ / "b/centre/frame.0000.exr");
+    EXPECT_FALSE(std::ranges::equal(a.planes.at("colour").samples(), b.planes.at("colour").samples()));
+    for (const char* plane : {"depth", "forward", "backward", "normal", "albedo"})
+        EXPECT_TRUE(std::ranges::equal(a.planes.at(plane).samples(), b.planes.at(plane).samples())) << plane;
+}
+
+TEST_F(RenderProgram, WritesEveryStreamAskedFor) {
+    const Outcome outcome = run("--frames 3 --eye both --small right --json " + out("all"));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+    EXPECT_NE(outcome.standard_output.find("\"frames_rendered\": 3"), std::string::npos) << outcome.standard_output;
+    for (const char* eye : {"left", "right"}) {
+        const Frame frame = read_exr(folder_ / "all" / eye / "frame.0003.exr");
+        EXPECT_EQ(width_of(frame.info.camera), 32);
+        EXPECT_EQ(frame.info.eye, std::string(eye) == "left" ? Eye::left : Eye::right);
+        EXPECT_TRUE(frame.planes.contains("depth"));
+        EXPECT_TRUE(frame.ids.contains("object_id"));
+    }
+    const Frame small = read_exr(folder_ / "all/small/frame.0003.exr");
+    EXPECT_EQ(width_of(small.info.camera), 8);
+    EXPECT_EQ(height_of(small.info.camera), 4);
+    EXPECT_EQ(small.info.eye, Eye::right);
+    EXPECT_FALSE(small.planes.contains("depth"));
+}
+
+TEST_F(RenderProgram, ResumesWhereItStopped) {
+    ASSERT_EQ(run("--frames 0-2 " + out("whole")).exit_code, 0);
+    ASSERT_EQ(run("--frames 0-2 " + out("broken")).exit_code, 0);
+    const fs::path kept = folder_ / "broken/centre/frame.0000.exr";
+    const auto written = fs::last_write_time(kept);
+    fs::remove(folder_ / "broken/centre/frame.0001.exr");
+    const Outcome again = run("--frames 0-2 " + out("broken"));
+    EXPECT_EQ(again.exit_code, 0) << again.error;
+    EXPECT_NE(again.error.find("2 of 3 frames are finished and kept"), std::string::npos) << again.error;
+    EXPECT_EQ(fs::last_write_time(kept), written);
+    expect_same_planes("whole/centre/frame.0001.exr", "broken/centre/frame.0001.exr");
+
+    const Outcome other = run("--frames 0-2 --seed 9 " + out("broken"));
+    EXPECT_EQ(other.exit_code, 2);
+    EXPECT_EQ(run("--frames 0-2 --seed 9 --overwrite " + out("broken")).exit_code, 0);
+}
+
+TEST_F(RenderProgram, AnInterruptLeavesWholeFramesOnly) {
+    const pid_t child = fork();
+    if (child == 0) {
+        const std::string line = "exec " + command("--spp 60 --size 128x64 --threads 2 " + out("cut")) +
+                                 " >/dev/null 2>" + (folder_ / "cut.txt").string();
+        execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+        _exit(127);
+    }
+    // Wait until a frame is there, so that the second is under way.
+    for (int i = 0; i < 600 && !fs::exists(folder_ / "cut/centre/frame.0000.exr"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    kill(child, SIGINT);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+    EXPECT_NE(text_of(folder_ / "cut.txt").find("interrupted"), std::string::npos) << text_of(folder_ / "cut.txt");
+    for (const auto& entry : fs::directory_iterator(folder_ / "cut/centre")) {
+        const std::string name = entry.path().filename().string();
+        if (name == "manifest.json")
+            continue;
+        EXPECT_NO_THROW(read_exr(entry.path())) << name;
+    }
+}
+
+TEST_F(RenderProgram, BadUsageIsOneLineAndExitTwo) {
+    for (const char* bad :
+         {"--frames 5-3", "--frames 0-99999", "--frames x", "--size 0x4", "--spp 0", "--eye top", "--host mitsuba",
+          "--camera perspective --range 90,90", "--fov 60", "--range 400,10", "--range 90", "--aovs dept",
+          "--small right --size 33x16", "--path nowhere.csv", "--no-such-option"}) {
+        const Outcome outcome = run_line(command(std::string(bad) + " " + out("never")));
+        EXPECT_EQ(outcome.exit_code, 2) << bad << ": " << outcome.error;
+        EXPECT_EQ(std::ranges::count(outcome.error, '\n'), 1) << bad << ": " << outcome.error;
+        EXPECT_FALSE(fs::exists(folder_ / "never/centre/manifest.json")) << bad;
+    }
+    const Outcome missing = run_line(std::string(EQUISTREAM_RENDER) + " nowhere.json " + out("never"));
+    EXPECT_EQ(missing.exit_code, 2);
+    EXPECT_NE(missing.error.find("nowhere.json"), std::string::npos);
+    const Outcome unwritable = run("--frames 0 --out /proc/equistream");
+    EXPECT_EQ(unwritable.exit_code, 2) << unwritable.error;
+}
+
+TEST_F(RenderProgram, PerspectiveTakesFieldOfView) {
+    ASSERT_EQ(run("--frames 0 --camera perspective --fov 60 --aovs depth " + out("view")).exit_code, 0);
+    const FrameInfo info = read_exr_info(folder_ / "view/centre/frame.0000.exr");
+    ASSERT_TRUE(std::holds_alternative<PerspectiveCamera>(info.camera));
+    EXPECT_NEAR(std::get<PerspectiveCamera>(info.camera).fov_x_rad, pi / 3, 1e-6);
+}
+
+}  // namespace
+}  // namespace equistream
