@@ -5,7 +5,8 @@
 
 preset=$1
 BUILD=$PWD/build/$preset
-export CCACHE_DIR=${CCACHE_DIR:-$HOME/.cache/equistream-ccache}
+export CCACHE_DIR=${CCACHE_DIR:-${HOME:-$PWD/build}/.cache/equistream-ccache}
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1 # another checkout of the same sources hits the cache
 
 as_root() {
     if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi

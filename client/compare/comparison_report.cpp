@@ -144,8 +144,10 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
 }  // namespace
 
 std::string noise_free_text(const NoiseFreeError& error) {
-    if (error.high <= 0)
+    if (error.mean_square == 0 && error.low == error.high)
         return "identical";
+    if (error.high <= 0)
+        return "none found";
     const double least = NoiseFreeError::decibels(error.high);
     if (error.only_bounded())
         return "> " + fixed(least, 2) + " dB";

@@ -72,11 +72,18 @@ private:
             return;
         }
         const bool posed = decoded->info.has_value();
-        if (!posed)
+        if (!posed) {
+            // A second track of somebody else's video is no second eye of ours.
+            has_small_ = false;
+            if (decoded->role != TrackRole::main)
+                return;
             decoded->info = foreign_info(*decoded);
+        }
         const std::int64_t index = decoded->info->index;
-        if (index > options_.last_frame && decoded->role == TrackRole::main && !has_small_)
-            ended_ = true;
+        if (index > options_.last_frame) {
+            (decoded->role == TrackRole::main ? main_is_past_ : small_is_past_) = true;
+            ended_ = main_is_past_ && (small_is_past_ || !has_small_);
+        }
         if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
             return;
         Partial& partial = waiting_[index];
@@ -109,6 +116,8 @@ private:
     std::int64_t foreign_index_ = 0;
     double file_bytes_ = 0;
     bool has_small_ = false;
+    bool main_is_past_ = false;  // beyond the last frame asked for
+    bool small_is_past_ = false;
     bool ended_ = false;
 };
 

@@ -48,11 +48,10 @@ void Sequence::adopt_or_refuse() {
     }
     if (refusal && !settings_.overwrite)
         throw InputError(*refusal + "; choose another folder or overwrite");
-    if (refusal)
-        for (const std::int64_t index : frames)
-            std::filesystem::remove(folder / frame_file_name(index));
     manifest_lacks_poses_ = refusal || frames.empty() || settings_.overwrite;
-    if (manifest_lacks_poses_)
+    if (refusal)
+        outdated_ = frames;  // they stay until there is a frame to take their place
+    else if (frames.empty())
         write_manifest(folder, settings_.manifest);
 }
 
@@ -68,6 +67,8 @@ void Sequence::write(const Frame& frame) {
 
 /// Before the first frame appears, so that a folder with a frame always says where the path began.
 void Sequence::note_poses(const FrameInfo& first) {
+    for (const std::int64_t index : std::exchange(outdated_, {}))
+        std::filesystem::remove(settings_.folder / frame_file_name(index));
     FrameInfo& shared = settings_.manifest.shared;
     shared.index = first.index;
     shared.time_s = first.time_s;

@@ -25,6 +25,7 @@ private:
     void adopt_or_refuse();
 
     SequenceSettings settings_;
+    std::vector<std::int64_t> outdated_;  // frames of other settings, to be overwritten
     bool manifest_lacks_poses_ = false;
 };
 

@@ -230,7 +230,7 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.ipd_m = in.number("equistream:ipd", 0, 1e3);
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", lock_names));
     info.lean_m = in.number("equistream:headBoxRadius", 0, 1e6);
-    info.exposure = in.number("equistream:exposure", 0, huge);
+    info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);
     info.seed = in.decimal<std::uint64_t>("equistream:seed");
     info.samples_per_pixel = in.decimal<std::uint32_t>("equistream:spp");
     info.scene = in.short_text("equistream:scene");

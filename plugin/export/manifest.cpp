@@ -208,6 +208,8 @@ Manifest read_manifest(const std::filesystem::path& folder) {
     } catch (const json::parse_error& error) {
         throw InputError(
             expected_found(file.string() + ": byte " + std::to_string(error.byte), "JSON", "a syntax error"));
+    } catch (const json::exception& error) {
+        throw InputError(expected_found(file.string(), "JSON", error.what()));
     }
     return from_json(document, file.string());
 }

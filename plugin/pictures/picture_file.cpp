@@ -1,13 +1,11 @@
 #include <equistream/error.h>
 #include <equistream/picture.h>
+#include <equistream/sequence.h>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <system_error>
+#include <vector>
 
 namespace equistream {
 
@@ -35,29 +33,25 @@ ByteImage read_picture(const fs::path& file) {
 }
 
 void write_picture(const fs::path& file, ImageView<const std::uint8_t> picture) {
-    const fs::path aside =
-        file.parent_path() / ("." + file.stem().string() + "." + std::to_string(getpid()) + file.extension().string());
     const auto fail = [&](const std::string& why) {
-        std::error_code ignored;
-        fs::remove(aside, ignored);
-        throw WorkError(file.string() + ": could not be written: " + why);
+        return WorkError(file.string() + ": could not be written: " + why);
     };
-    const auto output = OIIO::ImageOutput::create(aside.string());
+    const auto output = OIIO::ImageOutput::create(file.string());
     if (!output)
-        fail(OIIO::geterror());
+        throw fail(OIIO::geterror());
+    if (!output->supports("ioproxy"))
+        throw fail(expected_found("its extension", "png", file.extension().string()));
     OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     spec.attribute("png:compressionLevel", 4);
-    errno = 0;
-    if (!output->open(aside.string(), spec))
-        fail(errno != 0 ? std::strerror(errno) : output->geterror());
-    const bool written = output->write_image(OIIO::TypeDesc::UINT8, picture.data, OIIO::AutoStride, picture.row_stride);
-    if (!output->close() || !written)
-        fail(errno != 0 ? std::strerror(errno) : output->geterror());
-    std::error_code error;
-    fs::rename(aside, file, error);
-    if (error)
-        fail(error.message());
+    // Coded in memory: a file's own buffers would hide a full disk until it is too late.
+    std::vector<unsigned char> coded;
+    OIIO::Filesystem::IOVecOutput memory(coded);
+    if (!output->set_ioproxy(&memory) || !output->open(file.string(), spec) ||
+        !output->write_image(OIIO::TypeDesc::UINT8, picture.data, OIIO::AutoStride, picture.row_stride) ||
+        !output->close())
+        throw fail(output->geterror());
+    write_file_atomically(file, std::string(coded.begin(), coded.end()));
 }
 
 }  // namespace equistream

@@ -37,11 +37,10 @@ void check_track(const TrackSettings& track) {
     const std::string size = std::to_string(track.width) + "x" + std::to_string(track.height);
     const std::string where = std::string(track_name(track.role)) + " track";
     // Both codecs' 4:2:0 needs even sides; libx265 needs a whole coding unit.
-    constexpr int smallest_side = 64;
-    if (track.width < smallest_side || track.height < smallest_side || track.width > max_image_side ||
+    if (track.width < min_track_side || track.height < min_track_side || track.width > max_image_side ||
         track.height > max_image_side)
         throw InputError(expected_found(
-            where, "sides of " + std::to_string(smallest_side) + " to " + std::to_string(max_image_side) + " pixels",
+            where, "sides of " + std::to_string(min_track_side) + " to " + std::to_string(max_image_side) + " pixels",
             size));
     if (track.width % 2 != 0 || track.height % 2 != 0)
         throw InputError(expected_found(where, "an even width and height (4:2:0 video has no odd sizes)", size));
@@ -96,6 +95,8 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     if (code < 0)
         throw InputError(std::string(name) + " refused " + std::to_string(track.width) + "x" +
                          std::to_string(track.height) + ", preset " + settings.preset + ": " + av::error_text(code));
+    if (const std::string unknown = options.left_over(); !unknown.empty())
+        throw InputError(std::string(name) + " of this libavcodec does not know the option " + unknown);
     return codec;
 }
 

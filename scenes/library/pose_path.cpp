@@ -56,6 +56,13 @@ std::vector<std::string_view> split(std::string_view line) {
     return fields;
 }
 
+/// A header has no number in it: a key with a slip of the pen is an error, not a header.
+bool names_columns(std::string_view line) {
+    const auto fields = split(line);
+    return std::none_of(fields.begin(), fields.end(),
+                        [](const auto& field) { return parse_number(field).has_value(); });
+}
+
 PosePath::Key parse_key(std::string_view line, const std::string& where) {
     const std::vector<std::string_view> fields = split(line);
     if (fields.size() != columns.size())
@@ -112,7 +119,10 @@ Pose PosePath::at(double time_s) const {
 
 PosePath read_path_csv(const std::filesystem::path& file) {
     const std::vector<std::uint8_t> bytes = read_file_bytes(file, "camera path (CSV)", csv_size_limit);
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    if (text.starts_with(byte_order_mark))
+        text.remove_prefix(byte_order_mark.size());
     std::vector<PosePath::Key> keys;
     int number = 0;
     bool first = true;
@@ -123,7 +133,7 @@ PosePath read_path_csv(const std::filesystem::path& file) {
         ++number;
         if (line.empty() || line.front() == '#')
             continue;
-        const bool header = first && !parse_number(split(line).front());
+        const bool header = first && names_columns(line);
         first = false;
         if (header)
             continue;

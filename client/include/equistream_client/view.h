@@ -24,7 +24,7 @@ struct EyeView {
     ImageView<const float> depth_m{};  ///< as in SourceView, from the eye; empty for methods that need none
 };
 
-/// Who gave a pixel of an EyePicture its colour. Values are written to mask files; new ones are only appended.
+/// Who gave a pixel of an EyePicture its colour.
 enum class PixelOrigin : std::uint8_t {
     gap = 0,         ///< nobody yet
     source = 1,      ///< the main source

@@ -4,6 +4,7 @@
 
 #include <equistream/bound.h>
 #include <equistream/error.h>
+#include <equistream/stream.h>
 #include <equistream_client/ray_depth.h>
 
 #include <algorithm>
@@ -109,9 +110,11 @@ void FramePlayer::check(const ReceivedFrame& first) {
     if (exact_ != nullptr && !scene_)
         check_exact_depth(first);
     const PerspectiveCamera eye = eye_camera(first.main.info);
-    if (settings_.format == Format::mp4 && (eye.width % 2 != 0 || eye.height % 2 != 0))
-        throw InputError(expected_found("--size", "even sides for --format mp4",
-                                        std::to_string(eye.width) + "x" + std::to_string(eye.height)));
+    if (settings_.format == Format::mp4 &&
+        (eye.width % 2 != 0 || eye.height % 2 != 0 || eye.width < min_track_side || eye.height < min_track_side))
+        throw InputError(
+            expected_found("--size", "even sides of at least " + std::to_string(min_track_side) + " for --format mp4",
+                           std::to_string(eye.width) + "x" + std::to_string(eye.height)));
 }
 
 void FramePlayer::check_exact_depth(const ReceivedFrame& first) {

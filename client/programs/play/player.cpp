@@ -8,6 +8,7 @@
 #include <equistream/sequence.h>
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 namespace equistream::play {
@@ -21,10 +22,27 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
+void clear_views(const fs::path& out) {
+    for (const char* eye : {"left", "right"})
+        if (fs::exists(out / eye / "manifest.json"))
+            throw InputError(expected_found("--out " + out.string(), "a folder without rendered frames",
+                                            (out / eye / "manifest.json").string()));
+    for (const fs::path& folder : {out / "left", out / "right", out / "gaps" / "left", out / "gaps" / "right"})
+        for (const char* extension : {"png", "exr"})
+            if (fs::is_directory(folder))
+                for (const std::int64_t index : list_frames(folder, extension))
+                    fs::remove(folder / frame_file_name(index, extension));
+    for (const char* file : {"left.mp4", "right.mp4", "report.json"})
+        if (fs::exists(out / file))
+            fs::remove(out / file);
+}
+
 /// Every file of a run.
 class Outputs {
 public:
     Outputs(Format format, const fs::path& out) : out_(out) {
+        clear_views(out);
         require_writable_folder(out);
         require_writable_folder(out / "gaps" / "left");
         require_writable_folder(out / "gaps" / "right");
@@ -39,9 +57,18 @@ public:
         write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
         write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
     }
+    /// Both, also if one cannot be: the other eye's views are whole all the same.
     void finish() {
-        left_->finish();
-        right_->finish();
+        std::exception_ptr problem;
+        for (ViewWriter* views : {left_.get(), right_.get()}) {
+            try {
+                views->finish();
+            } catch (...) {
+                problem = std::current_exception();
+            }
+        }
+        if (problem)
+            std::rethrow_exception(problem);
     }
     std::int64_t bytes() const { return left_->bytes() + right_->bytes(); }
 

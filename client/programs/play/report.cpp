@@ -127,7 +127,8 @@ Json Report::json() const {
     for (const FrameFigures& frame : frames) {
         Json entry = {{"index", frame.index}, {"time_s", frame.time_s}, {"small", frame.has_small}};
         for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
-            entry["milliseconds"][stage_names[stage]] = mean(frame.milliseconds[stage]);
+            if (!frame.milliseconds[stage].empty())
+                entry["milliseconds"][stage_names[stage]] = mean(frame.milliseconds[stage]);
         entry["left"] = shares(frame.left);
         entry["right"] = shares(frame.right);
         json["frames"].push_back(std::move(entry));

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 
 namespace equistream::embree_host {
@@ -16,6 +17,7 @@ struct Typed {
     std::string progress = "auto";
     double fps = 0, fov_deg = 90;
     CLI::Option* fov_option = nullptr;
+    CLI::Option* fps_option = nullptr;
 };
 
 double number(std::string_view text, const std::string& option, const std::string& expected) {
@@ -51,8 +53,11 @@ RenderOptions checked(const Typed& typed) {
     if (!typed.small_eye.empty())
         o.small_eye = parse_eye(typed.small_eye);
     o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
-    if (typed.fps > 0)
+    if (typed.fps_option->count() > 0) {
+        if (!std::isfinite(typed.fps))
+            throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));
         o.frames_per_second = typed.fps;
+    }
     o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
     if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
         throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
@@ -64,6 +69,9 @@ RenderOptions checked(const Typed& typed) {
     o.fov_rad = typed.fov_deg * pi / 180;
     if (!typed.range.empty())
         o.range = parse_range(typed.range);
+    else if (sphere && o.size.width != 2 * o.size.height)
+        std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
+                     o.size.width, o.size.height);
     o.progress = cli::parse_progress(typed.progress);
     return o;
 }
@@ -93,7 +101,8 @@ void add_camera_options(CLI::App& app, Typed& t) {
 void add_frame_options(CLI::App& app, Typed& t) {
     app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's")->check(CLI::ExistingFile);
     cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
-    app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
+    t.fps_option =
+        app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
 }
 
 void add_quality_options(CLI::App& app, Typed& t) {
@@ -121,7 +130,8 @@ std::function<RenderOptions()> add_render_options(CLI::App& app) {
     add_quality_options(app, *typed);
     app.add_option("--threads", typed->options.threads, "Rendering threads (default: one per processor)")
         ->check(CLI::Range(1u, 1024u));
-    app.add_flag("--overwrite", typed->options.overwrite, "Render finished frames again");
+    app.add_flag("--overwrite", typed->options.overwrite,
+                 "Render finished frames again; frames of other settings make way");
     app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");
     app.add_option("--progress", typed->progress, "auto, json or none")->capture_default_str();
     app.add_flag("--json", typed->options.json, "Report figures as JSON on standard output");

@@ -38,6 +38,9 @@ std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> p
 
 enum class Codec { h264, h265 };
 
+/// Encoders refuse smaller tracks.
+inline constexpr int min_track_side = 64;
+
 struct TrackSettings {
     TrackRole role = TrackRole::main;
     int width = 0;   ///< even

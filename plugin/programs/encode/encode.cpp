@@ -17,7 +17,6 @@ struct Options {
     std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
     std::string fill = "auto";
-    std::string view = default_view;
     std::string progress = "auto";
     int crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
@@ -41,7 +40,6 @@ EncodeRequest request_of(const Options& options) {
     sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.target = options.target;
-    request.view = options.view;
     request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
     request.settings.crf = options.crf;
     request.settings.gop = options.gop;
@@ -70,7 +68,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
             {"crf", options.crf},
             {"preset", options.preset},
             {"gop", options.gop},
-            {"view", options.view},
+            {"view", default_view},
             {"exposure", report.first.exposure},
             {"scene", report.first.scene},
             {"full_sphere", report.settings.full_sphere},
@@ -95,7 +93,7 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
                 static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
                 options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
                 report.settings.full_sphere ? ", tagged as 360 degree video" : "");
-    std::printf("  view %s, exposure %g, sRGB BT.709 4:2:0\n", options.view.c_str(), report.first.exposure);
+    std::printf("  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
     for (const EncodedTrack& track : report.tracks)
         std::printf("  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
                     track.settings.width, track.settings.height, track.folder.string().c_str(),
@@ -136,7 +134,6 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
     cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");
-    app.add_option("--view", options.view, "OpenColorIO view of the sRGB display")->capture_default_str();
     app.add_option("--fill", options.fill, "Gap filling stream: auto (small if it is there), small or none")
         ->check(CLI::IsMember({"auto", "small", "none"}))
         ->capture_default_str();

@@ -84,14 +84,35 @@ void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
     }
 }
 
+/// A small view of another render would fill gaps from the wrong place.
+void check_companions(const std::vector<Picture>& pictures, const Sources& sources) {
+    const FrameInfo& main = pictures.front().info;
+    for (std::size_t i = 1; i < pictures.size(); ++i) {
+        const FrameInfo& other = pictures[i].info;
+        const char* differs = other.scene != main.scene                         ? "scene"
+                              : other.time_s != main.time_s                     ? "time"
+                              : other.head.position_m != main.head.position_m   ? "head position"
+                              : other.head.orientation != main.head.orientation ? "head orientation"
+                              : other.ipd_m != main.ipd_m                       ? "distance between the eyes"
+                              : other.exposure != main.exposure                 ? "exposure"
+                              : other.seed != main.seed                         ? "seed"
+                                                                                : nullptr;
+        if (differs)
+            throw InputError(expected_found(sources.tracks[i].folder.string() + ", frame " + std::to_string(main.index),
+                                            "the " + std::string(differs) + " of " + sources.tracks[0].folder.string(),
+                                            "another one; render both with one command, or use --fill none"));
+    }
+}
+
 }  // namespace
 
 EncodeReport encode_sequence(const EncodeRequest& request, const std::function<void(std::size_t)>& progress) {
     const auto start = Clock::now();
-    const DisplayTransform display(request.view);
+    const DisplayTransform display;
     const std::vector<std::int64_t>& frames = request.sources.frames;
     std::vector<Picture> pictures = read_frame(request.sources, frames.front(), display);
     check_sizes(pictures, request.sources);
+    check_companions(pictures, request.sources);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
     report.first = pictures.front().info;
@@ -116,6 +137,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         try {
             if (next.valid())
                 pictures = next.get();
+            check_companions(pictures, request.sources);
         } catch (const std::exception& error) {
             throw WorkError(error.what() + kept);
         }

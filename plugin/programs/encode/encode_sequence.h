@@ -12,7 +12,6 @@ struct EncodeRequest {
     Sources sources;
     std::string target;
     StreamSettings settings;  ///< tracks, frame rate, scene, sphere and length are filled from the frames
-    std::string view;
 };
 
 struct EncodedTrack {

@@ -25,8 +25,10 @@ def table(head, rows):
 
 def noise_free_cell(entry, eye, scale="display"):
     figures = entry["noise_free"]["eyes"][eye][scale]
-    if figures["db_low"] is None:
+    if figures["mean_square"] == 0 and figures["mean_square_low"] == figures["mean_square_high"]:
         return "identical"
+    if figures["db_low"] is None:
+        return "none found"
     if figures["only_bounded"]:
         return f"> {figures['db_low']:.1f}"
     return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"

@@ -59,7 +59,7 @@ class Experiment:
         if REPOSITORY in self.work.parents:
             raise Failed(f"--work: expected a folder outside the repository, found {options.work}")
         self.work.mkdir(parents=True, exist_ok=True)
-        self.steps = Steps(self.work, options.bin, {str(REPOSITORY) + "/": "", str(self.work) + "/": ""})
+        self.steps = Steps(self.work, options.bin, {str(REPOSITORY) + "/": "", str(self.work) + "/": ""}, {"frames": options.frames})
         self.scene = self.description(scene)
         self.result = {
             "scene": self.name,

@@ -3,6 +3,7 @@
 A record is steps/NAME.json in the work folder. A step whose command has changed runs again.
 """
 
+import hashlib
 import json
 import os
 import pathlib
@@ -24,13 +25,22 @@ def write_whole(file, text):
     os.replace(aside, file)
 
 
+def digest(folder):
+    """Of the programs' bytes, so that a step is done again when they change."""
+    sums = hashlib.sha256()
+    for file in sorted(folder.glob("equistream*")):
+        sums.update(file.read_bytes())
+    return sums.hexdigest()
+
+
 class Steps:
     """Runs `equistream` in a work folder; commands name files relative to it, so records do not depend on the machine."""
 
-    def __init__(self, work, programs, aliases):
+    def __init__(self, work, programs, aliases, settings):
         self.work = pathlib.Path(work)
         self.program = pathlib.Path(programs).resolve() / "equistream"
         self.aliases = aliases  # path prefixes of this machine -> what records say instead
+        self.context = {**settings, "programs": digest(self.program.parent)}
         if not self.program.is_file():
             raise Failed(f"{self.program}: expected the built program, found nothing (give --bin)")
 
@@ -47,7 +57,8 @@ class Steps:
         command = self.recorded(words)
         if file.exists():
             record = json.loads(file.read_text())
-            if record["command"] == command:
+            # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
+            if record["command"] == command and (fresh is not None or record.get("context") == self.context):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
         print(f"{name}: {command}", flush=True)
@@ -68,7 +79,7 @@ class Steps:
         if code != 0:
             lines = errors.read_text(errors="replace").strip().splitlines()
             raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
-        record = {"command": command, "wall_s": round(wall_s, 3), "resumed": resumed,
+        record = {"command": command, "context": self.context, "wall_s": round(wall_s, 3), "resumed": resumed,
                   "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
         write_whole(file, json.dumps(record, indent=1) + "\n")
         return record

@@ -66,7 +66,12 @@ TEST_F(AbiSequence, overwriting_with_other_settings_removes_their_frames) {
     es_sequence_close(sequence);
     settings.seed = 12;
     sequence = open();
-    EXPECT_TRUE(list_frames(output).empty());
+    EXPECT_EQ(list_frames(output).size(), 2u) << "opening takes nothing away";
+    EXPECT_EQ(es_sequence_has_frame(sequence, 0), 0);
+    render(sequence, 1);
+    EXPECT_EQ(list_frames(output), std::vector<std::int64_t>{1})
+        << "the first new frame takes the place of all old ones";
+    EXPECT_EQ(read_manifest(output).shared.seed, 12u);
     EXPECT_TRUE(std::filesystem::exists(output + "/notes.txt"));
     es_sequence_close(sequence);
 }
@@ -139,7 +144,7 @@ TEST_F(AbiSequence, a_frame_that_cannot_be_written_is_a_failure) {
     std::filesystem::remove_all(output);
     es_error error{};
     EXPECT_EQ(es_frame_end(frame, &error), ES_FAILED);
-    EXPECT_EQ(std::string(error.text), output + "/frame.0000.exr: cannot be written: No such file or directory");
+    EXPECT_EQ(std::string(error.text), output + "/manifest.json: cannot be written: No such file or directory");
     es_sequence_close(sequence);
 }
 

@@ -133,7 +133,6 @@ TEST_F(Programs, EncodeSaysWhatIsWrong) {
     expect_failure(run(r + " --crf 77"), 2, "crf: expected 0 to 51, found 77");
     expect_failure(run(r + " --preset swift"), 2, "preset: expected one of ultrafast");
     expect_failure(run(r + " --codec av1"), 2, "codec");
-    expect_failure(run(r + " --view Filmic"), 2, "view: expected one of");
     expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/a.mkv") + "'"), 2,
                    "No such file or directory");
 }
