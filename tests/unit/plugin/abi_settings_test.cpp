@@ -1,6 +1,7 @@
 // Every setting that is wrong is refused in one line that names it, what was expected and what was found.
 #include "abi_fixture.h"
 
+#include <cstdlib>
 #include <cstring>
 
 namespace equistream::testing {
@@ -109,11 +110,18 @@ TEST_F(AbiSettings, a_folder_that_cannot_be_made) {
 }
 
 TEST_F(AbiSettings, a_folder_that_cannot_be_written) {
-    if (geteuid() == 0)
-        GTEST_SKIP() << "root may write everywhere";
+    using std::filesystem::perms;
     std::filesystem::create_directories(output);
-    std::filesystem::permissions(output, std::filesystem::perms::owner_read);
-    EXPECT_EQ(refusal(), "output_dir " + output + ": expected a writable folder, found Permission denied");
+    std::filesystem::permissions(output,
+                                 perms::owner_read | perms::owner_exec | perms::others_read | perms::others_exec);
+    const std::string expected = "output_dir " + output + ": expected a writable folder, found Permission denied";
+    // Root may write everywhere, so a child process asks as nobody.
+    constexpr uid_t nobody = 65534;
+    const auto ask = [&] {
+        const bool ordinary_user = geteuid() != 0 || setuid(nobody) == 0;
+        std::exit(ordinary_user && refusal() == expected ? 0 : 1);
+    };
+    EXPECT_EXIT(ask(), ::testing::ExitedWithCode(0), "");
 }
 
 TEST_F(AbiSettings, frame_settings) {

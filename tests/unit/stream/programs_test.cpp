@@ -155,7 +155,7 @@ TEST_F(Programs, AFullDiskIsOneLine) {
     expect_failure(run("encode '" + path("r") + "' --out '" + path("full.mkv") + "'"), 1, "No space left on device");
     fs::create_directories(folder / "disk");
     if (mount("none", (folder / "disk").c_str(), "tmpfs", 0, "size=32k") != 0)
-        GTEST_SKIP() << "a small file system needs root";
+        GTEST_SKIP() << "mounting a small file system needs root; /dev/full was tried";
     expect_failure(run("encode '" + path("r") + "' --crf 0 --out '" + path("disk/a.mkv") + "'"), 1,
                    "No space left on device; what was coded so far is kept in");
     EXPECT_FALSE(fs::exists(folder / "disk" / "a.mkv"));

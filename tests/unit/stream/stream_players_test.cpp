@@ -49,16 +49,14 @@ protected:
 };
 
 TEST_P(Players, FfmpegPlaysEveryTrackWithoutAWord) {
-    if (!is_installed("ffmpeg"))
-        GTEST_SKIP() << "ffmpeg is not installed";
+    ASSERT_TRUE(is_installed("ffmpeg")) << "ffmpeg is not installed; ./test installs it";
     const Ran ran = run("ffmpeg -v warning -xerror -i '" + file() + "' -map 0:v -f null -");
     EXPECT_EQ(ran.status, 0);
     EXPECT_EQ(ran.output, "");
 }
 
 TEST_P(Players, FfprobeReadsTheColourTags) {
-    if (!is_installed("ffprobe"))
-        GTEST_SKIP() << "ffprobe is not installed";
+    ASSERT_TRUE(is_installed("ffprobe")) << "ffprobe is not installed; ./test installs it";
     const Ran ran = run("ffprobe -v error -select_streams v:0 -count_frames -show_entries "
                         "stream=width,height,pix_fmt,color_range,color_space,color_transfer,color_primaries,"
                         "chroma_location,nb_read_frames -of default=nw=1 '" +
@@ -70,8 +68,7 @@ TEST_P(Players, FfprobeReadsTheColourTags) {
 }
 
 TEST_P(Players, MpvPlays) {
-    if (!is_installed("mpv"))
-        GTEST_SKIP() << "mpv is not installed";
+    ASSERT_TRUE(is_installed("mpv")) << "mpv is not installed; ./test installs it";
     // Raw video has no timestamps, which mpv warns of; errors count everywhere.
     const std::string level = file().ends_with(".h264") || file().ends_with(".h265") ? "error" : "warn";
     const Ran ran = run("mpv --no-config --vo=null --ao=null --untimed --msg-level=all=" + level + " '" + file() + "'");
@@ -93,8 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Stream, Players,
                          });
 
 TEST(SphericalMetadata, IsWhatPlayersLookFor) {
-    if (!is_installed("ffprobe"))
-        GTEST_SKIP() << "ffprobe is not installed";
+    ASSERT_TRUE(is_installed("ffprobe")) << "ffprobe is not installed; ./test installs it";
     for (const char* name : {"a.mp4", "a.mkv"}) {
         synthetic::Folder folder;
         synthetic::write(folder / name, synthetic::small_stream(Codec::h264, true));
@@ -105,8 +101,7 @@ TEST(SphericalMetadata, IsWhatPlayersLookFor) {
 }
 
 TEST(ForeignVideo, PlaysWithoutFrameInfo) {
-    if (!is_installed("ffmpeg"))
-        GTEST_SKIP() << "ffmpeg is not installed";
+    ASSERT_TRUE(is_installed("ffmpeg")) << "ffmpeg is not installed; ./test installs it";
     const std::array<const char*, 3> videos[] = {
         {"a.mp4", "322x124", "-c:v libx264 -pix_fmt yuv420p"},
         {"b.mkv", "321x123", "-c:v mjpeg -pix_fmt yuvj422p"},
