@@ -97,14 +97,14 @@ def chart(all_results, x_of, x_label, title, file):
                 draw_ceiling(panel, result, eye)
                 panel.set_xlabel(x_label)
             else:
-                panel.set_title(f"{result['scene']}, {eye} eye")
+                panel.set_title(f"{result['scene']} {result['settings']['frames']}, {eye} eye")
         codings |= {results.coding_name(entry) for entry in result["systems"] if x_of(entry) is not None}
     axes[0][0].set_ylabel("noise-free error, dB (95 % interval)")
     axes[1][0].set_ylabel("PSNR against the truth of another seed, dB")
     settings = all_results[0]["settings"]
     figure.suptitle(title, fontsize=13, fontweight="bold", x=0.01, ha="left")
-    figure.text(0.01, 0.925, f"{settings['sphere_size']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, frames "
-                f"{settings['frames']}; {all_results[0]['machine']['cpu']}, {all_results[0]['machine']['cores']} cores.\n"
+    figure.text(0.01, 0.925, f"{settings['sphere_size']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel (bytes depend on noise); "
+                f"{all_results[0]['machine']['cpu']}, {all_results[0]['machine']['cores']} cores.\n"
                 f"Arrow: the interval reaches zero error. Not drawn: above {HIGHEST_DB} dB (a picture that is the truth itself).",
                 fontsize=8.5, color="#555555", linespacing=1.4)
     figure.tight_layout(rect=(0, 0.09, 1, 0.925))

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/first.md, between its markers, from docs/results/first/*.json and nothing else.
+"""Writes the tables of docs/results/first.md, between its markers, from the JSON files of docs/results and nothing else.
 
     report.py [--results FOLDER] [--page FILE]
 
-A table NAME of scene SCENE stands between `<!-- table NAME SCENE -->` and `<!-- end -->`; text around markers is left alone. Where the
-page has no marker for a table yet, the table is added at the end.
+FOLDER holds run.py's SCENE.json; render_profile.py's profile/SCENE.json and checks.py's checks.json lie beside it. A table NAME of scene SCENE stands
+between `<!-- table NAME SCENE -->` and `<!-- end -->` (profile and checks: SCENE is `all`); text around markers is left alone. Where the page
+has no marker for a table yet, the table is added at the end.
 """
 
 import argparse
+import json
 import pathlib
 import re
 
@@ -63,6 +65,16 @@ def linear(result):
     return table(["system", "coding", "noise-free dB, linear, left", "noise-free dB, linear, right"], rows)
 
 
+def stage_cell(entry, stage):
+    """The mean where only that means something, else p50 / p95 / p99."""
+    times = results.stage_times(entry, stage)
+    if times is None:
+        return "-"
+    if stage in results.STAGE_FIGURES:
+        return cell(times[results.STAGE_FIGURES[stage]])
+    return " / ".join(cell(times[percentile]) for percentile in ("p50", "p95", "p99"))
+
+
 def cost(result):
     head = ["system", "coding", "bytes a frame", "main", "small"] + [f"{stage} ms" for stage in results.CLIENT_STAGES] + ["all ms"]
     rows = []
@@ -72,7 +84,7 @@ def cost(result):
         for track in ("main", "small"):
             runs = [run["bytes"].get(track, 0) / run["frames"] for run in entry["played"] if "bytes" in run]
             row.append(cell(sum(runs) / len(runs), 0) if runs else "-")
-        row += [cell(results.stage_ms(entry, stage)) for stage in results.CLIENT_STAGES] + [cell(results.client_ms(entry))]
+        row += [stage_cell(entry, stage) for stage in results.CLIENT_STAGES] + [cell(results.client_ms(entry))]
         rows.append(row)
     return table(head, rows)
 
@@ -101,6 +113,38 @@ def commands(result):
 TABLES = {"accuracy": accuracy, "linear": linear, "cost": cost, "renders": renders, "commands": commands}
 
 
+def summary(all_results, codec="h264", crf=16):
+    """Noise-free dB of each system and method, left / right, a column a scene."""
+    rows = {}
+    for column, result in enumerate(all_results):
+        for entry in result["systems"]:
+            if (entry["codec"], entry["crf"]) == (codec, crf):
+                shown = [entry["noise_free"]["eyes"][eye]["display"]["db"] for eye in ("left", "right")]
+                rows.setdefault(system_cell(entry), ["-"] * len(all_results))[column] = " / ".join(cell(db, 1) for db in shown)
+    return table(["system"] + [result["scene"] for result in all_results], [[name, *cells] for name, cells in rows.items()])
+
+
+def profile_table(files):
+    head = ["scene", "triangles", "load s", "BVH s", "peak MB", "M paths/s", "M rays/s", "tracing s", "shading and textures s", "film s"]
+    rows = []
+    for file in files:
+        report = json.loads(file.read_text())["report"]
+        cpu_s = report["cpu_s"]
+        tracing = cpu_s["camera_rays"] + cpu_s["path_rays"] + cpu_s["shadow_rays"]
+        rows.append([file.stem, f"{report['triangles']:,}", cell(report["load_s"]), cell(report["bvh_s"]), cell(report["peak_memory_mb"], 0),
+                     cell(report["paths_per_s"] / 1e6), cell(report["rays_per_s"] / 1e6), cell(tracing), cell(cpu_s["shading_and_textures"]),
+                     cell(cpu_s["film"])])
+    return table(head, rows)
+
+
+def checks_text(file):
+    result = json.loads(file.read_text())
+    lines = [f"$ {result['command']}"]
+    for test, printed in result["printed"].items():
+        lines += ["", f"{test}: passed", *("  " + line for line in printed)]
+    return "```\n" + "\n".join(lines) + "\n```"
+
+
 def place(page, name, scene, text):
     marker = f"<!-- table {name} {scene} -->"
     block = f"{marker}\n{text}\n<!-- end -->"
@@ -115,9 +159,16 @@ def main():
     parser.add_argument("--page", type=pathlib.Path, default=results.RESULTS.parent / "first.md")
     options = parser.parse_args()
     page = options.page.read_text() if options.page.exists() else "# The first experiment\n"
-    for result in results.load(options.results):
+    found = results.load(options.results)
+    page = place(page, "summary", "all", summary(found))
+    for result in found:
         for name, make in TABLES.items():
             page = place(page, name, result["scene"], make(result))
+    beside = options.results.parent
+    if profiles := sorted((beside / "profile").glob("*.json"), reverse=True):
+        page = place(page, "profile", "all", profile_table(profiles))
+    if (beside / "checks.json").exists():
+        page = place(page, "checks", "all", checks_text(beside / "checks.json"))
     options.page.write_text(page)
     print(options.page)
 

@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Runs the golden tests and keeps what they print: orientation, depth, motion, furnace and metrics (docs/results/checks.json).
+
+    checks.py [--build build/release] [--out FILE]
+"""
+
+import argparse
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+from results import REPOSITORY
+from steps import machine, versions, write_whole
+
+PASSED = re.compile(r"\d+/\d+ Test\s+#\d+: (\S+) \.+\s+(\S+)")
+
+
+def printed(build):
+    """{test: the lines it printed}; a test that fails ends the run."""
+    run = subprocess.run(["ctest", "--test-dir", str(build), "-V", "-R", "^golden"], capture_output=True, text=True)
+    lines, figures = [], {}
+    for line in run.stdout.splitlines():
+        if verdict := PASSED.search(line):
+            figures[verdict[1]] = lines
+            if verdict[2] != "Passed":
+                sys.exit(f"checks.py: {verdict[1]}: expected it to pass, found {verdict[2]}")
+            lines = []
+        elif said := re.match(r"\d+: (\S.*: .*\d.*)", line):
+            lines.append(said[1])
+        if re.match(r"\d+: Test command:", line):
+            lines = []
+    if run.returncode != 0 or not figures:
+        sys.exit(f"checks.py: {build}: expected golden tests that pass, found ctest's exit {run.returncode} and {len(figures)} tests")
+    return figures
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", type=pathlib.Path, default=REPOSITORY / "build/release")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/checks.json")
+    options = parser.parse_args()
+    result = {"command": "./test -V -R ^golden", "versions": versions(options.build / "bin/equistream", REPOSITORY), "machine": machine(),
+              "printed": printed(options.build)}
+    write_whole(options.out, json.dumps(result, indent=1) + "\n")
+    print(options.out)
+
+
+if __name__ == "__main__":
+    main()
