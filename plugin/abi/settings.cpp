@@ -1,6 +1,6 @@
 #include "settings.h"
 
-#include <equistream/aov.h>
+#include <equistream/aov_groups.h>
 #include <equistream/error.h>
 
 #include <cmath>

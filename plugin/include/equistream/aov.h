@@ -1,11 +1,9 @@
 #pragma once
-/// The AOV catalogue: every plane a frame can carry, its channels, unit and meaning, in one table.
-#include <array>
+/// The AOV catalogue: every plane a frame can carry, its channels, unit and meaning, in one table. Needs C++20 and
+/// nothing to link with. Geometry planes come from one unfiltered sample along the pixel-centre ray.
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 namespace equistream {
 
@@ -21,21 +19,47 @@ struct AovInfo {
     std::string_view meaning;
 };
 
-/// All planes, colour first. Geometry planes come from one unfiltered sample along the pixel-centre ray.
-///   colour    R G B A     half   scene-referred linear Rec.709 radiance; A = fraction of samples that hit a surface
-///   albedo    albedo.RGB  half   diffuse albedo (specular colour of a metal), 0 where nothing is hit
-///   depth     depth.Z     real   metres from the camera's centre to the nearest visible surface; +inf for a miss
-///   backward  .u .v       real   pixels from here to where the point was in the previous frame
-///   forward   .u .v       real   pixels from here to where the point will be in the next frame
-///   normal    .X .Y .Z    real   world space, unit, facing the camera; 0 for a miss
-///   object_id, material_id, instance_id   id   0 for a miss; numbering starts at 1
-std::span<const AovInfo> aov_catalogue();
+namespace aov_channels {
+inline constexpr std::string_view colour[] = {"R", "G", "B", "A"};
+inline constexpr std::string_view albedo[] = {"albedo.R", "albedo.G", "albedo.B"};
+inline constexpr std::string_view depth[] = {"depth.Z"};
+inline constexpr std::string_view backward[] = {"backward.u", "backward.v"};
+inline constexpr std::string_view forward[] = {"forward.u", "forward.v"};
+inline constexpr std::string_view normal[] = {"normal.X", "normal.Y", "normal.Z"};
+inline constexpr std::string_view object_id[] = {"object_id"};
+inline constexpr std::string_view material_id[] = {"material_id"};
+inline constexpr std::string_view instance_id[] = {"instance_id"};
+}  // namespace aov_channels
+
+inline constexpr AovInfo aov_table[] = {
+    {"colour", "colour", aov_channels::colour, SampleType::half, false, "radiance",
+     "scene-referred linear Rec.709; A is the fraction of samples that hit a surface"},
+    {"albedo", "albedo", aov_channels::albedo, SampleType::half, false, "1",
+     "diffuse albedo, specular colour of a metal; 0 for a miss"},
+    {"depth", "depth", aov_channels::depth, SampleType::real, true, "m",
+     "distance from the camera's centre to the nearest surface along the pixel-centre ray; +inf for a miss"},
+    {"backward", "motion", aov_channels::backward, SampleType::real, true, "pixel",
+     "from this pixel to where the point was in the previous frame"},
+    {"forward", "motion", aov_channels::forward, SampleType::real, true, "pixel",
+     "from this pixel to where the point will be in the next frame"},
+    {"normal", "normal", aov_channels::normal, SampleType::real, true, "1",
+     "world space, unit, facing the camera; 0 for a miss"},
+    {"object_id", "ids", aov_channels::object_id, SampleType::id, true, "", "from 1; 0 for a miss"},
+    {"material_id", "ids", aov_channels::material_id, SampleType::id, true, "", "from 1; 0 for a miss"},
+    {"instance_id", "ids", aov_channels::instance_id, SampleType::id, true, "", "from 1; 0 for a miss"},
+};
+
+/// All planes, colour first.
+constexpr std::span<const AovInfo> aov_catalogue() {
+    return aov_table;
+}
 
 /// The entry with this plane name, if there is one.
-std::optional<AovInfo> find_aov(std::string_view name);
-
-/// Plane names of a comma-separated list of groups ("depth,motion,normal,albedo,ids", "all" or "none"); colour
-/// is always first. Throws InputError naming the unknown word and the accepted ones.
-std::vector<std::string> parse_aov_groups(std::string_view list);
+constexpr std::optional<AovInfo> find_aov(std::string_view name) {
+    for (const AovInfo& aov : aov_table)
+        if (aov.name == name)
+            return aov;
+    return std::nullopt;
+}
 
 }  // namespace equistream

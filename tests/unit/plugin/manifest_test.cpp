@@ -1,5 +1,6 @@
 #include "frame_fixture.h"
 
+#include <equistream/aov_groups.h>
 #include <equistream/error.h>
 
 namespace equistream::testing {

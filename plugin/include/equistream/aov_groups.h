@@ -1,0 +1,13 @@
+#pragma once
+/// What a user may type to choose AOVs.
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace equistream {
+
+/// Plane names of a comma-separated list of groups ("depth,motion,normal,albedo,ids", "all" or "none"); colour
+/// is always first. Throws InputError naming the unknown word and the accepted ones.
+std::vector<std::string> parse_aov_groups(std::string_view list);
+
+}  // namespace equistream
