@@ -53,12 +53,17 @@ class Example : public FolderTest {
 protected:
     void SetUp() override {
         FolderTest::SetUp();
-        const std::string program = (folder / "toy_renderer").string();
-        const std::string compile = std::string(EXAMPLE_COMPILER) + " -std=c11 -O1 -Wall -Wextra -Werror " +
-                                    EXAMPLE_SOURCE + " -I" + EXAMPLE_INCLUDE + " -L" + EXAMPLE_LIBRARY_DIR +
-                                    " -lequistream -lm -Wl,-rpath," + EXAMPLE_LIBRARY_DIR + " -o " + program;
+        const std::string sources = EXAMPLE_FOLDER "/toy_host.c " EXAMPLE_FOLDER "/toy_renderer.c";
+        const std::string compile = EXAMPLE_COMPILER " -std=c11 -pedantic -O1 -Wall -Wextra -Werror " + sources +
+                                    " -I" EXAMPLE_INCLUDE " -L" EXAMPLE_LIBRARY_DIR
+                                    " -lequistream -lm -Wl,-rpath," EXAMPLE_LIBRARY_DIR " -o " +
+                                    program();
         ASSERT_EQ(std::system(compile.c_str()), 0) << compile;
-        ASSERT_EQ(std::system((program + " " + (folder / "out").string()).c_str()), 0);
+        ASSERT_EQ(run(folder / "out"), 0);
+    }
+    std::string program() const { return (folder / "toy_host").string(); }
+    int run(const std::filesystem::path& out, const std::string& redirection = "") const {
+        return WEXITSTATUS(std::system((program() + " " + out.string() + redirection).c_str()));
     }
     Frame read(int frame) const { return read_exr(folder / "out" / frame_file_name(frame)); }
 };
@@ -112,17 +117,24 @@ TEST_F(Example, straight_down_is_the_height_above_the_floor) {
 TEST_F(Example, a_second_run_keeps_the_frames) {
     const auto file = folder / "out" / "frame.0001.exr";
     const auto before = std::filesystem::last_write_time(file);
-    ASSERT_EQ(std::system(((folder / "toy_renderer").string() + " " + (folder / "out").string()).c_str()), 0);
+    ASSERT_EQ(run(folder / "out"), 0);
     EXPECT_EQ(std::filesystem::last_write_time(file), before);
 }
 
 TEST_F(Example, bad_input_is_one_line_and_exit_2) {
     put_bytes(folder / "file", "");
-    const std::string command =
-        (folder / "toy_renderer").string() + " " + (folder / "file").string() + " 2> " + (folder / "log").string();
-    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+    EXPECT_EQ(run(folder / "file", " 2> " + (folder / "log").string()), 2);
     const std::string log = file_bytes(folder / "log");
     EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
+}
+
+TEST(ExampleRenderer, is_sixty_lines_that_know_nothing_of_equistream) {
+    const std::string text =
+        file_bytes(EXAMPLE_FOLDER "/toy_renderer.h") + file_bytes(EXAMPLE_FOLDER "/toy_renderer.c");
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 60);
+    EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 30);
+    for (const char* word : {"equistream", "es_"})
+        EXPECT_EQ(text.find(word), std::string::npos) << word;
 }
 
 }  // namespace
