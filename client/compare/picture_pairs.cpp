@@ -118,6 +118,9 @@ EyePairs pair_eye(const PairingOptions& options, const std::string& eye) {
         throw InputError(expected_found(sides[0].place.string() + " and " + sides[1].place.string(),
                                         "files only or folders only", "a mixture"));
     std::vector<fs::path> paths;
+    if (files != 0 && options.first_frame)
+        throw InputError(expected_found("--frames", "folders of frames to choose from",
+                                        "the single file " + sides[0].place.string()));
     if (files != 0) {
         for (const Side& side : sides)
             paths.push_back(side.place);

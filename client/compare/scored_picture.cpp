@@ -5,9 +5,7 @@
 #include <equistream/sequence.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -19,17 +17,6 @@ void require_file(const std::filesystem::path& file, const std::string& expected
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file, ignored))
         throw InputError(expected_found(file.string(), expected, "no such file"));
-}
-
-/// A PNG that was cut short does not end in its IEND chunk. Looked at first, because libpng speaks for itself.
-void require_whole_png(const std::filesystem::path& file) {
-    static constexpr std::array<unsigned char, 12> end{0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
-    std::ifstream stream(file, std::ios::binary);
-    std::array<unsigned char, 12> found{};
-    stream.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-    stream.read(reinterpret_cast<char*>(found.data()), found.size());
-    if (!stream || found != end)
-        throw InputError(expected_found(file.string(), "a whole PNG picture", "one that ends early, or none"));
 }
 
 FloatImage display_rgb(const ByteImage& png) {
@@ -65,10 +52,9 @@ ScoredPicture read_scored_picture(const std::filesystem::path& file, std::option
     picture.file = file;
     if (file.extension() == ".exr")
         read_exr_colour(picture, exposure);
-    else if (file.extension() == ".png") {
-        require_whole_png(file);
+    else if (file.extension() == ".png")
         picture.samples = display_rgb(read_picture(file));
-    } else
+    else
         throw InputError(expected_found(file.string(), "a .png or an .exr", "'" + file.extension().string() + "'"));
     return picture;
 }
@@ -98,7 +84,6 @@ FloatImage exposed_linear(const ScoredPicture& picture, const DisplayTransform& 
 
 ByteImage read_mask(const std::filesystem::path& file) {
     require_file(file, "a mask of gap pixels");
-    require_whole_png(file);
     const ByteImage png = read_picture(file);
     const auto channels = static_cast<std::size_t>(png.channels());
     ByteImage mask(png.width(), png.height(), 1);

@@ -1,3 +1,5 @@
+#include "png_check.h"
+
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
@@ -14,6 +16,8 @@ namespace fs = std::filesystem;
 ByteImage read_picture(const fs::path& file) {
     if (!fs::exists(file))
         throw InputError(file.string() + ": no such file");
+    if (const auto damage = png_damage(file))
+        throw InputError(expected_found(file.string(), "a whole PNG picture", *damage));
     const auto input = OIIO::ImageInput::open(file.string());
     if (!input)
         throw InputError(expected_found(file.string(), "a picture", OIIO::geterror()));

@@ -105,6 +105,14 @@ TEST_F(PicturePairs, WhatIsMissingIsNamed) {
     EXPECT_EQ(pair_pictures(pairing).size(), 1u);
 }
 
+TEST_F(PicturePairs, SingleFilesHaveNoFramesToChooseFrom) {
+    make_frames("a", 2), make_frames("t", 2);
+    PairingOptions pairing = options("a/frame.0000.png", "t/frame.0001.png");
+    pairing.first_frame = pairing.last_frame = 1;
+    EXPECT_EQ(error_of(pairing), "--frames: expected folders of frames to choose from, found the single file " +
+                                     (root_ / "a/frame.0000.png").string());
+}
+
 TEST_F(PicturePairs, MoreFramesInTheTruthNeedARange) {
     make_frames("a", 2), make_frames("t", 3);
     EXPECT_NE(error_of(options("a", "t")).find("found 3 frames"), std::string::npos);

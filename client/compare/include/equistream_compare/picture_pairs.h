@@ -15,7 +15,7 @@ struct PairingOptions {
     std::optional<std::filesystem::path> second_truth;
     std::optional<std::filesystem::path> gaps;  ///< masks, named like the frames; PNG
     std::vector<std::string> eyes;              ///< empty: left and right where they exist, else centre
-    std::optional<std::int64_t> first_frame;    ///< both or neither
+    std::optional<std::int64_t> first_frame;    ///< both or neither; folders only
     std::optional<std::int64_t> last_frame;
 };
 
