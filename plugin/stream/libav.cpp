@@ -1,5 +1,7 @@
 #include "libav.h"
 
+#include <equistream/error.h>
+
 #include <mutex>
 #include <new>
 
@@ -19,9 +21,9 @@ Packet make_packet() {
     return packet;
 }
 
-std::string Options::left_over() const {
-    const AVDictionaryEntry* entry = av_dict_get(entries_, "", nullptr, AV_DICT_IGNORE_SUFFIX);
-    return entry ? entry->key : "";
+void Options::require_all_taken(const std::string& who) const {
+    if (const AVDictionaryEntry* entry = av_dict_get(entries_, "", nullptr, AV_DICT_IGNORE_SUFFIX))
+        throw InputError(who + " does not know the option " + entry->key);
 }
 
 std::string error_text(int code) {

@@ -45,8 +45,8 @@ public:
 
     void set(const char* key, const std::string& value) { av_dict_set(&entries_, key, value.c_str(), 0); }
     AVDictionary** taken() { return &entries_; }
-    /// "" or the first option that was not taken.
-    std::string left_over() const;
+    /// Throws InputError if an option was left over: `who` does not know it.
+    void require_all_taken(const std::string& who) const;
 
 private:
     AVDictionary* entries_ = nullptr;

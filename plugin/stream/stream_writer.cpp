@@ -147,7 +147,9 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
 void StreamWriter::State::write_header() {
     av::Options options;
     set_muxer_options(container, options);
-    check(avformat_write_header(format.get(), options.taken()), "writing the header");
+    check(avformat_init_output(format.get(), options.taken()), "preparing the container");
+    options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");
+    check(avformat_write_header(format.get(), nullptr), "writing the header");
     output->flush();  // a full disk or a closed connection shows before any work is done
     header_written = true;
 }

@@ -95,8 +95,7 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     if (code < 0)
         throw InputError(std::string(name) + " refused " + std::to_string(track.width) + "x" +
                          std::to_string(track.height) + ", preset " + settings.preset + ": " + av::error_text(code));
-    if (const std::string unknown = options.left_over(); !unknown.empty())
-        throw InputError(std::string(name) + " of this libavcodec does not know the option " + unknown);
+    options.require_all_taken(std::string(name) + " of this libavcodec");
     return codec;
 }
 
