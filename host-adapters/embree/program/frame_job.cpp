@@ -1,7 +1,10 @@
 #include "frame_job.h"
 
+#include <equistream/error.h>
+
 #include <exception>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace equistream::embree_host {
@@ -47,6 +50,15 @@ private:
     std::vector<float> rgba_;
 };
 
+/// False when there are no more.
+bool next_tile(es_frame* frame, es_tile& tile) {
+    const es_status status = es_frame_next_tile(frame, &tile);
+    if (status != ES_OK && status != ES_DONE)
+        throw WorkError("libequistream could not hand out the frame's next tile (status " + std::to_string(status) +
+                        ")");
+    return status == ES_OK;
+}
+
 }  // namespace
 
 RayCounts run_frame(const FrameJob& job) {
@@ -58,7 +70,7 @@ RayCounts run_frame(const FrameJob& job) {
         try {
             TileRenderer renderer(job);
             es_tile tile;
-            while (!*job.stop && !failed && es_frame_next_tile(job.frame, &tile) == ES_OK) {
+            while (!*job.stop && !failed && next_tile(job.frame, tile)) {
                 renderer.render(tile);
                 job.paths_traced(std::uint64_t{tile.pixel_count} * tile.sample_count);
             }
