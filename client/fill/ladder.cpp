@@ -1,5 +1,6 @@
 #include "rungs.h"
 
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 
 #include <array>
@@ -10,12 +11,12 @@ namespace {
 
 constexpr std::array<std::string_view, 2> names = {"small", "spread"};
 
-std::unique_ptr<FillRung> make_rung(const std::string& name) {
+std::unique_ptr<FillRung> make_rung(std::string_view name) {
     if (name == "small")
         return std::make_unique<SmallRung>();
     if (name == "spread")
         return std::make_unique<SpreadRung>();
-    throw InputError(expected_found("--fill", "none, or a list of small and spread", "'" + name + "'"));
+    throw InputError(expected_found("--fill", "none, or a list of small and spread", "'" + std::string(name) + "'"));
 }
 
 }  // namespace
@@ -28,12 +29,8 @@ std::vector<std::unique_ptr<FillRung>> make_fill_ladder(const std::string& list)
     std::vector<std::unique_ptr<FillRung>> ladder;
     if (list == "none")
         return ladder;
-    std::size_t begin = 0;
-    while (begin <= list.size()) {
-        const std::size_t end = std::min(list.find(',', begin), list.size());
-        ladder.push_back(make_rung(list.substr(begin, end - begin)));
-        begin = end + 1;
-    }
+    for (const std::string_view name : split_at_commas(list))
+        ladder.push_back(make_rung(name));
     return ladder;
 }
 

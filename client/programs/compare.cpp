@@ -1,4 +1,5 @@
 /// `equistream compare`: scores pictures against the truth.
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 #include <equistream_cli/program.h>
@@ -26,19 +27,9 @@ struct Arguments {
     bool json = false;
 };
 
-std::vector<std::string> words_of(const std::string& list) {
-    std::vector<std::string> words;
-    for (std::size_t begin = 0; begin <= list.size();) {
-        const std::size_t end = std::min(list.find(',', begin), list.size());
-        words.push_back(list.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return words;
-}
-
 void choose_metrics(const std::string& list, ComparisonOptions& options) {
     options.psnr = options.ssim = options.sphere_psnr = false;
-    for (const std::string& word : words_of(list)) {
+    for (const std::string_view word : split_at_commas(list)) {
         if (word == "psnr")
             options.psnr = true;
         else if (word == "ssim")
@@ -46,14 +37,16 @@ void choose_metrics(const std::string& list, ComparisonOptions& options) {
         else if (word == "ws-psnr")
             options.sphere_psnr = true;
         else if (word != "none" || list != "none")
-            throw InputError(expected_found("--metrics", "psnr, ssim, ws-psnr (or none)", "'" + word + "'"));
+            throw InputError(
+                expected_found("--metrics", "psnr, ssim, ws-psnr (or none)", "'" + std::string(word) + "'"));
     }
 }
 
 void complete(Arguments& arguments) {
     choose_metrics(arguments.metrics, arguments.comparison);
     if (!arguments.eyes.empty())
-        arguments.pairing.eyes = words_of(arguments.eyes);
+        for (const std::string_view eye : split_at_commas(arguments.eyes))
+            arguments.pairing.eyes.emplace_back(eye);
     if (arguments.frames) {
         arguments.pairing.first_frame = arguments.frames->first;
         arguments.pairing.last_frame = arguments.frames->last;

@@ -1,11 +1,11 @@
 #include "feeds.h"
 
 #include <equistream/colour.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <set>
 
@@ -14,10 +14,6 @@ namespace equistream {
 namespace {
 
 namespace fs = std::filesystem;
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 class FolderFeed : public FrameFeed {
 public:
@@ -76,7 +72,7 @@ private:
 
     ReceivedPicture read(const std::string& view, std::int64_t index, bool with_colour) {
         const fs::path path = file(view, index);
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         std::vector<std::string> planes;
         if (with_colour)
             planes.push_back("colour");
@@ -105,7 +101,7 @@ private:
     }
 
     void convert(const FloatImage& colour, ReceivedPicture& picture) const {
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         picture.rgb = quantise_8bit(display_.to_display(colour.view(), picture.info.exposure).view());
         picture.convert_ms = milliseconds_since(start);
     }

@@ -37,6 +37,12 @@ struct BilinearCell {
     }
 };
 
+/// Whether a position lies in a picture of this size; false for NaN. Rounding may push one just past the edge.
+inline bool lies_inside(PixelPosition p, int width, int height) {
+    constexpr float edge = 0.02f;
+    return p.u >= -edge && p.u <= float(width) + edge && p.v >= -edge && p.v <= float(height) + edge;
+}
+
 class EquirectLookup {
 public:
     explicit EquirectLookup(const EquirectCamera& camera);
@@ -50,10 +56,7 @@ public:
         const float latitude = fast_atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z));
         return {longitude * columns_per_radian_ + half_width_, (top_ - latitude) * rows_per_radian_};
     }
-    /// False outside the picture's range and for NaN. Rounding may push a position just past the edge.
-    bool contains(PixelPosition p) const {
-        return p.u >= -edge && p.u <= float(width_) + edge && p.v >= -edge && p.v <= float(height_) + edge;
-    }
+    bool contains(PixelPosition p) const { return lies_inside(p, width_, height_); }
     Taps taps(PixelPosition p) const {
         const BilinearCell cell(p);
         Taps taps;
@@ -72,7 +75,6 @@ public:
     }
 
 private:
-    static constexpr float edge = 0.02f;
     /// Columns go round; beyond a pole the rows come back on the other side. Partial pictures repeat their edge.
     void bring_inside(Taps& taps) const;
 
@@ -90,9 +92,7 @@ public:
         const float scale = d.z < 0 ? focal_ / -d.z : std::nanf("");
         return {half_width_ + d.x * scale, half_height_ - d.y * scale};
     }
-    bool contains(PixelPosition p) const {
-        return p.u >= -edge && p.u <= float(width_) + edge && p.v >= -edge && p.v <= float(height_) + edge;
-    }
+    bool contains(PixelPosition p) const { return lies_inside(p, width_, height_); }
     Taps taps(PixelPosition p) const {
         const BilinearCell cell(p);
         Taps taps;
@@ -109,7 +109,6 @@ public:
     }
 
 private:
-    static constexpr float edge = 0.02f;
     int width_ = 0, height_ = 0;
     float focal_ = 1, half_width_ = 0, half_height_ = 0;
 };

@@ -1,5 +1,6 @@
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 
 #include <algorithm>
@@ -24,21 +25,13 @@ bool is_group(std::string_view word) {
     return std::ranges::any_of(aov_catalogue(), [&](const AovInfo& a) { return a.group == word; });
 }
 
-std::string_view trimmed(std::string_view word) {
-    const auto first = word.find_first_not_of(' ');
-    if (first == std::string_view::npos)
-        return {};
-    return word.substr(first, word.find_last_not_of(' ') - first + 1);
-}
-
 }  // namespace
 
 std::vector<std::string> parse_aov_groups(std::string_view list) {
     std::vector<std::string_view> wanted{"colour"};
-    const bool none = trimmed(list) == "none";
-    for (std::size_t begin = 0; !none && begin <= list.size();) {
-        const std::size_t end = std::min(list.find(',', begin), list.size());
-        const std::string_view word = trimmed(list.substr(begin, end - begin));
+    for (const std::string_view word : split_at_commas(list)) {
+        if (word == "none" && trimmed(list) == "none")
+            break;
         if (word == "all")
             for (const AovInfo& aov : aov_catalogue())
                 wanted.push_back(aov.group);
@@ -46,7 +39,6 @@ std::vector<std::string> parse_aov_groups(std::string_view list) {
             wanted.push_back(word);
         else
             throw InputError(expected_found("aovs", accepted_groups(), "\"" + std::string(word) + "\""));
-        begin = end + 1;
     }
     std::vector<std::string> planes;
     for (const AovInfo& aov : aov_catalogue())

@@ -1,3 +1,4 @@
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream_cli/program.h>
 
@@ -6,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
@@ -15,12 +15,6 @@
 namespace equistream::cli {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string clock_text(double seconds) {
     const auto whole = static_cast<long>(std::lround(seconds));

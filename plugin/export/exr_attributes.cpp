@@ -12,8 +12,6 @@ namespace {
 
 constexpr int format_version = 1;
 constexpr exr_attr_chromaticities_t rec709 = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
-constexpr const char* eye_names[] = {"centre", "left", "right"};
-constexpr const char* lock_names[] = {"world", "path"};
 
 /// 29.97 is 30000/1001 and so on; anything else to a millionth.
 exr_attr_rational_t rational_rate(double frames_per_second) {
@@ -69,8 +67,7 @@ private:
 void write_camera(AttributeWriter& out, const Camera& camera) {
     if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
         const LongitudeLatitudeRange& range = sphere->range;
-        const bool full = range.closes() && range.latitude_span() > pi - 1e-9;
-        if (full)
+        if (range.is_full_sphere())
             out.check(exr_attr_set_envmap(out.context(), out.part(), "envmap", EXR_ENVMAP_LATLONG), "envmap");
         out.text("wrapmodes", range.closes() ? "periodic,clamp" : "clamp,clamp");
         out.text("equistream:camera", "equirect");
@@ -196,7 +193,7 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
     out.pose("equistream:headPosition", "equistream:headOrientation", info.head);
     out.text("equistream:eye", eye_names[static_cast<int>(info.eye)]);
     out.number("equistream:ipd", info.ipd_m);
-    out.text("equistream:lock", lock_names[static_cast<int>(info.lock)]);
+    out.text("equistream:lock", axis_lock_names[static_cast<int>(info.lock)]);
     out.number("equistream:headBoxRadius", info.lean_m);
     out.number("equistream:exposure", info.exposure);
     out.text("equistream:seed", std::to_string(info.seed));
@@ -228,7 +225,7 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.head = in.pose("equistream:headPosition", "equistream:headOrientation");
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, 1e3);
-    info.lock = static_cast<AxisLock>(in.choice("equistream:lock", lock_names));
+    info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
     info.lean_m = in.number("equistream:headBoxRadius", 0, 1e6);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);
     info.seed = in.decimal<std::uint64_t>("equistream:seed");

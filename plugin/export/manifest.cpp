@@ -1,3 +1,5 @@
+#include "frame_json.h"
+
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
@@ -14,27 +16,6 @@ using nlohmann::json;
 constexpr const char* format_name = "equistream sequence";
 constexpr int format_version = 1;
 constexpr std::uintmax_t max_manifest_bytes = 1 << 20;
-constexpr const char* eye_names[] = {"centre", "left", "right"};
-constexpr const char* lock_names[] = {"world", "path"};
-
-json pose_to_json(const Pose& pose) {
-    const glm::dvec3& p = pose.position_m;
-    const glm::dquat& q = pose.orientation;
-    return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
-}
-
-json camera_to_json(const Camera& camera) {
-    json out = {{"width", width_of(camera)}, {"height", height_of(camera)}};
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
-        out["kind"] = "equirect";
-        out["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
-        out["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
-    } else {
-        out["kind"] = "perspective";
-        out["fov_x_rad"] = std::get<PerspectiveCamera>(camera).fov_x_rad;
-    }
-    return out;
-}
 
 /// A JSON object that is read key by key; every complaint names the file and the key.
 class Section {
@@ -135,7 +116,7 @@ json to_json(const Manifest& manifest) {
             {"frames_per_second", info.frames_per_second},
             {"eye", eye_names[static_cast<int>(info.eye)]},
             {"ipd_m", info.ipd_m},
-            {"lock", lock_names[static_cast<int>(info.lock)]},
+            {"lock", axis_lock_names[static_cast<int>(info.lock)]},
             {"lean_m", info.lean_m},
             {"exposure", info.exposure},
             {"seed", info.seed},
@@ -164,7 +145,7 @@ Manifest from_json(const json& document, const std::string& where) {
     info.frames_per_second = in.number("frames_per_second");
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m");
-    info.lock = static_cast<AxisLock>(in.choice("lock", lock_names));
+    info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
     info.lean_m = in.number("lean_m");
     info.exposure = in.number("exposure");
     info.seed = in.whole<std::uint64_t>("seed", 0, std::numeric_limits<std::uint64_t>::max());

@@ -1,5 +1,6 @@
 #include "track_decoder.h"
 
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 
 extern "C" {
@@ -8,7 +9,6 @@ extern "C" {
 }
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 namespace equistream {
@@ -17,12 +17,6 @@ namespace {
 
 /// Travels with the last packet of a track through the decoder to its picture.
 constexpr std::int64_t suspect_mark = 1;
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 bool is_acceptable_size(int width, int height) {
     return width > 0 && height > 0 && width <= max_image_side && height <= max_image_side &&

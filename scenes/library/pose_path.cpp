@@ -2,6 +2,7 @@
 
 #include <equistream_scene/scene.h>
 
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
@@ -26,15 +27,6 @@ bool finite(const PosePath::Key& key) {
     return std::isfinite(key.time_s) && std::isfinite(p.x + p.y + p.z) && std::isfinite(q.w + q.x + q.y + q.z);
 }
 
-std::string_view trimmed(std::string_view text) {
-    const auto space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-    while (!text.empty() && space(text.front()))
-        text.remove_prefix(1);
-    while (!text.empty() && space(text.back()))
-        text.remove_suffix(1);
-    return text;
-}
-
 /// The whole text as a number; "nan" and "inf" are numbers here, and refused where they are used.
 std::optional<double> parse_number(std::string_view text) {
     if (!text.empty() && text.front() == '+')
@@ -46,25 +38,15 @@ std::optional<double> parse_number(std::string_view text) {
     return value;
 }
 
-std::vector<std::string_view> split(std::string_view line) {
-    std::vector<std::string_view> fields;
-    for (std::size_t start = 0; start <= line.size();) {
-        const std::size_t comma = std::min(line.find(',', start), line.size());
-        fields.push_back(trimmed(line.substr(start, comma - start)));
-        start = comma + 1;
-    }
-    return fields;
-}
-
 /// A header has no number in it: a key with a slip of the pen is an error, not a header.
 bool names_columns(std::string_view line) {
-    const auto fields = split(line);
+    const auto fields = split_at_commas(line);
     return std::none_of(fields.begin(), fields.end(),
                         [](const auto& field) { return parse_number(field).has_value(); });
 }
 
 PosePath::Key parse_key(std::string_view line, const std::string& where) {
-    const std::vector<std::string_view> fields = split(line);
+    const std::vector<std::string_view> fields = split_at_commas(line);
     if (fields.size() != columns.size())
         throw InputError(
             expected_found(where, "8 columns (time_s, x, y, z, qw, qx, qy, qz)", std::to_string(fields.size())));

@@ -2,12 +2,12 @@
 
 #include <equistream/bound.h>
 #include <equistream/camera.h>
+#include <equistream/formatted.h>
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 namespace equistream {
@@ -91,13 +91,6 @@ std::string line(const char* what, const std::string& value) {
     std::string text(what);
     text.resize(20, ' ');
     return text + value + "\n";
-}
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-    char buffer[160];
-    std::snprintf(buffer, sizeof buffer, format, values...);
-    return buffer;
 }
 
 nlohmann::ordered_json finite_or_null(double value) {

@@ -3,27 +3,20 @@
 #include "view_writer.h"
 
 #include <equistream/bound.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
 #include <equistream_client/ray_depth.h>
 
 #include <algorithm>
-#include <chrono>
 
 namespace equistream::play {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 /// The head box around a source's centre (bound.h).
 double box_radius_m(const FrameInfo& info) {
-    return info.eye == Eye::centre ? head_box_radius_centre(info.lean_m, info.ipd_m)
-                                   : head_box_radius_eye(info.lean_m, info.ipd_m);
+    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
 }
 
 ImageView<const float> view_of(const FloatImage& image) {

@@ -3,11 +3,11 @@
 #include "frame_player.h"
 #include "view_writer.h"
 
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -16,11 +16,6 @@ namespace equistream::play {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
 void clear_views(const fs::path& out) {

@@ -1,8 +1,9 @@
 #include "report.h"
 
+#include <equistream/formatted.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <thread>
 
@@ -98,12 +99,6 @@ Json settings_json(const Settings& settings) {
     return json;
 }
 
-std::string text(const char* format, auto... values) {
-    char line[256];
-    std::snprintf(line, sizeof line, format, values...);
-    return line;
-}
-
 }  // namespace
 
 Json Report::json() const {
@@ -137,27 +132,27 @@ Json Report::json() const {
 }
 
 std::string Report::table() const {
-    std::string out = text("%zu frames, method %s, depth %s\n", frames.size(), method.c_str(), depth.c_str());
+    std::string out = formatted("%zu frames, method %s, depth %s\n", frames.size(), method.c_str(), depth.c_str());
     for (const std::string& note : notes)
         out += "note: " + note + "\n";
-    out += text("%-12s %9s %9s %9s   ms a frame, both eyes\n", "stage", "p50", "p95", "p99");
+    out += formatted("%-12s %9s %9s %9s   ms a frame, both eyes\n", "stage", "p50", "p95", "p99");
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage) {
         const std::vector<double> samples = sorted_samples(frames, stage);
         if (!samples.empty())
-            out += text("%-12s %9.2f %9.2f %9.2f\n", stage_names[stage], percentile(samples, 0.5),
-                        percentile(samples, 0.95), percentile(samples, 0.99));
+            out += formatted("%-12s %9.2f %9.2f %9.2f\n", stage_names[stage], percentile(samples, 0.5),
+                             percentile(samples, 0.95), percentile(samples, 0.99));
     }
     for (const auto& [name, eye] : {std::pair{"left", total(frames, &FrameFigures::left)},
                                     std::pair{"right", total(frames, &FrameFigures::right)}}) {
         const double percent = 100 / double(std::max<std::int64_t>(eye.pixels, 1));
-        out += text("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
+        out += formatted("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
         for (const auto& [rung, count] : eye.filled)
-            out += text("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
+            out += formatted("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
         out += "\n";
     }
     for (const FeedTrack& track : tracks)
-        out += text("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
-                    static_cast<long long>(track.pictures));
+        out += formatted("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
+                         static_cast<long long>(track.pictures));
     return out;
 }
 

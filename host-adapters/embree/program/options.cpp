@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include <equistream/camera.h>
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 
 #include <charconv>
@@ -31,10 +33,11 @@ double number(std::string_view text, const std::string& option, const std::strin
 /// "180,90": spans in degrees around straight ahead.
 LongitudeLatitudeRange parse_range(const std::string& text) {
     const std::string expected = "LON,LAT in degrees, up to 360,180";
-    const std::size_t comma = std::min(text.find(','), text.size());
-    const double longitude = number(std::string_view(text).substr(0, comma), "--range", expected);
-    const double latitude =
-        number(std::string_view(text).substr(std::min(comma + 1, text.size())), "--range", expected);
+    const std::vector<std::string_view> words = split_at_commas(text);
+    if (words.size() != 2)
+        throw InputError(expected_found("--range", expected, "'" + text + "'"));
+    const double longitude = number(words[0], "--range", expected);
+    const double latitude = number(words[1], "--range", expected);
     if (!(longitude > 0 && longitude <= 360 && latitude > 0 && latitude <= 180))
         throw InputError(expected_found("--range", expected, "'" + text + "'"));
     const double half_longitude = longitude * pi / 360, half_latitude = latitude * pi / 360;
@@ -117,7 +120,9 @@ void add_quality_options(CLI::App& app, Typed& t) {
 }  // namespace
 
 const char* eye_name(es_eye eye) {
-    return eye == ES_EYE_LEFT ? "left" : eye == ES_EYE_RIGHT ? "right" : "centre";
+    static_assert(ES_EYE_CENTRE == static_cast<int>(Eye::centre) && ES_EYE_LEFT == static_cast<int>(Eye::left) &&
+                  ES_EYE_RIGHT == static_cast<int>(Eye::right));
+    return eye_names[eye];
 }
 
 std::function<RenderOptions()> add_render_options(CLI::App& app) {

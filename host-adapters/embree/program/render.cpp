@@ -4,9 +4,9 @@
 #include "report.h"
 #include "stream.h"
 
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -23,21 +23,17 @@ extern "C" void note_interrupt(int signal) {
     std::signal(signal, SIG_DFL);  // a second one ends the program at once
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// The scene as it is traced, and how it moves from frame to frame.
 class LoadedScene {
 public:
     LoadedScene(const SceneDescription& description, const RenderOptions& options, RenderReport& report)
         : description_(description), model_(load_model(description.model)),
           moving_(find_moving_instances(model_, description)) {
-        const auto load_start = std::chrono::steady_clock::now();
+        const auto load_start = Clock::now();
         textures_.emplace(model_);
         shading_.emplace(model_);
         report.load_s += seconds_since(load_start);
-        const auto bvh_start = std::chrono::steady_clock::now();
+        const auto bvh_start = Clock::now();
         bvh_.emplace(model_, BvhOptions{moving_, options.threads, shading_->has_thin_glass()});
         report.bvh_s = seconds_since(bvh_start);
         report.bvh_bytes = bvh_->memory_bytes();
@@ -123,7 +119,7 @@ public:
         if (report_.frames_kept > 0)
             std::fprintf(stderr, "equistream render: %lld of %lld frames are finished and kept\n",
                          static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
-        const auto start = std::chrono::steady_clock::now();
+        const auto start = Clock::now();
         for (std::int64_t index = timeline_.range.first; index <= timeline_.range.last; ++index)
             render_index(index);
         start_writing();
@@ -219,7 +215,7 @@ void render(const RenderOptions& options, const std::string& command) {
                                         std::to_string(es_abi_version())));
     RenderReport report;
     report.threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     const SceneDescription description = load_scene(options.scene);
     const Timeline timeline = make_timeline(options, description);
     LoadedScene scene(description, options, report);

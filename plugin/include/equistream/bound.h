@@ -4,6 +4,8 @@
 /// Eyes stay in a ball of radius B around the sphere's centre; a point lies at radial distance r > B.
 /// If r' is used for r, an eye anywhere in the ball sees the point displaced by at most
 /// asin |w(r) - w(r')|, with w(r) = B / (r - B). All functions are pure; lengths in metres, angles in radians.
+#include <equistream/camera.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,6 +20,11 @@ inline double head_box_radius_centre(double lean_m, double ipd_m) {
 /// The same around a sphere rendered at one eye, as in the paper: the other eye is a whole IPD away.
 inline double head_box_radius_eye(double lean_m, double ipd_m) {
     return lean_m + ipd_m;
+}
+
+/// Either of them, by where the sphere was rendered.
+inline double head_box_radius(Eye eye, double lean_m, double ipd_m) {
+    return eye == Eye::centre ? head_box_radius_centre(lean_m, ipd_m) : head_box_radius_eye(lean_m, ipd_m);
 }
 
 /// w = B / (r - B): 0 at infinity, growing towards the head box; +inf at or inside it.

@@ -18,6 +18,9 @@ struct Pose {
 
 enum class Eye { centre = 0, left = 1, right = 2 };
 
+/// By Eye: what files, folders and options call them.
+inline constexpr const char* eye_names[] = {"centre", "left", "right"};
+
 /// Inter-pupillary distance unless a caller says otherwise.
 inline constexpr double default_ipd_m = 0.063;
 
@@ -29,6 +32,9 @@ inline glm::dvec3 eye_position(const Pose& head, Eye eye, double ipd_m) {
 
 /// Whether a sphere's axes stay the world's (a turning head changes nothing in the video) or turn with the path.
 enum class AxisLock { world = 0, path = 1 };
+
+/// By AxisLock: what files and options call them.
+inline constexpr const char* axis_lock_names[] = {"world", "path"};
 
 struct EquirectCamera {
     int width = 0;

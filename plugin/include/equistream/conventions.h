@@ -39,6 +39,8 @@ struct LongitudeLatitudeRange {
     constexpr double latitude_span() const { return latitude_max - latitude_min; }
     /// Column W is column 0: the image closes on itself.
     constexpr bool closes() const { return longitude_span() > 2 * pi - 1e-9; }
+    /// Every direction has a pixel.
+    constexpr bool is_full_sphere() const { return closes() && latitude_span() > pi - 1e-9; }
 };
 
 template <typename T>

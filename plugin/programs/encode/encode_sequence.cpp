@@ -1,23 +1,17 @@
 #include "encode_sequence.h"
 
 #include <equistream/colour.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <future>
 
 namespace equistream {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// One frame of one track, ready to be coded.
 struct Picture {
@@ -56,11 +50,6 @@ std::vector<Picture> read_frame(const Sources& sources, std::int64_t index, cons
     return pictures;
 }
 
-bool is_full_sphere(const Camera& camera) {
-    const auto* sphere = std::get_if<EquirectCamera>(&camera);
-    return sphere && sphere->range.closes() && sphere->range.latitude_span() > pi - 1e-9;
-}
-
 StreamSettings settings_for(const EncodeRequest& request, const std::vector<Picture>& first) {
     StreamSettings settings = request.settings;
     settings.tracks.clear();
@@ -68,7 +57,8 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
         settings.tracks.push_back({picture.role, picture.rgb.width(), picture.rgb.height()});
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;
-    settings.full_sphere = is_full_sphere(first.front().info.camera);
+    const auto* sphere = std::get_if<EquirectCamera>(&first.front().info.camera);
+    settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
     settings.pictures = static_cast<std::uint32_t>(request.sources.frames.size());
     return settings;
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// What a file of ours holds, in plain language and as JSON.
+#include <equistream/formatted.h>
 #include <equistream/frame.h>
 
 #include <nlohmann/json.hpp>
@@ -35,8 +36,5 @@ std::string shared_text(const FrameInfo& info);
 std::string range_text(const std::vector<FrameInfo>& frames);
 nlohmann::json range_json(const std::vector<FrameInfo>& frames);
 std::string bytes_text(double bytes);
-
-/// printf into a string.
-[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 
 }  // namespace equistream

@@ -1,40 +1,19 @@
 #include "describe.h"
 
+#include "frame_json.h"
+
 #include <equistream/bound.h>
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 
 namespace equistream {
 
 namespace {
 
-constexpr const char* eye_names[] = {"centre", "left", "right"};
 constexpr double degrees = 180 / pi;
 
-nlohmann::json pose_json(const Pose& pose) {
-    const auto& p = pose.position_m;
-    const auto& q = pose.orientation;
-    return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
-}
-
-nlohmann::json camera_json(const Camera& camera) {
-    nlohmann::json json = {{"width", width_of(camera)}, {"height", height_of(camera)}};
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
-        json["kind"] = "equirect";
-        json["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
-        json["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
-    } else {
-        json["kind"] = "perspective";
-        json["fov_x_rad"] = std::get<PerspectiveCamera>(camera).fov_x_rad;
-    }
-    return json;
-}
-
-double head_box_radius(const FrameInfo& info) {
-    return info.eye == Eye::centre ? head_box_radius_centre(info.lean_m, info.ipd_m)
-                                   : head_box_radius_eye(info.lean_m, info.ipd_m);
+double head_box_radius_m(const FrameInfo& info) {
+    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
 }
 
 struct Extent {
@@ -51,17 +30,6 @@ Extent extent_of(const std::vector<FrameInfo>& frames) {
 }
 
 }  // namespace
-
-std::string formatted(const char* format, ...) {
-    va_list arguments, again;
-    va_start(arguments, format);
-    va_copy(again, arguments);
-    std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, again)), '\0');
-    va_end(again);
-    std::vsnprintf(text.data(), text.size() + 1, format, arguments);
-    va_end(arguments);
-    return text;
-}
 
 std::string bytes_text(double bytes) {
     if (bytes < 1000)
@@ -90,14 +58,14 @@ nlohmann::json frame_json(const FrameInfo& info) {
     return {{"index", info.index},
             {"time_s", info.time_s},
             {"frames_per_second", info.frames_per_second},
-            {"camera", camera_json(info.camera)},
-            {"camera_pose", pose_json(info.camera_pose)},
-            {"head", pose_json(info.head)},
+            {"camera", camera_to_json(info.camera)},
+            {"camera_pose", pose_to_json(info.camera_pose)},
+            {"head", pose_to_json(info.head)},
             {"eye", eye_names[static_cast<int>(info.eye)]},
             {"ipd_m", info.ipd_m},
-            {"lock", info.lock == AxisLock::world ? "world" : "path"},
+            {"lock", axis_lock_names[static_cast<int>(info.lock)]},
             {"lean_m", info.lean_m},
-            {"head_box_radius_m", head_box_radius(info)},
+            {"head_box_radius_m", head_box_radius_m(info)},
             {"exposure", info.exposure},
             {"seed", info.seed},
             {"samples_per_pixel", info.samples_per_pixel},
@@ -114,9 +82,9 @@ std::string shared_text(const FrameInfo& info) {
     text += "  camera     " + camera_text(info.camera) + "\n";
     text += formatted("  eye        %s, %.1f mm between the eyes; axes locked to the %s\n",
                       eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3,
-                      info.lock == AxisLock::world ? "world" : "path");
+                      axis_lock_names[static_cast<int>(info.lock)]);
     text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n", info.lean_m,
-                      head_box_radius(info));
+                      head_box_radius_m(info));
     return text;
 }
 

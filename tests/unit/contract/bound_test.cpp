@@ -84,6 +84,12 @@ TEST(Bound, inverse_depth_and_its_ends) {
     EXPECT_NEAR(displacement_bound_rad(0.05, 3, 0.1), std::acos(-1.0) / 2, 1e-15);
 }
 
+TEST(Bound, a_sphere_at_an_eye_has_the_other_eye_a_whole_ipd_away) {
+    EXPECT_DOUBLE_EQ(head_box_radius(Eye::centre, 0.1, 0.06), 0.13);
+    EXPECT_DOUBLE_EQ(head_box_radius(Eye::left, 0.1, 0.06), 0.16);
+    EXPECT_DOUBLE_EQ(head_box_radius(Eye::right, 0.1, 0.06), 0.16);
+}
+
 TEST(Bound, figures_of_the_design) {
     // All of a quarter pixel at f = 960 and r_near = 0.3 m: levels of w in steps of twice the budget.
     const double step = 2 * error_budget_rad(960);

@@ -109,6 +109,14 @@ TEST(Equirect, a_direction_outside_a_partial_range_is_the_shortest_way_from_its_
     EXPECT_EQ(shortest_column_difference(190.0, 200, range), 190.0);
 }
 
+TEST(Equirect, a_range_may_close_without_being_the_full_sphere) {
+    EXPECT_TRUE(LongitudeLatitudeRange{}.is_full_sphere());
+    const LongitudeLatitudeRange band{-pi, pi, -1, pi / 2}, half{-pi / 2, pi / 2, -pi / 2, pi / 2};
+    EXPECT_TRUE(band.closes());
+    EXPECT_FALSE(band.is_full_sphere());
+    EXPECT_FALSE(half.is_full_sphere());
+}
+
 TEST(Equirect, column_differences_take_the_shortest_way) {
     const LongitudeLatitudeRange full;
     EXPECT_EQ(shortest_column_difference(1.0, 360, full), 1.0);

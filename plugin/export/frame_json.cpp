@@ -1,0 +1,24 @@
+#include "frame_json.h"
+
+namespace equistream {
+
+nlohmann::json pose_to_json(const Pose& pose) {
+    const glm::dvec3& p = pose.position_m;
+    const glm::dquat& q = pose.orientation;
+    return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
+}
+
+nlohmann::json camera_to_json(const Camera& camera) {
+    nlohmann::json json = {{"width", width_of(camera)}, {"height", height_of(camera)}};
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        json["kind"] = "equirect";
+        json["longitudes_rad"] = {sphere->range.longitude_min, sphere->range.longitude_max};
+        json["latitudes_rad"] = {sphere->range.latitude_min, sphere->range.latitude_max};
+    } else {
+        json["kind"] = "perspective";
+        json["fov_x_rad"] = std::get<PerspectiveCamera>(camera).fov_x_rad;
+    }
+    return json;
+}
+
+}  // namespace equistream
