@@ -73,22 +73,28 @@ public:
         const ScoredPicture picture = read_scored_picture(pair.picture, options_.exposure);
         const ScoredPicture truth = read_scored_picture(pair.truth, options_.exposure);
         FrameSums sums;
-        sums.score.frame = pair.frame;
         sums.width = truth.samples.width();
         sums.height = truth.samples.height();
         require_size(pair.picture, picture.samples.width(), picture.samples.height(), sums.width, sums.height);
         const FloatImage picture_display = display_values(picture, transform_);
         const FloatImage truth_display = display_values(truth, transform_);
-        score_8bit(pair, truth, quantise_8bit(picture_display.view()), quantise_8bit(truth_display.view()), sums.score,
-                   histograms);
+        const EightBit coded{quantise_8bit(picture_display.view()), quantise_8bit(truth_display.view())};
+        sums.score = score_8bit(pair, truth, coded, histograms);
         if (!pair.second_picture.empty())
             compare_runs(pair, {picture_display.view(), truth_display.view()}, picture, truth, sums);
         return sums;
     }
 
 private:
-    void score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const ByteImage& picture,
-                    const ByteImage& truth, FrameScore& score, Histograms& histograms) const {
+    struct EightBit {
+        ByteImage picture, truth;
+    };
+
+    FrameScore score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const EightBit& coded,
+                          Histograms& histograms) const {
+        const auto& [picture, truth] = coded;
+        FrameScore score;
+        score.frame = pair.frame;
         ByteImage mask;
         if (!pair.gaps.empty()) {
             mask = read_mask(pair.gaps);
@@ -110,6 +116,7 @@ private:
         }
         if (!options_.difference_folder.empty())
             write_difference(pair, eye_.eye, options_.difference_folder, picture, truth);
+        return score;
     }
 
     void compare_runs(const PicturePair& pair, const PictureAndTruth& display, const ScoredPicture& picture,

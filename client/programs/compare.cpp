@@ -131,8 +131,8 @@ std::function<void()> set_up(CLI::App& app, std::shared_ptr<Arguments> arguments
 int main(int argc, char** argv) {
     auto arguments = std::make_shared<Arguments>();
     arguments->command = cli::quoted_command(argc, argv);
-    return cli::run_program(argc, argv, "compare",
-                            "Score pictures against the truth: PSNR, SSIM, the noise-free error.",
-                            "equistream compare views/sphere-left truth/seed2 --json --out score.json",
+    return cli::run_program(argc, argv,
+                            {"compare", "Score pictures against the truth: PSNR, SSIM, the noise-free error.",
+                             "equistream compare views/sphere-left truth/seed2 --json --out score.json"},
                             [&](CLI::App& app) { return set_up(app, arguments); });
 }

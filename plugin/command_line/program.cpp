@@ -25,13 +25,14 @@ int report(const std::string& name, const std::string& message, int code) {
 
 }  // namespace
 
-int run_program(int argc, char** argv, const std::string& name, const std::string& summary, const std::string& example,
+int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CLI::App&)>& setup) {
-    CLI::App app(summary, "equistream " + name);
+    const std::string& name = text.name;
+    CLI::App app(text.summary, "equistream " + name);
     app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
     app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)");
     app.allow_config_extras(CLI::config_extras_mode::error);
-    app.footer("Example:\n  " + example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
+    app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
     app.get_formatter()->column_width(34);
     try {
         const auto run = setup(app);

@@ -77,6 +77,8 @@ std::function<void()> set_up(CLI::App& app) {
 }  // namespace equistream
 
 int main(int argc, char** argv) {
-    return equistream::cli::run_program(argc, argv, "scene", "Generates bundled scenes and describes any scene.",
-                                        "equistream scene generate pavilion --out scenes", equistream::set_up);
+    return equistream::cli::run_program(argc, argv,
+                                        {"scene", "Generates bundled scenes and describes any scene.",
+                                         "equistream scene generate pavilion --out scenes"},
+                                        equistream::set_up);
 }

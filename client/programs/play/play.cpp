@@ -103,7 +103,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
 
 int main(int argc, char** argv) {
     const std::string command = cli::quoted_command(argc, argv);
-    return cli::run_program(argc, argv, "play", "Turns a stream into what each eye sees, without a window",
-                            "equistream play walk.mp4 --scene scenes/pavilion.json --size 1280x720 --out eyes",
+    return cli::run_program(argc, argv,
+                            {"play", "Turns a stream into what each eye sees, without a window",
+                             "equistream play walk.mp4 --scene scenes/pavilion.json --size 1280x720 --out eyes"},
                             [&](CLI::App& app) { return set_up(app, command); });
 }

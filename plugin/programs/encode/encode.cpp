@@ -148,7 +148,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::Options options;
-    return equistream::cli::run_program(argc, argv, "encode", "Encode rendered frames as H.264 or H.265 video",
-                                        "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20",
+    return equistream::cli::run_program(argc, argv,
+                                        {"encode", "Encode rendered frames as H.264 or H.265 video",
+                                         "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20"},
                                         [&](CLI::App& app) { return equistream::set_up(app, options); });
 }

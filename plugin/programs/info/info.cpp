@@ -61,7 +61,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::Options options;
-    return equistream::cli::run_program(argc, argv, "info", "Explain a stream, an EXR frame or a folder of frames",
-                                        "equistream info sponza.mkv --frames",
-                                        [&](CLI::App& app) { return equistream::set_up(app, options); });
+    return equistream::cli::run_program(
+        argc, argv,
+        {"info", "Explain a stream, an EXR frame or a folder of frames", "equistream info sponza.mkv --frames"},
+        [&](CLI::App& app) { return equistream::set_up(app, options); });
 }

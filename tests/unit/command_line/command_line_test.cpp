@@ -51,7 +51,7 @@ int run(
     for (auto& word : words)
         argv.push_back(word.data());
     testing::internal::CaptureStderr();
-    const int code = run_program(static_cast<int>(argv.size()), argv.data(), "test", "A test.", "equistream test",
+    const int code = run_program(static_cast<int>(argv.size()), argv.data(), {"test", "A test.", "equistream test"},
                                  [&](CLI::App& app) -> std::function<void()> {
                                      app.add_option("--n", n, "A number");
                                      return body;

@@ -17,10 +17,15 @@ inline constexpr int exit_done = 0;
 inline constexpr int exit_failed = 1;
 inline constexpr int exit_usage = 2;
 
+/// What --help says: the command's name, one sentence on what it does, a command line to start from.
+struct ProgramText {
+    std::string name, summary, example;
+};
+
 /// Parses, runs and turns exceptions into one line on stderr ("equistream render: ...") and an exit code:
 /// InputError and CLI errors 2, anything else 1. `setup` adds options to the app and returns what to run.
-/// Adds --settings FILE (TOML/INI as CLI11 reads it), --help with `example`, --version.
-int run_program(int argc, char** argv, const std::string& name, const std::string& summary, const std::string& example,
+/// Adds --settings FILE (TOML/INI as CLI11 reads it), --help, --version.
+int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CLI::App&)>& setup);
 
 struct Size {
