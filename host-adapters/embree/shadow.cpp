@@ -1,5 +1,7 @@
 #include <equistream_embree/shadow.h>
 
+#include <equistream_scene/embree_rays.h>
+
 #include <cmath>
 
 namespace equistream::embree_host {
@@ -17,7 +19,7 @@ struct GlassQuery {
     const Bvh* bvh;
     const ShadingScene* scene;
     Textures::Reader* textures;
-    glm::vec3 origin, direction;
+    Segment segment;
     glm::vec3 transmittance;
 };
 
@@ -37,9 +39,10 @@ void pass_through_glass(const RTCFilterFunctionNArguments* arguments) {
     if (!material.thin_glass)
         return;
     const float distance = RTCRayN_tfar(arguments->ray, arguments->N, 0);
-    const ShadingPoint point = query.scene->surface_at(id, query.origin, query.direction, distance);
+    const ShadingPoint point = query.scene->surface_at(id, query.segment.origin, query.segment.direction, distance);
     const SurfaceParameters parameters = surface_parameters(material, point, 0, glm::vec3(0.5f), *query.textures);
-    query.transmittance *= straight_transmittance(parameters, std::abs(glm::dot(point.normal, query.direction)));
+    query.transmittance *=
+        straight_transmittance(parameters, std::abs(glm::dot(point.normal, query.segment.direction)));
     arguments->valid[0] = 0;
 }
 
@@ -61,20 +64,11 @@ void query_occluded(RTCScene scene, GlassQuery& query, RTCRay& ray) {
 
 }  // namespace
 
-glm::vec3 transmittance(const Bvh& bvh, const ShadingScene& scene, Textures::Reader& textures, const glm::vec3& origin,
-                        const glm::vec3& direction, float distance) {
-    RTCRay ray{};
-    ray.org_x = origin.x;
-    ray.org_y = origin.y;
-    ray.org_z = origin.z;
-    ray.dir_x = direction.x;
-    ray.dir_y = direction.y;
-    ray.dir_z = direction.z;
-    ray.tfar = distance;
-    ray.mask = ~0u;
+glm::vec3 transmittance(const Bvh& bvh, const ShadingScene& scene, Textures::Reader& textures, const Segment& segment) {
+    RTCRay ray = embree_ray(segment.origin, segment.direction, segment.distance);
     if (!scene.has_thin_glass())
         return glm::vec3(bvh.occluded1(ray) ? 0 : 1);
-    GlassQuery query{{}, &bvh, &scene, &textures, origin, direction, glm::vec3(1)};
+    GlassQuery query{{}, &bvh, &scene, &textures, segment, glm::vec3(1)};
     query_occluded(bvh.scene(), query, ray);
     return ray.tfar < 0 ? glm::vec3(0) : query.transmittance;
 }

@@ -131,16 +131,11 @@ Bvh::Bvh(const SceneModel& model, const BvhOptions& options) {
 
 Bvh::~Bvh() = default;
 
-void Bvh::move(std::span<const std::uint32_t> instances, std::span<const glm::mat4> world_from_object) {
-    assert(instances.size() == world_from_object.size());
-    for (std::size_t i = 0; i < instances.size(); ++i) {
-        const std::uint32_t instance = instances[i];
-        const auto mover = state_->mover_geometry.find(instance);
-        if (mover == state_->mover_geometry.end())
-            throw InputError(expected_found("moving instance " + std::to_string(instance),
-                                            "one of those listed when the scene was built", "another"));
-        rtcSetGeometryTransform(mover->second, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &world_from_object[i][0][0]);
-        rtcCommitGeometry(mover->second);
+void Bvh::move(std::span<const glm::mat4> world_from_object) {
+    for (const auto& [instance, geometry] : state_->mover_geometry) {
+        assert(instance < world_from_object.size());
+        rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &world_from_object[instance][0][0]);
+        rtcCommitGeometry(geometry);
     }
     state_->builder.commit(state_->top.get());
 }

@@ -58,10 +58,7 @@ public:
         now_ = instance_transforms(model_, description_, time_s);
         previous_ = instance_transforms(model_, description_, previous_time_s);
         next_ = instance_transforms(model_, description_, next_time_s);
-        std::vector<glm::mat4> placed;
-        for (const std::uint32_t instance : moving_)
-            placed.push_back(now_[instance]);
-        bvh_->move(moving_, placed);
+        bvh_->move(now_);
         shading_->place_instances(now_);
         lights_.emitters.build(*shading_, now_, *textures_);
     }

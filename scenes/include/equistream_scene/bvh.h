@@ -16,8 +16,8 @@
 namespace equistream {
 
 struct BvhOptions {
-    /// Meshes placed once, and never moved, are put straight into the top level in world space (2.5x the rays on
-    /// san-miguel). Instances listed here keep a level of their own so that they can move.
+    /// Meshes placed once, and never moved, are put straight into the top level in world space, where rays find them
+    /// sooner. Instances listed here keep a level of their own so that they can move.
     std::vector<std::uint32_t> moving_instances;
     unsigned threads = 0;  ///< 0: all
     /// Rays traced with Embree's own calls may bring a filter in their context (Embree 4: arguments).
@@ -39,8 +39,9 @@ public:
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 
-    /// Moves instances listed as moving, then refits. Not while rays are being traced.
-    void move(std::span<const std::uint32_t> instances, std::span<const glm::mat4> world_from_object);
+    /// Takes the transforms of all the model's instances (instance_transforms), puts those listed as moving where they
+    /// are now and refits. Not while rays are being traced.
+    void move(std::span<const glm::mat4> world_from_object);
 
     /// The committed top-level scene, to trace with Embree's own calls. Alpha masks are handled by its filters.
     RTCScene scene() const;

@@ -67,7 +67,7 @@ TEST(BvhMask, HolesInInstancesAndMovedInstances) {
     expect_checkerboard(bvh, {5, 0, 0});
     Bvh moving(model, {.moving_instances = {2, 3}});
     const glm::mat4 there = glm::translate(glm::mat4(1), {0, 7, 0});
-    moving.move(std::vector<std::uint32_t>{2, 3}, std::vector<glm::mat4>{there, there});
+    moving.move(std::vector<glm::mat4>{glm::mat4(1), glm::mat4(1), there, there});
     expect_checkerboard(moving, {0, 0, 0});
     expect_checkerboard(moving, {0, 7, 0});
 }
@@ -75,21 +75,13 @@ TEST(BvhMask, HolesInInstancesAndMovedInstances) {
 TEST(BvhMask, PacketsSeeTheSameHoles) {
     const SceneModel model = checkerboard();
     const Bvh bvh(model);
-    alignas(64) RTCRayHit16 packet{};
-    alignas(64) int valid[16];
-    for (int i = 0; i < 16; ++i) {
-        valid[i] = -1;
-        packet.ray.org_x[i] = (static_cast<float>(i % 8) + 0.5f) / 8;
-        packet.ray.org_y[i] = 1 - (static_cast<float>(i / 8) + 0.5f) / 8;
-        packet.ray.dir_z[i] = -1;
-        packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
-        packet.ray.mask[i] = 0xffffffffu;
-        packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-        packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    bvh.intersect16(valid, packet);
-    for (int i = 0; i < 16; ++i)
-        EXPECT_NEAR(packet.ray.tfar[i], (i % 8 + i / 8) % 2 == 0 ? 1 : 2, 1e-6) << "ray " << i;
+    RayPacket packet;
+    for (std::size_t i = 0; i < 16; ++i)
+        packet.start(i, {(static_cast<float>(i % 8) + 0.5f) / 8, 1 - (static_cast<float>(i / 8) + 0.5f) / 8, 0},
+                     {0, 0, -1});
+    bvh.intersect16(packet.valid.data(), packet.rays);
+    for (std::size_t i = 0; i < 16; ++i)
+        EXPECT_NEAR(packet.distance(i), (i % 8 + i / 8) % 2 == 0 ? 1 : 2, 1e-6) << "ray " << i;
 }
 
 }  // namespace equistream::test

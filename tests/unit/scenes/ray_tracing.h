@@ -1,6 +1,6 @@
 #pragma once
 /// What the tests of the Bvh share: rays, shapes, and an intersection that owes nothing to Embree.
-#include <equistream_scene/bvh.h>
+#include <equistream_scene/embree_rays.h>
 
 #include <glm/glm.hpp>
 
@@ -22,18 +22,7 @@ struct Ray {
 };
 
 inline RTCRayHit embree_ray(const Ray& ray) {
-    RTCRayHit r{};
-    r.ray.org_x = ray.origin.x;
-    r.ray.org_y = ray.origin.y;
-    r.ray.org_z = ray.origin.z;
-    r.ray.dir_x = ray.direction.x;
-    r.ray.dir_y = ray.direction.y;
-    r.ray.dir_z = ray.direction.z;
-    r.ray.tfar = std::numeric_limits<float>::infinity();
-    r.ray.mask = 0xffffffffu;
-    r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    return r;
+    return embree_ray_hit(ray.origin, ray.direction);
 }
 
 struct Hit {

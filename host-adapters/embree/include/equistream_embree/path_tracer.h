@@ -14,6 +14,7 @@
 #include <equistream_embree/directions.h>
 #include <equistream_embree/lights.h>
 #include <equistream_embree/sampler.h>
+#include <equistream_embree/shadow.h>
 #include <equistream_embree/stage_clock.h>
 
 #include <equistream/equistream.h>
@@ -86,8 +87,8 @@ private:
         bool next_event_done = false;  ///< the last scattering (straight passes aside) was rough and sampled lights
     };
     struct ShadowRay {
-        glm::vec3 origin, direction, contribution;
-        float distance;
+        Segment segment;
+        glm::vec3 contribution;
         std::uint32_t path;
     };
 

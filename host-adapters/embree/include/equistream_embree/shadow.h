@@ -4,8 +4,13 @@
 
 namespace equistream::embree_host {
 
+/// From a surface towards a light; `direction` is unit.
+struct Segment {
+    glm::vec3 origin, direction;
+    float distance = 0;  ///< infinite for the sun
+};
+
 /// 0 where something opaque lies between, the product of the glass's tints otherwise.
-glm::vec3 transmittance(const Bvh& bvh, const ShadingScene& scene, Textures::Reader& textures, const glm::vec3& origin,
-                        const glm::vec3& direction, float distance);
+glm::vec3 transmittance(const Bvh& bvh, const ShadingScene& scene, Textures::Reader& textures, const Segment& segment);
 
 }  // namespace equistream::embree_host
