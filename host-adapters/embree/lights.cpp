@@ -23,11 +23,13 @@ void EmitterTable::add_instance(const ShadingScene& scene, std::uint32_t index, 
         return glm::vec3(world_from_object * glm::vec4(mesh.positions[vertex], 1));
     };
     const bool mirrored = glm::determinant(glm::mat3(world_from_object)) < 0;
+    const std::uint32_t mask = scene.model().mask_of(mesh);
     for (const glm::uvec3& t : mesh.triangles) {
         Triangle triangle{};
         triangle.a = world(t.x);
         triangle.ab = world(t.y) - triangle.a;
         triangle.ac = world(t.z) - triangle.a;
+        triangle.mask = mask == no_index ? nullptr : &scene.model().alpha_masks[mask];
         triangle.material = scene.material_of(index);
         triangle.area = 0.5f * glm::length(glm::cross(triangle.ab, triangle.ac));
         triangle.mirrored = mirrored;
@@ -96,8 +98,9 @@ EmitterSample EmitterTable::sample(float choice, const glm::vec2& u) const {
     const Triangle& t = triangles_[i];
     const glm::vec2 b = sample_triangle(u);
     const glm::vec3 wound = glm::normalize(glm::cross(t.ab, t.ac));
-    return {t.a + b.x * t.ab + b.y * t.ac, t.mirrored ? -wound : wound, t.uv_a + b.x * t.uv_ab + b.y * t.uv_ac,
-            t.material};
+    const glm::vec2 uv = t.uv_a + b.x * t.uv_ab + b.y * t.uv_ac;
+    return {t.a + b.x * t.ab + b.y * t.ac, t.mirrored ? -wound : wound, uv, t.material,
+            t.mask != nullptr && !t.mask->covers(uv)};
 }
 
 }  // namespace equistream::embree_host

@@ -112,6 +112,8 @@ void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, cons
     const float choice = path.sampler.pair(path.vertices, Sampler::Use::choices).y;
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::emitter);
     const EmitterSample emitter = scene_.lights.emitters.sample(choice, u);
+    if (emitter.cut_away)
+        return;
     const ShadingMaterial& material = scene_.shading.material(emitter.material);
     const glm::vec3 origin = offset_origin(point.position, point.geometric_normal);
     const glm::vec3 across = emitter.position - origin;

@@ -104,9 +104,8 @@ std::uint32_t BvhBuilder::add_mesh(RTCScene scene, std::uint32_t mesh_index, con
     set_vertices(geometry, mesh, world_from_object);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                sizeof(glm::uvec3), mesh.triangles.size());
-    const std::uint32_t mask =
-        mesh.material < model_.materials.size() ? model_.materials[mesh.material].alpha_mask : no_index;
-    if (mask != no_index && !mesh.uvs.empty()) {
+    const std::uint32_t mask = model_.mask_of(mesh);
+    if (mask != no_index) {
         masked_.push_back(std::make_unique<MaskedMesh>(MaskedMesh{corner_uvs(mesh), &mask_bits(mask)}));
         rtcSetGeometryUserData(geometry, masked_.back().get());
         rtcSetGeometryIntersectFilterFunction(geometry, filter_by_mask);

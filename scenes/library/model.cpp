@@ -2,6 +2,10 @@
 
 namespace equistream {
 
+std::uint32_t SceneModel::mask_of(const Mesh& mesh) const {
+    return mesh.material < materials.size() && !mesh.uvs.empty() ? materials[mesh.material].alpha_mask : no_index;
+}
+
 std::uint64_t SceneModel::triangle_count() const {
     std::uint64_t count = 0;
     for (const Instance& instance : instances)

@@ -83,6 +83,9 @@ struct SceneModel {
     std::vector<Texture> textures;
     std::vector<AlphaMask> alpha_masks;
 
+    /// The alpha mask that cuts into a mesh, no_index if none does: its material has none, or the mesh has no texture
+    /// coordinates to look it up with.
+    std::uint32_t mask_of(const Mesh& mesh) const;
     std::uint64_t triangle_count() const;         ///< with instances
     std::uint64_t unique_triangle_count() const;  ///< without
 };

@@ -85,5 +85,60 @@ TEST(Emitters, AliasTableServesManyUnequalTriangles) {
         EXPECT_NEAR(counted[i], n * expected[i] / total, 6) << i;
 }
 
+/// What a plane through the origin, facing up, gets from the samples of the table alone: mean and standard error.
+std::pair<double, double> irradiance_by_table(const TestScene& scene) {
+    constexpr std::uint32_t n = 200000;
+    double sum = 0, squares = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        Sampler random(i, 0);
+        const float choice = random.next_hashed();
+        const EmitterSample s = scene.lights.emitters.sample(choice, {random.next_hashed(), random.next_hashed()});
+        if (s.cut_away)
+            continue;
+        const ShadingMaterial& material = scene.shading->material(s.material);
+        const double distance2 = glm::dot(s.position, s.position);
+        const glm::vec3 d = s.position / static_cast<float>(std::sqrt(distance2));
+        const double value =
+            material.emission.y * d.y * -glm::dot(d, s.normal) / (material.emission_pdf_area * distance2);
+        sum += value / n;
+        squares += value * value / n;
+    }
+    return {sum, std::sqrt((squares - sum * sum) / n)};
+}
+
+TEST(Emitters, WhatAMaskCutsAwayGivesNoLight) {
+    double seen[2];
+    for (const bool masked : {false, true}) {
+        TestScene scene;
+        const std::uint32_t material = scene.add_material(lamp(glm::vec3(3)));
+        if (masked) {
+            scene.model.alpha_masks.push_back(checker_mask(64));
+            scene.model.materials[material].alpha_mask = 0;
+        }
+        const glm::mat4 turned_over_above(1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0.3f, 2, 0.2f, 1);
+        scene.add(floor_mesh(1.5f, 1.5f, material), turned_over_above);
+        scene.build();
+        const auto [mean, error] = irradiance_by_table(scene);
+        EXPECT_LT(error, 0.005 * mean);
+        seen[masked] = mean;
+    }
+    EXPECT_NEAR(seen[1] / seen[0], 0.5, 0.01);
+}
+
+TEST(Emitters, AMeshWithoutTextureCoordinatesIsWholeForLightsAsForRays) {
+    TestScene scene;
+    const std::uint32_t material = scene.add_material(lamp(glm::vec3(3)));
+    scene.model.alpha_masks.push_back(checker_mask(2));
+    scene.model.materials[material].alpha_mask = 0;
+    Mesh mesh = floor_mesh(1, 1, material);
+    mesh.uvs.clear();
+    scene.add(mesh);
+    scene.build();
+    for (std::uint32_t i = 0; i < 100; ++i) {
+        Sampler random(i, 0);
+        EXPECT_FALSE(scene.lights.emitters.sample(0.5f, {random.next_hashed(), random.next_hashed()}).cut_away);
+    }
+}
+
 }  // namespace
 }  // namespace equistream::embree_host

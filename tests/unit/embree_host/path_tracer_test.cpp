@@ -105,6 +105,22 @@ TEST(Direct, SquareLampAboveAMatteFloorHasItsFormFactor) {
     }
 }
 
+/// Light samples and scattered rays must agree on what the mask leaves: a sample that takes a hole for a lamp makes the
+/// floor too bright, whatever its weight.
+TEST(Direct, AHalfCutAwayLampGivesHalfItsLightHoweverItIsFound) {
+    for (const bool next_event : {true, false}) {
+        TestScene scene;
+        add_lit_floor(scene, matte(glm::vec3(0.5f)), 1.5f, 2, 3);
+        scene.model.alpha_masks.push_back(checker_mask(64));
+        scene.model.materials[1].alpha_mask = 0;
+        scene.options.next_event = next_event;
+        const MeanRadiance seen = scene.look({0.5f, 1, 0.5f}, {-0.5f, -1, -0.5f}, next_event ? 512 : 2048);
+        const double half = 0.5 * 0.5 * 3 * square_form_factor(1.5, 2);
+        EXPECT_LT(seen.standard_error, 0.01 * half) << next_event;
+        EXPECT_NEAR(seen.mean.y, half, 4 * seen.standard_error + 0.002 * half) << next_event;
+    }
+}
+
 TEST(Direct, TheBackOfASingleSidedLampIsDark) {
     TestScene scene;
     add_lit_floor(scene, matte(glm::vec3(0.5f)), 1, 2, 3);

@@ -31,6 +31,15 @@ inline Material matte(const glm::vec3& colour) {
     return m;
 }
 
+/// Cuts every second of `side` x `side` cells away.
+inline AlphaMask checker_mask(int side) {
+    AlphaMask mask;
+    mask.width = mask.height = side;
+    for (int i = 0; i < side * side; ++i)
+        mask.opaque.push_back((i % side + i / side) % 2 ? 255 : 0);
+    return mask;
+}
+
 struct MeanRadiance {
     glm::dvec3 mean{0};
     double standard_error = 0;  ///< of the green channel

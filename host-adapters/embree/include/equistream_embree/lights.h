@@ -2,7 +2,8 @@
 /// What lights a scene: a sun (a small uniform disc), a constant sky, emissive triangles.
 ///
 /// Sampling: the sun by its cone; emissive triangles in proportion to mean power (area times the luminance of the
-/// material's mean emission), one triangle and one point on it. The sky is left to BSDF sampling alone: under a
+/// material's mean emission), one triangle and one point on it. A point that an alpha mask has cut away is a sample
+/// without light, so that the density is the same all over a triangle. The sky is left to BSDF sampling alone: under a
 /// constant sky that has no variance but that of visibility, and the ray has to be traced for indirect light anyway.
 #include <equistream_embree/directions.h>
 #include <equistream_embree/shading_scene.h>
@@ -36,6 +37,7 @@ struct EmitterSample {
     glm::vec3 normal;  ///< unit, of the front
     glm::vec2 uv;
     std::uint32_t material;  ///< whose emission_pdf_area is the density of `position` per square metre
+    bool cut_away;           ///< by the material's alpha mask: no light comes from here, as no ray is stopped here
 };
 
 /// Emissive triangles behind an alias table.
@@ -50,6 +52,7 @@ private:
     struct Triangle {
         glm::vec3 a, ab, ac;
         glm::vec2 uv_a{0}, uv_ab{0}, uv_ac{0};
+        const AlphaMask* mask;  // nullptr: whole
         std::uint32_t material;
         float area;
         bool mirrored;
