@@ -127,10 +127,11 @@ ShadingPoint ShadingScene::surface_at(const HitId& hit, const glm::vec3& origin,
 SurfaceParameters surface_parameters(const ShadingMaterial& m, const ShadingPoint& point, float footprint_m,
                                      const glm::vec3& jitter, Textures::Reader& textures) {
     SurfaceParameters s{m.base_colour, m.metallic, m.roughness, m.transmission, m.dielectric_f0};
-    const TextureQuery query{point.uv, footprint_m * point.uv_per_metre, jitter};
+    TextureQuery query{point.uv, footprint_m * point.uv_per_metre, jitter};
     if (m.base_colour_texture != no_index)
         s.base_colour *= textures.lookup(m.base_colour_texture, query);
     if (m.metallic_roughness_texture != no_index) {
+        query.coding = TextureCoding::data;
         const glm::vec3 texel = textures.lookup(m.metallic_roughness_texture, query);
         s.roughness *= texel.y;
         s.metallic *= texel.z;

@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace equistream::embree_host {
@@ -53,27 +54,42 @@ float bounded(float coordinate) {
     return coordinate > -1e5f && coordinate < 1e5f ? coordinate : 0.0f;
 }
 
-/// Textures that any material uses as colour, as data, or not at all.
-std::vector<TextureCoding> codings(const SceneModel& model) {
-    std::vector<TextureCoding> coding(model.textures.size(), TextureCoding::colour);
-    for (const Material& material : model.materials)
+struct Uses {
+    bool as_colour = false, as_data = false;
+};
+
+std::vector<Uses> uses_of_textures(const SceneModel& model) {
+    std::vector<Uses> uses(model.textures.size());
+    for (const Material& material : model.materials) {
+        for (const std::uint32_t colour : {material.base_colour_texture, material.emission_texture})
+            if (colour != no_index)
+                uses[colour].as_colour = true;
         if (material.metallic_roughness_texture != no_index)
-            coding[material.metallic_roughness_texture] = TextureCoding::data;
-    return coding;
+            uses[material.metallic_roughness_texture].as_data = true;
+    }
+    return uses;
 }
 
 }  // namespace
 
 Textures::Textures(const SceneModel& model, const TextureSettings& settings)
-    : model_file_(model.file), sources_(model.textures.size()), system_(OIIO::TextureSystem::create(false)),
-      entries_(model.textures.size()) {
+    : model_file_(model.file), sources_(2 * model.textures.size()), system_(OIIO::TextureSystem::create(false)),
+      entries_(2 * model.textures.size()) {
     system_->attribute("max_memory_MB", static_cast<float>(settings.cache_megabytes));
     system_->attribute("max_open_files", 4096);
     system_->attribute("autotile", 0);
     system_->attribute("forcefloat", 0);
-    const std::vector<TextureCoding> coding = codings(model);
-    tbb::parallel_for(std::size_t{0}, entries_.size(),
-                      [&](std::size_t i) { add(model.textures[i], coding[i], entries_[i], sources_[i]); });
+    const std::vector<Uses> uses = uses_of_textures(model);
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(uses.size()), [&](std::uint32_t i) {
+        const auto add_as = [&](TextureCoding coding) {
+            const std::size_t place = place_of(i, coding);
+            add(model.textures[i], coding, entries_[place], sources_[place]);
+        };
+        if (uses[i].as_data)
+            add_as(TextureCoding::data);
+        if (uses[i].as_colour || !uses[i].as_data)
+            add_as(TextureCoding::colour);
+    });
 }
 
 Textures::~Textures() = default;
@@ -132,7 +148,7 @@ void Textures::fetch_coarse_level(const Texture& texture, Entry& entry) {
 }
 
 glm::vec3 Textures::mean(std::uint32_t texture) const {
-    return entries_[texture].mean;
+    return entries_[place_of(texture, TextureCoding::colour)].mean;
 }
 
 Textures::Reader::Reader(const Textures& textures)
@@ -143,7 +159,8 @@ Textures::Reader::~Reader() {
 }
 
 glm::vec3 Textures::Reader::lookup(std::uint32_t texture, const TextureQuery& query) {
-    const Entry& e = textures_.entries_[texture];
+    const Entry& e = textures_.entries_[textures_.place_of(texture, query.coding)];
+    assert(e.handle != nullptr);
     const std::array<float, 256>& decode = *e.decode;
     const float footprint_texels = query.footprint * static_cast<float>(std::max(e.width, e.height));
     const int level = std::clamp(floor_to_int(rough_log2(footprint_texels) + query.jitter.z), 0, e.levels - 1);

@@ -61,6 +61,10 @@ glm::vec3 at(Textures::Reader& reader, float u, float v, float footprint = 0) {
     return reader.lookup(0, {{u, v}, footprint, glm::vec3(0.5f)});
 }
 
+glm::vec3 as_data(Textures::Reader& reader, float u, float v) {
+    return reader.lookup(0, {{u, v}, 0, glm::vec3(0.5f), TextureCoding::data});
+}
+
 TEST(Textures, TopRowIsAtVZeroAndColoursAreDecoded) {
     for (const int width : {16, 64, 200}) {  // held whole as the coarse level, and in the texture system
         const SceneModel model = model_with(make_png(width, 50, coordinates));
@@ -82,7 +86,33 @@ TEST(Textures, DataIsNotDecoded) {
     model.materials[0].metallic_roughness_texture = 0;
     const Textures textures(model);
     Textures::Reader reader(textures);
-    EXPECT_NEAR(at(reader, 10.5f / 64, 20.5f / 64).y, 20 / 255.0, 1e-6);
+    EXPECT_NEAR(as_data(reader, 10.5f / 64, 20.5f / 64).y, 20 / 255.0, 1e-6);
+}
+
+TEST(Textures, ColourToOneMaterialAndDataToAnotherIsEachInItsCoding) {
+    for (const int side : {16, 64}) {  // held whole as the coarse level, and in the texture system
+        SceneModel model = model_with(make_png(side, side, coordinates));
+        model.materials.push_back({});
+        model.materials[1].metallic_roughness_texture = 0;
+        const Textures textures(model);
+        Textures::Reader reader(textures);
+        const float s = static_cast<float>(side);
+        EXPECT_NEAR(at(reader, 10.5f / s, 7.5f / s).y, srgb_decoded(7), 1e-6) << side;
+        EXPECT_NEAR(as_data(reader, 10.5f / s, 7.5f / s).y, 7 / 255.0, 1e-6) << side;
+        EXPECT_NEAR(textures.mean(0).z, srgb_decoded(100), 1e-5) << side;
+    }
+}
+
+TEST(Textures, TheSecondCodingCanBeTheFirstMaterials) {
+    SceneModel model = model_with(make_png(64, 64, coordinates));
+    model.materials[0].base_colour_texture = no_index;
+    model.materials[0].metallic_roughness_texture = 0;
+    model.materials.push_back({});
+    model.materials[1].emission_texture = 0;
+    const Textures textures(model);
+    Textures::Reader reader(textures);
+    EXPECT_NEAR(at(reader, 10.5f / 64, 20.5f / 64).x, srgb_decoded(10), 1e-6);
+    EXPECT_NEAR(as_data(reader, 10.5f / 64, 20.5f / 64).x, 10 / 255.0, 1e-6);
 }
 
 TEST(Textures, WrapsAsAsked) {

@@ -5,6 +5,8 @@
 /// A lookup takes the one texel that a random offset of half a texel, and of half a level, chooses: in the mean exactly
 /// trilinear filtering, in linear light, for the price of one texel. Lookups as coarse as `coarse_side` texels are
 /// answered from a copy of that level, fetched once from the texture system, without calling it.
+///
+/// A texture that is colour to one material and data to another is held twice, once in each coding.
 #include <equistream/error.h>
 #include <equistream_scene/model.h>
 
@@ -25,17 +27,19 @@ struct TextureSettings {
     int cache_megabytes = 512;
 };
 
-/// Where and how wide a lookup is. `footprint` is its width in texture coordinates; `jitter` three numbers in [0, 1)
-/// (1/2 each: the nearest texel of the nearest level).
+/// Where, how wide and as what a lookup is. `footprint` is its width in texture coordinates; `jitter` three numbers in
+/// [0, 1) (1/2 each: the nearest texel of the nearest level).
 struct TextureQuery {
     glm::vec2 uv;
     float footprint = 0;
     glm::vec3 jitter{0.5f};
+    TextureCoding coding = TextureCoding::colour;
 };
 
 class Textures {
 public:
-    /// Decodes every texture once; throws InputError naming the first that cannot be. `model` is borrowed.
+    /// Decodes every texture as what the materials use it for (as colour if they do not); throws InputError naming the
+    /// first that cannot be. `model` is borrowed.
     Textures(const SceneModel& model, const TextureSettings& settings = {});
     ~Textures();
     Textures(const Textures&) = delete;
@@ -49,7 +53,7 @@ public:
         Reader(const Reader&) = delete;
         Reader& operator=(const Reader&) = delete;
 
-        /// Linear RGB (or the stored numbers) of the texture at `query`.
+        /// Linear RGB (or, as data, the stored numbers) of the texture at `query`; some material uses it as that.
         glm::vec3 lookup(std::uint32_t texture, const TextureQuery& query);
         std::uint64_t calls() const { return calls_; }  ///< into the texture system
 
@@ -59,7 +63,7 @@ public:
         std::uint64_t calls_ = 0;
     };
 
-    /// Linear mean of the whole texture (for the power of textured emitters).
+    /// Linear mean of the whole texture as colour (for the power of textured emitters).
     glm::vec3 mean(std::uint32_t texture) const;
 
     static constexpr int coarse_side = 32;
@@ -79,6 +83,9 @@ private:
         void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system, true); }
     };
 
+    std::size_t place_of(std::uint32_t texture, TextureCoding coding) const {
+        return coding == TextureCoding::colour ? texture : entries_.size() / 2 + texture;
+    }
     void add(const Texture& texture, TextureCoding coding, Entry& entry, MipChainSource& source);
     InputError failure(const Texture& texture) const;
     void fetch_coarse_level(const Texture& texture, Entry& entry);
@@ -86,7 +93,7 @@ private:
     std::filesystem::path model_file_;
     std::vector<MipChainSource> sources_;  // outlive the system, which reads from them
     std::unique_ptr<OIIO::TextureSystem, DestroySystem> system_;
-    std::vector<Entry> entries_;
+    std::vector<Entry> entries_;  // all as colour, then all as data; those without a use are empty
 };
 
 }  // namespace equistream::embree_host
