@@ -1,11 +1,10 @@
 #include "aside_file.h"
 
 #include <equistream/error.h>
+#include <equistream/locks.h>
 #include <equistream/sequence.h>
 
 #include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -16,14 +15,6 @@ namespace equistream {
 namespace {
 
 constexpr const char* aside_extension = ".aside";
-
-/// Between opening and locking, another process may have renamed the file away: then ours is not the named one.
-bool still_named(int descriptor, const std::filesystem::path& name) {
-    struct stat opened {};
-    struct stat named {};
-    return fstat(descriptor, &opened) == 0 && stat(name.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
-           opened.st_dev == named.st_dev;
-}
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
@@ -37,19 +28,11 @@ void AsideFile::fail(const char* what, int error_number) const {
 
 AsideFile::AsideFile(std::filesystem::path file) : file_(std::move(file)) {
     aside_ = folder_of(file_) / ("." + file_.filename().string() + aside_extension);
-    while (descriptor_ < 0) {
-        const int opened = open(aside_.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
-        if (opened < 0)
-            fail("cannot be written", errno);
-        if (flock(opened, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-            close(opened);
-            throw WorkError(file_.string() + ": is being written by another process");
-        }
-        if (still_named(opened, aside_))
-            descriptor_ = opened;
-        else
-            close(opened);
-    }
+    descriptor_ = open_locked_file(aside_);
+    if (descriptor_ < 0 && errno == EWOULDBLOCK)
+        throw WorkError(file_.string() + ": is being written by another process");
+    if (descriptor_ < 0)
+        fail("cannot be written", errno);
     if (ftruncate(descriptor_, 0) != 0) {
         const int error_number = errno;
         close(descriptor_);
@@ -98,11 +81,10 @@ void remove_unfinished_files(const std::filesystem::path& folder) {
         const std::string name = entry.path().filename().string();
         if (!name.starts_with(".") || !name.ends_with(aside_extension))
             continue;
-        const int descriptor = open(entry.path().c_str(), O_WRONLY | O_CLOEXEC);
+        const int descriptor = open_locked_file(entry.path(), IfMissing::fail);
         if (descriptor < 0)
             continue;
-        if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 && still_named(descriptor, entry.path()))
-            unlink(entry.path().c_str());
+        unlink(entry.path().c_str());
         close(descriptor);
     }
 }

@@ -1,6 +1,7 @@
 #include "output.h"
 
 #include <equistream/error.h>
+#include <equistream/locks.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -9,6 +10,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace equistream {
 
@@ -40,8 +42,18 @@ int Output::write_bytes(void* self, std::uint8_t* bytes, int size) {
     return size;
 }
 
-void Output::open_file(const std::string& path) {
-    file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+/// What an earlier run left there is overwritten, once it is certain that nobody is writing it now.
+void Output::open_aside() {
+    aside_ = target_ + ".part";
+    file_ = open_locked_file(aside_);
+    if (file_ < 0 && errno == EWOULDBLOCK)
+        throw InputError(
+            expected_found(target_, "a file that no other process is writing", aside_ + " in the hands of one"));
+    if (file_ >= 0 && ftruncate(file_, 0) != 0)
+        close(std::exchange(file_, -1));
+}
+
+void Output::make_io() {
     if (file_ < 0)
         throw InputError(expected_found(target_, "a place that can be written", std::strerror(errno)));
     auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
@@ -61,10 +73,11 @@ Output::Output(const std::string& target) : target_(target) {
             throw InputError(expected_found(target, "an address that can be written", av::error_text(code)));
         io_->seekable = 0;
     } else if (exists_and_is_no_file(target)) {
-        open_file(target);
+        file_ = open(target.c_str(), O_WRONLY | O_CLOEXEC);
+        make_io();
     } else {
-        open_file(target + ".part");
-        aside_ = target + ".part";
+        open_aside();
+        make_io();
     }
 }
 
@@ -76,9 +89,9 @@ Output::~Output() {
     avio_flush(io_);
     av_freep(&io_->buffer);
     avio_context_free(&io_);
-    close(file_);
     if (!has_bytes_ && !aside_.empty())
         unlink(aside_.c_str());
+    close(file_);
 }
 
 std::string Output::write_error() const {

@@ -1,5 +1,6 @@
 #pragma once
-/// Where coded bytes go: a file that appears under its name only when it is finished, a device, or a URL.
+/// Where coded bytes go: a file that appears under its name only when it is finished, a device, or a URL. NAME.part is
+/// locked while it is written, so that two processes never mix in it.
 #include "libav.h"
 
 #include <memory>
@@ -27,7 +28,8 @@ public:
 
 private:
     static int write_bytes(void* self, std::uint8_t* bytes, int size);
-    void open_file(const std::string& path);
+    void open_aside();
+    void make_io();
     [[noreturn]] void fail() const;
 
     std::string target_;

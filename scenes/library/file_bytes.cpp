@@ -51,6 +51,10 @@ void ContentHash::add(std::span<const std::uint8_t> bytes) {
     state_ = OIIO::xxhash::XXH64(bytes.data(), bytes.size(), state_);
 }
 
+void ContentHash::add(const std::string& text) {
+    add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
 void ContentHash::add_file(const fs::path& file, const std::string& what) {
     std::ifstream stream = open_regular(file, what);
     std::vector<std::uint8_t> block(std::size_t{1} << 20);

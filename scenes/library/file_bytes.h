@@ -16,6 +16,7 @@ std::vector<std::uint8_t> read_file_bytes(const std::filesystem::path& file, con
 class ContentHash {
 public:
     void add(std::span<const std::uint8_t> bytes);
+    void add(const std::string& text);
     /// Streams a file through, a block at a time.
     void add_file(const std::filesystem::path& file, const std::string& what);
     /// 16 hexadecimal digits.

@@ -1,10 +1,14 @@
 #include "fingerprint.h"
 
+#include "file_bytes.h"
+
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <cstring>
 #include <fstream>
-#include <string>
 
 namespace equistream {
 
@@ -27,6 +31,27 @@ std::string percent_decoded(const std::string& uri) {
     return text;
 }
 
+/// load_model refuses anything larger.
+constexpr std::uintmax_t model_size_limit = 0xffffffff;
+
+/// The JSON of a .gltf or .glb; empty where there is none.
+std::string json_text(const fs::path& model) {
+    std::error_code error;
+    const std::uintmax_t file_bytes = fs::file_size(model, error);
+    std::ifstream stream(model, std::ios::binary);
+    std::array<std::uint32_t, 5> header{};  // "glTF", version, length; length of the JSON, "JSON"
+    stream.read(reinterpret_cast<char*>(header.data()), sizeof header);
+    const bool is_glb = stream && std::memcmp(header.data(), "glTF", 4) == 0;
+    const std::uintmax_t begin = is_glb ? sizeof header : 0;
+    if (error || begin > file_bytes || file_bytes > model_size_limit)
+        return {};
+    std::string text(std::min<std::uintmax_t>(is_glb ? header[3] : file_bytes, file_bytes - begin), '\0');
+    stream.clear();
+    stream.seekg(static_cast<std::streamoff>(begin));
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    return text;
+}
+
 void add_named_files(const nlohmann::json& list, const fs::path& folder, ContentHash& hash) {
     if (!list.is_array())
         return;
@@ -44,19 +69,29 @@ void add_named_files(const nlohmann::json& list, const fs::path& folder, Content
     }
 }
 
-}  // namespace
-
-void add_model_to_hash(const fs::path& model, ContentHash& hash) {
+void add_model(const fs::path& model, ContentHash& hash) {
     hash.add_file(model, "model");
-    if (model.extension() != ".gltf")
+    const std::string text = json_text(model);
+    if (text.find("\"uri\"") == std::string::npos)  // the rule: everything in one file, which may be large
         return;
-    std::ifstream stream(model);
-    const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+    const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
     if (!json.is_object())
         return;
     for (const char* key : {"buffers", "images"})
         if (json.contains(key))
             add_named_files(json[key], model.parent_path(), hash);
+}
+
+}  // namespace
+
+std::string geometry_fingerprint(const fs::path& model, const std::vector<MovingObject>& moving) {
+    ContentHash hash;
+    add_model(model, hash);
+    for (const MovingObject& object : moving) {
+        hash.add(object.object);
+        hash.add(path_fingerprint(object.path));
+    }
+    return hash.hex();
 }
 
 }  // namespace equistream

@@ -61,6 +61,13 @@ PosePath::Key parse_key(std::string_view line, const std::string& where) {
     return {n[0], {{n[1], n[2], n[3]}, glm::dquat(n[4], n[5], n[6], n[7])}};
 }
 
+/// As in a line of CSV.
+std::array<double, 8> numbers_of(const PosePath::Key& key) {
+    const glm::dvec3& p = key.pose.position_m;
+    const glm::dquat& q = key.pose.orientation;
+    return {key.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+}
+
 void append_number(std::string& text, double value) {
     std::array<char, 32> digits{};
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
@@ -135,10 +142,8 @@ PosePath read_path_csv(const std::filesystem::path& file) {
 void write_path_csv(const std::filesystem::path& file, const PosePath& path) {
     std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
     for (const PosePath::Key& key : path.keys()) {
-        const glm::dvec3& p = key.pose.position_m;
-        const glm::dquat& q = key.pose.orientation;
         const char* separator = "";
-        for (const double value : {key.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z}) {
+        for (const double value : numbers_of(key)) {
             text += separator;
             append_number(text, value);
             separator = ",";
@@ -146,6 +151,15 @@ void write_path_csv(const std::filesystem::path& file, const PosePath& path) {
         text += '\n';
     }
     write_file_atomically(file, text);
+}
+
+std::string path_fingerprint(const PosePath& path) {
+    ContentHash hash;
+    for (const PosePath::Key& key : path.keys()) {
+        const std::array<double, 8> numbers = numbers_of(key);
+        hash.add({reinterpret_cast<const std::uint8_t*>(numbers.data()), sizeof numbers});
+    }
+    return hash.hex();
 }
 
 }  // namespace equistream

@@ -179,7 +179,8 @@ SceneDescription load_scene(const fs::path& file) {
     if (json.has("moving"))
         scene.moving = read_moving(json["moving"], folder, hash);
     scene.model = find_model(json["model"], folder);
-    add_model_to_hash(scene.model, hash);
+    scene.geometry_fingerprint = geometry_fingerprint(scene.model, scene.moving);
+    hash.add(scene.geometry_fingerprint);
     scene.fingerprint = hash.hex();
     return scene;
 }

@@ -28,10 +28,10 @@ SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m
             box_radius_m(picture.info)};
 }
 
-void require_tagged_size(const ReceivedPicture& picture) {
+void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
     if (picture.rgb.width() != width_of(picture.info.camera) || picture.rgb.height() != height_of(picture.info.camera))
         throw WorkError(
-            expected_found("frame " + std::to_string(picture.info.index),
+            expected_found(source + ": frame " + std::to_string(picture.info.index),
                            std::to_string(width_of(picture.info.camera)) + "x" +
                                std::to_string(height_of(picture.info.camera)) + " as its tag says",
                            std::to_string(picture.rgb.width()) + "x" + std::to_string(picture.rgb.height())));
@@ -88,15 +88,12 @@ void FramePlayer::make_depth_source(Report& report) {
     depth_ = std::move(ray);
 }
 
-void FramePlayer::check(const ReceivedFrame& first) {
+void FramePlayer::check(const ReceivedFrame& first, Report& report) {
     if (!first.posed && method_ != "sphere")
         throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method surface",
                                         "ordinary video (--method sphere turns it)"));
-    if (scene_ && first.posed && first.main.info.scene != scene_->name)
-        throw InputError(
-            expected_found(settings_.scene.string(),
-                           "the scene '" + first.main.info.scene + "' that " + settings_.source + " was rendered from",
-                           "'" + scene_->name + "'"));
+    if (scene_ && first.posed)
+        check_scene(first.main.info, report);
     if (exact_ != nullptr && first.main.depth_m.empty())
         throw InputError(
             expected_found("--depth exact", "a folder of rendered frames with their depth", settings_.source));
@@ -108,6 +105,22 @@ void FramePlayer::check(const ReceivedFrame& first) {
         throw InputError(
             expected_found("--size", "even sides of at least " + std::to_string(min_track_side) + " for --format mp4",
                            std::to_string(eye.width) + "x" + std::to_string(eye.height)));
+}
+
+void FramePlayer::check_scene(const FrameInfo& first, Report& report) const {
+    const auto require_same = [&](const std::string& what, const std::string& rendered, const std::string& here) {
+        if (rendered != here)
+            throw InputError(
+                expected_found(settings_.scene.string(),
+                               "the " + what + " '" + rendered + "' that " + settings_.source + " was rendered from",
+                               "'" + here + "'"));
+    };
+    require_same("scene", first.scene, scene_->name);
+    if (first.geometry_fingerprint.empty())
+        report.notes.push_back(settings_.source + " does not name its geometry: that of " + settings_.scene.string() +
+                               " is taken for it");
+    else
+        require_same("geometry", first.geometry_fingerprint, scene_->geometry_fingerprint);
 }
 
 void FramePlayer::check_exact_depth(const ReceivedFrame& first) {
@@ -211,9 +224,9 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const Depths& d
 }
 
 PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
-    require_tagged_size(frame.main);
+    require_tagged_size(frame.main, settings_.source);
     if (frame.small)
-        require_tagged_size(*frame.small);
+        require_tagged_size(*frame.small, settings_.source);
     PlayedFrame played{eye_of(frame, Eye::left), eye_of(frame, Eye::right), {}};
     played.figures.index = frame.main.info.index;
     played.figures.time_s = frame.main.info.time_s;

@@ -37,8 +37,8 @@ public:
     FramePlayer(const Settings& settings, Report& report);
     ~FramePlayer();
 
-    /// Throws InputError if these frames cannot be played as asked.
-    void check(const ReceivedFrame& first);
+    /// Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note of `report`.
+    void check(const ReceivedFrame& first, Report& report);
     PlayedFrame play(const ReceivedFrame& frame);
 
 private:
@@ -46,6 +46,7 @@ private:
 
     void choose_method(Report& report) const;
     void make_depth_source(Report& report);
+    void check_scene(const FrameInfo& first, Report& report) const;
     void check_exact_depth(const ReceivedFrame& first);
     PlayedEye eye_of(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;

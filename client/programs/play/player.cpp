@@ -5,10 +5,12 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 
 #include <exception>
+#include <optional>
 #include <utility>
 
 namespace equistream::play {
@@ -37,8 +39,9 @@ void clear_views(const fs::path& out) {
 class Outputs {
 public:
     Outputs(Format format, const fs::path& out) : out_(out) {
-        clear_views(out);
         require_writable_folder(out);
+        lock_.emplace(out);
+        clear_views(out);
         require_writable_folder(out / "gaps" / "left");
         require_writable_folder(out / "gaps" / "right");
         left_ = make_view_writer(format, out, "left");
@@ -69,6 +72,7 @@ public:
 
 private:
     fs::path out_;
+    std::optional<FolderLock> lock_;  // two runs would leave a mixture
     std::unique_ptr<ViewWriter> left_, right_;
 };
 
@@ -84,7 +88,7 @@ public:
         if (!first_)
             throw InputError(expected_found(settings.source, "frames in the range asked for",
                                             feed_->truncation().empty() ? "none" : feed_->truncation()));
-        player_->check(*first_);
+        player_->check(*first_, report_);
         outputs_ = std::make_unique<Outputs>(settings.format, settings.out);
     }
 

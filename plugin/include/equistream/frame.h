@@ -26,6 +26,8 @@ struct FrameInfo {
     std::uint32_t samples_per_pixel = 0;
     std::string scene;  ///< the scene's name; at most 255 bytes
     std::string host;   ///< renderer name and version; at most 255 bytes
+    /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said. At most 255 bytes.
+    std::string geometry_fingerprint;
 };
 
 /// Planes keyed by AovInfo::name. All planes have the camera's width and height; a Frame owns its planes.

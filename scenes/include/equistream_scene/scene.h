@@ -37,6 +37,9 @@ private:
 PosePath read_path_csv(const std::filesystem::path& file);
 void write_path_csv(const std::filesystem::path& file, const PosePath& path);
 
+/// 16 hexadecimal digits over all its keys: another path has others.
+std::string path_fingerprint(const PosePath& path);
+
 struct Sun {
     glm::dvec3 towards{0, 1, 0};  ///< unit, from the scene to the sun
     glm::dvec3 irradiance{0};     ///< on a plane facing it
@@ -61,7 +64,9 @@ struct SceneDescription {
     double exposure = 1;
     double frames_per_second = 30;
     std::vector<MovingObject> moving;
-    std::string fingerprint;  ///< hash of the description and the model's bytes
+    std::string fingerprint;  ///< hash of the description's, the paths' and the model's bytes
+    /// Hash of what depth comes from: the model's bytes, files it names included, and the moving objects' paths.
+    std::string geometry_fingerprint;
 };
 
 /// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
+#include <utility>
 
 namespace equistream::test {
 
@@ -162,6 +164,57 @@ TEST_F(SceneTest, FingerprintFollowsEveryByte) {
     other.buffer[0] = 1;
     write("model.glb", other.glb());
     EXPECT_NE(load(full).fingerprint, before);
+}
+
+TEST_F(SceneTest, GeometryFingerprintFollowsWhatDepthComesFromAndNothingElse) {
+    write("walk.csv", "0,1,2,3,1,0,0,0\n");
+    const std::string before = load(full).geometry_fingerprint;
+    EXPECT_EQ(before.size(), 16u);
+    std::string dimmer = full;
+    dimmer.replace(dimmer.find("[3, 2, 1]"), 9, "[1, 1, 1]");
+    EXPECT_EQ(load(dimmer).geometry_fingerprint, before) << "another sun";
+    write("walk.csv", "time_s,x,y,z,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\n");
+    EXPECT_EQ(load(full).geometry_fingerprint, before) << "the same path, written otherwise";
+    write("walk.csv", "0,1,2,4,1,0,0,0\n");
+    EXPECT_NE(load(full).geometry_fingerprint, before) << "another path of a moving object";
+    write("walk.csv", "0,1,2,3,1,0,0,0\n");
+    GltfBuilder other = GltfBuilder::triangle();
+    other.buffer[0] = 1;
+    write("model.glb", other.glb());
+    EXPECT_NE(load(full).geometry_fingerprint, before);
+}
+
+TEST_F(SceneTest, FilesThatAModelNamesBelongToItsFingerprints) {
+    write("walk.csv", "0,1,2,3,1,0,0,0\n");
+    const GltfBuilder builder = GltfBuilder::triangle();
+    // A .glb whose second buffer lies in a file; nothing refers to it, which is no concern of a hash.
+    std::string glb = builder.glb();
+    const std::string own = "\"buffers\":[{\"byteLength\":" + std::to_string(builder.buffer.size()) + "}]";
+    const std::string both = own.substr(0, own.size() - 1) + ",{\"byteLength\":4,\"uri\":\"more%20data.bin\"}]";
+    ASSERT_NE(glb.find(own), std::string::npos);
+    std::uint32_t length = 0;
+    std::memcpy(&length, glb.data() + 12, 4);
+    std::string json = glb.substr(20, length);
+    json.replace(json.find(own), own.size(), both);
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    glb.replace(20, length, json);
+    const auto put_length = [&](std::size_t at, std::size_t value) {
+        const auto number = static_cast<std::uint32_t>(value);
+        std::memcpy(glb.data() + at, &number, 4);
+    };
+    put_length(8, glb.size());
+    put_length(12, json.size());
+    for (const auto& [name, content] : {std::pair{"model.glb", glb}, {"model.gltf", builder.gltf("more%20data.bin")}}) {
+        write(name, content);
+        std::string text = full;
+        text.replace(text.find("model.glb"), 9, name);
+        write("more data.bin", "0000");
+        const SceneDescription before = load(text);
+        EXPECT_EQ(load(text).geometry_fingerprint, before.geometry_fingerprint) << name;
+        write("more data.bin", "0001");
+        EXPECT_NE(load(text).geometry_fingerprint, before.geometry_fingerprint) << name;
+        EXPECT_NE(load(text).fingerprint, before.fingerprint) << name;
+    }
 }
 
 TEST_F(SceneTest, MovingObjectsReplaceRotationAndTranslationAndKeepScale) {
