@@ -7,13 +7,21 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
+#include <utility>
 
 namespace equistream {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+using WidthHeight = std::pair<int, int>;
+
+std::string text_of(const WidthHeight& size) {
+    return std::to_string(size.first) + "x" + std::to_string(size.second);
+}
 
 class FolderFeed : public FrameFeed {
 public:
@@ -80,6 +88,7 @@ private:
         if (with_depth)
             planes.push_back("depth");
         Frame frame = read_exr(path, planes);
+        require_size_of_view(view, path, frame.info.camera);
         ReceivedPicture picture;
         picture.decode_ms = milliseconds_since(start);
         picture.info = frame.info;
@@ -90,6 +99,15 @@ private:
         std::error_code ignored;
         count(view, std::int64_t(fs::file_size(path, ignored)));
         return picture;
+    }
+
+    /// A view has one size throughout: a frame of another one is of another render.
+    void require_size_of_view(const std::string& view, const fs::path& path, const Camera& camera) {
+        const WidthHeight size{width_of(camera), height_of(camera)};
+        const WidthHeight& first = sizes_.try_emplace(view, size).first->second;
+        if (size != first)
+            throw InputError(
+                expected_found(path.string(), text_of(first) + " pixels as in the frames before it", text_of(size)));
     }
 
     void count(const std::string& view, std::int64_t bytes) {
@@ -111,6 +129,7 @@ private:
     DisplayTransform display_;
     std::string main_;
     std::set<std::string> views_with_depth_;
+    std::map<std::string, WidthHeight> sizes_;  // of each view's first frame read
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;
     std::vector<FeedTrack> tracks_;

@@ -11,9 +11,10 @@ namespace equistream {
 
 namespace {
 
-/// Tracks of one file are interleaved only roughly. A frame whose partner has not come after this many others is
-/// handed out without it.
-constexpr std::size_t patience_frames = 64;
+/// A picture is waited for until a later one of its track has come, or so much is held: tracks are interleaved only
+/// roughly (a fragmented mp4 through a pipe brings a group of one, then of the other), and one may simply have ended.
+constexpr std::size_t most_held_frames = 64;
+constexpr std::size_t most_held_bytes = std::size_t{512} << 20;
 
 class StreamFeed : public FrameFeed {
 public:
@@ -26,17 +27,18 @@ public:
     }
 
     std::optional<ReceivedFrame> next() override {
-        while (!first_is_ready() && !ended_)
-            take(reader_.next());
-        // What is left at the end may lack its main picture: a small one alone shows nothing.
-        while (!waiting_.empty()) {
+        for (;;) {
+            while (!first_is_settled() && !ended_)
+                take(reader_.next());
+            if (waiting_.empty())
+                return std::nullopt;
             auto first = waiting_.extract(waiting_.begin());
             if (first.mapped().main) {
                 last_given_ = first.key();
                 return finish(std::move(first.mapped()));
             }
+            // The main picture is lost: a small one alone shows nothing.
         }
-        return std::nullopt;
     }
 
     std::string truncation() const override { return reader_.truncation(); }
@@ -59,11 +61,22 @@ private:
         bool posed = true;
     };
 
-    bool first_is_ready() const {
+    /// Both pictures of the first waiting frame are here, or will not come.
+    bool first_is_settled() const {
         if (waiting_.empty())
             return false;
-        const Partial& first = waiting_.begin()->second;
-        return first.main && (!has_small_ || first.small || waiting_.size() > patience_frames);
+        const auto& [index, first] = *waiting_.begin();
+        const bool main_is_known = first.main || last_main_ > index;
+        const bool small_is_known = first.small || !has_small_ || last_small_ > index;
+        return (main_is_known && small_is_known) || holds_too_much();
+    }
+
+    bool holds_too_much() const {
+        std::size_t bytes = 0;
+        for (const auto& [index, partial] : waiting_)
+            for (const auto* picture : {&partial.main, &partial.small})
+                bytes += *picture ? (*picture)->rgb.samples().size() : 0;
+        return waiting_.size() > most_held_frames || bytes > most_held_bytes;
     }
 
     void take(std::optional<DecodedPicture> decoded) {
@@ -78,8 +91,12 @@ private:
             if (decoded->role != TrackRole::main)
                 return;
             decoded->info = foreign_info(*decoded);
+        } else if (decoded->role == TrackRole::small && !has_small_) {
+            return;  // beside somebody else's main track: it is of another recording
         }
         const std::int64_t index = decoded->info->index;
+        std::int64_t& last = decoded->role == TrackRole::main ? last_main_ : last_small_;
+        last = std::max(last, index);
         if (index > options_.last_frame) {
             (decoded->role == TrackRole::main ? main_is_past_ : small_is_past_) = true;
             ended_ = main_is_past_ && (small_is_past_ || !has_small_);
@@ -106,6 +123,8 @@ private:
     }
 
     static ReceivedFrame finish(Partial partial) {
+        if (!partial.posed)
+            partial.small.reset();
         return {std::move(*partial.main), std::move(partial.small), partial.posed, {}};
     }
 
@@ -113,6 +132,8 @@ private:
     FeedOptions options_;
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
+    std::int64_t last_main_ = -1;  // pictures of a track come in order: an earlier one that is not here is lost
+    std::int64_t last_small_ = -1;
     std::int64_t foreign_index_ = 0;
     double file_bytes_ = 0;
     bool has_small_ = false;

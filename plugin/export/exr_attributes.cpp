@@ -92,6 +92,12 @@ class AttributeReader {
 public:
     explicit AttributeReader(const ExrSession& session) : session_(session) {}
 
+    bool has(const char* name) const {
+        const exr_attribute_t* attribute = nullptr;
+        const bool present = exr_get_attribute_by_name(session_.context(), 0, name, &attribute) == EXR_ERR_SUCCESS;
+        session_.forget_errors();
+        return present;
+    }
     std::string text(const char* name) const {
         std::int32_t length = 0;
         const char* value = nullptr;
@@ -200,6 +206,8 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
     out.text("equistream:spp", std::to_string(info.samples_per_pixel));
     out.text("equistream:scene", info.scene);
     out.text("equistream:host", info.host);
+    if (!info.geometry_fingerprint.empty())
+        out.text("equistream:geometry", info.geometry_fingerprint);
     write_conventions(out);
 }
 
@@ -232,6 +240,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.samples_per_pixel = in.decimal<std::uint32_t>("equistream:spp");
     info.scene = in.short_text("equistream:scene");
     info.host = in.short_text("equistream:host");
+    if (in.has("equistream:geometry"))
+        info.geometry_fingerprint = in.short_text("equistream:geometry");
     return info;
 }
 

@@ -123,6 +123,7 @@ json to_json(const Manifest& manifest) {
             {"samples_per_pixel", info.samples_per_pixel},
             {"scene", info.scene},
             {"host", info.host},
+            {"geometry_fingerprint", info.geometry_fingerprint},
             {"planes", manifest.planes},
             {"command", manifest.command},
             {"fingerprint", manifest.fingerprint}};
@@ -152,6 +153,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.samples_per_pixel = in.whole<std::uint32_t>("samples_per_pixel", 0, 0xffffffffu);
     info.scene = in.text("scene");
     info.host = in.text("host");
+    if (document.contains("geometry_fingerprint"))  // earlier sequences have none
+        info.geometry_fingerprint = in.text("geometry_fingerprint");
     for (const json& plane : in.at("planes")) {
         if (!plane.is_string())
             in.refuse("planes", "a list of plane names");

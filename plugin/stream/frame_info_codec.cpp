@@ -115,6 +115,8 @@ public:
         return pose;
     }
 
+    bool at_end() const { return bytes_.empty(); }
+
     std::string get_name() {
         const auto size = get<std::uint8_t>();
         const auto text = take(size);
@@ -174,6 +176,8 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.samples_per_pixel = in.get<std::uint32_t>();
     info.scene = in.get_name();
     info.host = in.get_name();
+    if (!in.at_end())  // appended since: earlier streams end here
+        info.geometry_fingerprint = in.get_name();
     return tagged;
 }
 
@@ -213,6 +217,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put(info.samples_per_pixel);
     fields.put_name(info.scene, "scene");
     fields.put_name(info.host, "host");
+    fields.put_name(info.geometry_fingerprint, "geometry fingerprint");
 
     Writer payload;
     payload.append(payload_uuid);
@@ -231,7 +236,9 @@ std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> p
     Reader header(payload.subspan(payload_uuid.size()));
     const auto version = header.get<std::uint16_t>();
     if (version != payload_version)
-        damaged("version " + std::to_string(payload_version), std::to_string(version));
+        throw InputError(expected_found(payload_place,
+                                        "version " + std::to_string(payload_version) + ", which this program reads",
+                                        "version " + std::to_string(version)));
     const auto size = header.get<std::uint16_t>();
     Reader fields(header.take(size));
     return read_fields(fields);

@@ -130,6 +130,7 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             stream.discard = AVDISCARD_ALL;
             continue;
         }
+        av::forget_unknown_colours(*stream.codecpar);
         tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(tracks.size()), source));
         if (holds_back)
             tracks.back()->held = av::make_packet();
@@ -194,12 +195,18 @@ void StreamReader::State::end() {
 }
 
 std::optional<DecodedPicture> StreamReader::State::take() {
-    for (const auto& track : tracks)
-        if (auto picture = track->decoder.take(options.rgb)) {
-            refresh_summaries();
-            return picture;
-        }
-    return std::nullopt;
+    // At the end each track has several left: they come side by side, so that nobody has to hold one track's.
+    TrackDecoder* earliest = nullptr;
+    for (const auto& track : tracks) {
+        const auto time_s = track->decoder.next_time_s();
+        if (time_s && (earliest == nullptr || *time_s < *earliest->next_time_s()))
+            earliest = &track->decoder;
+    }
+    if (earliest == nullptr)
+        return std::nullopt;
+    auto picture = earliest->take(options.rgb);
+    refresh_summaries();
+    return picture;
 }
 
 void StreamReader::State::refresh_summaries() {

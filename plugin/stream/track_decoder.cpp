@@ -9,6 +9,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace equistream {
@@ -174,6 +175,7 @@ void TrackDecoder::note(const TaggedFrameInfo& tagged) {
 }
 
 void TrackDecoder::accept(av::Frame frame) {
+    av::forget_unknown_colours(*frame);
     if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
         ++tally_.unreadable;
         return;
@@ -181,12 +183,27 @@ void TrackDecoder::accept(av::Frame frame) {
     std::optional<TaggedFrameInfo> tagged;
     try {
         tagged = frame_info_of(*frame);
+    } catch (const InputError& error) {
+        // A stream is of one version: once a picture could be read, another number is damage.
+        if (!version_is_known_)
+            throw InputError(source_ + ": " + error.what());
+        ++tally_.unreadable;
+        return;
     } catch (const WorkError&) {
         ++tally_.unreadable;
         return;
     }
+    version_is_known_ = version_is_known_ || tagged;
     const bool suspect = frame->reordered_opaque == suspect_mark;
     ready_.push_back({std::move(frame), std::move(tagged), std::exchange(busy_ms_, 0), suspect});
+}
+
+std::optional<double> TrackDecoder::next_time_s() const {
+    if (ready_.empty())
+        return std::nullopt;
+    const std::int64_t pts = ready_.front().frame->best_effort_timestamp;
+    return pts == AV_NOPTS_VALUE ? std::numeric_limits<double>::lowest()
+                                 : static_cast<double>(pts) * av_q2d(stream_.time_base);
 }
 
 std::optional<DecodedPicture> TrackDecoder::take(bool rgb) {

@@ -30,6 +30,8 @@ public:
     /// `suspect`: the last packet of a track that may have been cut short.
     void decode(const AVPacket& packet, bool suspect = false);
     void drain();
+    /// When the next picture that is ready is shown; nothing where none is, the past where it does not say.
+    std::optional<double> next_time_s() const;
     /// The next picture that is ready, converted if `rgb`.
     std::optional<DecodedPicture> take(bool rgb);
 
@@ -60,6 +62,7 @@ private:
     std::deque<Ready> ready_;
     double busy_ms_ = 0;
     bool joined_anywhere_ = false;
+    bool version_is_known_ = false;  ///< a picture's frame data could be read
 };
 
 }  // namespace equistream

@@ -25,9 +25,9 @@ struct TrackPosition {
     std::uint32_t count = 0;    ///< pictures in the track, 0 while unknown; the track's last picture always says it
 };
 
-/// FrameInfo <-> SEI payload (UUID included). encode throws InputError for a scene or host name above 255 bytes.
-/// decode returns nothing for a payload that is not ours and throws WorkError for one that is ours but damaged;
-/// fields appended by later versions are skipped.
+/// FrameInfo <-> SEI payload (UUID included). encode throws InputError for a name above 255 bytes. decode returns
+/// nothing for a payload that is not ours, throws WorkError for one that is ours but damaged and InputError for one of
+/// another layout, of a version to come; fields that were only appended since are skipped.
 std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position = {});
 struct TaggedFrameInfo {
     TrackRole role = TrackRole::main;
@@ -117,7 +117,7 @@ struct StreamReadOptions {
 
 /// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's
 /// limits before anything is allocated, playlists are refused. A stream that was cut plays up to the cut; pictures
-/// that arrived damaged are left out. Throws InputError for what is no video.
+/// that arrived damaged are left out. Throws InputError for what is no video, or of a version to come.
 class StreamReader {
 public:
     explicit StreamReader(const std::string& source, const StreamReadOptions& options = {});
@@ -127,7 +127,8 @@ public:
 
     const std::vector<StreamTrackSummary>& tracks() const;
     const std::string& container() const;  ///< libav's long name
-    /// The next picture of any track, in presentation order within each; nothing at the end.
+    /// The next picture of any track, in presentation order within each and side by side as far as they are interleaved;
+    /// nothing at the end.
     std::optional<DecodedPicture> next();
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").
     const std::string& truncation() const;

@@ -63,6 +63,10 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     return settings;
 }
 
+std::string size_text(int width, int height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
 /// What can be seen before the first picture is coded, with the folder's name in front.
 void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
     for (std::size_t i = 0; i < first.size(); ++i) {
@@ -70,7 +74,20 @@ void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
         if (width % 2 != 0 || height % 2 != 0)
             throw InputError(expected_found(sources.tracks[i].folder.string(),
                                             "frames of even width and height (4:2:0 video has no odd sizes)",
-                                            std::to_string(width) + "x" + std::to_string(height)));
+                                            size_text(width, height)));
+    }
+}
+
+/// A track has one size: a frame of another one is of another render.
+void check_same_sizes(const std::vector<Picture>& pictures, const StreamSettings& settings, const Sources& sources) {
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        const TrackSettings& track = settings.tracks[i];
+        const ByteImage& rgb = pictures[i].rgb;
+        if (rgb.width() != track.width || rgb.height() != track.height)
+            throw InputError(
+                expected_found((sources.tracks[i].folder / frame_file_name(pictures[i].info.index)).string(),
+                               size_text(track.width, track.height) + " pixels as in the frames before it",
+                               size_text(rgb.width(), rgb.height())));
     }
 }
 
@@ -79,14 +96,15 @@ void check_companions(const std::vector<Picture>& pictures, const Sources& sourc
     const FrameInfo& main = pictures.front().info;
     for (std::size_t i = 1; i < pictures.size(); ++i) {
         const FrameInfo& other = pictures[i].info;
-        const char* differs = other.scene != main.scene                         ? "scene"
-                              : other.time_s != main.time_s                     ? "time"
-                              : other.head.position_m != main.head.position_m   ? "head position"
-                              : other.head.orientation != main.head.orientation ? "head orientation"
-                              : other.ipd_m != main.ipd_m                       ? "distance between the eyes"
-                              : other.exposure != main.exposure                 ? "exposure"
-                              : other.seed != main.seed                         ? "seed"
-                                                                                : nullptr;
+        const char* differs = other.scene != main.scene                                 ? "scene"
+                              : other.geometry_fingerprint != main.geometry_fingerprint ? "geometry"
+                              : other.time_s != main.time_s                             ? "time"
+                              : other.head.position_m != main.head.position_m           ? "head position"
+                              : other.head.orientation != main.head.orientation         ? "head orientation"
+                              : other.ipd_m != main.ipd_m                               ? "distance between the eyes"
+                              : other.exposure != main.exposure                         ? "exposure"
+                              : other.seed != main.seed                                 ? "seed"
+                                                                                        : nullptr;
         if (differs)
             throw InputError(expected_found(sources.tracks[i].folder.string() + ", frame " + std::to_string(main.index),
                                             "the " + std::string(differs) + " of " + sources.tracks[0].folder.string(),
@@ -127,6 +145,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         try {
             if (next.valid())
                 pictures = next.get();
+            check_same_sizes(pictures, report.settings, request.sources);
             check_companions(pictures, request.sources);
         } catch (const std::exception& error) {
             throw WorkError(error.what() + kept);

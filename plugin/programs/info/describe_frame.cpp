@@ -70,12 +70,15 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"seed", info.seed},
             {"samples_per_pixel", info.samples_per_pixel},
             {"scene", info.scene},
-            {"host", info.host}};
+            {"host", info.host},
+            {"geometry_fingerprint", info.geometry_fingerprint}};
 }
 
 std::string shared_text(const FrameInfo& info) {
     std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : info.scene);
     text += formatted(", exposure %g\n", info.exposure);
+    if (!info.geometry_fingerprint.empty())
+        text += "  geometry   fingerprint " + info.geometry_fingerprint + "\n";
     text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
                       static_cast<unsigned long long>(info.seed),
                       info.host.empty() ? "an unnamed host" : info.host.c_str());

@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 namespace equistream::test {
 namespace {
@@ -69,6 +70,20 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
     EXPECT_EQ(feed->tracks()[1].pictures, 2);
 }
 
+TEST_F(Feeds, AFrameOfAnotherSizeIsNamed) {
+    write_frame("centre", 0, 32, 16, 0.1f);
+    write_frame("centre", 1, 16, 8, 0.1f);
+    const auto feed = open_feed(folder.string());
+    EXPECT_TRUE(feed->next());
+    try {
+        feed->next();
+        FAIL() << "a frame of another size was taken";
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.what(), (folder / "centre" / "frame.0001.exr").string() +
+                                    ": expected 32x16 pixels as in the frames before it, found 16x8");
+    }
+}
+
 TEST_F(Feeds, RangesAndMissingFoldersAreChecked) {
     write_frame("left", 0, 32, 16, 0.1f);
     EXPECT_THROW(open_feed(folder.string(), {.first_frame = 1, .last_frame = 9}), InputError);
@@ -77,6 +92,59 @@ TEST_F(Feeds, RangesAndMissingFoldersAreChecked) {
     EXPECT_THROW(open_feed((folder / "empty").string()), InputError);
     std::ofstream(folder / "text.mp4") << "no video";
     EXPECT_THROW(open_feed((folder / "text.mp4").string()), InputError);
+}
+
+/// Both tracks of `count` pictures, but for those that `lost` says.
+void write_two_tracks(const fs::path& file, std::int64_t count,
+                      const std::function<bool(TrackRole, std::int64_t)>& lost,
+                      const std::function<FrameInfo(std::int64_t, int, int)>& info) {
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
+    StreamWriter writer(file.string(), settings);
+    const ByteImage main(128, 64, 3, 90), small(64, 64, 3, 180);
+    for (std::int64_t index = 0; index < count; ++index) {
+        if (!lost(TrackRole::main, index))
+            writer.write(TrackRole::main, main.view(), info(index, 128, 64));
+        if (!lost(TrackRole::small, index))
+            writer.write(TrackRole::small, small.view(), info(index, 64, 64));
+    }
+    writer.finish();
+}
+
+TEST_F(Feeds, ALostPictureIsNotWaitedFor) {
+    const fs::path file = folder / "lost.mkv";
+    write_two_tracks(
+        file, 120, [](TrackRole role, std::int64_t index) { return index == (role == TrackRole::main ? 20 : 5); },
+        info);
+    const auto feed = open_feed(file.string());
+    std::vector<std::int64_t> seen, expected;
+    while (const auto frame = feed->next()) {
+        const std::int64_t index = frame->main.info.index;
+        seen.push_back(index);
+        EXPECT_EQ(frame->small.has_value(), index != 5) << index;
+        EXPECT_LE(feed->tracks()[0].pictures, index + 8) << "decoded far ahead";
+    }
+    for (std::int64_t index = 0; index < 120; ++index)
+        if (index != 20)
+            expected.push_back(index);
+    EXPECT_EQ(seen, expected);
+}
+
+TEST_F(Feeds, ATrackThatEndsIsWaitedForOnlySoLong) {
+    const fs::path file = folder / "short.mkv";
+    write_two_tracks(
+        file, 160, [](TrackRole role, std::int64_t index) { return role == TrackRole::small && index >= 40; }, info);
+    const auto feed = open_feed(file.string());
+    std::int64_t frames = 0;
+    for (; const auto frame = feed->next(); ++frames) {
+        EXPECT_EQ(frame->main.info.index, frames);
+        // The last few stay with the decoder's threads until the whole stream ends.
+        EXPECT_TRUE(frame->small.has_value() || frames >= 20) << frames;
+        EXPECT_FALSE(frame->small.has_value() && frames >= 40) << frames;
+        EXPECT_LE(feed->tracks()[0].pictures, frames + 70);
+    }
+    EXPECT_EQ(frames, 160);
 }
 
 TEST_F(Feeds, AStreamPairsItsTracksByFrame) {

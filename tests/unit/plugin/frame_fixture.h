@@ -51,6 +51,7 @@ inline FrameInfo test_info(int width, int height) {
     info.samples_per_pixel = 1000;
     info.scene = "sponza \"quoted\"";
     info.host = "toy 1.2";
+    info.geometry_fingerprint = "0123456789abcdef";
     return info;
 }
 

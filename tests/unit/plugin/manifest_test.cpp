@@ -41,6 +41,18 @@ TEST_F(ManifestFile, comes_back_exactly) {
     EXPECT_EQ(read.shared.eye, written.shared.eye);
     EXPECT_EQ(read.shared.lock, written.shared.lock);
     EXPECT_EQ(width_of(read.shared.camera), 960);
+    EXPECT_EQ(read.shared.geometry_fingerprint, written.shared.geometry_fingerprint);
+}
+
+TEST_F(ManifestFile, earlier_ones_say_no_geometry) {
+    write_manifest(folder, example());
+    std::string text = file_bytes(folder / "manifest.json");
+    const std::size_t key = text.find("\"geometry_fingerprint\"");
+    ASSERT_NE(key, std::string::npos);
+    text.erase(key, text.find('\n', key) - key);
+    put_bytes(folder / "manifest.json", text);
+    EXPECT_EQ(refusal(), "");
+    EXPECT_EQ(read_manifest(folder).shared.geometry_fingerprint, "");
 }
 
 TEST_F(ManifestFile, every_truncation_is_an_error) {

@@ -35,6 +35,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.samples_per_pixel, b.samples_per_pixel);
     EXPECT_EQ(a.scene, b.scene);
     EXPECT_EQ(a.host, b.host);
+    EXPECT_EQ(a.geometry_fingerprint, b.geometry_fingerprint);
 }
 
 }  // namespace equistream

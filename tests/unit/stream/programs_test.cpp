@@ -149,6 +149,15 @@ TEST_F(Programs, AFrameThatIsDamagedKeepsWhatCameBefore) {
     EXPECT_NE(reader.truncation().find("cut after frame 5 (6 of 10 pictures play)"), std::string::npos);
 }
 
+TEST_F(Programs, AFrameOfAnotherSizeIsNamed) {
+    render("r", 64, 64, 0, 5);
+    render("r", 96, 64, 3, 3);
+    const Ran ran = run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'");
+    expect_failure(
+        ran, 1, path("r/frame.0003.exr") + ": expected 64x64 pixels as in the frames before it, found 96x64; what was");
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+}
+
 TEST_F(Programs, AFullDiskIsOneLine) {
     render("r", 192, 96, 0, 9);
     fs::create_symlink("/dev/full", folder / "full.mkv");
@@ -168,8 +177,8 @@ TEST_F(Programs, InfoExplainsAStream) {
     ASSERT_EQ(text.status, 0) << text.errors;
     for (const char* part :
          {"track main: hevc, 192x96", "track small:", "12 pictures", "scene      waves, exposure 1.5",
-          "tv/bt709/iec61966-2-1/bt709", "frames     5 to 16", "x 0.500 to 1.600", "eye        right",
-          "stay within 0.1315 m", "whole: nothing is missing"})
+          "geometry   fingerprint 0123456789abcdef", "tv/bt709/iec61966-2-1/bt709", "frames     5 to 16",
+          "x 0.500 to 1.600", "eye        right", "stay within 0.1315 m", "whole: nothing is missing"})
         EXPECT_NE(text.output.find(part), std::string::npos) << part << "\n" << text.output;
     const auto json = nlohmann::json::parse(run("info --json --frames '" + path("a.mkv") + "'").output);
     EXPECT_EQ(json["tracks"][1]["frames"].size(), 12u);

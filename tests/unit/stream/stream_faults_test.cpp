@@ -136,6 +136,40 @@ TEST(StreamFaults, DamageInTheMiddleIsSaidAndTheRestPlays) {
     EXPECT_NE(reader.truncation(), "");
 }
 
+/// The stream's bytes with another version in the frame data of its pictures, or of its third coded one alone.
+std::string with_version(std::string bytes, char version, bool third_only) {
+    const std::string uuid = "\x69\xc4\x80\x36\x51\x33\x47\x84\x80\x93\xec\x66\xa7\x47\x51\x19";
+    int pictures = 0;
+    for (std::size_t at = bytes.find(uuid); at != std::string::npos; at = bytes.find(uuid, at + 1))
+        if (++pictures == 3 || !third_only)
+            bytes[at + uuid.size()] = version;
+    EXPECT_EQ(pictures, 12);
+    return bytes;
+}
+
+TEST(StreamFaults, AVersionToComeIsNamedAndIsNoDamage) {
+    for (const Codec codec : {Codec::h264, Codec::h265}) {
+        synthetic::Folder folder;
+        const auto file = folder / "a.mkv";
+        synthetic::write(file, synthetic::small_stream(codec, false));
+        const std::string bytes = bytes_of(file);
+        put_bytes(file, with_version(bytes, 2, false));
+        StreamReader later(file.string());
+        try {
+            later.next();
+            ADD_FAILURE() << "version 2 was read";
+        } catch (const InputError& error) {
+            EXPECT_EQ(error.what(), file.string() + ": frame data in the stream: expected version 1, which this "
+                                                    "program reads, found version 2");
+        }
+        // One picture of another version among many that can be read is damage.
+        put_bytes(file, with_version(bytes, 2, true));
+        StreamReader damaged(file.string());
+        EXPECT_EQ(synthetic::read_all(damaged).size(), 11u);
+        EXPECT_NE(damaged.truncation().find("lacks 1 picture"), std::string::npos) << damaged.truncation();
+    }
+}
+
 TEST(StreamFaults, RandomDamageEndsInPicturesOrOneError) {
     synthetic::Folder folder;
     std::mt19937 generator(3);
@@ -251,6 +285,31 @@ TEST(StreamFaults, AnEarlierFileStaysUntilTheNewOneIsWhole) {
     EXPECT_EQ(bytes_of(file), "earlier");
     synthetic::write(file, made);
     EXPECT_GT(bytes_of(file).size(), 1000u);
+}
+
+TEST(StreamFaults, TwoWritersNeverMixInOneFile) {
+    synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string();
+    auto made = synthetic::small_stream(Codec::h264, false);
+    made.settings.pictures = made.pictures = 1;
+    const auto write_one = [](StreamWriter& writer) {
+        writer.write(TrackRole::main, synthetic::picture(192, 96, 0).view(), synthetic::info(192, 96, 0));
+        writer.finish();
+    };
+    StreamWriter first(file, made.settings);
+    try {
+        StreamWriter second(file, made.settings);
+        ADD_FAILURE() << "two writers of one file";
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.what(), file + ": expected a file that no other process is writing, found " + file +
+                                    ".part in the hands of one");
+    }
+    write_one(first);
+    StreamReader reader(file);
+    EXPECT_EQ(synthetic::read_all(reader).size(), 1u);
+    // The first one's lock went with its name.
+    StreamWriter third(file, made.settings);
+    write_one(third);
 }
 
 TEST(StreamFaults, AnUnwritableFolderIsAnInputError) {

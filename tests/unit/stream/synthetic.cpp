@@ -42,6 +42,7 @@ FrameInfo info(int width, int height, std::int64_t index, Eye eye) {
     result.samples_per_pixel = 64;
     result.scene = "waves";
     result.host = "synthetic 1";
+    result.geometry_fingerprint = "0123456789abcdef";
     return result;
 }
 
