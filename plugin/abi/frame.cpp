@@ -1,5 +1,6 @@
 #include "guard.h"
 #include "handles.h"
+#include "struct_size.h"
 
 #include <equistream/aov.h>
 
@@ -65,9 +66,6 @@ void fill_rays(const es_tile& tile, es_ray* rays, MakeRay make_ray) {
 }
 
 AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
-    if (plane.struct_size < sizeof(es_plane))
-        throw InputError(expected_found("es_plane.struct_size", std::to_string(sizeof(es_plane)),
-                                        std::to_string(plane.struct_size)));
     if (plane.name == nullptr || plane.data == nullptr)
         throw InputError(expected_found("es_plane", "a name and data", "NULL"));
     if (!frame.film.wants(plane.name)) {
@@ -188,16 +186,17 @@ es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* e
     return guarded(error, [&] {
         if (frame == nullptr || plane == nullptr)
             throw InputError(expected_found("es_frame_put_plane", "pointers", "NULL"));
-        const AovInfo aov = checked_plane(*frame, *plane);
+        const es_plane whole = whole_struct(plane, "es_plane", plane_sizes);
+        const AovInfo aov = checked_plane(*frame, whole);
         const int width = width_of(frame->info.camera);
         const int height = height_of(frame->info.camera);
         if (aov.type == SampleType::id) {
-            frame->film.put_plane(plane->name, copied<std::uint32_t>(*plane, width, height));
+            frame->film.put_plane(whole.name, copied<std::uint32_t>(whole, width, height));
             return;
         }
-        FloatImage image = copied<float>(*plane, width, height);
+        FloatImage image = copied<float>(whole, width, height);
         check_values(aov, image);
-        frame->film.put_plane(plane->name, std::move(image));
+        frame->film.put_plane(whole.name, std::move(image));
     });
 }
 

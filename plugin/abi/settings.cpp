@@ -1,5 +1,7 @@
 #include "settings.h"
 
+#include "struct_size.h"
+
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
 
@@ -48,13 +50,6 @@ std::string checked_text(const char* field, const char* text, std::size_t longes
     require(value.size() <= longest, field, "at most " + std::to_string(longest) + " bytes",
             std::to_string(value.size()));
     return value;
-}
-
-template <typename Struct>
-void check_size(const Struct* settings, const char* name) {
-    require(settings != nullptr, name, "a pointer", "NULL");
-    require(settings->struct_size >= sizeof(Struct), (std::string(name) + ".struct_size").c_str(),
-            std::to_string(sizeof(Struct)), std::to_string(settings->struct_size));
 }
 
 std::pair<double, double> checked_range(const char* field, double from, double to, double limit) {
@@ -123,7 +118,8 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
         {"exposure", in_words(info.exposure)},
         {"aovs", planes},
         {"scene_name", "\"" + info.scene + "\""},
-        {"host_name", "\"" + info.host + "\""}};
+        {"host_name", "\"" + info.host + "\""},
+        {"geometry_fingerprint", "\"" + info.geometry_fingerprint + "\""}};
     if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
         const LongitudeLatitudeRange& range = sphere->range;
         list.emplace_back("longitudes", in_words(range.longitude_min) + " to " + in_words(range.longitude_max));
@@ -150,8 +146,7 @@ std::string fingerprint_of(const Manifest& manifest, const std::string& of_host)
 }  // namespace
 
 SequenceSettings checked_settings(const es_sequence_settings* settings) {
-    check_size(settings, "es_sequence_settings");
-    const es_sequence_settings& s = *settings;
+    const es_sequence_settings s = whole_struct(settings, "es_sequence_settings", sequence_settings_sizes);
     require(s.abi_version == ES_ABI_VERSION, "abi_version", std::to_string(ES_ABI_VERSION),
             std::to_string(s.abi_version));
     require(s.spp >= 1 && s.spp <= max_samples, "spp", "1 to " + std::to_string(max_samples), std::to_string(s.spp));
@@ -183,17 +178,18 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.samples_per_pixel = s.spp;
     info.scene = checked_text("scene_name", s.scene_name, 255);
     info.host = checked_text("host_name", s.host_name, 255);
+    info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, 255);
     checked.manifest.fingerprint = fingerprint_of(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536));
     return checked;
 }
 
 FrameSettings checked_settings(const es_frame_settings* settings) {
-    check_size(settings, "es_frame_settings");
-    require(settings->index >= 0 && settings->index <= max_frame_index, "index",
-            "0 to " + std::to_string(max_frame_index), std::to_string(settings->index));
-    require(std::isfinite(settings->time_s), "time_s", "a finite time", in_words(settings->time_s));
-    return {settings->index, settings->time_s, checked_pose("head_previous", settings->head_previous),
-            checked_pose("head", settings->head), checked_pose("head_next", settings->head_next)};
+    const es_frame_settings s = whole_struct(settings, "es_frame_settings", frame_settings_sizes);
+    require(s.index >= 0 && s.index <= max_frame_index, "index", "0 to " + std::to_string(max_frame_index),
+            std::to_string(s.index));
+    require(std::isfinite(s.time_s), "time_s", "a finite time", in_words(s.time_s));
+    return {s.index, s.time_s, checked_pose("head_previous", s.head_previous), checked_pose("head", s.head),
+            checked_pose("head_next", s.head_next)};
 }
 
 std::optional<std::string> difference(const Manifest& expected, const Manifest& found) {
@@ -202,10 +198,12 @@ std::optional<std::string> difference(const Manifest& expected, const Manifest& 
     for (std::size_t i = 0; i < std::min(before.size(), now.size()); ++i)
         if (before[i] != now[i])
             return std::string("expected ") + before[i].first + " " + before[i].second +
-                   " as in the frames there, found " + now[i].second;
+                   " as in the frames there, found " + now[i].second +
+                   (before[i].first == std::string_view("host_name") ? " (another renderer, or its code has changed)"
+                                                                     : "");
     if (expected.fingerprint != found.fingerprint)
         return "expected fingerprint " + expected.fingerprint + " as in the frames there, found " + found.fingerprint +
-               " (the scene or the host's own settings changed)";
+               " (the scene, the path or the host's own settings changed)";
     return std::nullopt;
 }
 

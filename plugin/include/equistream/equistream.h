@@ -9,7 +9,8 @@
  *   planes  hand over whole planes by AOV name with es_frame_put_plane.
  *
  * Conventions: conventions.h. Lengths in metres, angles in radians, colour linear Rec.709, scene-referred.
- * Struct growth: every struct a host fills begins with its own size; fields are only ever appended.
+ * Struct growth: every struct a host fills begins with its own size; fields are only ever appended, and those that an
+ * older host does not know of are taken to be 0.
  * Threading: a sequence may be used by one thread at a time; es_frame_next_tile and all es_tile_* calls of one frame
  * may run on any number of threads, each tile on one thread at a time. Misuse of a call that returns nothing (a foreign
  * tile, NULL, too many passes) is reported by es_frame_end.
@@ -70,11 +71,13 @@ typedef struct es_sequence_settings {
     const char* output_dir;  /* the sequence's folder, made if missing */
     const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none" */
     const char* scene_name;  /* for the record; at most 255 bytes */
-    const char* host_name;   /* renderer and version; at most 255 bytes */
+    const char* host_name;   /* renderer, version and build: no other adds to its frames; at most 255 bytes */
     const char* command;     /* for the manifest; may be NULL */
     const char* fingerprint; /* what else decides the pixels (a hash of the scene, say); may be NULL */
     int32_t overwrite;       /* non-zero: finished frames are rendered again; zero: they are kept (resume) */
     int32_t single_part;     /* non-zero: EXR with one part and a plain Z besides */
+    /* Names the geometry alone, at most 255 bytes: a client refuses another one's. May be NULL. */
+    const char* geometry_fingerprint;
 } es_sequence_settings;
 
 typedef struct es_frame_settings {
