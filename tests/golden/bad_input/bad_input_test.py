@@ -3,6 +3,8 @@
 usage: bad_input_test.py BIN_DIR   (the folder of the built programs)
 """
 
+import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -148,6 +150,16 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("play", self.out / "text.mp4", "--out", self.out / "x"), 2, "text.mp4")
         self.assert_refused(run("info", self.out / "text.mp4"), 2, "text.mp4")
 
+    def test_a_stream_of_a_version_to_come_is_no_damage(self):
+        stream = self.out / "later.mkv"
+        self.assertEqual(run("encode", self.root / "good", "--out", stream).returncode, 0)
+        uuid = bytes.fromhex("69c4803651334784" "8093ec66a7475119")
+        data = stream.read_bytes()
+        self.assertEqual(data.count(uuid + b"\x01\x00"), 6)
+        stream.write_bytes(data.replace(uuid + b"\x01", uuid + b"\x09"))
+        for words in (["info", stream], ["play", stream, "--method", "sphere", "--out", self.out / "x"]):
+            self.assert_refused(run(*words), 2, stream, "version 1", "version 9")
+
     def test_cut_streams_play_up_to_the_cut_and_say_so(self):
         for extension in ("mp4", "mkv", "ts"):
             stream = self.out / f"whole.{extension}"
@@ -163,14 +175,27 @@ class BadInput(unittest.TestCase):
             self.assertLess(played, 6, extension)
             self.assertTrue((views / "report.json").exists())
 
-    def test_full_disk_loses_nothing_finished(self):
+    @contextlib.contextmanager
+    def small_disk(self, size):
         if os.geteuid() != 0:
             self.skipTest("making a small file system needs root")
         disk = self.out / "disk"
         disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=512k", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode != 0:
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode != 0:
             self.skipTest("this machine lets nobody mount a small file system")
         try:
+            yield disk
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+    @staticmethod
+    def fill(disk, leave_bytes):
+        (disk / "filler").unlink(missing_ok=True)
+        status = os.statvfs(disk)
+        (disk / "filler").write_bytes(bytes(max(0, status.f_bavail * status.f_frsize - leave_bytes)))
+
+    def test_full_disk_loses_nothing_finished(self):
+        with self.small_disk("512k") as disk:
             result = run("render", self.scene, "--frames", "0-30", "--size", "128x64", "--spp", "1", "--aovs", "all", "--out", disk / "frames")
             self.assert_refused(result, 1, "frame.")
             kept = frames_of(disk / "frames" / "centre")
@@ -178,8 +203,98 @@ class BadInput(unittest.TestCase):
             self.assertEqual(leftovers(disk / "frames" / "centre"), [])
             for name in kept:
                 self.assertEqual(run("info", disk / "frames" / "centre" / name).returncode, 0)
+
+    def test_a_full_device_takes_no_stream(self):
+        for extension in ("mp4", "mkv", "ts"):
+            full = self.out / f"full.{extension}"
+            full.symlink_to("/dev/full")
+            self.assert_refused(run("encode", self.root / "good", "--out", full), 1, full, "No space left on device")
+
+    def test_full_disk_keeps_what_was_coded_and_the_earlier_stream(self):
+        words = ["encode", self.root / "good", "--crf", "0", "--gop", "1", "--preset", "ultrafast", "--out"]
+        self.assertEqual(run(*words, self.out / "whole.mkv").returncode, 0)
+        with self.small_disk("1m") as disk:
+            stream = disk / "walk.mkv"
+            self.assertEqual(run("encode", self.root / "good", "--crf", "51", "--out", stream).returncode, 0)
+            earlier = stream.read_bytes()
+            self.fill(disk, (self.out / "whole.mkv").stat().st_size * 2 // 3)
+            result = run(*words, stream)
+            self.assert_refused(result, 1, stream, "No space left on device", f"kept in {stream}.part")
+            self.assertEqual(stream.read_bytes(), earlier)
+            told = run("info", f"{stream}.part")
+            self.assertEqual(told.returncode, 0, told.stderr)
+            self.assertIn("not whole", told.stdout)
+
+    def test_full_disk_keeps_the_views_that_were_played(self):
+        words = ["play", self.root / "good", "--method", "sphere", "--size", "320x180"]
+        self.assertEqual(run(*words, "--out", self.out / "whole").returncode, 0)
+        needed = sum(path.stat().st_size for path in (self.out / "whole").rglob("*.png"))
+        with self.small_disk("4m") as disk:
+            views = disk / "views"
+            self.fill(disk, needed // 2)
+            self.assert_refused(run(*words, "--out", views), 1, views, "No space left on device")
+            pictures = sorted(views.rglob("*.png"))
+            self.assertGreater(len(pictures), 0)
+            self.assertLess(len(pictures), 24)
+            for picture in pictures:  # each is whole: it can be compared with itself
+                compared = run("compare", picture, picture, "--metrics", "psnr")
+                self.assertEqual(compared.returncode, 0, compared.stderr)
+            self.assertEqual([path for path in views.rglob("*") if path.name.startswith(".")], [])
+            shutil.rmtree(views)
+            self.fill(disk, 16384)
+            self.assert_refused(run(*words, "--format", "mp4", "--out", views), 1, views, "No space left on device")
+            self.assertEqual([path.name for path in views.glob("*.mp4")], [], "a video that is not whole has its name")
+
+    def test_two_processes_never_write_the_same_place(self):
+        part = self.out / "a.mkv.part"
+        part.write_bytes(b"somebody else's")
+        views = self.out / "views"
+        views.mkdir()
+        with part.open("rb") as other:
+            fcntl.flock(other, fcntl.LOCK_EX)
+            self.assert_refused(run("encode", self.root / "good", "--out", self.out / "a.mkv"), 2, self.out / "a.mkv", "no other process")
+        self.assertEqual(part.read_bytes(), b"somebody else's")
+        folder = os.open(views, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX)
+            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", views), 2, views, "no other process")
+            self.assertEqual(list(views.iterdir()), [])
         finally:
-            subprocess.run(["umount", disk], check=True)
+            os.close(folder)
+        self.assertEqual(run("encode", self.root / "good", "--out", self.out / "a.mkv").returncode, 0)
+        self.assertEqual(run("play", self.root / "good", "--method", "sphere", "--size", "64x36", "--out", views).returncode, 0)
+
+    def test_another_scene_of_the_same_name_is_refused(self):
+        scene = self.scene_with(lambda text: text, "motion.json")
+        words = ["play", self.root / "good", "--frames", "0", "--size", "64x36", "--out"]
+        self.assertEqual(run(*words, self.out / "same", "--scene", scene).returncode, 0)
+        model = next(scene.parent.glob("*.glb"))
+        data = model.read_bytes()
+        self.assertIn(b"generator", data)
+        model.write_bytes(data.replace(b"generator", b"Generator", 1))
+        self.assert_refused(run(*words, self.out / "views", "--scene", scene), 2, scene, "geometry")
+        self.assertFalse((self.out / "views").exists())
+
+    def test_frames_that_name_no_geometry_are_played_with_a_note(self):
+        name = b"equistream:geometry"
+        folder = self.out / "frames"
+        shutil.copytree(self.root / "good", folder)
+        for frame in (folder / "centre").glob("frame.*.exr"):
+            frame.write_bytes(frame.read_bytes().replace(name, b"equistream:otherone"))
+        result = run("play", folder, "--frames", "0", "--size", "64x36", "--scene", self.scene, "--out", self.out / "views")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("does not name its geometry", result.stdout)
+
+    def test_a_damaged_picture_is_one_line(self):
+        views = self.out / "views"
+        self.assertEqual(run("play", self.root / "good", "--method", "sphere", "--frames", "0", "--size", "64x64", "--out", views).returncode, 0)
+        whole = views / "left" / "frame.0000.png"
+        data = bytearray(whole.read_bytes())
+        data[data.index(b"IDAT") + 20] ^= 0x55
+        damaged = self.out / "damaged.png"
+        damaged.write_bytes(data)
+        self.assert_refused(run("compare", damaged, whole), 2, damaged, "IDAT")
+        self.assert_refused(run("compare", whole, whole, "--frames", "0"), 2, "--frames", whole)
 
     def test_a_killed_render_resumes_and_ends_in_the_same_frames(self):
         words = ["render", self.scene, "--frames", "0-5", "--size", "128x64", "--spp", "16", "--seed", "3"]
