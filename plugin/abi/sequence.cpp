@@ -38,7 +38,9 @@ void Sequence::adopt_or_refuse() {
             const Manifest there = read_manifest(folder);
             if (const auto differs = difference(there, settings_.manifest))
                 refusal = file.string() + ": " + *differs;
-            else if (!settings_.overwrite)
+            else if (settings_.overwrite)
+                set_first_frame(there.shared);
+            else
                 settings_.manifest = there;
         } catch (const InputError& problem) {
             refusal = problem.what();
@@ -48,7 +50,8 @@ void Sequence::adopt_or_refuse() {
     }
     if (refusal && !settings_.overwrite)
         throw InputError(*refusal + "; choose another folder or overwrite");
-    manifest_lacks_poses_ = refusal || frames.empty() || settings_.overwrite;
+    knows_first_frame_ = !refusal && !frames.empty();
+    manifest_is_current_ = knows_first_frame_ && !settings_.overwrite;
     if (refusal)
         outdated_ = frames;  // they stay until there is a frame to take their place
     else if (frames.empty())
@@ -60,21 +63,30 @@ bool Sequence::keeps_frame(std::int64_t index) const {
 }
 
 void Sequence::write(const Frame& frame) {
-    if (std::exchange(manifest_lacks_poses_, false))
-        note_poses(frame.info);
+    make_way_for(frame.info);
     write_exr(settings_.folder / frame_file_name(frame.info.index), frame, {.single_part = settings_.single_part});
 }
 
-/// Before the first frame appears, so that a folder with a frame always says where the path began.
-void Sequence::note_poses(const FrameInfo& first) {
+/// Before the frame appears, so that a folder with frames always says where its path begins.
+void Sequence::make_way_for(const FrameInfo& info) {
     for (const std::int64_t index : std::exchange(outdated_, {}))
         std::filesystem::remove(settings_.folder / frame_file_name(index));
+    if (!knows_first_frame_ || info.index < settings_.manifest.shared.index) {
+        set_first_frame(info);
+        knows_first_frame_ = true;
+        manifest_is_current_ = false;
+    }
+    if (!manifest_is_current_)
+        write_manifest(settings_.folder, settings_.manifest);
+    manifest_is_current_ = true;
+}
+
+void Sequence::set_first_frame(const FrameInfo& first) {
     FrameInfo& shared = settings_.manifest.shared;
     shared.index = first.index;
     shared.time_s = first.time_s;
     shared.camera_pose = first.camera_pose;
     shared.head = first.head;
-    write_manifest(settings_.folder, settings_.manifest);
 }
 
 }  // namespace equistream

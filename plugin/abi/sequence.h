@@ -16,17 +16,19 @@ public:
 
     const Manifest& manifest() const { return settings_.manifest; }
     bool keeps_frame(std::int64_t index) const;
-    /// Writes a finished frame; the first one of a new folder also gives the manifest its poses.
+    /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.
     void write(const Frame& frame);
 
 private:
-    void note_poses(const FrameInfo& first);
+    void make_way_for(const FrameInfo& info);
+    void set_first_frame(const FrameInfo& first);
     void make_folder() const;
     void adopt_or_refuse();
 
     SequenceSettings settings_;
     std::vector<std::int64_t> outdated_;  // frames of other settings, to be overwritten
-    bool manifest_lacks_poses_ = false;
+    bool knows_first_frame_ = false;      // the manifest's index, time and poses are those of a frame in the folder
+    bool manifest_is_current_ = false;    // the one in the folder is ours
 };
 
 }  // namespace equistream

@@ -39,7 +39,7 @@ void remove_unfinished_files(const std::filesystem::path& folder);
 
 /// What one sequence folder says of itself (manifest.json): the settings that every frame shares.
 struct Manifest {
-    FrameInfo shared;  ///< index, time and poses are those of the first frame
+    FrameInfo shared;  ///< index, time and poses are those of the frame with the lowest index
     std::vector<std::string> planes;
     std::string command;      ///< as typed, for the record
     std::string fingerprint;  ///< hash of everything that decides the pixels; a resume with another one is refused

@@ -29,6 +29,40 @@ TEST_F(AbiSequence, resumes_where_it_stopped) {
     EXPECT_EQ(read_manifest(output).shared.index, 3) << "poses are those of the first frame";
 }
 
+TEST_F(AbiSequence, the_manifest_has_the_poses_of_the_lowest_frame_whenever_that_comes) {
+    const auto begins_at = [&] {
+        const FrameInfo first = read_manifest(output).shared;
+        EXPECT_EQ(first.time_s, static_cast<double>(first.index) / 30);
+        return first.index;
+    };
+    es_sequence* sequence = open();
+    render(sequence, 7);
+    EXPECT_EQ(begins_at(), 7);
+    render(sequence, 9);
+    EXPECT_EQ(begins_at(), 7);
+    render(sequence, 6);
+    EXPECT_EQ(begins_at(), 6);
+    es_sequence_close(sequence);
+    sequence = open();
+    render(sequence, 8);
+    EXPECT_EQ(begins_at(), 6);
+    render(sequence, 3);
+    EXPECT_EQ(begins_at(), 3);
+    es_sequence_close(sequence);
+    settings.overwrite = 1;
+    settings.command = "again";
+    sequence = open();
+    render(sequence, 7);
+    EXPECT_EQ(begins_at(), 3) << "frame 3 is still there";
+    EXPECT_EQ(read_manifest(output).command, "again");
+    es_sequence_close(sequence);
+    settings.seed = 12;
+    sequence = open();
+    render(sequence, 8);
+    EXPECT_EQ(begins_at(), 8) << "all others have gone";
+    es_sequence_close(sequence);
+}
+
 TEST_F(AbiSequence, other_settings_are_refused_and_named) {
     es_sequence* sequence = open();
     render(sequence, 0);
