@@ -36,16 +36,12 @@ ByteImage map_plane(const Image<T>& plane, F colour) {
     return picture;
 }
 
-double box_radius(const FrameInfo& info) {
-    return info.eye == Eye::centre ? head_box_radius_centre(info.lean_m, info.ipd_m)
-                                   : head_box_radius_eye(info.lean_m, info.ipd_m);
-}
-
-/// Log of w, scaled to the frame's own range (its 0.5 % and 99.5 % points, so that one wire does not set the scale).
+/// Log of w = B / (r - B), scaled to the frame's own range (its 0.5 % and 99.5 % points, so that one wire does not set
+/// the scale). The scale cancels log B, so it is left out: then a head that never moves, B = 0, has a picture too.
 ByteImage depth_picture(const FloatImage& depth, double box_radius_m) {
     std::vector<double> logs;
     const auto log_w = [&](float distance_m) {
-        return std::log(bounded_inverse_depth(std::max<double>(distance_m, 1.01 * box_radius_m), box_radius_m));
+        return -std::log(std::max<double>(distance_m, 1.01 * box_radius_m) - box_radius_m);
     };
     for (const float distance_m : depth.samples())
         if (std::isfinite(distance_m) && distance_m > 0)
@@ -100,7 +96,7 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
             expected_found("frame " + std::to_string(frame.info.index), "a plane '" + plane + "'", "none"));
     const FloatImage& image = found->second;
     if (plane == "depth")
-        return depth_picture(image, box_radius(frame.info));
+        return depth_picture(image, head_box_radius(frame.info.eye, frame.info.lean_m, frame.info.ipd_m));
     if (plane == "backward" || plane == "forward")
         return motion_picture(image);
     if (plane == "normal")

@@ -82,11 +82,14 @@ int brightness(const std::uint8_t* rgb) {
 }
 
 TEST_F(FalseColour, NearIsBrighterThanFarAndMissesAreBlack) {
-    const ByteImage picture = picture_of_plane(frame, "depth", display);
-    EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
-    EXPECT_GT(brightness(picture.pixel(1, 0)), brightness(picture.pixel(3, 0)));
-    EXPECT_GT(brightness(picture.pixel(3, 0)), brightness(picture.pixel(2, 0)));
-    EXPECT_GT(brightness(picture.pixel(2, 0)), 0);
+    for (const double ipd_m : {0.063, 0.0}) {  // 0 without a lean: a head box of radius 0
+        frame.info.ipd_m = ipd_m;
+        const ByteImage picture = picture_of_plane(frame, "depth", display);
+        EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
+        EXPECT_GT(brightness(picture.pixel(1, 0)), brightness(picture.pixel(3, 0)));
+        EXPECT_GT(brightness(picture.pixel(3, 0)), brightness(picture.pixel(2, 0)));
+        EXPECT_GT(brightness(picture.pixel(2, 0)), 0);
+    }
 }
 
 TEST_F(FalseColour, OppositeMotionsHaveOppositeHuesAndNoneIsBlack) {
