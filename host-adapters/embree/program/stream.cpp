@@ -1,24 +1,11 @@
 #include "stream.h"
 
-#include <equistream/error.h>
+#include "code_identity.h"
 
-#include <bit>
+#include <equistream/error.h>
 
 namespace equistream::embree_host {
 namespace {
-
-/// FNV-1a over a path's numbers: a resumed sequence must follow the same path.
-std::uint64_t path_hash(const PosePath& path) {
-    std::uint64_t hash = 0xcbf29ce484222325ull;
-    const auto add = [&](double value) { hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3ull; };
-    for (const PosePath::Key& key : path.keys()) {
-        const glm::dvec3& p = key.pose.position_m;
-        const glm::dquat& q = key.pose.orientation;
-        for (const double value : {key.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z})
-            add(value);
-    }
-    return hash;
-}
 
 void check(es_status status, const es_error& error) {
     if (status == ES_BAD_INPUT)
@@ -53,6 +40,7 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
     s.exposure = scene.exposure;
     s.scene_name = scene.name.c_str();
+    s.geometry_fingerprint = scene.geometry_fingerprint.c_str();
     s.overwrite = options.overwrite;
     s.single_part = options.single_part;
     return s;
@@ -73,9 +61,10 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
 
 std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                                  const std::string& command) {
-    const std::string host = std::string("equistream-embree ") + es_version();
-    const std::string fingerprint = scene.fingerprint + " path " + std::to_string(path_hash(path)) + " bounces " +
-                                    std::to_string(options.max_bounces);
+    // The code is part of the name: frames of a renderer that has changed since are not resumed.
+    const std::string host = std::string("equistream-embree ") + es_version() + ", code " + code_identity();
+    const std::string fingerprint =
+        scene.fingerprint + " path " + path_fingerprint(path) + " bounces " + std::to_string(options.max_bounces);
     es_sequence_settings settings = common_settings(options, scene);
     settings.host_name = host.c_str();
     settings.fingerprint = fingerprint.c_str();

@@ -116,6 +116,24 @@ TEST_F(RenderProgram, ResumesWhereItStopped) {
     EXPECT_EQ(run("--frames 0-2 --seed 9 --overwrite " + out("broken")).exit_code, 0);
 }
 
+TEST_F(RenderProgram, FramesOfOtherCodeAreNotAddedTo) {
+    ASSERT_EQ(run("--frames 0 --aovs none " + out("old")).exit_code, 0);
+    Manifest manifest = read_manifest(folder_ / "old/centre");
+    const std::string name = manifest.shared.host;
+    const std::string mark = ", code ";
+    ASSERT_EQ(name.rfind(mark), name.size() - mark.size() - 8) << name;
+    const std::string digits = name.substr(name.size() - 8);
+    EXPECT_EQ(digits.find_first_not_of("0123456789abcdef"), std::string::npos) << name;
+    EXPECT_EQ(read_exr_info(folder_ / "old/centre/frame.0000.exr").host, name);
+
+    manifest.shared.host.replace(name.size() - 8, 8, digits == "00000000" ? "11111111" : "00000000");
+    write_manifest(folder_ / "old/centre", manifest);
+    const Outcome resumed = run("--frames 0-1 --aovs none " + out("old"));
+    EXPECT_EQ(resumed.exit_code, 2);
+    EXPECT_NE(resumed.error.find("or its code has changed"), std::string::npos) << resumed.error;
+    EXPECT_FALSE(fs::exists(folder_ / "old/centre/frame.0001.exr"));
+}
+
 TEST_F(RenderProgram, AnInterruptLeavesWholeFramesOnly) {
     const pid_t child = fork();
     if (child == 0) {

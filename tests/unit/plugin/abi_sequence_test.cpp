@@ -82,9 +82,29 @@ TEST_F(AbiSequence, other_settings_are_refused_and_named) {
     settings.camera = ES_PERSPECTIVE;
     EXPECT_NE(refusal().find("camera equirect"), std::string::npos);
     settings.camera = ES_EQUIRECT;
+    settings.host_name = "test host, rebuilt";
+    EXPECT_EQ(refusal(), where + "host_name \"test host\" as in the frames there, found \"test host, rebuilt\"" +
+                             " (another renderer, or its code has changed)" + tail);
+    settings.host_name = "test host";
     settings.fingerprint = "abd";
     EXPECT_NE(refusal().find("expected fingerprint"), std::string::npos);
     EXPECT_EQ(file_bytes(output + "/frame.0000.exr"), before);
+}
+
+TEST_F(AbiSequence, frames_and_manifest_name_the_geometry) {
+    settings.geometry_fingerprint = "g1";
+    es_sequence* sequence = open();
+    render(sequence, 0);
+    es_sequence_close(sequence);
+    EXPECT_EQ(read_manifest(output).shared.geometry_fingerprint, "g1");
+    EXPECT_EQ(read_exr_info(output + "/frame.0000.exr").geometry_fingerprint, "g1");
+    sequence = open();
+    render(sequence, 1);
+    es_sequence_close(sequence);
+    EXPECT_EQ(read_exr_info(output + "/frame.0001.exr").geometry_fingerprint, "g1");
+    settings.geometry_fingerprint = "g2";
+    EXPECT_NE(refusal().find("expected geometry_fingerprint \"g1\" as in the frames there, found \"g2\""),
+              std::string::npos);
 }
 
 TEST_F(AbiSequence, overwriting_with_other_settings_removes_their_frames) {

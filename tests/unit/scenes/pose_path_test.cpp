@@ -93,4 +93,21 @@ TEST_F(PosePathTest, CsvErrorsNameTheLine) {
     expect_contains(input_error([&] { read_path_csv(folder_ / "none.csv"); }), "no such file");
 }
 
+TEST(PosePath, AnotherPathHasAnotherFingerprint) {
+    const std::vector<PosePath::Key> keys{{0, {{1, 2, 3}, {1, 0, 0, 0}}}, {1, {{1, 2, 4}, {1, 0, 0, 0}}}};
+    const std::string whole = path_fingerprint(PosePath(keys, "test"));
+    EXPECT_EQ(whole.size(), 16u);
+    EXPECT_EQ(whole, path_fingerprint(PosePath(keys, "again")));
+    for (const auto change :
+         {+[](PosePath::Key& key) { key.time_s += 1e-9; }, +[](PosePath::Key& key) { key.pose.position_m.z += 1e-9; },
+          +[](PosePath::Key& key) {
+              key.pose.orientation = {0, 0, 1, 0};
+          }}) {
+        std::vector<PosePath::Key> changed = keys;
+        change(changed[1]);
+        EXPECT_NE(whole, path_fingerprint(PosePath(changed, "test")));
+    }
+    EXPECT_NE(whole, path_fingerprint(PosePath({keys[0]}, "test")));
+}
+
 }  // namespace equistream::test

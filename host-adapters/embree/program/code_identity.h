@@ -1,0 +1,9 @@
+#pragma once
+/// Which code this program was built from.
+namespace equistream {
+
+/// Eight hexadecimal digits over the sources that decide pixels: tracer, scene library, film
+/// (cmake/CodeIdentity.cmake).
+const char* code_identity();
+
+}  // namespace equistream
