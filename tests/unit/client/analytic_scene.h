@@ -4,6 +4,7 @@
 #include <equistream_client/depth_source.h>
 #include <equistream_client/engine.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -89,6 +90,16 @@ inline Rendered render(const Distance& distance, const Colour& colour, const Cam
             out.depth_m.pixel(x, y)[0] = float(r);
         }
     return out;
+}
+
+/// Of any sample; infinite if one is NaN.
+inline double worst_difference(const FloatImage& a, const FloatImage& b) {
+    double worst = 0;
+    for (std::size_t i = 0; i < a.samples().size(); ++i) {
+        const double difference = std::abs(double(a.samples()[i]) - double(b.samples()[i]));
+        worst = std::isnan(difference) ? infinity : std::max(worst, difference);
+    }
+    return worst;
 }
 
 inline glm::dquat yaw_pitch(double yaw_rad, double pitch_rad) {

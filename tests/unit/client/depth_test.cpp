@@ -1,4 +1,5 @@
 #include "analytic_scene.h"
+#include "evidence.h"
 
 #include <equistream/error.h>
 #include <equistream_client/ray_depth.h>
@@ -78,7 +79,8 @@ TEST_F(RayDepthTest, MatchesTheClosedFormWhereverTheBlockIs) {
                 misses += std::isinf(b);
                 different += !(a == b || std::abs(a - b) < 2e-5f * b);
             }
-            EXPECT_LE(different, 2) << "pixel centres on an edge may fall either way";
+            EXPECT_LE(different, 2) << "pixel centres on an edge may fall either way"
+                                    << evidence(cast.view(), exact.view());
             EXPECT_GT(misses, 0);
         }
     }

@@ -1,0 +1,149 @@
+/// Streams as a client meets them: to their very last frame, and with tracks that are not ours or not of one recording.
+#include <equistream/stream.h>
+#include <equistream_client/receive.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t first_index = 5, frame_count = 9;
+
+FrameInfo info(std::int64_t index, int width, int height) {
+    FrameInfo info;
+    info.index = index;
+    info.time_s = double(index) / 30;
+    info.camera = EquirectCamera{width, height, {}};
+    info.scene = "test";
+    return info;
+}
+
+/// Another grey for each frame, to tell them apart after coding; a small one is brighter by 20.
+std::uint8_t main_grey(std::int64_t index) {
+    return std::uint8_t(40 + 15 * (index - first_index));
+}
+
+class StreamFeeds : public testing::Test {
+protected:
+    void SetUp() override { fs::create_directories(folder_); }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    fs::path write(const std::string& name, bool length_is_known) const {
+        const fs::path file = folder_ / name;
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.gop = 4;
+        settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
+        settings.pictures = length_is_known ? std::uint32_t(frame_count) : 0;
+        StreamWriter writer(file.string(), settings);
+        for (std::int64_t index = first_index; index < first_index + frame_count; ++index) {
+            const std::uint8_t grey = main_grey(index);
+            writer.write(TrackRole::main, ByteImage(128, 64, 3, grey).view(), info(index, 128, 64));
+            writer.write(TrackRole::small, ByteImage(64, 64, 3, std::uint8_t(grey + 20)).view(), info(index, 64, 64));
+        }
+        writer.finish();
+        return file;
+    }
+
+    /// Makes our frame data of some tracks unknown to us: the video is somebody else's then.
+    static void disown(const fs::path& file, std::initializer_list<TrackRole> tracks) {
+        std::ifstream in(file, std::ios::binary);
+        std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+        int disowned = 0;
+        for (const TrackRole role : tracks) {
+            // UUID, version and size, then the role; written beside one another, so their bytes stand together.
+            const auto payload = encode_frame_info(role, info(0, 2, 2));
+            const auto uuid_end = payload.begin() + 16;
+            for (auto at = bytes.begin();; ++at) {
+                at = std::search(at, bytes.end(), payload.begin(), uuid_end,
+                                 [](char byte, std::uint8_t of_ours) { return std::uint8_t(byte) == of_ours; });
+                if (at == bytes.end())
+                    break;
+                if (std::uint8_t(at[20]) != payload[20])
+                    continue;
+                *at ^= 0x55;
+                ++disowned;
+            }
+        }
+        EXPECT_EQ(disowned, frame_count * std::int64_t(tracks.size()));
+        std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+    }
+
+    fs::path folder_ = fs::temp_directory_path() / ("equistream_stream_feeds_" + std::to_string(::getpid()));
+};
+
+TEST_F(StreamFeeds, TheLastFrameComesWithItsSmallPictureToo) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts"})
+        for (const bool length_is_known : {true, false}) {
+            SCOPED_TRACE(std::string(name) + (length_is_known ? "" : ", length not known"));
+            const auto feed = open_feed(write(name, length_is_known).string());
+            std::int64_t expected = first_index;
+            while (const auto frame = feed->next()) {
+                EXPECT_EQ(frame->main.info.index, expected);
+                EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(expected), 3);
+                ASSERT_TRUE(frame->small);
+                EXPECT_EQ(frame->small->info.index, expected);
+                EXPECT_NEAR(frame->small->rgb.pixel(32, 32)[1], main_grey(expected) + 20, 3);
+                ++expected;
+            }
+            EXPECT_EQ(expected, first_index + frame_count);
+            EXPECT_EQ(feed->truncation(), "");
+            EXPECT_FALSE(feed->next()) << "after the end";
+        }
+}
+
+TEST_F(StreamFeeds, TheLastFrameAloneCanBeAskedFor) {
+    constexpr std::int64_t last = first_index + frame_count - 1;
+    const auto feed = open_feed(write("a.mkv", true).string(), {.first_frame = last, .last_frame = last});
+    const auto frame = feed->next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->main.info.index, last);
+    EXPECT_TRUE(frame->small);
+    EXPECT_FALSE(feed->next());
+    EXPECT_EQ(feed->truncation(), "");
+}
+
+TEST_F(StreamFeeds, ASecondTrackOfSomebodyElsesVideoIsNoSecondEye) {
+    const fs::path file = write("a.mkv", true);
+    disown(file, {TrackRole::main, TrackRole::small});
+    const auto feed = open_feed(file.string());
+    std::int64_t expected = 0;
+    while (const auto frame = feed->next()) {
+        EXPECT_FALSE(frame->posed);
+        EXPECT_FALSE(frame->small);
+        EXPECT_EQ(frame->main.info.index, expected) << "pictures are numbered as they come";
+        EXPECT_EQ(frame->main.rgb.width(), 128);
+        EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(first_index + expected), 3);
+        ++expected;
+    }
+    EXPECT_EQ(expected, frame_count);
+}
+
+TEST_F(StreamFeeds, TracksThatDoNotBelongTogetherAreNotPaired) {
+    const fs::path small_is_foreign = write("a.mkv", true), main_is_foreign = write("b.mkv", true);
+    disown(small_is_foreign, {TrackRole::small});
+    disown(main_is_foreign, {TrackRole::main});
+    for (const fs::path& file : {small_is_foreign, main_is_foreign}) {
+        const auto feed = open_feed(file.string());
+        std::int64_t frames = 0;
+        while (const auto frame = feed->next()) {
+            EXPECT_EQ(frame->posed, file == small_is_foreign);
+            EXPECT_EQ(frame->main.rgb.width(), 128);
+            EXPECT_FALSE(frame->small) << file << ", frame " << frame->main.info.index;
+            ++frames;
+        }
+        EXPECT_EQ(frames, frame_count) << file;
+    }
+}
+
+}  // namespace
+}  // namespace equistream::test

@@ -1,0 +1,148 @@
+/// What play leaves on disk: every view to the last, in each format, and nothing half written.
+#include "programs/play/view_writer.h"
+
+#include "evidence.h"
+
+#include <equistream/colour.h>
+#include <equistream/error.h>
+#include <equistream/picture.h>
+#include <equistream/sequence.h>
+#include <equistream/stream.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace equistream::play {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int width = 96, height = 64;
+
+/// A ramp across, brighter with each frame; the first column is a gap.
+EyePicture view_of_frame(std::int64_t index) {
+    EyePicture view{FloatImage(width, height, 3), ByteImage(width, height, 1, std::uint8_t(PixelOrigin::source))};
+    for (int y = 0; y < height; ++y) {
+        for (int x = 1; x < width; ++x)
+            for (int c = 0; c < 3; ++c)
+                view.rgb.pixel(x, y)[c] = 0.1f + 0.5f * float(x) / width + 0.05f * float(index % 8);
+        view.origin.pixel(0, y)[0] = std::uint8_t(PixelOrigin::gap);
+    }
+    return view;
+}
+
+FrameInfo info_of_frame(std::int64_t index) {
+    FrameInfo info;
+    info.index = index;
+    info.camera = PerspectiveCamera{width, height, 1.2};
+    info.eye = Eye::right;
+    info.exposure = 2.5;
+    info.scene = "ramp";
+    return info;
+}
+
+class Views : public testing::Test {
+protected:
+    void SetUp() override { fs::create_directories(folder_); }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    /// Writes frames 3 to 7 and returns the bytes that the writer counted.
+    std::int64_t write_all(Format format, const FloatImage& depth_m = {}) const {
+        const auto views = make_view_writer(format, folder_, "right");
+        for (std::int64_t index = 3; index <= 7; ++index) {
+            const EyePicture view = view_of_frame(index);
+            views->write({view, depth_m.empty() ? ImageView<const float>{} : depth_m.view(), info_of_frame(index)});
+        }
+        views->finish();
+        return views->bytes();
+    }
+    static std::int64_t bytes_in(const fs::path& folder) {
+        std::int64_t bytes = 0;
+        for (const auto& entry : fs::directory_iterator(folder))
+            bytes += std::int64_t(entry.file_size());
+        return bytes;
+    }
+
+    fs::path folder_ = fs::temp_directory_path() / ("equistream_views_" + std::to_string(::getpid()));
+};
+
+TEST_F(Views, PicturesAreWhatWasSeenRoundedToBytes) {
+    const std::int64_t bytes = write_all(Format::png);
+    EXPECT_EQ(bytes, bytes_in(folder_ / "right"));
+    EXPECT_EQ(list_frames(folder_ / "right", "png"), (std::vector<std::int64_t>{3, 4, 5, 6, 7}));
+    const ByteImage last = read_picture(folder_ / "right" / "frame.0007.png");
+    const ByteImage expected = quantise_8bit(view_of_frame(7).rgb.view());
+    EXPECT_TRUE(std::ranges::equal(last.samples(), expected.samples())) << test::evidence(last.view(), expected.view());
+}
+
+TEST_F(Views, LinearFramesAreTheViewWithoutDisplayTransformAndExposure) {
+    const FloatImage depth_m(width, height, 1, 4.5f);
+    const std::int64_t bytes = write_all(Format::exr, depth_m);
+    EXPECT_EQ(bytes, bytes_in(folder_ / "right"));
+    const Frame frame = read_exr(folder_ / "right" / "frame.0007.exr");
+    EXPECT_EQ(frame.info.index, 7);
+    EXPECT_EQ(frame.info.eye, Eye::right);
+    EXPECT_EQ(frame.info.exposure, 2.5);
+    EXPECT_EQ(frame.planes.at("depth").pixel(5, 5)[0], 4.5f);
+    const FloatImage& colour = frame.planes.at("colour");
+    EXPECT_EQ(colour.pixel(0, 3)[3], 0) << "a gap";
+    EXPECT_EQ(colour.pixel(1, 3)[3], 1);
+    const ByteImage shown = quantise_8bit(DisplayTransform().to_display(colour.view(), 2.5).view());
+    const ByteImage expected = quantise_8bit(view_of_frame(7).rgb.view());
+    int worst = 0;
+    for (std::size_t i = 0; i < shown.samples().size(); ++i)
+        worst = std::max(worst, std::abs(shown.samples()[i] - expected.samples()[i]));
+    EXPECT_LE(worst, 1) << test::evidence(shown.view(), expected.view());
+}
+
+TEST_F(Views, AVideoHoldsEveryViewAndHasItsNameOnlyWhenItIsWhole) {
+    const fs::path file = folder_ / "right.mp4";
+    {
+        const auto views = make_view_writer(Format::mp4, folder_, "right");
+        for (std::int64_t index = 3; index <= 7; ++index)
+            views->write({view_of_frame(index), {}, info_of_frame(index)});
+        EXPECT_FALSE(fs::exists(file));
+        views->finish();
+    }
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing beside the video";
+    StreamReader reader(file.string());
+    std::int64_t expected = 3;
+    while (const auto picture = reader.next()) {
+        ASSERT_TRUE(picture->info);
+        EXPECT_EQ(picture->info->index, expected);
+        EXPECT_EQ(picture->info->eye, Eye::right);
+        EXPECT_NEAR(picture->rgb.pixel(70, 30)[1] / 255.0, view_of_frame(expected).rgb.pixel(70, 30)[1], 0.02);
+        ++expected;
+    }
+    EXPECT_EQ(expected, 8) << "the last view is frame 7";
+    EXPECT_EQ(reader.truncation(), "");
+}
+
+TEST_F(Views, AVideoOfNothingIsNoFile) {
+    const auto views = make_view_writer(Format::mp4, folder_, "right");
+    views->finish();
+    EXPECT_EQ(views->bytes(), 0);
+    EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(Views, GapMasksAreWhiteWhereNobodyGaveAColour) {
+    EyePicture view = view_of_frame(3);
+    view.origin.pixel(9, 9)[0] = std::uint8_t(PixelOrigin::neighbours);
+    const ByteImage mask = gap_mask(view);
+    EXPECT_EQ(mask.pixel(0, 5)[0], 255);
+    EXPECT_EQ(mask.pixel(1, 5)[0], 0);
+    EXPECT_EQ(mask.pixel(9, 9)[0], 0);
+}
+
+TEST_F(Views, AFileInTheWayOfAFolderIsBadInput) {
+    std::ofstream(folder_ / "right") << "a file";
+    EXPECT_THROW(make_view_writer(Format::png, folder_, "right"), InputError);
+    EXPECT_THROW(make_view_writer(Format::exr, folder_, "right"), InputError);
+}
+
+}  // namespace
+}  // namespace equistream::play
