@@ -1,11 +1,14 @@
 #include <equistream_embree/mip_chain.h>
 
+#include "pictures/png_check.h"
+
 #include <equistream/error.h>
 #include <equistream/image.h>
 
 #include <OpenImageIO/filesystem.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -20,16 +23,11 @@ float linear_to_srgb(float v) {
     return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
-/// libjpeg fills what a cut file lacks with grey and calls it a warning, libpng prints to stderr by itself: look for
-/// the end marker before either sees the file.
-bool is_cut(const std::vector<std::uint8_t>& bytes) {
-    const bool is_jpeg = bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8;
-    const bool is_png = bytes.size() > 3 && bytes[1] == 'P' && bytes[2] == 'N' && bytes[3] == 'G';
-    if (!is_jpeg && !is_png)
-        return false;
-    const std::string_view end = is_jpeg ? std::string_view("\xff\xd9") : std::string_view("IEND");
-    return std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end(),
-                         [](std::uint8_t byte, char c) { return byte == static_cast<std::uint8_t>(c); }) == bytes.end();
+/// libjpeg fills what a cut file lacks with grey and calls it a warning: look for the end marker before it does.
+bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
+    constexpr std::array<std::uint8_t, 2> begin = {0xff, 0xd8}, end = {0xff, 0xd9};
+    return bytes.size() > 1 && std::equal(begin.begin(), begin.end(), bytes.begin()) &&
+           std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) == bytes.end();
 }
 
 /// Linear RGB premultiplied by alpha, and alpha.
@@ -43,7 +41,9 @@ std::vector<std::uint8_t> decode(const Texture& texture, int& width, int& height
     const auto fail = [](const std::string& found) {
         return InputError("expected a PNG or JPEG image, found " + found);
     };
-    if (is_cut(texture.encoded))
+    if (const auto damage = png_damage(texture.encoded))
+        throw fail(*damage);
+    if (is_cut_jpeg(texture.encoded))
         throw fail("one without its end");
     // IOMemReader only reads, but its constructor takes a plain pointer.
     OIIO::Filesystem::IOMemReader bytes(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cstdint>
 #include <fstream>
+#include <istream>
+#include <streambuf>
 #include <vector>
 
 namespace equistream {
@@ -15,10 +17,19 @@ namespace {
 constexpr std::array<char, 8> signature = {'\x89', 'P', 'N', 'G', '\r', '\n', '\x1a', '\n'};
 constexpr std::size_t block_bytes = 1 << 16;
 
-/// Reads a file and keeps the checksum of what it read since the last restart.
-class ChecksummedFile {
+/// Bytes in memory as a stream reads them.
+class BytesBuffer : public std::streambuf {
 public:
-    explicit ChecksummedFile(const std::filesystem::path& file) : stream_(file, std::ios::binary) {}
+    explicit BytesBuffer(std::span<const std::uint8_t> bytes) {
+        char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes.data()));
+        setg(begin, begin, begin + bytes.size());
+    }
+};
+
+/// Reads a stream and keeps the checksum of what it read since the last restart.
+class ChecksummedReader {
+public:
+    explicit ChecksummedReader(std::istream& stream) : stream_(stream) {}
 
     bool read(void* to, std::size_t bytes) {
         stream_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
@@ -48,15 +59,13 @@ public:
     std::uint32_t checksum() const { return checksum_; }
 
 private:
-    std::ifstream stream_;
+    std::istream& stream_;
     std::vector<char> block_ = std::vector<char>(block_bytes);
     std::uint32_t checksum_ = 0;
 };
 
-}  // namespace
-
-std::optional<std::string> png_damage(const std::filesystem::path& file) {
-    ChecksummedFile in(file);
+std::optional<std::string> damage_in(std::istream& stream) {
+    ChecksummedReader in(stream);
     std::array<char, 8> begin{};
     if (!in.read(begin.data(), begin.size()) || begin != signature)
         return std::nullopt;
@@ -81,6 +90,19 @@ std::optional<std::string> png_damage(const std::filesystem::path& file) {
         if (name == "IEND")
             return std::nullopt;
     }
+}
+
+}  // namespace
+
+std::optional<std::string> png_damage(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return damage_in(stream);
+}
+
+std::optional<std::string> png_damage(std::span<const std::uint8_t> bytes) {
+    BytesBuffer buffer(bytes);
+    std::istream stream(&buffer);
+    return damage_in(stream);
 }
 
 }  // namespace equistream

@@ -1,5 +1,7 @@
 #include "alpha_mask.h"
 
+#include "pictures/png_check.h"
+
 #include <equistream/error.h>
 
 #include <OpenImageIO/filesystem.h>
@@ -62,6 +64,8 @@ AlphaMask decode_alpha_mask(std::span<const std::uint8_t> encoded, float alpha_f
     const char* format = format_of(encoded);
     if (!format)
         throw InputError(expected_found(where, "a PNG or JPEG image", "other data"));
+    if (const auto damage = png_damage(encoded))
+        throw InputError(expected_found(where, "a whole PNG image", *damage));
     OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(encoded.data()), encoded.size());
     // Straight alpha is asked for: premultiplying would cost time and change nothing in the alpha channel.
     OIIO::ImageSpec config;

@@ -1,5 +1,6 @@
 // Files that lie, end early or ask for too much: each must end in one InputError that names the file.
 #include "gltf_builder.h"
+#include "png_bytes.h"
 #include "temporary_folder.h"
 
 #include <equistream_scene/model.h>
@@ -126,6 +127,14 @@ TEST_F(HostileModelTest, DamagedMask) {
     expect_contains(refusal(builder), "texture 0");
     builder.json["textures"] = {{{"source", 3}}};
     expect_contains(refusal(builder), "image");
+
+    std::string png = png_rgba(2, 1, {255, 0, 0, 255, 0, 255, 0, 0});
+    png[png.find("IDAT") + 6] ^= 1;
+    builder.json["images"] = {{{"bufferView", builder.view(png)}, {"mimeType", "image/png"}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    ::testing::internal::CaptureStderr();
+    expect_contains(refusal(builder), "texture 0: expected a whole PNG image, found a damaged chunk IDAT");
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << "libpng's own line";
 }
 
 /// Random damage to a whole file: loads or is refused, but never crashes, hangs or eats memory.
