@@ -2,10 +2,25 @@
 
 #include <equistream/error.h>
 
+#include <cstring>
 #include <mutex>
 #include <new>
 
 namespace equistream::av {
+
+namespace {
+
+/// Looked at as the number it is stored as: an enum may not even be read while it holds something else.
+template <typename Enum>
+void keep_known(Enum& value, Enum count, Enum unspecified) {
+    static_assert(sizeof(Enum) == sizeof(int));
+    int stored = 0;
+    std::memcpy(&stored, &value, sizeof stored);
+    if (stored < 0 || stored >= static_cast<int>(count))
+        value = unspecified;
+}
+
+}  // namespace
 
 Frame make_frame() {
     Frame frame(av_frame_alloc());
@@ -24,6 +39,22 @@ Packet make_packet() {
 void Options::require_all_taken(const std::string& who) const {
     if (const AVDictionaryEntry* entry = av_dict_get(entries_, "", nullptr, AV_DICT_IGNORE_SUFFIX))
         throw InputError(who + " does not know the option " + entry->key);
+}
+
+void forget_unknown_colours(AVCodecParameters& parameters) {
+    keep_known(parameters.color_range, AVCOL_RANGE_NB, AVCOL_RANGE_UNSPECIFIED);
+    keep_known(parameters.color_primaries, AVCOL_PRI_NB, AVCOL_PRI_UNSPECIFIED);
+    keep_known(parameters.color_trc, AVCOL_TRC_NB, AVCOL_TRC_UNSPECIFIED);
+    keep_known(parameters.color_space, AVCOL_SPC_NB, AVCOL_SPC_UNSPECIFIED);
+    keep_known(parameters.chroma_location, AVCHROMA_LOC_NB, AVCHROMA_LOC_UNSPECIFIED);
+}
+
+void forget_unknown_colours(AVFrame& frame) {
+    keep_known(frame.color_range, AVCOL_RANGE_NB, AVCOL_RANGE_UNSPECIFIED);
+    keep_known(frame.color_primaries, AVCOL_PRI_NB, AVCOL_PRI_UNSPECIFIED);
+    keep_known(frame.color_trc, AVCOL_TRC_NB, AVCOL_TRC_UNSPECIFIED);
+    keep_known(frame.colorspace, AVCOL_SPC_NB, AVCOL_SPC_UNSPECIFIED);
+    keep_known(frame.chroma_location, AVCHROMA_LOC_NB, AVCHROMA_LOC_UNSPECIFIED);
 }
 
 std::string error_text(int code) {

@@ -52,6 +52,10 @@ private:
     AVDictionary* entries_ = nullptr;
 };
 
+/// Demuxers and decoders hand on what files say of colours: values without a name become "unspecified".
+void forget_unknown_colours(AVCodecParameters& parameters);
+void forget_unknown_colours(AVFrame& frame);
+
 /// libav's sentence for an error code.
 std::string error_text(int code);
 

@@ -176,6 +176,7 @@ void TrackDecoder::note(const TaggedFrameInfo& tagged) {
 
 void TrackDecoder::accept(av::Frame frame) {
     av::forget_unknown_colours(*frame);
+    av::forget_unknown_colours(*frame);
     if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
         ++tally_.unreadable;
         return;
