@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 
 namespace equistream {
@@ -46,6 +47,37 @@ TEST(PictureFile, TruncationIsAnErrorThatNamesTheFile) {
         }
     }
     EXPECT_THROW(read_picture(fs::path(testing::TempDir()) / "none.png"), InputError);
+}
+
+std::string error_of_reading(const fs::path& file) {
+    try {
+        read_picture(file);
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(PictureFile, DamageAnywhereIsOneErrorAndLibpngStaysSilent) {
+    const fs::path file = fs::path(testing::TempDir()) / "damaged.png";
+    write_picture(file, gradient(3).view());
+    std::ifstream in(file, std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    testing::internal::CaptureStderr();
+    for (std::size_t at = 8; at < whole.size(); ++at) {  // behind the signature
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+        std::ofstream(file, std::ios::binary) << damaged;
+        EXPECT_NE(error_of_reading(file).find("damaged.png: expected a whole PNG picture"), std::string::npos) << at;
+        std::ofstream(file, std::ios::binary) << whole.substr(0, at);
+        EXPECT_NE(error_of_reading(file).find("damaged.png: expected a whole PNG picture"), std::string::npos) << at;
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    std::string damaged = whole;
+    char& within = damaged[damaged.find("IDAT") + 9];
+    within = static_cast<char>(within ^ 1);
+    std::ofstream(file, std::ios::binary) << damaged;
+    EXPECT_EQ(error_of_reading(file), file.string() + ": expected a whole PNG picture, found a damaged chunk IDAT");
 }
 
 TEST(PictureFile, AnUnwritableFolderIsAWorkErrorAndLeavesNothing) {
