@@ -1,6 +1,7 @@
 #include <equistream_compare/comparison.h>
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 
@@ -18,10 +19,6 @@ namespace {
 
 /// One a thread: counts add up to the same whatever thread counted them.
 using Histograms = tbb::enumerable_thread_specific<ErrorHistogram>;
-
-std::string size_text(int width, int height) {
-    return std::to_string(width) + "x" + std::to_string(height);
-}
 
 void require_size(const std::filesystem::path& file, int width, int height, int expected_width, int expected_height) {
     if (width != expected_width || height != expected_height)

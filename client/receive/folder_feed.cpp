@@ -3,6 +3,7 @@
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 using WidthHeight = std::pair<int, int>;
 
 std::string text_of(const WidthHeight& size) {
-    return std::to_string(size.first) + "x" + std::to_string(size.second);
+    return size_text(size.first, size.second);
 }
 
 class FolderFeed : public FrameFeed {

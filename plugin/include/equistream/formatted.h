@@ -1,11 +1,12 @@
 #pragma once
-/// printf into a string, however long.
+/// Text with numbers in it.
 #include <cstdarg>
 #include <cstdio>
 #include <string>
 
 namespace equistream {
 
+/// printf into a string, however long.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
     va_list arguments, again;
     va_start(arguments, format);
@@ -15,6 +16,11 @@ namespace equistream {
     std::vsnprintf(text.data(), text.size() + 1, format, arguments);
     va_end(arguments);
     return text;
+}
+
+/// "960x480"
+inline std::string size_text(int width, int height) {
+    return std::to_string(width) + "x" + std::to_string(height);
 }
 
 }  // namespace equistream

@@ -3,6 +3,7 @@
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
@@ -61,10 +62,6 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
     settings.pictures = static_cast<std::uint32_t>(request.sources.frames.size());
     return settings;
-}
-
-std::string size_text(int width, int height) {
-    return std::to_string(width) + "x" + std::to_string(height);
 }
 
 /// What can be seen before the first picture is coded, with the folder's name in front.
