@@ -12,6 +12,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 
 option(EQUISTREAM_WERROR "Warnings are errors (CI)" OFF)
+option(EQUISTREAM_FUZZ "Build the libFuzzer programs of tests/fuzz, and no other tests (preset fuzz)" OFF)
 
 add_library(equistream_options INTERFACE)
 target_compile_options(equistream_options INTERFACE

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes everything ./demo, ./test and ./bench need: packages, the Python environment of the tests, the build.
 # Sourced with the preset's name as $1; sets BUILD and, where the real scenes lie beside the checkout, EQUISTREAM_SCENES.
-# What is there already is left alone, so a second run starts in seconds.
+# A preset may need packages of its own: packages.PRESET.txt. What is there already is left alone, so a second run starts in seconds.
 
 preset=$1
 BUILD=$PWD/build/$preset
@@ -16,7 +16,7 @@ install_packages() {
     local missing=() package
     while read -r package; do
         dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -q '^installed$' || missing+=("$package")
-    done <cmake/packages.txt
+    done < <(cat cmake/packages.txt "cmake/packages.$preset.txt" 2>/dev/null)
     [ ${#missing[@]} -eq 0 ] && return
     echo "installing ${#missing[@]} packages: ${missing[*]}"
     as_root apt-get update -qq
@@ -37,7 +37,9 @@ build() {
     [ -f "$BUILD/build.ninja" ] && [ -z "${EQUISTREAM_CMAKE_OPTIONS:-}" ] ||
         cmake --preset "$preset" "-DEQUISTREAM_PYTHON=$PWD/build/venv/bin/python3" ${EQUISTREAM_CMAKE_OPTIONS:-} >"$BUILD.configure.log" ||
         { cat "$BUILD.configure.log"; return 1; }
-    cmake --build --preset "$preset" -- --quiet
+    local quiet=(--quiet)
+    if [ -t 1 ]; then quiet=(); else echo "building (some ten minutes on two cores the first time)"; fi
+    cmake --build --preset "$preset" -- "${quiet[@]}"
 }
 
 install_packages

@@ -1,0 +1,39 @@
+/// Frame data out of a coded picture (SEI payload).
+#include "target.h"
+
+#include <equistream/stream.h>
+
+namespace equistream::fuzz {
+
+namespace {
+
+void read(Bytes bytes) {
+    const auto tagged = decode_frame_info(bytes);
+    if (!tagged)
+        return;
+    const FrameInfo& info = tagged->info;
+    require(width_of(info.camera) <= max_image_side && height_of(info.camera) <= max_image_side, "sizes are limited");
+    const auto payload = encode_frame_info(tagged->role, info, tagged->position);
+    const auto again = decode_frame_info(payload);
+    require(again && encode_frame_info(again->role, again->info, again->position) == payload,
+            "what was accepted can be written and read again");
+}
+
+Seeds seeds() {
+    FrameInfo sphere;
+    sphere.index = 7;
+    sphere.camera = EquirectCamera{960, 480, {-2.5, 3.0, -0.7, 1.1}};
+    sphere.scene = "waves";
+    sphere.host = "synthetic 1";
+    FrameInfo view;
+    view.camera = PerspectiveCamera{640, 360, 1.25};
+    view.eye = Eye::left;
+    view.lock = AxisLock::path;
+    return {encode_frame_info(TrackRole::main, sphere, {7, 90}), encode_frame_info(TrackRole::small, view)};
+}
+
+}  // namespace
+
+const Target frame_data_target{"frame_data", read, seeds, 50000};
+
+}  // namespace equistream::fuzz

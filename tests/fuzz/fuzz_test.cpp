@@ -1,0 +1,78 @@
+// The fuzz targets without a fuzzer: the same cuts and flips in every build.
+#include "target.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <ostream>
+#include <random>
+
+namespace equistream::fuzz {
+
+void PrintTo(const Target& target, std::ostream* out) {
+    *out << target.name;
+}
+
+namespace {
+
+/// Damaged input must not make us ask for memory that it does not hold.
+constexpr long most_memory_kib = 1 << 20;
+
+class Damage : public testing::TestWithParam<Target> {
+protected:
+    static void TearDownTestSuite() {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        EXPECT_LT(usage.ru_maxrss, most_memory_kib);
+    }
+
+    /// Reads it; a find fails the test and says which input it was.
+    bool accepted(Bytes bytes, const std::string& which) const {
+        try {
+            return accepts(GetParam(), bytes);
+        } catch (const std::exception& find) {
+            ADD_FAILURE() << which << ": " << find.what();
+            return false;
+        }
+    }
+};
+
+TEST_P(Damage, WholeSeedsAreAccepted) {
+    const Seeds seeds = GetParam().seeds();
+    ASSERT_FALSE(seeds.empty());
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        EXPECT_TRUE(accepted(seeds[i], "seed " + std::to_string(i))) << i;
+}
+
+TEST_P(Damage, Cut) {
+    const Seeds seeds = GetParam().seeds();
+    std::size_t all_bytes = 0;
+    for (const auto& seed : seeds)
+        all_bytes += seed.size();
+    // Every byte, where a second is enough for that.
+    const std::size_t step = all_bytes / static_cast<std::size_t>(GetParam().rounds) + 1;
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        for (std::size_t size = 0; size < seeds[i].size() && !HasFailure(); size += step)
+            accepted(Bytes(seeds[i]).first(size), "seed " + std::to_string(i) + " cut to " + std::to_string(size));
+}
+
+TEST_P(Damage, Flipped) {
+    const Seeds seeds = GetParam().seeds();
+    std::mt19937 random(17);
+    for (int round = 0; round < GetParam().rounds && !HasFailure(); ++round) {
+        std::vector<std::uint8_t> bytes = seeds[random() % seeds.size()];
+        // Headers are where lengths are: half the flips fall into the first kilobyte.
+        const std::size_t reach = round % 2 == 0 ? bytes.size() : std::min<std::size_t>(bytes.size(), 1024);
+        for (int flip = 0; flip <= round % 5; ++flip)
+            bytes[random() % reach] ^= static_cast<std::uint8_t>(1u << random() % 8);
+        accepted(bytes, "round " + std::to_string(round));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Fuzz, Damage, testing::ValuesIn(targets().begin(), targets().end()),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace equistream::fuzz

@@ -1,0 +1,39 @@
+/// libFuzzer's entry for one target, which the build names. `--seeds FOLDER` writes the target's seeds and ends.
+#include "target.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+
+using namespace equistream::fuzz;
+
+namespace {
+
+void write_seeds(const std::filesystem::path& folder) {
+    std::filesystem::create_directories(folder);
+    int number = 0;
+    for (const auto& seed : FUZZ_TARGET.seeds())
+        std::ofstream(folder / ("seed" + std::to_string(number++)), std::ios::binary)
+            .write(reinterpret_cast<const char*>(seed.data()), static_cast<std::streamsize>(seed.size()));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+    if (*argc == 3 && std::strcmp((*argv)[1], "--seeds") == 0) {
+        write_seeds((*argv)[2]);
+        std::exit(0);
+    }
+    return 0;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        accepts(FUZZ_TARGET, {data, size});
+    } catch (const std::exception& find) {
+        std::fprintf(stderr, "find: %s\n", find.what());
+        std::abort();
+    }
+    return 0;
+}
