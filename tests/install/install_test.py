@@ -1,0 +1,109 @@
+"""Installs a build into a folder, moves the folder, and uses it as its users would: runs the programs, compiles each
+header alone, and builds the example host both by pkg-config and by find_package.
+
+usage: install_test.py CMAKE BUILD_DIR EXAMPLE_DIR      (CC, CXX, CFLAGS and CXXFLAGS from the environment)
+"""
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HEADERS = {  # each with the languages it promises to be
+    "equistream.h": ["c11", "c++17"],
+    "conventions.h": ["c++17"],
+    "camera.h": ["c++17"],
+    "bound.h": ["c++17"],
+    "aov.h": ["c++20"],
+}
+COMMANDS = ["render", "encode", "play", "compare", "info", "scene"]
+USES_THE_CATALOGUE = '''
+#include <equistream/aov.h>
+static_assert(equistream::find_aov("depth")->unit == "m");
+int main() { return equistream::aov_catalogue().size() == 9 ? 0 : 1; }
+'''
+
+
+def run(*command, env=None, cwd=None):
+    done = subprocess.run([str(word) for word in command], env=env, cwd=cwd, text=True, capture_output=True)
+    assert done.returncode == 0, f"{shlex.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def compiler(language):
+    name, flags = ("CC", "CFLAGS") if language.startswith("c1") else ("CXX", "CXXFLAGS")
+    return [os.environ[name], *shlex.split(os.environ.get(flags, "")), f"-std={language}", "-Wall", "-Wextra",
+            "-pedantic", "-Werror"]
+
+
+def install_and_move(cmake, build, scratch):
+    run(cmake, "--install", build, "--prefix", scratch / "first")
+    (scratch / "first").rename(scratch / "moved")
+    return scratch / "moved"
+
+
+def check_programs(prefix):
+    dispatcher = prefix / "bin" / "equistream"
+    assert run(dispatcher, "--version").startswith("equistream ")
+    for command in COMMANDS:
+        assert "--help" in run(dispatcher, command, "--help"), command
+    libraries = run("ldd", prefix / "bin" / "equistream-render-embree").splitlines()
+    ours = [line.split()[2] for line in libraries if "libequistream" in line]
+    assert len(ours) == 1 and Path(ours[0]).resolve().is_relative_to(prefix.resolve()), libraries
+
+
+def check_headers(prefix, flags, scratch):
+    installed = {file.name for file in (prefix / "include" / "equistream").iterdir()}
+    assert installed == set(HEADERS), installed
+    for header, languages in HEADERS.items():
+        for language in languages:
+            source = scratch / ("alone.c" if language.startswith("c1") else "alone.cpp")
+            source.write_text(f"#include <equistream/{header}>\nint main(void) {{ return 0; }}\n")
+            run(*compiler(language), *flags, "-fsyntax-only", source)
+    source.write_text(USES_THE_CATALOGUE)
+    run(*compiler("c++20"), *flags, source, "-o", scratch / "catalogue")
+    run(scratch / "catalogue")
+
+
+def host_by_pkg_config(example, flags, libraries, scratch):
+    host = scratch / "by_pkg_config"
+    run(*compiler("c11"), *flags, example / "toy_host.c", example / "toy_renderer.c", *libraries, "-lm", "-o", host)
+    return host
+
+
+def host_by_find_package(cmake, example, prefix, scratch):
+    build = scratch / "build"
+    run(cmake, "-S", example, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}")
+    run(cmake, "--build", build)
+    assert f"equistream_DIR:PATH={prefix}" in (build / "CMakeCache.txt").read_text()
+    return build / "toy_host"
+
+
+def frames_of(host, out, env):
+    run(host, out, env=env)
+    return [(out / f"frame.{index:04}.exr").read_bytes() for index in (0, 1)]
+
+
+def main():
+    cmake, build, example = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder).resolve()
+        prefix = install_and_move(cmake, build, scratch)
+        check_programs(prefix)
+        library_dir = next(prefix.rglob("libequistream.so")).parent
+        packages = {**os.environ, "PKG_CONFIG_PATH": str(library_dir / "pkgconfig")}
+        flags = shlex.split(run("pkg-config", "--cflags", "equistream", env=packages))
+        libraries = shlex.split(run("pkg-config", "--libs", "equistream", env=packages))
+        check_headers(prefix, flags, scratch)
+        found = {**os.environ, "LD_LIBRARY_PATH": str(library_dir)}
+        by_pkg_config = frames_of(host_by_pkg_config(example, flags, libraries, scratch), scratch / "one", found)
+        by_find_package = frames_of(host_by_find_package(cmake, example, prefix, scratch), scratch / "two", os.environ)
+        assert by_pkg_config == by_find_package, "the two builds of the example write different frames"
+        described = run(prefix / "bin" / "equistream", "info", scratch / "one")
+        assert "256x128" in described, described
+    print("installed, moved, ran, and built against both ways")
+
+
+if __name__ == "__main__":
+    main()
