@@ -36,12 +36,13 @@ inline double bounded_inverse_depth(double distance_m, double box_radius_m) {
     return box_radius_m / (distance_m - box_radius_m);
 }
 
-/// The largest angle by which any eye in the box can see a point displaced when r' stands for r.
+/// The largest angle by which any eye in the box can see a point displaced when r' stands for r; where either point is
+/// not outside the box, which the bound does not cover, a right angle unless they are one.
 inline double displacement_bound_rad(double distance_m, double used_distance_m, double box_radius_m) {
     const double w = bounded_inverse_depth(distance_m, box_radius_m);
     const double w_used = bounded_inverse_depth(used_distance_m, box_radius_m);
     if (std::isinf(w) || std::isinf(w_used))
-        return w == w_used ? 0 : 0.5 * std::acos(-1.0);
+        return distance_m == used_distance_m ? 0 : 0.5 * std::acos(-1.0);
     return std::asin(std::min(1.0, std::abs(w - w_used)));
 }
 

@@ -82,6 +82,8 @@ TEST(Bound, inverse_depth_and_its_ends) {
     EXPECT_EQ(displacement_bound_rad(3, 3, 0.1), 0);
     EXPECT_EQ(displacement_bound_rad(infinity, infinity, 0.1), 0);
     EXPECT_NEAR(displacement_bound_rad(0.05, 3, 0.1), std::acos(-1.0) / 2, 1e-15);
+    EXPECT_NEAR(displacement_bound_rad(0.05, 0.09, 0.1), std::acos(-1.0) / 2, 1e-15);
+    EXPECT_EQ(displacement_bound_rad(0.05, 0.05, 0.1), 0);
 }
 
 TEST(Bound, a_sphere_at_an_eye_has_the_other_eye_a_whole_ipd_away) {
