@@ -14,7 +14,8 @@ void LineReporter::ReportRuns(const std::vector<Run>& runs) {
     for (const Run& run : runs) {
         const std::string name = run.run_name.function_name;
         if (run.error_occurred) {
-            std::fprintf(stderr, "# %s left out: %s\n", name.c_str(), run.error_message.c_str());
+            if (left_out_.insert(name).second)
+                std::fprintf(stderr, "# %s left out: %s\n", name.c_str(), run.error_message.c_str());
             continue;
         }
         if (run.run_type != Run::RT_Aggregate || run.aggregate_name != "median")

@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ private:
         std::map<std::string, double> peers_ms;
     };
     std::map<std::string, Figure> figures_;
+    std::set<std::string> left_out_;  ///< told already: every repetition says so again
 };
 
 }  // namespace equistream::bench

@@ -1,5 +1,7 @@
 /// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `sphere` engine against FFmpeg's
 /// v360 (its map fixed, and rebuilt each frame as a moving head needs) and against a copy of the view.
+#include "memory_copy.h"
+
 #include <equistream_client/engine.h>
 
 #include <benchmark/benchmark.h>
@@ -112,12 +114,7 @@ void v360(benchmark::State& state, bool turning) {
 }
 
 void copy(benchmark::State& state) {
-    const std::size_t bytes = std::size_t{view_width} * view_height * 3;
-    std::vector<char> from(bytes, 1), to(bytes);
-    for (auto _ : state) {
-        std::memcpy(to.data(), from.data(), bytes);
-        benchmark::ClobberMemory();
-    }
+    bench::copy_bytes(state, std::size_t{view_width} * view_height * 3);
 }
 
 BENCHMARK(ours)->Name("rotate_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);

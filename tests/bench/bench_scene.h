@@ -1,0 +1,26 @@
+#pragma once
+/// Scenes that figures are taken on: loaded at the first use, kept to the end.
+#include <equistream_client/ray_depth.h>
+#include <equistream_scene/bvh.h>
+#include <equistream_scene/scene.h>
+
+#include <string>
+
+namespace equistream::bench {
+
+/// A scene as the client has it, and Embree on the same geometry for peers.
+struct BenchScene {
+    explicit BenchScene(const std::filesystem::path& description_file);
+
+    SceneDescription description;
+    RayDepth depth;
+    SceneModel model;
+    SceneModel model_without_masks;
+    Bvh bvh;
+    Bvh bvh_without_masks;
+};
+
+/// The bundled scene, or "sponza-crytek" of EQUISTREAM_SCENES; null where that is not set.
+BenchScene* bench_scene(const std::string& name);
+
+}  // namespace equistream::bench
