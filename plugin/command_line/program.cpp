@@ -1,3 +1,5 @@
+#include "settings_file.h"
+
 #include <equistream/error.h>
 #include <equistream_cli/program.h>
 
@@ -30,7 +32,9 @@ int run_program(int argc, char** argv, const ProgramText& text,
     const std::string& name = text.name;
     CLI::App app(text.summary, "equistream " + name);
     app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
-    app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)");
+    app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)")
+        ->type_name("FILE");
+    app.config_formatter(std::make_shared<SettingsFile>(app));
     app.allow_config_extras(CLI::config_extras_mode::error);
     app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
     app.get_formatter()->column_width(34);

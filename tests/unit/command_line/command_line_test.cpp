@@ -84,9 +84,15 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(n, 5);
     EXPECT_EQ(run({"p", "--settings", file, "--n", "6"}, n, errors), exit_done) << errors;
     EXPECT_EQ(n, 6);
-    std::ofstream(file) << "m = 5\n";
+    std::ofstream(file) << "# mine\nn = 4\nm = 5\n";
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
-    EXPECT_NE(errors.find('m'), std::string::npos) << errors;
+    EXPECT_EQ(errors, "equistream test: " + file + ":3: expected one of n, found 'm'\n");
+    std::ofstream(file) << "n = 4\n[other]\nn = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":2: expected options outside any section, found 'other'\n");
+    std::ofstream(file) << "help = true\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
     EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
 }
 
