@@ -1,5 +1,7 @@
 #include <equistream_compare/comparison.h>
 
+#include "independent_runs.h"
+
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/picture.h>
@@ -123,6 +125,7 @@ private:
         require_size(pair.second_picture, second.samples.width(), second.samples.height(), sums.width, sums.height);
         require_size(pair.second_truth, second_truth.samples.width(), second_truth.samples.height(), sums.width,
                      sums.height);
+        require_independent({picture, truth}, {second, second_truth});
         const FloatImage display_2 = display_values(second, transform_);
         const FloatImage truth_display_2 = display_values(second_truth, transform_);
         sums.display = noise_free_blocks(display, {display_2.view(), truth_display_2.view()});
@@ -148,6 +151,9 @@ double EyeScore::mean_frame_psnr_db() const {
 }
 
 EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {
+    for (const PicturePair& pair : eye.pairs)
+        if (!pair.second_picture.empty())
+            require_other_files(pair);
     const PairMeasurement measurement(eye, options);
     std::vector<FrameSums> frames(eye.pairs.size());
     Histograms histograms;

@@ -92,6 +92,8 @@ public:
         outputs_ = std::make_unique<Outputs>(settings.format, settings.out);
     }
 
+        if (first_->posed)
+            report_.source = first_->main.info;
     void all_frames() {
         for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = feed_->next()) {
             PlayedFrame played = player_->play(*frame);

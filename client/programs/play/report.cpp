@@ -107,6 +107,8 @@ Json Report::json() const {
     json["versions"] = {{"equistream", EQUISTREAM_VERSION}, {"embree", EQUISTREAM_EMBREE_VERSION}};
     json["machine"] = {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}};
     json["settings"] = settings_json(settings);
+    if (source && source->samples_per_pixel > 0)
+        json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};
     json["method"] = method;
     json["depth"] = depth;
     json["notes"] = notes;

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ struct Report {
     std::vector<FrameFigures> frames;
     std::vector<FeedTrack> tracks;
     std::string truncation;
+    std::optional<FrameInfo> source;  ///< of the first main picture; nothing where it is foreign video
     double scene_load_ms = 0;
     std::int64_t output_bytes = 0;
 

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include <unistd.h>
 
@@ -34,6 +35,20 @@ protected:
         frame.info.camera = PerspectiveCamera{48, 32, 1.5};
         frame.info.exposure = exposure;
         frame.planes["colour"] = FloatImage(48, 32, 4, radiance);
+        write_exr(root_ / name, frame);
+        return root_ / name;
+    }
+    /// As a renderer leaves it: seed and samples are what the frame says, `noise` is what is in it.
+    fs::path make_noisy(const std::string& name, std::uint64_t seed, std::uint32_t samples, unsigned noise) {
+        Frame frame;
+        frame.info.camera = PerspectiveCamera{48, 32, 1.5};
+        frame.info.seed = seed;
+        frame.info.samples_per_pixel = samples;
+        FloatImage colour(48, 32, 4, 1);
+        std::mt19937 generator(noise);
+        for (float& value : colour.samples())
+            value = static_cast<float>(generator() % 1024) / 1024;
+        frame.planes["colour"] = std::move(colour);
         write_exr(root_ / name, frame);
         return root_ / name;
     }
@@ -73,6 +88,54 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     EXPECT_FALSE(score.noise_free_linear->only_bounded());
     const auto json = comparison_json({score}, {});
     EXPECT_NEAR(json["eyes"]["view"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+}
+
+TEST_F(Comparison, RunsThatShareTheirNoiseHaveNoNoiseFreeError) {
+    const auto second = [&](const fs::path& picture, const fs::path& truth) {
+        EyePairs pairs = pair_of(root_ / "a.exr", root_ / "t.exr");
+        pairs.pairs[0].second_picture = picture;
+        pairs.pairs[0].second_truth = truth;
+        return error_of(pairs);
+    };
+    const fs::path a = make_noisy("a.exr", 1, 64, 5);
+    const fs::path t = make_noisy("t.exr", 1, 256, 6);
+    const fs::path a2 = make_noisy("a2.exr", 2, 64, 7);
+    const fs::path t2 = make_noisy("t2.exr", 2, 256, 8);
+    EXPECT_EQ(second(a2, t2), "");
+    const auto says = [](const std::string& error, const fs::path& file, const std::string& found) {
+        return error.starts_with("--second: " + file.string() + ": ") && error.find(found) != std::string::npos;
+    };
+    EXPECT_TRUE(says(second(a, t2), a, "found the file " + a.string())) << second(a, t2);
+    EXPECT_TRUE(says(second(a2, a), a, "found the file " + a.string())) << second(a2, a);
+    fs::create_symlink(t, root_ / "alias.exr");
+    EXPECT_TRUE(says(second(a2, root_ / "alias.exr"), root_ / "alias.exr", "found the file " + t.string()));
+    const fs::path copy = make_noisy("copy.exr", 3, 256, 6);
+    EXPECT_TRUE(says(second(a2, copy), copy, "found the contents of " + t.string())) << second(a2, copy);
+    const fs::path same_seed = make_noisy("same_seed.exr", 1, 256, 9);
+    EXPECT_TRUE(says(second(a2, same_seed), same_seed, "found seed 1")) << second(a2, same_seed);
+    const fs::path fewer = make_noisy("fewer.exr", 2, 128, 9);
+    EXPECT_TRUE(says(second(a2, fewer), fewer, "the 256 samples per pixel of")) << second(a2, fewer);
+    EXPECT_EQ(second(make_noisy("foreign.exr", 1, 0, 10), t2), "") << "says nothing of its seed";
+}
+
+TEST_F(Comparison, SecondViewsAreCheckedByWhatPlaySaysOfTheirSource) {
+    const auto views = [&](const std::string& name, int seed, int samples) {
+        fs::create_directories(root_ / name / "left");
+        std::ofstream(root_ / name / "report.json")
+            << R"({"source": {"seed": )" << seed << R"(, "samples_per_pixel": )" << samples << "}}";
+        return make_png(name + "/left/frame.0000.png", 9);
+    };
+    EyePairs pairs = pair_of(views("a", 1, 64), make_noisy("t.exr", 1, 256, 6));
+    PicturePair& pair = pairs.pairs[0];
+    pair.second_truth = make_noisy("t2.exr", 2, 256, 8);
+    pair.second_picture = views("good", 2, 64);
+    EXPECT_EQ(error_of(pairs), "");
+    pair.second_picture = views("same_seed", 1, 64);
+    EXPECT_NE(error_of(pairs).find("expected a run with another seed than the first, found seed 1"), std::string::npos);
+    pair.second_picture = views("fewer", 2, 32);
+    EXPECT_NE(error_of(pairs).find("expected the 64 samples per pixel of"), std::string::npos);
+    std::ofstream(root_ / "fewer/report.json") << "[somebody else's";
+    EXPECT_EQ(error_of(pairs), "");
 }
 
 TEST_F(Comparison, IdenticalPicturesSaySoInTableAndJson) {

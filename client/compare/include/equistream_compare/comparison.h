@@ -48,7 +48,8 @@ struct EyeScore {
 };
 
 /// Measures one eye; frames run in parallel. `done` is told after each frame, from any thread.
-/// Throws InputError for pictures that cannot be read or whose sizes differ.
+/// Throws InputError for pictures that cannot be read or whose sizes differ, and for a second run that shares pictures,
+/// seed or noise with the first.
 EyeScore compare_eye(const EyePairs& pairs, const ComparisonOptions& options, const std::function<void()>& done = {});
 
 }  // namespace equistream
