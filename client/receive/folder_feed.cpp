@@ -3,7 +3,6 @@
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
@@ -18,12 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using WidthHeight = std::pair<int, int>;
-
-std::string text_of(const WidthHeight& size) {
-    return size_text(size.first, size.second);
-}
-
 class FolderFeed : public FrameFeed {
 public:
     FolderFeed(fs::path folder, const FeedOptions& options) : folder_(std::move(folder)), options_(options) {
@@ -32,8 +25,11 @@ public:
             if (index >= options.first_frame && index <= options.last_frame)
                 frames_.push_back(index);
         if (frames_.empty())
-            throw InputError(
-                expected_found((folder_ / main_).string(), "rendered frames in the range asked for", "none"));
+            throw InputError(expected_found((folder_ / main_).string(),
+                                            options.last_frame < FeedOptions{}.last_frame
+                                                ? "rendered frames in the range asked for"
+                                                : "rendered frames",
+                                            "none"));
         for (const char* view : {".", "centre", "left", "right", "small"})
             if (options.depth && fs::is_directory(folder_ / view) && holds_depth(view))
                 views_with_depth_.insert(view);
@@ -89,7 +85,7 @@ private:
         if (with_depth)
             planes.push_back("depth");
         Frame frame = read_exr(path, planes);
-        require_size_of_view(view, path, frame.info.camera);
+        renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);
         ReceivedPicture picture;
         picture.decode_ms = milliseconds_since(start);
         picture.info = frame.info;
@@ -100,15 +96,6 @@ private:
         std::error_code ignored;
         count(view, std::int64_t(fs::file_size(path, ignored)));
         return picture;
-    }
-
-    /// A view has one size throughout: a frame of another one is of another render.
-    void require_size_of_view(const std::string& view, const fs::path& path, const Camera& camera) {
-        const WidthHeight size{width_of(camera), height_of(camera)};
-        const WidthHeight& first = sizes_.try_emplace(view, size).first->second;
-        if (size != first)
-            throw InputError(
-                expected_found(path.string(), text_of(first) + " pixels as in the frames before it", text_of(size)));
     }
 
     void count(const std::string& view, std::int64_t bytes) {
@@ -130,7 +117,7 @@ private:
     DisplayTransform display_;
     std::string main_;
     std::set<std::string> views_with_depth_;
-    std::map<std::string, WidthHeight> sizes_;  // of each view's first frame read
+    std::map<std::string, OneRender> renders_;  // by view
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;
     std::vector<FeedTrack> tracks_;

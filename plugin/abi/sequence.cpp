@@ -12,6 +12,7 @@ namespace equistream {
 
 Sequence::Sequence(SequenceSettings settings) : settings_(std::move(settings)) {
     make_folder();
+    lock_.emplace(settings_.folder);
     adopt_or_refuse();
 }
 

@@ -3,6 +3,7 @@
 #include "settings.h"
 
 #include <equistream/frame.h>
+#include <equistream/locks.h>
 
 #include <filesystem>
 
@@ -11,7 +12,8 @@ namespace equistream {
 /// An open sequence. Frames share its ownership, so that closing a sequence early cannot leave them dangling.
 class Sequence {
 public:
-    /// Makes or resumes the folder; throws InputError when it cannot be used or holds other frames.
+    /// Makes or resumes the folder and holds it; throws InputError when it cannot be used, holds other frames or is
+    /// held by another sequence.
     explicit Sequence(SequenceSettings settings);
 
     const Manifest& manifest() const { return settings_.manifest; }
@@ -26,6 +28,7 @@ private:
     void adopt_or_refuse();
 
     SequenceSettings settings_;
+    std::optional<FolderLock> lock_;      // two renders at once would mix their settings
     std::vector<std::int64_t> outdated_;  // frames of other settings, to be overwritten
     bool knows_first_frame_ = false;      // the manifest's index, time and poses are those of a frame in the folder
     bool manifest_is_current_ = false;    // the one in the folder is ours

@@ -164,6 +164,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     checked.folder = s.output_dir;
     checked.overwrite = s.overwrite != 0;
     checked.single_part = s.single_part != 0;
+    checked.manifest.single_part = checked.single_part;
     checked.manifest.planes = parse_aov_groups(s.aovs);
     checked.manifest.command = checked_text("command", s.command, 65536);
     FrameInfo& info = checked.manifest.shared;
@@ -201,6 +202,9 @@ std::optional<std::string> difference(const Manifest& expected, const Manifest& 
                    " as in the frames there, found " + now[i].second +
                    (before[i].first == std::string_view("host_name") ? " (another renderer, or its code has changed)"
                                                                      : "");
+    if (expected.single_part && found.single_part && *expected.single_part != *found.single_part)
+        return std::string("expected single_part ") + (*expected.single_part ? "1" : "0") +
+               " as in the frames there, found " + (*found.single_part ? "1" : "0");
     if (expected.fingerprint != found.fingerprint)
         return "expected fingerprint " + expected.fingerprint + " as in the frames there, found " + found.fingerprint +
                " (the scene, the path or the host's own settings changed)";

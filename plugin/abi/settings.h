@@ -29,7 +29,8 @@ struct FrameSettings {
 /// Throws InputError.
 FrameSettings checked_settings(const es_frame_settings* settings);
 
-/// How two manifests differ in what decides pixels: "expected spp 16, found 64"; nothing if they agree.
+/// How two manifests differ in what decides pixels or the files' layout: "expected spp 16, found 64"; nothing if they
+/// agree.
 std::optional<std::string> difference(const Manifest& expected, const Manifest& found);
 
 }  // namespace equistream

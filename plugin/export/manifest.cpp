@@ -55,6 +55,12 @@ public:
             refuse(key, "a string");
         return value.get<std::string>();
     }
+    bool truth(const char* key) const {
+        const json& value = at(key);
+        if (!value.is_boolean())
+            refuse(key, "true or false");
+        return value.get<bool>();
+    }
     template <std::size_t N>
     std::vector<double> numbers(const char* key) const {
         const json& value = at(key);
@@ -105,28 +111,31 @@ Camera camera_from_json(const Section& in) {
 
 json to_json(const Manifest& manifest) {
     const FrameInfo& info = manifest.shared;
-    return {{"format", format_name},
-            {"version", format_version},
-            {"camera", camera_to_json(info.camera)},
-            {"first_frame",
-             {{"index", info.index},
-              {"time_s", info.time_s},
-              {"camera_pose", pose_to_json(info.camera_pose)},
-              {"head", pose_to_json(info.head)}}},
-            {"frames_per_second", info.frames_per_second},
-            {"eye", eye_names[static_cast<int>(info.eye)]},
-            {"ipd_m", info.ipd_m},
-            {"lock", axis_lock_names[static_cast<int>(info.lock)]},
-            {"lean_m", info.lean_m},
-            {"exposure", info.exposure},
-            {"seed", info.seed},
-            {"samples_per_pixel", info.samples_per_pixel},
-            {"scene", info.scene},
-            {"host", info.host},
-            {"geometry_fingerprint", info.geometry_fingerprint},
-            {"planes", manifest.planes},
-            {"command", manifest.command},
-            {"fingerprint", manifest.fingerprint}};
+    json document = {{"format", format_name},
+                     {"version", format_version},
+                     {"camera", camera_to_json(info.camera)},
+                     {"first_frame",
+                      {{"index", info.index},
+                       {"time_s", info.time_s},
+                       {"camera_pose", pose_to_json(info.camera_pose)},
+                       {"head", pose_to_json(info.head)}}},
+                     {"frames_per_second", info.frames_per_second},
+                     {"eye", eye_names[static_cast<int>(info.eye)]},
+                     {"ipd_m", info.ipd_m},
+                     {"lock", axis_lock_names[static_cast<int>(info.lock)]},
+                     {"lean_m", info.lean_m},
+                     {"exposure", info.exposure},
+                     {"seed", info.seed},
+                     {"samples_per_pixel", info.samples_per_pixel},
+                     {"scene", info.scene},
+                     {"host", info.host},
+                     {"geometry_fingerprint", info.geometry_fingerprint},
+                     {"planes", manifest.planes},
+                     {"command", manifest.command},
+                     {"fingerprint", manifest.fingerprint}};
+    if (manifest.single_part)
+        document["single_part"] = *manifest.single_part;
+    return document;
 }
 
 Manifest from_json(const json& document, const std::string& where) {
@@ -162,6 +171,8 @@ Manifest from_json(const json& document, const std::string& where) {
     }
     manifest.command = in.text("command");
     manifest.fingerprint = in.text("fingerprint");
+    if (document.contains("single_part"))  // earlier sequences do not say
+        manifest.single_part = in.truth("single_part");
     return manifest;
 }
 

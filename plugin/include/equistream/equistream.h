@@ -135,8 +135,9 @@ ES_API uint32_t es_abi_version(void);
 ES_API const char* es_version(void);
 
 /* Opens (or resumes) a sequence: checks every setting, makes the folder, writes manifest.json. A folder whose manifest
- * has other settings is refused unless `overwrite` is set; the first finished frame then removes those frames. The
- * caller closes *sequence. */
+ * has other settings is refused unless `overwrite` is set; the first finished frame then removes those frames. A
+ * folder belongs to one open sequence at a time, of this process or any other: a second one is refused. The caller
+ * closes *sequence. */
 ES_API es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** sequence, es_error* error);
 /* Non-zero when frame `index` is already finished and would be kept. */
 ES_API int es_sequence_has_frame(const es_sequence* sequence, int64_t index);

@@ -43,10 +43,24 @@ struct Manifest {
     std::vector<std::string> planes;
     std::string command;      ///< as typed, for the record
     std::string fingerprint;  ///< hash of everything that decides the pixels; a resume with another one is refused
+    std::optional<bool> single_part{};  ///< layout of the frames' files; earlier sequences do not say
 };
 
 Manifest read_manifest(const std::filesystem::path& folder);
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
+
+/// Whether the frames of one folder belong together: they share camera, samples a pixel, seed and host. What these are
+/// the manifest says, where there is one; else the first frame that is shown.
+class OneRender {
+public:
+    explicit OneRender(const std::filesystem::path& folder);
+    /// Throws InputError naming `file` and what is another one there.
+    void require(const std::filesystem::path& file, const FrameInfo& info);
+
+private:
+    std::optional<FrameInfo> expected_;
+    std::string as_in_ = "the frames before it";
+};
 
 /// Indices of the frames present, ascending. Unfinished (aside) files do not count.
 std::vector<std::int64_t> list_frames(const std::filesystem::path& folder, const std::string& extension = "exr");

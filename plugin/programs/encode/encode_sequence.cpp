@@ -75,17 +75,10 @@ void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
     }
 }
 
-/// A track has one size: a frame of another one is of another render.
-void check_same_sizes(const std::vector<Picture>& pictures, const StreamSettings& settings, const Sources& sources) {
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
-        const TrackSettings& track = settings.tracks[i];
-        const ByteImage& rgb = pictures[i].rgb;
-        if (rgb.width() != track.width || rgb.height() != track.height)
-            throw InputError(
-                expected_found((sources.tracks[i].folder / frame_file_name(pictures[i].info.index)).string(),
-                               size_text(track.width, track.height) + " pixels as in the frames before it",
-                               size_text(rgb.width(), rgb.height())));
-    }
+/// A track is of one render, with one size throughout.
+void check_one_render(const std::vector<Picture>& pictures, const Sources& sources, std::vector<OneRender>& renders) {
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+        renders[i].require(sources.tracks[i].folder / frame_file_name(pictures[i].info.index), pictures[i].info);
 }
 
 /// A small view of another render would fill gaps from the wrong place.
@@ -117,6 +110,10 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     const std::vector<std::int64_t>& frames = request.sources.frames;
     std::vector<Picture> pictures = read_frame(request.sources, frames.front(), display);
     check_sizes(pictures, request.sources);
+    std::vector<OneRender> renders;
+    for (const SourceTrack& track : request.sources.tracks)
+        renders.emplace_back(track.folder);
+    check_one_render(pictures, request.sources, renders);
     check_companions(pictures, request.sources);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
@@ -142,7 +139,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         try {
             if (next.valid())
                 pictures = next.get();
-            check_same_sizes(pictures, report.settings, request.sources);
+            check_one_render(pictures, request.sources, renders);
             check_companions(pictures, request.sources);
         } catch (const std::exception& error) {
             throw WorkError(error.what() + kept);

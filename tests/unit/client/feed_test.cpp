@@ -36,13 +36,17 @@ protected:
         return info;
     }
 
-    void write_frame(const std::string& view, std::int64_t index, int width, int height, float radiance) const {
+    void write_frame(const std::string& view, const FrameInfo& info, float radiance) const {
+        const int width = width_of(info.camera), height = height_of(info.camera);
         Frame frame;
-        frame.info = info(index, width, height);
+        frame.info = info;
         frame.planes["colour"] = FloatImage(width, height, 4, radiance);
-        frame.planes["depth"] = FloatImage(width, height, 1, 3.0f + float(index));
+        frame.planes["depth"] = FloatImage(width, height, 1, 3.0f + float(info.index));
         fs::create_directories(folder / view);
-        write_exr(folder / view / frame_file_name(index), frame);
+        write_exr(folder / view / frame_file_name(info.index), frame);
+    }
+    void write_frame(const std::string& view, std::int64_t index, int width, int height, float radiance) const {
+        write_frame(view, info(index, width, height), radiance);
     }
 };
 
@@ -81,6 +85,24 @@ TEST_F(Feeds, AFrameOfAnotherSizeIsNamed) {
     } catch (const InputError& error) {
         EXPECT_EQ(error.what(), (folder / "centre" / "frame.0001.exr").string() +
                                     ": expected 32x16 pixels as in the frames before it, found 16x8");
+    }
+}
+
+TEST_F(Feeds, AFrameOfAnotherRenderIsNamed) {
+    for (const char* view : {"centre", "small"})
+        for (const std::int64_t index : {0, 1, 2})
+            write_frame(view, index, 32, 16, 0.1f);
+    FrameInfo other = info(1, 32, 16);
+    other.samples_per_pixel = 7;
+    write_frame("small", other, 0.1f);
+    const auto feed = open_feed(folder.string());
+    EXPECT_TRUE(feed->next());
+    try {
+        feed->next();
+        FAIL() << "a frame of another render was taken";
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.what(), (folder / "small" / "frame.0001.exr").string() +
+                                    ": expected spp 0 as in the frames before it, found 7");
     }
 }
 

@@ -202,6 +202,42 @@ TEST_F(AbiSequence, a_frame_that_cannot_be_written_is_a_failure) {
     es_sequence_close(sequence);
 }
 
+TEST_F(AbiSequence, a_folder_belongs_to_one_sequence_at_a_time) {
+    es_sequence* sequence = open();
+    EXPECT_EQ(refusal(), output + ": expected a folder that no other process is writing to, found one that is in use");
+    settings.overwrite = 1;
+    settings.seed = 12;
+    EXPECT_NE(refusal().find("in use"), std::string::npos) << "overwriting takes nothing from a render that goes on";
+    es_frame* frame = begin(sequence, at(0));
+    es_sequence_close(sequence);
+    EXPECT_NE(refusal().find("in use"), std::string::npos) << "by the frame that is not ended yet";
+    fill(frame, miss, black);
+    end(frame);
+    es_sequence_close(open());
+}
+
+TEST_F(AbiSequence, another_layout_of_files_is_refused) {
+    es_sequence* sequence = open();
+    render(sequence, 0);
+    es_sequence_close(sequence);
+    settings.single_part = 1;
+    EXPECT_EQ(refusal(), output + "/manifest.json: expected single_part 0 as in the frames there, found 1; choose "
+                                  "another folder or overwrite");
+    settings.overwrite = 1;
+    sequence = open();
+    render(sequence, 1);
+    es_sequence_close(sequence);
+    EXPECT_EQ(list_frames(output), std::vector<std::int64_t>{1}) << "no mixture of both";
+    EXPECT_EQ(read_manifest(output).single_part, true);
+    settings.overwrite = 0;
+    es_sequence_close(open());
+
+    Manifest earlier = read_manifest(output);
+    earlier.single_part.reset();
+    write_manifest(output, earlier);
+    es_sequence_close(open());
+}
+
 TEST_F(AbiSequence, single_part_files_when_asked) {
     settings.single_part = 1;
     es_sequence* sequence = open();

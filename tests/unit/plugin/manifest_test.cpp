@@ -42,6 +42,72 @@ TEST_F(ManifestFile, comes_back_exactly) {
     EXPECT_EQ(read.shared.lock, written.shared.lock);
     EXPECT_EQ(width_of(read.shared.camera), 960);
     EXPECT_EQ(read.shared.geometry_fingerprint, written.shared.geometry_fingerprint);
+    EXPECT_EQ(read.single_part, std::nullopt);
+}
+
+TEST_F(ManifestFile, the_layout_of_the_files_comes_back_where_it_is_said) {
+    Manifest manifest = example();
+    for (const bool single_part : {false, true}) {
+        manifest.single_part = single_part;
+        write_manifest(folder, manifest);
+        EXPECT_EQ(read_manifest(folder).single_part, single_part);
+    }
+    std::string text = file_bytes(folder / "manifest.json");
+    text.replace(text.find("\"single_part\": true") + 15, 4, "1");
+    put_bytes(folder / "manifest.json", text);
+    EXPECT_EQ(refusal(), (folder / "manifest.json").string() + ": single_part: expected true or false, found 1");
+}
+
+class OneRenderOf : public FolderTest {
+protected:
+    static std::string refusal(OneRender& render, const FrameInfo& info) {
+        try {
+            render.require("f.exr", info);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+    void expect_each_difference_named(OneRender& render, const std::string& as_in) const {
+        FrameInfo info = test_info(64, 32);
+        EXPECT_EQ(refusal(render, info), "");
+        info.index = 2;
+        info.camera_pose.position_m.x = 7;
+        EXPECT_EQ(refusal(render, info), "") << "frames of one render differ in pose";
+        const FrameInfo good = info;
+        info.seed = 9;
+        EXPECT_EQ(refusal(render, info), "f.exr: expected seed 18364758544493064720 as in " + as_in + ", found 9");
+        info = good;
+        info.samples_per_pixel = 8;
+        EXPECT_EQ(refusal(render, info), "f.exr: expected spp 1000 as in " + as_in + ", found 8");
+        info = good;
+        info.host = "toy 1.3";
+        EXPECT_EQ(refusal(render, info), "f.exr: expected host \"toy 1.2\" as in " + as_in + ", found \"toy 1.3\"");
+        info.camera = EquirectCamera{64, 30, {}};
+        EXPECT_EQ(refusal(render, info), "f.exr: expected 64x32 pixels as in " + as_in + ", found 64x30");
+        info = good;
+        info.camera = EquirectCamera{64, 32, {-1, 1, -1, 1}};
+        EXPECT_NE(refusal(render, info).find("f.exr: expected camera {"), std::string::npos);
+        info.camera = PerspectiveCamera{64, 32, 1};
+        EXPECT_NE(refusal(render, info).find("\"kind\":\"perspective\""), std::string::npos);
+    }
+};
+
+TEST_F(OneRenderOf, a_folder_is_what_its_manifest_says) {
+    Manifest manifest;
+    manifest.shared = test_info(64, 32);
+    write_manifest(folder, manifest);
+    OneRender render(folder);
+    expect_each_difference_named(render, (folder / "manifest.json").string());
+    FrameInfo other = test_info(64, 32);
+    other.seed = 9;
+    OneRender again(folder);
+    EXPECT_NE(refusal(again, other), "") << "of the first frame too";
+}
+
+TEST_F(OneRenderOf, a_folder_without_a_manifest_is_what_its_first_frame_says) {
+    OneRender render(folder);
+    expect_each_difference_named(render, "the frames before it");
 }
 
 TEST_F(ManifestFile, earlier_ones_say_no_geometry) {

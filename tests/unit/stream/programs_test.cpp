@@ -45,17 +45,20 @@ protected:
     std::string path(const std::string& name) const { return (folder / name).string(); }
 
     static FrameInfo info(int width, int height, std::int64_t index, Eye eye) {
-        return synthetic::info(width, height, index, eye);
+        FrameInfo info = synthetic::info(width, height, index, eye);
+        info.seed = 1000;  // a render has one
+        return info;
     }
 
     /// Frames whose display-referred picture is synthetic::picture of their index.
     void render(const std::string& name, int width, int height, std::int64_t first, std::int64_t last,
-                Eye eye = Eye::centre) const {
+                Eye eye = Eye::centre, std::uint64_t seed = 1000) const {
         fs::create_directories(folder / name);
         const DisplayTransform display;
         for (std::int64_t index = first; index <= last; ++index) {
             Frame frame;
             frame.info = info(width, height, index, eye);
+            frame.info.seed = seed;
             const FloatImage linear = display.to_linear(
                 widen_8bit(synthetic::picture(width, height, index).view()).view(), frame.info.exposure);
             FloatImage colour(width, height, 4, 1.0f);
@@ -156,6 +159,21 @@ TEST_F(Programs, AFrameOfAnotherSizeIsNamed) {
     expect_failure(
         ran, 1, path("r/frame.0003.exr") + ": expected 64x64 pixels as in the frames before it, found 96x64; what was");
     EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+}
+
+TEST_F(Programs, AFrameOfAnotherRenderIsNamed) {
+    render("r", 64, 64, 0, 5);
+    render("r", 64, 64, 3, 3, Eye::centre, 1001);
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'";
+    const std::string frame = path("r/frame.0003.exr");
+    expect_failure(run(encode), 1, frame + ": expected seed 1000 as in the frames before it, found 1001; what was");
+    Manifest manifest;
+    manifest.shared = info(64, 64, 0, Eye::centre);
+    write_manifest(folder / "r", manifest);
+    expect_failure(run(encode + " --frames 3"), 2,
+                   frame + ": expected seed 1000 as in " + path("r/manifest.json") + ", found 1001");
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+    EXPECT_EQ(run(encode + " --frames 0-2").status, 0);
 }
 
 TEST_F(Programs, AFullDiskIsOneLine) {
