@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <utility>
+#include <vector>
 
 namespace equistream {
 
@@ -15,6 +17,9 @@ namespace {
 /// roughly (a fragmented mp4 through a pipe brings a group of one, then of the other), and one may simply have ended.
 constexpr std::size_t most_held_frames = 64;
 constexpr std::size_t most_held_bytes = std::size_t{512} << 20;
+
+/// A track is somebody else's if its first pictures carry no frame data; a single one of ours may have lost it.
+constexpr int pictures_to_judge_by = 4;
 
 class StreamFeed : public FrameFeed {
 public:
@@ -45,12 +50,12 @@ public:
     std::vector<FeedTrack> tracks() const override {
         std::vector<FeedTrack> tracks;
         for (const StreamTrackSummary& track : reader_.tracks())
-            tracks.push_back({track_name(track.role), track.pictures, track.bytes});
+            tracks.push_back(given_of(track.role));
         return tracks;
     }
     std::optional<double> fraction_done() const override {
         double bytes = 0;
-        for (const FeedTrack& track : tracks())
+        for (const StreamTrackSummary& track : reader_.tracks())
             bytes += double(track.bytes);
         return file_bytes_ > 0 ? std::optional(std::min(1.0, bytes / file_bytes_)) : std::nullopt;
     }
@@ -58,16 +63,40 @@ public:
 private:
     struct Partial {
         std::optional<ReceivedPicture> main, small;
+        std::int64_t main_bytes = 0, small_bytes = 0;
         bool posed = true;
     };
+
+    enum class Origin { unknown, ours, foreign };
+    struct Track {
+        Origin origin = Origin::unknown;
+        int without_data = 0;    // pictures, while the origin is unknown
+        std::int64_t last = -1;  // pictures of a track come in order: an earlier one that is not here is lost
+        bool is_past = false;    // beyond the last frame asked for
+
+        void judge_by(const DecodedPicture& picture) {
+            if (origin == Origin::unknown && picture.info)
+                origin = Origin::ours;
+            else if (origin == Origin::unknown && ++without_data == pictures_to_judge_by)
+                origin = Origin::foreign;
+        }
+    };
+
+    FeedTrack given_of(TrackRole role) const {
+        const bool is_main = role == TrackRole::main;
+        return {track_name(role), is_main ? given_main_.pictures : given_small_.pictures,
+                is_main ? given_main_.bytes : given_small_.bytes};
+    }
+
+    bool expects_small() const { return has_small_ && small_.origin != Origin::foreign; }
 
     /// Both pictures of the first waiting frame are here, or will not come.
     bool first_is_settled() const {
         if (waiting_.empty())
             return false;
         const auto& [index, first] = *waiting_.begin();
-        const bool main_is_known = first.main || last_main_ > index;
-        const bool small_is_known = first.small || !has_small_ || last_small_ > index;
+        const bool main_is_known = first.main || main_.last > index;
+        const bool small_is_known = first.small || !expects_small() || small_.last > index;
         return (main_is_known && small_is_known) || holds_too_much();
     }
 
@@ -82,32 +111,54 @@ private:
     void take(std::optional<DecodedPicture> decoded) {
         if (!decoded) {
             ended_ = true;
+            if (main_.origin == Origin::unknown)
+                take_for_foreign();
             return;
         }
-        const bool posed = decoded->info.has_value();
-        if (!posed) {
-            // A second track of somebody else's video is no second eye of ours.
-            has_small_ = false;
-            if (decoded->role != TrackRole::main)
-                return;
-            decoded->info = foreign_info(*decoded);
-        } else if (decoded->role == TrackRole::small && !has_small_) {
-            return;  // beside somebody else's main track: it is of another recording
+        const bool is_main = decoded->role == TrackRole::main;
+        Track& track = is_main ? main_ : small_;
+        track.judge_by(*decoded);
+        if (is_main && track.origin != Origin::ours) {
+            unjudged_.push_back(std::move(*decoded));
+            if (track.origin == Origin::foreign)
+                take_for_foreign();
+            return;
         }
-        const std::int64_t index = decoded->info->index;
-        std::int64_t& last = decoded->role == TrackRole::main ? last_main_ : last_small_;
-        last = std::max(last, index);
+        if (is_main)
+            unjudged_.clear();
+        // Without its data a picture of ours is damaged; a second track of somebody else's video is no second eye, nor
+        // is our small one beside a main track that is not.
+        if (decoded->info && track.origin == Origin::ours && main_.origin != Origin::foreign)
+            keep(std::move(*decoded), true);
+    }
+
+    void take_for_foreign() {
+        main_.origin = Origin::foreign;
+        small_.origin = Origin::foreign;
+        for (DecodedPicture& picture : std::exchange(unjudged_, {})) {
+            picture.info = foreign_info(picture);
+            keep(std::move(picture), false);
+        }
+    }
+
+    /// `picture` has its info.
+    void keep(DecodedPicture picture, bool posed) {
+        const bool is_main = picture.role == TrackRole::main;
+        Track& track = is_main ? main_ : small_;
+        const std::int64_t index = picture.info->index;
+        track.last = std::max(track.last, index);
         if (index > options_.last_frame) {
-            (decoded->role == TrackRole::main ? main_is_past_ : small_is_past_) = true;
-            ended_ = main_is_past_ && (small_is_past_ || !has_small_);
+            track.is_past = true;
+            ended_ = main_.is_past && (small_.is_past || !expects_small());
         }
         if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
             return;
         Partial& partial = waiting_[index];
         partial.posed = posed;
-        auto& place = decoded->role == TrackRole::main ? partial.main : partial.small;
+        (is_main ? partial.main_bytes : partial.small_bytes) = picture.bytes;
+        auto& place = is_main ? partial.main : partial.small;
         place = ReceivedPicture{
-            std::move(*decoded->info), std::move(decoded->rgb), {}, decoded->decode_ms, decoded->convert_ms};
+            std::move(*picture.info), std::move(picture.rgb), {}, picture.decode_ms, picture.convert_ms};
     }
 
     /// Video without our data is taken for a full sphere, its pictures numbered as they come.
@@ -122,23 +173,30 @@ private:
         return info;
     }
 
-    static ReceivedFrame finish(Partial partial) {
+    ReceivedFrame finish(Partial partial) {
         if (!partial.posed)
             partial.small.reset();
+        count(given_main_, partial.main_bytes);
+        if (partial.small)
+            count(given_small_, partial.small_bytes);
         return {std::move(*partial.main), std::move(partial.small), partial.posed, {}};
+    }
+
+    static void count(FeedTrack& track, std::int64_t bytes) {
+        track.pictures += 1;
+        track.bytes += bytes;
     }
 
     StreamReader reader_;
     FeedOptions options_;
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
-    std::int64_t last_main_ = -1;  // pictures of a track come in order: an earlier one that is not here is lost
-    std::int64_t last_small_ = -1;
+    Track main_, small_;
+    std::vector<DecodedPicture> unjudged_;  // of the main track
+    FeedTrack given_main_, given_small_;
     std::int64_t foreign_index_ = 0;
     double file_bytes_ = 0;
     bool has_small_ = false;
-    bool main_is_past_ = false;  // beyond the last frame asked for
-    bool small_is_past_ = false;
     bool ended_ = false;
 };
 

@@ -16,8 +16,16 @@ namespace equistream {
 
 namespace {
 
-/// Travels with the last packet of a track through the decoder to its picture.
-constexpr std::int64_t suspect_mark = 1;
+/// What travels with a packet through the decoder to its picture, in the one number that libav takes along.
+std::int64_t mark_of(int packet_bytes, bool suspect) {
+    return std::int64_t{packet_bytes} * 2 + (suspect ? 1 : 0);
+}
+std::int64_t bytes_in(std::int64_t mark) {
+    return std::max<std::int64_t>(mark, 0) / 2;
+}
+bool is_suspect(std::int64_t mark) {
+    return mark % 2 == 1;
+}
 
 bool is_acceptable_size(int width, int height) {
     return width > 0 && height > 0 && width <= max_image_side && height <= max_image_side &&
@@ -115,7 +123,7 @@ TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const
 
 void TrackDecoder::decode(const AVPacket& packet, bool suspect) {
     summary_.bytes += packet.size;
-    codec_->reordered_opaque = suspect ? suspect_mark : 0;
+    codec_->reordered_opaque = mark_of(packet.size, suspect);
     send(&packet);
 }
 
@@ -176,7 +184,6 @@ void TrackDecoder::note(const TaggedFrameInfo& tagged) {
 
 void TrackDecoder::accept(av::Frame frame) {
     av::forget_unknown_colours(*frame);
-    av::forget_unknown_colours(*frame);
     if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
         ++tally_.unreadable;
         return;
@@ -195,7 +202,7 @@ void TrackDecoder::accept(av::Frame frame) {
         return;
     }
     version_is_known_ = version_is_known_ || tagged;
-    const bool suspect = frame->reordered_opaque == suspect_mark;
+    const bool suspect = is_suspect(frame->reordered_opaque);
     ready_.push_back({std::move(frame), std::move(tagged), std::exchange(busy_ms_, 0), suspect});
 }
 
@@ -215,6 +222,7 @@ std::optional<DecodedPicture> TrackDecoder::take(bool rgb) {
     DecodedPicture picture;
     picture.role = tally_.role;
     picture.decode_ms = ready.decode_ms;
+    picture.bytes = bytes_in(ready.frame->reordered_opaque);
     ++tally_.pictures;
     ++summary_.pictures;
     if (ready.tagged) {

@@ -28,7 +28,7 @@ struct ReceivedFrame {
     std::vector<ReceivedPicture> depth_views;
 };
 
-/// Bytes as they came, of one track or one folder.
+/// Bytes as they came, of one track or one folder: of the frames that were given, and of no others.
 struct FeedTrack {
     std::string name;
     std::int64_t pictures = 0;
@@ -42,7 +42,7 @@ public:
     virtual std::optional<ReceivedFrame> next() = 0;
     /// After the end: empty, or one line on why there was no more ("walk.mp4: main was cut after frame 5 ...").
     virtual std::string truncation() const = 0;
-    /// What has been read so far.
+    /// What has been given so far.
     virtual std::vector<FeedTrack> tracks() const = 0;
     /// From 0 to 1; nothing where the end is not known.
     virtual std::optional<double> fraction_done() const = 0;

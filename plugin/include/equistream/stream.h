@@ -93,8 +93,9 @@ struct DecodedPicture {
     TrackRole role = TrackRole::main;
     std::optional<FrameInfo> info;  ///< absent in foreign videos
     ByteImage rgb;
-    double decode_ms = 0;   ///< time spent waiting for the decoder since this track's last picture
-    double convert_ms = 0;  ///< YUV to RGB
+    double decode_ms = 0;    ///< time spent waiting for the decoder since this track's last picture
+    double convert_ms = 0;   ///< YUV to RGB
+    std::int64_t bytes = 0;  ///< coded
 };
 
 struct StreamTrackSummary {
@@ -127,8 +128,8 @@ public:
 
     const std::vector<StreamTrackSummary>& tracks() const;
     const std::string& container() const;  ///< libav's long name
-    /// The next picture of any track, in presentation order within each and side by side as far as they are interleaved;
-    /// nothing at the end.
+    /// The next picture of any track, in presentation order within each and side by side as far as they are
+    /// interleaved; nothing at the end.
     std::optional<DecodedPicture> next();
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").
     const std::string& truncation() const;

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <numeric>
 
 namespace equistream::test {
 namespace {
@@ -54,8 +56,10 @@ protected:
         return file;
     }
 
-    /// Makes our frame data of some tracks unknown to us: the video is somebody else's then.
-    static void disown(const fs::path& file, std::initializer_list<TrackRole> tracks) {
+    /// Makes our frame data of some tracks unknown to us: the video is somebody else's then. `first` and `last` count
+    /// the track's pictures in coded order.
+    static void disown(const fs::path& file, std::initializer_list<TrackRole> tracks, std::int64_t first = 0,
+                       std::int64_t last = frame_count - 1) {
         std::ifstream in(file, std::ios::binary);
         std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
         int disowned = 0;
@@ -63,18 +67,19 @@ protected:
             // UUID, version and size, then the role; written beside one another, so their bytes stand together.
             const auto payload = encode_frame_info(role, info(0, 2, 2));
             const auto uuid_end = payload.begin() + 16;
+            std::int64_t picture = -1;
             for (auto at = bytes.begin();; ++at) {
                 at = std::search(at, bytes.end(), payload.begin(), uuid_end,
                                  [](char byte, std::uint8_t of_ours) { return std::uint8_t(byte) == of_ours; });
                 if (at == bytes.end())
                     break;
-                if (std::uint8_t(at[20]) != payload[20])
+                if (std::uint8_t(at[20]) != payload[20] || ++picture < first || picture > last)
                     continue;
                 *at ^= 0x55;
                 ++disowned;
             }
         }
-        EXPECT_EQ(disowned, frame_count * std::int64_t(tracks.size()));
+        EXPECT_EQ(disowned, (last - first + 1) * std::int64_t(tracks.size()));
         std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
     }
 
@@ -142,6 +147,75 @@ TEST_F(StreamFeeds, TracksThatDoNotBelongTogetherAreNotPaired) {
             ++frames;
         }
         EXPECT_EQ(frames, frame_count) << file;
+    }
+}
+
+TEST_F(StreamFeeds, APictureThatLostItsDataIsDroppedAndTheRestIsStillOurs) {
+    struct Case {
+        TrackRole role;
+        std::int64_t first, last;
+    };
+    for (const Case& lost : {Case{TrackRole::main, 4, 4}, Case{TrackRole::small, 4, 4}, Case{TrackRole::main, 0, 0},
+                             Case{TrackRole::small, 0, 0}, Case{TrackRole::main, 0, 2}}) {
+        SCOPED_TRACE(std::string(track_name(lost.role)) + " from " + std::to_string(lost.first));
+        const fs::path file = write("a.mkv", true);
+        disown(file, {lost.role}, lost.first, lost.last);
+        const auto feed = open_feed(file.string());
+        std::int64_t frames = 0, small = 0, earlier = -1;
+        while (const auto frame = feed->next()) {
+            EXPECT_TRUE(frame->posed);
+            EXPECT_GT(frame->main.info.index, earlier);
+            earlier = frame->main.info.index;
+            EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(earlier), 3);
+            ++frames;
+            small += frame->small.has_value();
+        }
+        const std::int64_t count = lost.last - lost.first + 1;
+        EXPECT_EQ(frames, frame_count - (lost.role == TrackRole::main ? count : 0));
+        EXPECT_EQ(small, frame_count - count);
+        EXPECT_NE(feed->truncation(), "") << "what is missing is said";
+    }
+}
+
+TEST_F(StreamFeeds, AShortVideoOfSomebodyElseIsNotLost) {
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}};
+    const fs::path file = folder_ / "short.mkv";
+    StreamWriter writer(file.string(), settings);
+    for (const std::int64_t index : {0, 1})
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 90).view(), info(index, 128, 64));
+    writer.finish();
+    disown(file, {TrackRole::main}, 0, 1);
+    const auto feed = open_feed(file.string());
+    for (const std::int64_t index : {0, 1}) {
+        const auto frame = feed->next();
+        ASSERT_TRUE(frame);
+        EXPECT_FALSE(frame->posed);
+        EXPECT_EQ(frame->main.info.index, index);
+    }
+    EXPECT_FALSE(feed->next());
+}
+
+TEST_F(StreamFeeds, BytesAreThoseOfTheFramesThatWereGiven) {
+    const std::string file = write("a.mkv", true).string();
+    std::map<TrackRole, std::vector<std::int64_t>> bytes;
+    StreamReader reader(file);
+    while (const auto picture = reader.next())
+        bytes[picture->role].push_back(picture->bytes);
+    for (const StreamTrackSummary& track : reader.tracks()) {
+        const auto& of_pictures = bytes.at(track.role);
+        EXPECT_EQ(std::accumulate(of_pictures.begin(), of_pictures.end(), std::int64_t{0}), track.bytes);
+        EXPECT_GT(of_pictures[0], of_pictures[2]) << "a key frame, then one that is told from it";
+    }
+    const auto feed = open_feed(file, {.first_frame = first_index + 1, .last_frame = first_index + 3});
+    while (feed->next()) {
+    }
+    ASSERT_EQ(feed->tracks().size(), 2u);
+    for (const FeedTrack& track : feed->tracks()) {
+        const auto& all = bytes.at(track.name == "main" ? TrackRole::main : TrackRole::small);
+        EXPECT_EQ(track.pictures, 3);
+        EXPECT_EQ(track.bytes, all[1] + all[2] + all[3]) << track.name;
     }
 }
 
