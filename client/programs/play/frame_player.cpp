@@ -19,6 +19,11 @@ double box_radius_m(const FrameInfo& info) {
     return head_box_radius(info.eye, info.lean_m, info.ipd_m);
 }
 
+/// Beyond rounding of poses that lie on the ball, as an eye at rest does.
+bool leaves_head_box(const PlayedEye& eye, const FrameInfo& source) {
+    return glm::distance(eye.info.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
+}
+
 ImageView<const float> view_of(const FloatImage& image) {
     return image.empty() ? ImageView<const float>{} : image.view();
 }
@@ -231,6 +236,8 @@ PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
     played.figures.index = frame.main.info.index;
     played.figures.time_s = frame.main.info.time_s;
     played.figures.has_small = frame.small.has_value();
+    played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left, frame.main.info) ||
+                                                      leaves_head_box(played.right, frame.main.info));
     StageTimes& times = played.figures.milliseconds;
     const double small_decode_ms = frame.small ? frame.small->decode_ms : 0;
     const double small_convert_ms = frame.small ? frame.small->convert_ms : 0;

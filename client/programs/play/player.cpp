@@ -9,6 +9,7 @@
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 
+#include <algorithm>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -86,14 +87,16 @@ public:
         player_ = std::make_unique<FramePlayer>(settings, report_);
         first_ = feed_->next();
         if (!first_)
-            throw InputError(expected_found(settings.source, "frames in the range asked for",
-                                            feed_->truncation().empty() ? "none" : feed_->truncation()));
+            throw InputError(expected_found(
+                settings.source,
+                settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
+                feed_->truncation().empty() ? "none" : feed_->truncation()));
         player_->check(*first_, report_);
+        if (first_->posed)
+            report_.source = first_->main.info;
         outputs_ = std::make_unique<Outputs>(settings.format, settings.out);
     }
 
-        if (first_->posed)
-            report_.source = first_->main.info;
     void all_frames() {
         for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = feed_->next()) {
             PlayedFrame played = player_->play(*frame);
@@ -108,6 +111,7 @@ public:
     void end() {
         outputs_->finish();
         report_.truncation = feed_->truncation();
+        note_head_box();
         write_report();
     }
 
@@ -128,6 +132,14 @@ public:
     Report take_report() { return std::move(report_); }
 
 private:
+    void note_head_box() {
+        const auto outside = std::ranges::count_if(report_.frames, &FrameFigures::outside_head_box);
+        if (outside > 0)
+            report_.notes.push_back("in " + std::to_string(outside) + " of " + std::to_string(report_.frames.size()) +
+                                    " frames an eye is outside the head box that " + report_.settings.source +
+                                    " was rendered for: parallax there is beyond its error bound");
+    }
+
     void write_report() {
         report_.tracks = feed_->tracks();
         report_.output_bytes = outputs_->bytes();

@@ -31,6 +31,7 @@ struct FrameFigures {
     std::int64_t index = 0;
     double time_s = 0;
     bool has_small = false;
+    bool outside_head_box = false;  ///< an eye left the ball that the source was rendered for (bound.h)
     StageTimes milliseconds;
     EyeFigures left, right;
 };
@@ -42,8 +43,8 @@ struct Report {
     std::vector<std::string> notes;
     std::vector<FrameFigures> frames;
     std::vector<FeedTrack> tracks;
-    std::string truncation;
     std::optional<FrameInfo> source;  ///< of the first main picture; nothing where it is foreign video
+    std::string truncation;
     double scene_load_ms = 0;
     std::int64_t output_bytes = 0;
 

@@ -129,8 +129,10 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         ->check(CLI::IsMember({"h264", "h265"}))
         ->capture_default_str();
     app.add_option("--crf", options.crf, "Quality: 0 (best) to 51")->capture_default_str();
-    app.add_option("--preset", options.preset, "ultrafast ... veryslow")->capture_default_str();
-    app.add_option("--gop", options.gop, "Frames from one key frame to the next")->capture_default_str();
+    app.add_option("--preset", options.preset,
+                   "ultrafast, superfast, veryfast, faster, fast, medium, slow, slower, veryslow or placebo")
+        ->capture_default_str();
+    app.add_option("--gop", options.gop, "Frames from one key frame to the next, 1 to 10000")->capture_default_str();
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
     cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");

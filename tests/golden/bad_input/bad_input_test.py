@@ -341,6 +341,32 @@ class BadInput(unittest.TestCase):
         result = run("play", cut, "--method", "sphere", "--size", "64x64", "--frames", "0-1", "--out", self.out / "views")
         self.assertEqual(result.returncode, 0, result.stderr)
 
+    def test_nothing_to_play_is_told_with_the_range_only_where_one_was_asked_for(self):
+        empty = self.out / "empty" / "centre"
+        empty.mkdir(parents=True)
+        words = ["play", "--method", "sphere", "--out", self.out / "views"]
+        self.assert_refused(run(*words, empty.parent), 2, f"{empty}: expected rendered frames, found none")
+        self.assert_refused(run(*words, self.root / "good", "--frames", "90-91"), 2, "expected rendered frames in the range asked for")
+
+    def test_a_head_outside_its_box_is_counted_and_the_source_is_named(self):
+        head = self.out / "head.csv"
+        views = self.out / "views"
+        words = ["play", self.root / "good", "--scene", self.scene, "--size", "64x36", "--out", views]
+        self.assertEqual(run(*words).returncode, 0)
+        report = json.loads((views / "report.json").read_text())
+        self.assertFalse([note for note in report["notes"] if "head box" in note], report["notes"])
+        self.assertEqual(report["source"], {"seed": 1, "samples_per_pixel": 2})
+        head.write_text("0,1000,0,0,1,0,0,0\n")
+        result = run(*words, "--head", head)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("in 6 of 6 frames an eye is outside the head box", result.stdout)
+
+    def test_help_shows_the_subcommands_own_example(self):
+        for word, example in (("info", "equistream scene info scenes/"), ("generate", "equistream scene generate pavilion")):
+            text = run("scene", word, "--help").stdout
+            self.assertEqual(text.count("  equistream scene"), 1, text)
+            self.assertIn("  " + example, text)
+
     def test_a_slip_in_a_path_is_no_header(self):
         path = self.out / "path.csv"
         path.write_text("O.0,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n")
