@@ -36,7 +36,7 @@ void Worker::escape(Path& path) const {
     float weight = 1;
     if (path.next_event_done)
         weight = power_heuristic(path.scatter_pdf, sun->pdf);
-    else if (path.after_rough && path.scatter_pdf == 0)
+    else if (path.after_rough && path.scatter_pdf == 0 && !scene_.options.unbiased)
         weight = 0;  // a caustic, dropped
     path.radiance += weight * path.throughput * sun->radiance;
 }
@@ -73,7 +73,7 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
         return false;
 
     const SurfaceParameters parameters = surface_parameters(material, point, path.cone.width_m, jitter, textures_);
-    const float alpha_floor = path.after_rough && scene_.options.widen_lobes ? path.cone.spread_rad : 0;
+    const float alpha_floor = path.after_rough && !scene_.options.unbiased ? path.cone.spread_rad : 0;
     const Bsdf bsdf(parameters, glm::dot(point.normal, -path.direction), alpha_floor);
     const ShadingFrame frame(point.normal);
     if (scene_.options.next_event && !spent && bsdf.has_rough_lobe())
@@ -161,10 +161,9 @@ bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, co
     const bool rough = s.kind == BsdfSample::Kind::rough;
     path.next_event_done = rough && scene_.options.next_event;
     path.scatter_pdf = rough ? s.pdf : 0;
-    if (rough) {
-        path.after_rough = true;
+    path.after_rough |= rough;
+    if (rough && !scene_.options.unbiased)
         path.cone.spread_rad = std::max(path.cone.spread_rad, std::min(widest_spread_rad, 0.25f / std::sqrt(s.pdf)));
-    }
     if (++path.bounces <= bounces_before_roulette)
         return true;
     const float survival = std::min(1.0f, roulette_leniency * largest(path.throughput));

@@ -114,6 +114,9 @@ void add_quality_options(CLI::App& app, Typed& t) {
     app.add_option("--max-bounces", t.options.max_bounces, "Scatterings of a path at most")
         ->check(CLI::Range(0u, 250u))
         ->capture_default_str();
+    app.add_flag("--unbiased", t.options.unbiased,
+                 "Leave nothing out of the light: noisier. What remains: textures filtered to a pixel's width, "
+                 "glass without thickness, --max-bounces");
     app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids, all or none")->capture_default_str();
 }
 

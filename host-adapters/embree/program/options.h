@@ -27,6 +27,7 @@ struct RenderOptions {
     std::uint64_t seed = 1;
     unsigned threads = 0;  ///< 0: one per processor
     std::uint32_t max_bounces = 8;
+    bool unbiased = false;  ///< PathOptions::unbiased
     std::string aovs = "all";
     bool overwrite = false, single_part = false, json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;

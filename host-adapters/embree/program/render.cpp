@@ -48,7 +48,8 @@ public:
             moves_[instance] = 1;
         now_ = instance_transforms(model_, description_, 0);
         lights_.emitters.build(*shading_, now_, *textures_);
-        traced_.emplace(TracedScene{*bvh_, *shading_, *textures_, lights_, {.max_bounces = options.max_bounces}});
+        traced_.emplace(TracedScene{
+            *bvh_, *shading_, *textures_, lights_, {.max_bounces = options.max_bounces, .unbiased = options.unbiased}});
     }
 
     /// Moves everything to where it is at `time_s`; the neighbours' times are those of motion vectors.

@@ -63,8 +63,8 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
                                  const std::string& command) {
     // The code is part of the name: frames of a renderer that has changed since are not resumed.
     const std::string host = std::string("equistream-embree ") + es_version() + ", code " + code_identity();
-    const std::string fingerprint =
-        scene.fingerprint + " path " + path_fingerprint(path) + " bounces " + std::to_string(options.max_bounces);
+    const std::string fingerprint = scene.fingerprint + " path " + path_fingerprint(path) + " bounces " +
+                                    std::to_string(options.max_bounces) + (options.unbiased ? " unbiased" : "");
     es_sequence_settings settings = common_settings(options, scene);
     settings.host_name = host.c_str();
     settings.fingerprint = fingerprint.c_str();

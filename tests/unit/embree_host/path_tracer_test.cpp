@@ -57,6 +57,48 @@ TEST(Furnace, AClosedRoomThatEmitsHalfAndReflectsHalfIsOneEverywhere) {
     expect_mean(scene.look({0.1f, 0.2f, 0.3f}, {0.3f, -0.5f, 1}), 1, "without");
 }
 
+TEST(Furnace, UnbiasedOrNotWhiteThingsBesideEachOtherDisappear) {
+    for (const bool unbiased : {false, true})
+        for (const char* kind : {"metal", "mirror", "glass"}) {
+            TestScene scene;
+            scene.add(ball_mesh(32, scene.add_material(white_material("matte")), true));
+            scene.add(ball_mesh(32, scene.add_material(white_material(kind)), true),
+                      glm::translate(glm::mat4(1), glm::vec3(2, 0, 0)));
+            scene.lights.sky = glm::vec3(1);
+            scene.options.max_bounces = 64;
+            scene.options.unbiased = unbiased;
+            const MeanRadiance seen = scene.look({0.7f, 0, 5}, {0, 0, -1}, 512);  // matte first, then the other
+            EXPECT_NEAR(seen.mean.y, 1, 4 * seen.standard_error + 0.01) << kind << ", unbiased " << unbiased;
+        }
+}
+
+/// A floor beside a wall that reaches as far as it matters, under a wide sun that shines on both.
+MeanRadiance floor_beside(const Material& wall, bool unbiased) {
+    TestScene scene;
+    scene.add(floor_mesh(50, 50, scene.add_material(matte(glm::vec3(0.5f)))));
+    scene.add(floor_mesh(200, 200, scene.add_material(wall)),
+              glm::rotate(glm::mat4(1), -pi_f / 2, glm::vec3(0, 0, 1)));  // in the plane x = 0, facing +x
+    scene.lights.sun.emplace(glm::vec3(1, 1, 0), glm::vec3(4), 0.2f);
+    scene.options.unbiased = unbiased;
+    return scene.look({1, 1, 0.3f}, {0, -1, 0}, 4096);
+}
+
+TEST(Unbiased, SunlightOffAMirrorDoublesThatOnTheFloorBesideIt) {
+    const MeanRadiance seen = floor_beside(white_material("mirror"), true);
+    const double direct = 0.5 / pi * 4 * std::sqrt(0.5);
+    EXPECT_LT(seen.standard_error, 0.01 * direct);
+    EXPECT_NEAR(seen.mean.y, 2 * direct, 4 * seen.standard_error + 0.005 * direct);
+}
+
+TEST(Unbiased, SunlightOffGlassIsThereAndDroppedByDefault) {
+    const double direct = 0.5 / pi * 4 * std::sqrt(0.5);
+    const MeanRadiance dropped = floor_beside(white_material("glass"), false);
+    EXPECT_NEAR(dropped.mean.y, direct, 4 * dropped.standard_error + 0.002 * direct);
+    const MeanRadiance kept = floor_beside(white_material("glass"), true);
+    EXPECT_NEAR(kept.mean.y, direct * (1 + 0.05), 4 * kept.standard_error + 0.002 * direct);
+    EXPECT_GT(kept.mean.y, direct + 4 * kept.standard_error + 0.01 * direct);
+}
+
 TEST(Direct, SunOnAMattePlaneIsAlbedoOverPiTimesIrradianceTimesCosine) {
     TestScene scene;
     scene.add(floor_mesh(10, 10, scene.add_material(matte({0.6f, 0.3f, 0.1f}))));

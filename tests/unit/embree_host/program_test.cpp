@@ -81,6 +81,19 @@ TEST_F(RenderProgram, OtherSeedsChangeColourAndNothingElse) {
         EXPECT_TRUE(std::ranges::equal(a.planes.at(plane).samples(), b.planes.at(plane).samples())) << plane;
 }
 
+TEST_F(RenderProgram, UnbiasedReachesTheTracerAndIsNotMixedWithTheDefault) {
+    scene_ = write_scene(make_scene(find_generator("furnace")), folder_);
+    ASSERT_EQ(run("--frames 0 " + out("default")).exit_code, 0);
+    ASSERT_EQ(run("--frames 0 --unbiased " + out("unbiased")).exit_code, 0);
+    const Frame a = read_exr(folder_ / "default/centre/frame.0000.exr");
+    const Frame b = read_exr(folder_ / "unbiased/centre/frame.0000.exr");
+    EXPECT_FALSE(std::ranges::equal(a.planes.at("colour").samples(), b.planes.at("colour").samples()));
+    EXPECT_TRUE(std::ranges::equal(a.planes.at("albedo").samples(), b.planes.at("albedo").samples()));
+    const Outcome mixed = run("--frames 0 --unbiased " + out("default"));
+    EXPECT_EQ(mixed.exit_code, 2);
+    EXPECT_NE(mixed.error.find("fingerprint"), std::string::npos) << mixed.error;
+}
+
 TEST_F(RenderProgram, WritesEveryStreamAskedFor) {
     const Outcome outcome = run("--frames 3 --eye both --small right --json " + out("all"));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.error;

@@ -2,13 +2,14 @@
 /// A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
 /// heuristic) for the sun and emissive triangles, BSDF sampling for the sky, Russian roulette.
 ///
-/// What it leaves out, and why:
+/// What it leaves out unless PathOptions::unbiased is set, and why:
 /// - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
 ///   become (alpha up to 0.3), mirrors too. Caustics come out blurred instead of as bright single pixels, which no
 ///   affordable number of samples would average away and every codec would spend its bits on.
 /// - Sunlight that glass reflects onto rough surfaces is dropped, for the same reason. Shadow rays pass through thin
 ///   glass, tinted, so sunlight and lamps behind windows are there.
 /// - After a rough scattering textures are read at a coarser level, as wide as that cone.
+/// Either way textures are filtered to a pixel's width, glass is thin and paths end after max_bounces.
 ///
 /// Threads: one Worker each; the shared objects are only read.
 #include <equistream_embree/directions.h>
@@ -28,7 +29,7 @@ namespace equistream::embree_host {
 struct PathOptions {
     std::uint32_t max_bounces = 8;  ///< scatterings, not counting straight passes through glass
     bool next_event = true;         ///< false: lights are found by BSDF sampling alone (slow; for tests)
-    bool widen_lobes = true;        ///< see above
+    bool unbiased = false;          ///< true: nothing of the above; caustics are found by chance, as bright pixels
 };
 
 /// Everything a Worker reads. All borrowed.
