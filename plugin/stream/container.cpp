@@ -16,12 +16,12 @@ struct Row {
 };
 
 const Row rows[] = {
-    {".mp4", {"mp4", false, true, {}}},
-    {".mkv", {"matroska", false, true, {}}},
-    {".ts", {"mpegts", false, false, {}}},
-    {".nut", {"nut", false, false, {}}},
-    {".h264", {"h264", true, false, Codec::h264}},
-    {".h265", {"hevc", true, false, Codec::h265}},
+    {".mp4", {"mp4", false, true, true, {}}},
+    {".mkv", {"matroska", false, true, true, {}}},
+    {".ts", {"mpegts", false, false, false, {}}},
+    {".nut", {"nut", false, false, false, {}}},
+    {".h264", {"h264", true, false, false, Codec::h264}},
+    {".h265", {"hevc", true, false, false, Codec::h265}},
 };
 
 std::string extension_of(const std::string& target) {

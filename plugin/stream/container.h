@@ -10,6 +10,7 @@ struct Container {
     const char* muxer = nullptr;
     bool one_track = false;               ///< raw H.264 or H.265
     bool names_tracks = false;            ///< metadata of a track survive
+    bool tags_spheres = false;            ///< what ordinary 360 players look for survives
     std::optional<Codec> only_for_codec;  ///< raw streams say their codec in their extension
 };
 

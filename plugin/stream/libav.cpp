@@ -76,3 +76,11 @@ bool is_url(const std::string& target) {
 }
 
 }  // namespace equistream::av
+
+namespace equistream {
+
+bool is_url(const std::string& name) {
+    return av::is_url(name);
+}
+
+}  // namespace equistream

@@ -60,6 +60,7 @@ struct StreamWriter::State {
 
     void open_format();
     void add_stream(WrittenTrack& track);
+    bool tags_sphere() const { return settings.full_sphere && container.tags_spheres; }
     void write_header();
     WrittenTrack& track_of(TrackRole role);
     void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
@@ -139,7 +140,7 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
             av_dict_set(&stream->metadata, key, track_name(track.role), 0);
     if (settings.codec == Codec::h265 && std::string_view(container.muxer) == "mp4")
         stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');  // the one that every player takes
-    if (settings.full_sphere && track.role == TrackRole::main)
+    if (tags_sphere() && track.role == TrackRole::main)
         tag_as_equirect(*stream);
     track.stream = stream;
 }
@@ -228,6 +229,10 @@ std::vector<std::int64_t> StreamWriter::bytes() const {
     for (const auto& track : state_->tracks)
         counts.push_back(track->bytes);
     return counts;
+}
+
+bool StreamWriter::tags_sphere() const {
+    return state_->tags_sphere();
 }
 
 const std::string& StreamWriter::unfinished_file() const {

@@ -16,7 +16,8 @@ std::string describe(const TrackTally& track) {
         text = name + " was cut after frame " + std::to_string(*track.last_index) + " (" +
                std::to_string(track.pictures) + of + (track.count > 0 ? " pictures play)" : " play)");
     if (track.missing > 0)
-        text += (text.empty() ? name + " lacks " : " and lacks ") + pictures(track.missing) + " before that";
+        text += text.empty() ? name + " lacks " + pictures(track.missing)
+                             : " and lacks " + pictures(track.missing) + " before that";
     return text;
 }
 

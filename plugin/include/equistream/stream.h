@@ -54,8 +54,9 @@ struct StreamSettings {
     int gop = 30;  ///< pictures from one key frame to the next
     double frames_per_second = 30;
     std::vector<TrackSettings> tracks;
-    std::string scene;         ///< container title
-    bool full_sphere = false;  ///< tag the main track as equirectangular video for ordinary 360 players
+    std::string scene;  ///< container title
+    /// Tag the main track as equirectangular video for ordinary 360 players, where the container can (mp4, mkv).
+    bool full_sphere = false;
     /// Pictures each track will hold. 0: not known, then each track runs one picture behind, because its last one
     /// says that it is the last.
     std::uint32_t pictures = 0;
@@ -80,6 +81,8 @@ public:
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
     std::vector<std::int64_t> bytes() const;
+    /// Whether the main track carries the tag of a full sphere.
+    bool tags_sphere() const;
     /// Where an unfinished file stays; empty for URLs and devices.
     const std::string& unfinished_file() const;
 
@@ -111,6 +114,9 @@ struct StreamTrackSummary {
     std::int64_t pictures = 0;  ///< delivered so far
     std::int64_t bytes = 0;     ///< coded bytes read so far
 };
+
+/// Whether a source or target is an address (PROTOCOL://..., pipe:...) rather than the name of a file.
+bool is_url(const std::string& name);
 
 struct StreamReadOptions {
     bool rgb = true;  ///< false: decode, but leave DecodedPicture::rgb empty

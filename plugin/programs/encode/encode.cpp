@@ -52,6 +52,12 @@ double megabits_per_second(const EncodedTrack& track, const EncodeReport& report
     return 8e-6 * static_cast<double>(track.bytes) / seconds;
 }
 
+/// A coded stream on standard output has it for itself.
+bool is_standard_output(const std::string& target) {
+    return target == "pipe:" || target == "pipe:1" || target == "/dev/stdout" || target == "/dev/fd/1" ||
+           target == "/proc/self/fd/1";
+}
+
 nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
@@ -72,6 +78,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
             {"exposure", report.first.exposure},
             {"scene", report.first.scene},
             {"full_sphere", report.settings.full_sphere},
+            {"sphere_tag", report.sphere_tag},
             {"frames_per_second", report.settings.frames_per_second},
             {"frames",
              {{"first", request.sources.frames.front()},
@@ -86,23 +93,24 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
               {"wall", report.wall_ms / count}}}};
 }
 
-void print_text(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
+void print_text(const EncodeRequest& request, const Options& options, const EncodeReport& report, std::FILE* out) {
     const double count = report.settings.pictures;
-    std::printf("%s: frames %lld-%lld, %s CRF %d, preset %s, key frame every %d, %g frames/s%s\n",
-                request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
-                static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
-                options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
-                report.settings.full_sphere ? ", tagged as 360 degree video" : "");
-    std::printf("  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
+    std::fprintf(out, "%s: frames %lld-%lld, %s CRF %d, preset %s, key frame every %d, %g frames/s%s\n",
+                 request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
+                 static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
+                 options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
+                 report.sphere_tag ? ", tagged as 360 degree video" : "");
+    std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
     for (const EncodedTrack& track : report.tracks)
-        std::printf("  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
-                    track.settings.width, track.settings.height, track.folder.string().c_str(),
-                    static_cast<double>(track.bytes) / count, megabits_per_second(track, report));
-    std::printf("  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
-                report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
+        std::fprintf(out, "  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
+                     track.settings.width, track.settings.height, track.folder.string().c_str(),
+                     static_cast<double>(track.bytes) / count, megabits_per_second(track, report));
+    std::fprintf(out,
+                 "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
+                 report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
     if (report.not_finite_samples > 0)
-        std::printf("  %lld samples were not finite and became black or white\n",
-                    static_cast<long long>(report.not_finite_samples));
+        std::fprintf(out, "  %lld samples were not finite and became black or white\n",
+                     static_cast<long long>(report.not_finite_samples));
 }
 
 void run(const Options& options) {
@@ -115,10 +123,11 @@ void run(const Options& options) {
             progress.step(static_cast<double>(done), "frame " + std::to_string(request.sources.frames[done - 1]));
         });
     }
+    std::FILE* out = is_standard_output(request.target) ? stderr : stdout;
     if (options.json)
-        std::printf("%s\n", as_json(request, options, report).dump(2).c_str());
+        std::fprintf(out, "%s\n", as_json(request, options, report).dump(2).c_str());
     else
-        print_text(request, options, report);
+        print_text(request, options, report, out);
 }
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
@@ -139,7 +148,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--fill", options.fill, "Gap filling stream: auto (small if it is there), small or none")
         ->check(CLI::IsMember({"auto", "small", "none"}))
         ->capture_default_str();
-    app.add_flag("--json", options.json, "Report as JSON");
+    app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
     return [&options] { run(options); };
 }

@@ -150,6 +150,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     report.encode_ms += milliseconds_since(ending);
     for (std::size_t i = 0; i < request.sources.tracks.size(); ++i)
         report.tracks.push_back({report.settings.tracks[i], request.sources.tracks[i].folder, writer.bytes()[i]});
+    report.sphere_tag = writer.tags_sphere();
     report.wall_ms = milliseconds_since(start);
     return report;
 }

@@ -23,7 +23,8 @@ struct EncodedTrack {
 struct EncodeReport {
     std::vector<EncodedTrack> tracks;
     StreamSettings settings;
-    FrameInfo first;  ///< the main track's first frame
+    bool sphere_tag = false;  ///< as the container holds it
+    FrameInfo first;          ///< the main track's first frame
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;  ///< sums over all pictures
     double display_ms = 0;

@@ -36,5 +36,7 @@ std::string shared_text(const FrameInfo& info);
 std::string range_text(const std::vector<FrameInfo>& frames);
 nlohmann::json range_json(const std::vector<FrameInfo>& frames);
 std::string bytes_text(double bytes);
+/// Text out of a file, as a terminal may have it.
+std::string shown(const std::string& text);
 
 }  // namespace equistream

@@ -7,6 +7,7 @@
 #include <openexr.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace equistream {
 
@@ -42,6 +43,14 @@ public:
     std::string part_name(int part) const {
         const char* name = nullptr;  // a single part need not have one
         return exr_get_name(context_, part, &name) == EXR_ERR_SUCCESS && name ? name : "";
+    }
+    /// Colour samples that were not finite; 0 where none are noted.
+    std::int64_t left_out_samples() const {
+        std::int32_t length = 0;
+        const char* count = nullptr;
+        const bool noted =
+            exr_attr_get_string(context_, 0, "equistream:leftOutSamples", &length, &count) == EXR_ERR_SUCCESS;
+        return noted && count ? std::strtoll(count, nullptr, 10) : 0;
     }
     std::string compression(int part) const {
         exr_compression_t compression{};
@@ -79,14 +88,14 @@ const AovInfo* plane_of_channel(std::string_view channel) {
 void add_part(const Header& header, int part, Description& description) {
     const auto [width, height] = header.size(part);
     nlohmann::json channels = nlohmann::json::array();
-    description.text += formatted("part %s: %dx%d, %s compression\n", header.part_name(part).c_str(), width, height,
-                                  header.compression(part).c_str());
+    description.text += formatted("part %s: %dx%d, %s compression\n", shown(header.part_name(part)).c_str(), width,
+                                  height, header.compression(part).c_str());
     for (const exr_attr_chlist_entry_t& channel : header.channels(part)) {
         const std::string name = channel.name.str;
         const char* type = name_of(type_names, channel.pixel_type);
         const AovInfo* plane = plane_of_channel(name);
         const std::string unit = plane && !plane->unit.empty() ? " [" + std::string(plane->unit) + "]" : "";
-        description.text += formatted("  %-12s %-5s ", name.c_str(), type) +
+        description.text += formatted("  %-12s %-5s ", shown(name).c_str(), type) +
                             (plane ? std::string(plane->name) + unit + ": " + std::string(plane->meaning)
                                    : std::string("not in equistream's catalogue")) +
                             "\n";
@@ -109,8 +118,8 @@ Description describe_exr(const std::filesystem::path& file) {
     description.json = {
         {"kind", "exr"}, {"file", file.string()}, {"parts", nlohmann::json::array()}, {"frame", nullptr}};
     const Header header(file);
-    description.text =
-        file.string() + ": EXR image, " + bytes_text(static_cast<double>(std::filesystem::file_size(file))) + "\n";
+    description.text = shown(file.string()) + ": EXR image, " +
+                       bytes_text(static_cast<double>(std::filesystem::file_size(file))) + "\n";
     for (int part = 0; part < header.part_count(); ++part)
         add_part(header, part, description);
     bool ours = true;
@@ -120,6 +129,11 @@ Description describe_exr(const std::filesystem::path& file) {
                                       static_cast<long long>(info.index), info.time_s, info.frames_per_second) +
                             pose_text(info.camera_pose) + "\n" + shared_text(info);
         description.json["frame"] = frame_json(info);
+        if (const std::int64_t left_out = header.left_out_samples(); left_out > 0) {
+            description.text +=
+                "  left out   " + std::to_string(left_out) + " samples of the renderer's that were not finite\n";
+            description.json["left_out_samples"] = left_out;
+        }
     } catch (const InputError& error) {
         description.text += std::string("no frame data of equistream's: ") + error.what() + "\n";
         ours = false;

@@ -3,6 +3,7 @@
 #include "frame_json.h"
 
 #include <equistream/bound.h>
+#include <equistream/error.h>
 
 #include <algorithm>
 
@@ -30,6 +31,11 @@ Extent extent_of(const std::vector<FrameInfo>& frames) {
 }
 
 }  // namespace
+
+std::string shown(const std::string& text) {
+    constexpr std::size_t longest_bytes = 1 << 16;  // of a command line that a manifest records
+    return quotable(text, longest_bytes);
+}
 
 std::string bytes_text(double bytes) {
     if (bytes < 1000)
@@ -75,17 +81,19 @@ nlohmann::json frame_json(const FrameInfo& info) {
 }
 
 std::string shared_text(const FrameInfo& info) {
-    std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : info.scene);
+    std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : shown(info.scene));
     text += formatted(", exposure %g\n", info.exposure);
     if (!info.geometry_fingerprint.empty())
-        text += "  geometry   fingerprint " + info.geometry_fingerprint + "\n";
+        text += "  geometry   fingerprint " + shown(info.geometry_fingerprint) + "\n";
     text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
                       static_cast<unsigned long long>(info.seed),
-                      info.host.empty() ? "an unnamed host" : info.host.c_str());
+                      info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
     text += "  camera     " + camera_text(info.camera) + "\n";
-    text += formatted("  eye        %s, %.1f mm between the eyes; axes locked to the %s\n",
-                      eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3,
-                      axis_lock_names[static_cast<int>(info.lock)]);
+    text +=
+        formatted("  eye        %s, %.1f mm between the eyes", eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3);
+    if (std::holds_alternative<EquirectCamera>(info.camera))  // a perspective one turns with the head
+        text += formatted("; axes locked to the %s", axis_lock_names[static_cast<int>(info.lock)]);
+    text += "\n";
     text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n", info.lean_m,
                       head_box_radius_m(info));
     return text;

@@ -70,8 +70,8 @@ void add_manifest(const fs::path& folder, Description& description) {
         return;
     }
     const Manifest manifest = read_manifest(folder);
-    description.text += shared_text(manifest.shared) + "  planes     " + joined(manifest.planes) + "\n  command    " +
-                        manifest.command + "\n";
+    description.text += shared_text(manifest.shared) + "  planes     " + shown(joined(manifest.planes)) +
+                        "\n  command    " + shown(manifest.command) + "\n";
     description.json["manifest"] = {{"shared", frame_json(manifest.shared)},
                                     {"planes", manifest.planes},
                                     {"command", manifest.command},
@@ -96,7 +96,7 @@ Description describe_sequence(const fs::path& folder, const DescribeOptions& opt
     description.json = {{"kind", "sequence"}, {"folder", folder.string()},     {"count", indices.size()},
                         {"bytes", bytes},     {"present", runs_text(indices)}, {"missing", gaps}};
     description.text =
-        folder.string() + formatted(": sequence of %zu frames, ", indices.size()) + bytes_text(bytes) + "\n";
+        shown(folder.string()) + formatted(": sequence of %zu frames, ", indices.size()) + bytes_text(bytes) + "\n";
     if (!indices.empty())
         description.text += "  present    " + runs_text(indices) + "\n";
     if (!gaps.empty())

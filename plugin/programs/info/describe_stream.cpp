@@ -33,12 +33,14 @@ double bytes_a_picture(const StreamTrackSummary& track) {
 std::string track_text(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
     std::string text = formatted(
         "track %s: %s, %dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
-        frames.empty() ? track.name.c_str() : track_name(track.role), track.codec.c_str(), track.width, track.height,
-        track.pixel_format.c_str(), track.frames_per_second, static_cast<long long>(track.pictures),
+        frames.empty() ? shown(track.name).c_str() : track_name(track.role), track.codec.c_str(), track.width,
+        track.height, track.pixel_format.c_str(), track.frames_per_second, static_cast<long long>(track.pictures),
         bytes_text(static_cast<double>(track.bytes)).c_str(), bytes_text(bytes_a_picture(track)).c_str());
     text += "  colour     " + track.colour + " (range/primaries/transfer/matrix)\n";
     if (track.equirect)
         text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
+    if (track.pictures == 0)
+        return text + "  no picture could be read\n";
     if (frames.empty())
         return text + "  no frame data of equistream's: an ordinary video, which can be shown but only turned\n";
     text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
@@ -78,7 +80,7 @@ Description describe_stream(const std::string& source, const DescribeOptions& op
     Description description;
     description.json = {{"kind", "stream"},     {"source", source},  {"container", watched.reader.container()},
                         {"whole", cut.empty()}, {"truncation", cut}, {"tracks", nlohmann::json::array()}};
-    description.text = source + ": video, " + watched.reader.container() + "\n";
+    description.text = shown(source) + ": video, " + watched.reader.container() + "\n";
     for (const StreamTrackSummary& track : watched.reader.tracks()) {
         const auto frames = watched.frames_of(track.role);
         description.json["tracks"].push_back(track_json(track, frames, options.each_frame));

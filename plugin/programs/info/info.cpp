@@ -3,6 +3,7 @@
 #include "pictures.h"
 
 #include <equistream/error.h>
+#include <equistream/stream.h>
 #include <equistream_cli/program.h>
 
 #include <cstdio>
@@ -28,7 +29,7 @@ bool is_exr(const std::string& file) {
 }
 
 Description describe(const Options& options) {
-    const bool url = options.source.find("://") != std::string::npos;
+    const bool url = is_url(options.source);
     if (!url && !std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
     if (!url && std::filesystem::is_directory(options.source))

@@ -36,9 +36,10 @@ class Programs : public testing::Test {
 protected:
     synthetic::Folder folder;
 
-    Ran run(const std::string& arguments) const {
+    Ran run(const std::string& arguments, const std::string& input = "/dev/null") const {
         const std::string command = std::string(EQUISTREAM_BIN) + "/equistream-" + arguments + " >'" +
-                                    (folder / "out").string() + "' 2>'" + (folder / "err").string() + "' </dev/null";
+                                    (folder / "out").string() + "' 2>'" + (folder / "err").string() + "' <'" + input +
+                                    "'";
         const int status = std::system(command.c_str());
         return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
     }
@@ -221,6 +222,63 @@ TEST_F(Programs, InfoExplainsFramesAndFolders) {
         EXPECT_NE(sequence.output.find(part), std::string::npos) << part << "\n" << sequence.output;
     const auto json = nlohmann::json::parse(run("info --json '" + path("r") + "'").output);
     EXPECT_EQ(json["sequences"][0]["count"], 4);
+}
+
+TEST_F(Programs, EncodeReportsBesideTheStreamItWritesToStandardOutput) {
+    render("r", 64, 64, 0, 2);
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out ";
+    ASSERT_EQ(run(encode + "'" + path("a.ts") + "'").status, 0);
+    for (const char* target : {"pipe:1", "pipe:", "pipe:1 --json"}) {
+        const Ran ran = run(encode + target);
+        ASSERT_EQ(ran.status, 0) << ran.errors;
+        EXPECT_EQ(ran.output, text_of(folder / "a.ts")) << "the stream and nothing else: " << target;
+        const char* report =
+            std::string(target).ends_with("--json") ? "\"frames_per_second\": 30" : "frames 0-2, H.264";
+        EXPECT_NE(ran.errors.find(report), std::string::npos) << ran.errors;
+        EXPECT_EQ(ran.errors.find("360 degree"), std::string::npos) << "MPEG-TS has no place for the tag";
+    }
+    EXPECT_NE(run(encode + "'" + path("a.mkv") + "'").output.find("tagged as 360 degree video"), std::string::npos);
+    EXPECT_EQ(run(encode + "'" + path("a.ts") + "'").output.find("tagged as"), std::string::npos);
+}
+
+TEST_F(Programs, InfoReadsAPipe) {
+    synthetic::write(folder / "a.ts", synthetic::small_stream(Codec::h264, false));
+    const Ran ran = run("info pipe:0", path("a.ts"));
+    EXPECT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_NE(ran.output.find("track main: h264, 192x96"), std::string::npos) << ran.output;
+}
+
+TEST_F(Programs, InfoKeepsControlCharactersOffTheTerminal) {
+    render("r", 64, 32, 0, 0);
+    Frame frame = read_exr(folder / "r" / frame_file_name(0));
+    frame.info.scene = "waves\x1b[31m\nforged line";
+    frame.info.host = "host\r\x07";
+    frame.info.camera = PerspectiveCamera{64, 32, 1};
+    write_exr(folder / "r" / frame_file_name(0), frame);
+    Manifest manifest;
+    manifest.shared = frame.info;
+    manifest.planes = {"colour"};
+    manifest.command = "render\x1b]0;title\x07";
+    write_manifest(folder / "r", manifest);
+    for (const std::string& source : {path("r"), path("r/frame.0000.exr")}) {
+        const Ran ran = run("info '" + source + "'");
+        ASSERT_EQ(ran.status, 0) << ran.errors;
+        EXPECT_NE(ran.output.find("waves?[31m?forged line"), std::string::npos) << ran.output;
+        EXPECT_TRUE(std::ranges::none_of(ran.output, [](char c) { return c != '\n' && c >= 0 && c < 0x20; }));
+        EXPECT_EQ(ran.output.find("axes locked"), std::string::npos) << "a perspective camera turns with the head";
+    }
+}
+
+TEST_F(Programs, InfoSaysWhereNoPictureCouldBeRead) {
+    synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
+    std::string bytes = text_of(folder / "a.mkv");
+    const std::string uuid = "\x69\xc4\x80\x36\x51\x33\x47\x84\x80\x93\xec\x66\xa7\x47\x51\x19";
+    bytes.resize(bytes.find(uuid) + uuid.size());
+    std::ofstream(folder / "a.mkv", std::ios::binary) << bytes;
+    const Ran ran = run("info '" + path("a.mkv") + "'");
+    EXPECT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_NE(ran.output.find("  no picture could be read\n"), std::string::npos) << ran.output;
+    EXPECT_EQ(ran.output.find("ordinary video"), std::string::npos) << ran.output;
 }
 
 TEST_F(Programs, InfoIsPoliteAboutTheRest) {

@@ -174,6 +174,22 @@ TEST(Stream, TracksAreNamedAndSpheresTaggedWhereTheContainerCan) {
     }
 }
 
+TEST(Stream, TheTagOfASphereIsPromisedOnlyWhereItArrives) {
+    for (const char* name : {"a.mp4", "a.mkv", "a.ts", "a.nut", "a.h264"}) {
+        synthetic::Folder folder;
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.tracks = {{TrackRole::main, 192, 96}};
+        settings.full_sphere = true;
+        StreamWriter writer((folder / name).string(), settings);
+        for (const std::int64_t index : {0, 1, 2})
+            writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
+        writer.finish();
+        const StreamReader reader((folder / name).string());
+        EXPECT_EQ(writer.tags_sphere(), reader.tracks()[0].equirect) << name;
+    }
+}
+
 TEST(Stream, TracksInterleave) {
     synthetic::Folder folder;
     auto made = synthetic::small_stream(Codec::h264, true);
