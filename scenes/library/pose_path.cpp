@@ -1,3 +1,4 @@
+#include "coordinates.h"
 #include "file_bytes.h"
 
 #include <equistream_scene/scene.h>
@@ -56,6 +57,9 @@ PosePath::Key parse_key(std::string_view line, const std::string& where) {
         if (!value || !std::isfinite(*value))
             throw InputError(expected_found(where, std::string("a finite number as ") + columns[i],
                                             "\"" + std::string(fields[i].substr(0, 40)) + "\""));
+        if (i >= 1 && i <= 3 && !is_coordinate(*value))
+            throw InputError(expected_found(where, std::string("metres from -1e9 to 1e9 as ") + columns[i],
+                                            "\"" + std::string(fields[i].substr(0, 40)) + "\""));
         n[i] = *value;
     }
     return {n[0], {{n[1], n[2], n[3]}, glm::dquat(n[4], n[5], n[6], n[7])}};
@@ -82,6 +86,8 @@ PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std:
         const std::string which = where + ", key " + std::to_string(i + 1);
         if (!finite(key))
             throw InputError(expected_found(which, "finite numbers", "one that is not"));
+        if (!is_position(key.pose.position_m))
+            throw InputError(expected_found(which, "coordinates from -1e9 to 1e9 metres", "one beyond"));
         if (i > 0 && !(key.time_s > keys_[i - 1].time_s))
             throw InputError(expected_found(which, "a time after " + std::to_string(keys_[i - 1].time_s) + " s",
                                             std::to_string(key.time_s) + " s"));

@@ -1,5 +1,6 @@
 #include <equistream_scene/scene.h>
 
+#include "coordinates.h"
 #include "description_json.h"
 #include "file_bytes.h"
 #include "fingerprint.h"
@@ -67,6 +68,8 @@ PosePath::Key read_key(const JsonReader& json) {
     PosePath::Key key;
     key.time_s = json["time_s"].number();
     key.pose.position_m = json["position_m"].vector3();
+    if (!is_position(key.pose.position_m))
+        json["position_m"].fail("coordinates from -1e9 to 1e9 metres");
     if (json.has("look_at_m") && json.has("orientation_wxyz"))
         json.fail("either look_at_m or orientation_wxyz");
     if (json.has("look_at_m"))

@@ -83,6 +83,9 @@ TEST_F(PosePathTest, CsvErrorsNameTheLine) {
     expect_contains(error(good + "\n1,0,north,0,1,0,0,0\n"),
                     "bad.csv:4: expected a finite number as y, found \"north\"");
     expect_contains(error(good + "1,0,1e999,0,1,0,0,0\n"), "bad.csv:3");
+    expect_contains(error(good + "1,0,0,-1.1e9,1,0,0,0\n"),
+                    "bad.csv:3: expected metres from -1e9 to 1e9 as z, found \"-1.1e9\"");
+    EXPECT_NO_THROW(read_path_csv(write("far.csv", good + "1,1e9,0,-1e9,1,0,0,0\n")));
     expect_contains(error(good + "1,0,0\n"), "bad.csv:3: expected 8 columns");
     expect_contains(error(good + "1,0,0,0,1,0,0,0,\n"), "found 9");
     expect_contains(error(good + "0,0,0,0,1,0,0,0\n"), "bad.csv:3: expected a time after");

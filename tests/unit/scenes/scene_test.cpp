@@ -105,6 +105,8 @@ TEST_F(SceneTest, WrongValuesNameTheirLine) {
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0, "north", 0]})"),
                     "scene.json:3: expected a number as camera.keys[0].position_m[1], found \"north\"");
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0, 1]})"), "a list of 3 numbers");
+    expect_contains(key_error(R"({"time_s": 0, "position_m": [0, 1e300, 0]})"),
+                    "scene.json:3: expected coordinates from -1e9 to 1e9 metres as camera.keys[0].position_m");
     expect_contains(key_error(R"({"time_s": 0})"), "scene.json:3: expected the key \"position_m\" in camera.keys[0]");
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0,0,0], "look_at_m": [0,5,0]})"), "straight above");
     expect_contains(key_error(R"({"time_s": 0, "position_m": [0,0,0], "orientation_wxyz": [1,1,0,0]})"), "unit");
