@@ -11,13 +11,13 @@ namespace equistream::embree_host {
 namespace {
 
 /// The most memory this process has held, from the kernel; 0 where it does not say.
-double peak_memory_mb() {
+double peak_memory_mib() {
     std::ifstream status("/proc/self/status");
     for (std::string word; status >> word;)
         if (word == "VmHWM:") {
-            double kilobytes = 0;
-            status >> kilobytes;
-            return kilobytes / 1024;
+            double kibibytes = 0;
+            status >> kibibytes;
+            return kibibytes / 1024;
         }
     return 0;
 }
@@ -29,7 +29,7 @@ void print_report(const RenderReport& r, bool json) {
     const double paths_per_s = static_cast<double>(r.counts.paths) / seconds;
     const std::uint64_t rays = r.counts.path_rays + r.counts.shadow_rays;
     const double rays_per_s = static_cast<double>(rays) / seconds;
-    const double peak_mb = peak_memory_mb();
+    const double peak_mib = peak_memory_mib();
     if (json) {
         const nlohmann::json report = {{"frames_rendered", r.frames_rendered},
                                        {"frames_kept", r.frames_kept},
@@ -39,8 +39,8 @@ void print_report(const RenderReport& r, bool json) {
                                        {"render_s", r.render_s},
                                        {"triangles", r.triangles},
                                        {"unique_triangles", r.unique_triangles},
-                                       {"bvh_mb", static_cast<double>(r.bvh_bytes) / (1 << 20)},
-                                       {"peak_memory_mb", peak_mb},
+                                       {"bvh_mib", static_cast<double>(r.bvh_bytes) / (1 << 20)},
+                                       {"peak_memory_mib", peak_mib},
                                        {"paths", r.counts.paths},
                                        {"path_rays", r.counts.path_rays},
                                        {"shadow_rays", r.counts.shadow_rays},
@@ -58,9 +58,12 @@ void print_report(const RenderReport& r, bool json) {
     }
     std::printf("%lld frames rendered, %lld kept\n", static_cast<long long>(r.frames_rendered),
                 static_cast<long long>(r.frames_kept));
-    std::printf("load %.2f s, BVH %.2f s (%.0f MB), %.2f M triangles (%.2f M unique), peak memory %.0f MB\n", r.load_s,
-                r.bvh_s, static_cast<double>(r.bvh_bytes) / (1 << 20), static_cast<double>(r.triangles) * 1e-6,
-                static_cast<double>(r.unique_triangles) * 1e-6, peak_mb);
+    std::printf("load %.2f s, BVH %.2f s (%.0f MiB), %.2f M triangles (%.2f M unique), peak memory %.0f MiB\n",
+                r.load_s, r.bvh_s, static_cast<double>(r.bvh_bytes) / (1 << 20),
+                static_cast<double>(r.triangles) * 1e-6, static_cast<double>(r.unique_triangles) * 1e-6, peak_mib);
+    if (r.counts.not_finite > 0)
+        std::printf("%llu samples were not finite and are left out\n",
+                    static_cast<unsigned long long>(r.counts.not_finite));
     if (r.frames_rendered > 0)
         std::printf("render %.2f s on %u threads: %.3f M paths/s, %.3f M rays/s\n", r.render_s, r.threads,
                     paths_per_s * 1e-6, rays_per_s * 1e-6);

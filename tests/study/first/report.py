@@ -125,13 +125,13 @@ def summary(all_results, codec="h264", crf=16):
 
 
 def profile_table(files):
-    head = ["scene", "triangles", "load s", "BVH s", "peak MB", "M paths/s", "M rays/s", "tracing s", "shading and textures s", "film s"]
+    head = ["scene", "triangles", "load s", "BVH s", "peak MiB", "M paths/s", "M rays/s", "tracing s", "shading and textures s", "film s"]
     rows = []
     for file in files:
         report = json.loads(file.read_text())["report"]
         cpu_s = report["cpu_s"]
         tracing = cpu_s["camera_rays"] + cpu_s["path_rays"] + cpu_s["shadow_rays"]
-        rows.append([file.stem, f"{report['triangles']:,}", cell(report["load_s"]), cell(report["bvh_s"]), cell(report["peak_memory_mb"], 0),
+        rows.append([file.stem, f"{report['triangles']:,}", cell(report["load_s"]), cell(report["bvh_s"]), cell(report["peak_memory_mib"], 0),
                      cell(report["paths_per_s"] / 1e6), cell(report["rays_per_s"] / 1e6), cell(tracing), cell(cpu_s["shading_and_textures"]),
                      cell(cpu_s["film"])])
     return table(head, rows)
