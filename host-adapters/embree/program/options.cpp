@@ -3,6 +3,7 @@
 #include <equistream/camera.h>
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/stream.h>
 
 #include <charconv>
 #include <cmath>
@@ -65,6 +66,10 @@ RenderOptions checked(const Typed& typed) {
     if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
         throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
                                         std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
+    if (o.small_eye && (o.size.width / 4 < min_track_side || o.size.height / 4 < min_track_side))
+        std::fprintf(stderr,
+                     "equistream render: note: --small is a quarter, %dx%d; encode codes sides of at least %d only\n",
+                     o.size.width / 4, o.size.height / 4, min_track_side);
     if (sphere && typed.fov_option->count() > 0)
         throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
     if (!sphere && !typed.range.empty())
