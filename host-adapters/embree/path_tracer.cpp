@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace equistream::embree_host {
 namespace {
@@ -19,6 +20,7 @@ RayCounts& RayCounts::operator+=(const RayCounts& o) {
     path_rays += o.path_rays;
     shadow_rays += o.shadow_rays;
     texture_calls += o.texture_calls;
+    not_finite += o.not_finite;
     camera_rays_s += o.camera_rays_s;
     path_rays_s += o.path_rays_s;
     shadow_rays_s += o.shadow_rays_s;
@@ -86,6 +88,7 @@ void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::u
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const glm::vec3& radiance = paths_[i].radiance;
+        counts_.not_finite += !std::isfinite(radiance.x) || !std::isfinite(radiance.y) || !std::isfinite(radiance.z);
         rgba[4 * i] = radiance.x;
         rgba[4 * i + 1] = radiance.y;
         rgba[4 * i + 2] = radiance.z;

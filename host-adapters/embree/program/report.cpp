@@ -45,6 +45,7 @@ void print_report(const RenderReport& r, bool json) {
                                        {"path_rays", r.counts.path_rays},
                                        {"shadow_rays", r.counts.shadow_rays},
                                        {"texture_calls", r.counts.texture_calls},
+                                       {"left_out_samples", r.counts.not_finite},
                                        {"cpu_s",
                                         {{"camera_rays", r.counts.camera_rays_s},
                                          {"path_rays", r.counts.path_rays_s},

@@ -253,6 +253,18 @@ TEST(Paths, MissesSeeTheSkyAndHaveNoCoverage) {
     EXPECT_EQ(rgba[7], 1);
 }
 
+TEST(Paths, ThoseThatAreNotFiniteAreCounted) {
+    TestScene scene;
+    scene.add(floor_mesh(10, 10, scene.add_material(matte(glm::vec3(0)))));
+    scene.lights.sky = glm::vec3(0, INFINITY, 0);
+    Worker worker(scene.build());
+    const std::vector<es_ray> rays{make_ray({0, 1, 0}, {0, 1, 0}), make_ray({0, 1, 0}, {0, -1, 0}),
+                                   make_ray({0, 1, 0}, {1, 0, 0})};
+    std::vector<float> rgba(12);
+    worker.trace_radiance(rays, std::vector<std::uint64_t>{1, 2, 3}, 0, rgba);
+    EXPECT_EQ(worker.counts().not_finite, 2u);  // the black floor gives nothing
+}
+
 TEST(Paths, AnAnswerDependsOnItsRayAloneNotOnTheBatch) {
     TestScene scene;
     scene.add(floor_mesh(5, 5, scene.add_material(matte(glm::vec3(0.5f)))));

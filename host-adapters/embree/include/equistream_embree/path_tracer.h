@@ -47,6 +47,7 @@ struct RayCounts {
     std::uint64_t path_rays = 0;    ///< closest hits, of colour and geometry rays
     std::uint64_t shadow_rays = 0;  ///< any hits
     std::uint64_t texture_calls = 0;
+    std::uint64_t not_finite = 0;  ///< paths whose radiance is not: the film leaves them out
     // Processor time, all threads together, in seconds.
     double camera_rays_s = 0, path_rays_s = 0, shadow_rays_s = 0;
     double shading_s = 0;  ///< textures included
