@@ -213,7 +213,7 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
-        frame->sequence->write(finished);
+        frame->sequence->write(finished, frame->film.left_out_samples());
     });
 }
 

@@ -63,9 +63,10 @@ bool Sequence::keeps_frame(std::int64_t index) const {
     return !settings_.overwrite && index >= 0 && std::filesystem::exists(settings_.folder / frame_file_name(index));
 }
 
-void Sequence::write(const Frame& frame) {
+void Sequence::write(const Frame& frame, std::int64_t left_out_samples) {
     make_way_for(frame.info);
-    write_exr(settings_.folder / frame_file_name(frame.info.index), frame, {.single_part = settings_.single_part});
+    write_exr(settings_.folder / frame_file_name(frame.info.index), frame,
+              {.single_part = settings_.single_part, .left_out_samples = left_out_samples});
 }
 
 /// Before the frame appears, so that a folder with frames always says where its path begins.

@@ -19,7 +19,7 @@ public:
     const Manifest& manifest() const { return settings_.manifest; }
     bool keeps_frame(std::int64_t index) const;
     /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.
-    void write(const Frame& frame);
+    void write(const Frame& frame, std::int64_t left_out_samples);
 
 private:
     void make_way_for(const FrameInfo& info);

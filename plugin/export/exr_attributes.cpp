@@ -211,6 +211,10 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
     write_conventions(out);
 }
 
+void write_left_out_samples(const ExrSession& session, int part, std::int64_t count) {
+    AttributeWriter(session, part).text("equistream:leftOutSamples", std::to_string(count));
+}
+
 bool has_attributes(const ExrSession& session) {
     std::int32_t version = 0;
     const bool present = exr_attr_get_int(session.context(), 0, "equistream:version", &version) == EXR_ERR_SUCCESS;

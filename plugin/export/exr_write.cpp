@@ -111,7 +111,8 @@ std::vector<Part> make_parts(const Frame& frame, const ExrWriteOptions& options)
     return parts;
 }
 
-void write_header(const ExrSession& session, const std::vector<Part>& parts, const FrameInfo& info) {
+void write_header(const ExrSession& session, const std::vector<Part>& parts, const FrameInfo& info,
+                  std::int64_t left_out_samples) {
     exr_context_t context = session.context();
     for (const Part& part : parts) {
         int index = 0;
@@ -124,6 +125,8 @@ void write_header(const ExrSession& session, const std::vector<Part>& parts, con
                                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1),
                           "adding a channel");
         write_attributes(session, index, info);
+        if (left_out_samples > 0)
+            write_left_out_samples(session, index, left_out_samples);
     }
     session.check(exr_write_header(context), "writing the header");
 }
@@ -266,7 +269,7 @@ std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, co
     std::int64_t bad_pixels = 0;
     {
         const ExrSession session = ExrSession::for_writing(file, aside);
-        write_header(session, parts, frame.info);
+        write_header(session, parts, frame.info, options.left_out_samples);
         for (std::size_t i = 0; i < parts.size(); ++i)
             bad_pixels += write_part(session, parts[i], static_cast<int>(i), frame.info);
     }

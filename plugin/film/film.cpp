@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace equistream {
 namespace {
@@ -197,6 +198,11 @@ FloatImage Film::averaged_colour() const {
             means[4 * pixel + c] = sums[4 * pixel + c] * weight;
     }
     return colour;
+}
+
+std::int64_t Film::left_out_samples() const {
+    const auto counts = left_out_.samples();
+    return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
 void Film::finish(Frame& frame) {

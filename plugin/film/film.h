@@ -45,6 +45,8 @@ public:
 
     /// What is still missing, in words; nothing when the frame is complete.
     std::optional<std::string> missing() const;
+    /// Colour samples that were not finite, of tiles only.
+    std::int64_t left_out_samples() const;
     /// Moves the planes into `frame`, averaging colour.
     void finish(Frame& frame);
 

@@ -14,6 +14,7 @@ namespace equistream {
 
 struct ExrWriteOptions {
     bool single_part = false;  ///< one part with plain channel "Z" besides, for readers that know only the first part
+    std::int64_t left_out_samples = 0;  ///< colour samples that were not finite; above 0: noted in the file
 };
 
 /// Writes `frame` to `file` atomically. Colour is clamped to the half range; NaN becomes 0 and is counted.

@@ -1,6 +1,7 @@
 // Rays and film through the C ABI: where rays go, what their samples become, and that threads change nothing.
 #include "abi_fixture.h"
 
+#include <fstream>
 #include <set>
 
 namespace equistream::testing {
@@ -9,6 +10,18 @@ namespace {
 class AbiFilm : public AbiTest {
 protected:
     Frame read(std::int64_t index) const { return read_exr(output + "/" + frame_file_name(index)); }
+
+    /// What the frame's attribute equistream:leftOutSamples says; empty where it has none.
+    std::string left_out_noted(std::int64_t index) const {
+        std::ifstream file(output + "/" + frame_file_name(index), std::ios::binary);
+        const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+        const std::string head = std::string("equistream:leftOutSamples") + '\0' + "string" + '\0';
+        const std::size_t found = bytes.find(head);
+        if (found == std::string::npos)
+            return "";
+        const std::size_t length_at = found + head.size();  // four bytes, little endian; less than 256 here
+        return bytes.substr(length_at + 4, static_cast<unsigned char>(bytes[length_at]));
+    }
 
     /// All rays of a frame, by pixel: geometry (sample < 0) or one colour pass.
     std::vector<es_ray> rays(es_sequence* sequence, const es_frame_settings& when, int sample) const {
@@ -146,7 +159,9 @@ TEST_F(AbiFilm, colour_is_the_mean_of_finite_samples) {
     es_sequence* sequence = open();
     es_frame* frame = begin(sequence, at(0));
     // About half the samples of every pixel are spoiled; those left all agree.
+    int spoiled = 0;
     fill(frame, miss, [&](const es_ray& ray) {
+        spoiled += ray.seed % 2 == 0;
         return ray.seed % 2 == 0 ? glm::vec4(0.25f, std::nanf(""), 0, 1) : glm::vec4(0.25f, 2, 0, 1);
     });
     end(frame);
@@ -161,6 +176,11 @@ TEST_F(AbiFilm, colour_is_the_mean_of_finite_samples) {
         }
     // One pixel in 2^4 has no good sample: 162 expected, with a standard deviation of 12.
     EXPECT_NEAR(all_spoiled, 162, 60);
+    EXPECT_EQ(left_out_noted(0), std::to_string(spoiled));
+    frame = begin(sequence, at(1));
+    fill(frame, miss, black);
+    end(frame);
+    EXPECT_EQ(left_out_noted(1), "") << "nothing to note";
     es_sequence_close(sequence);
 }
 

@@ -209,6 +209,18 @@ TEST_F(Programs, InfoExplainsAStream) {
     EXPECT_NE(cut.output.find("not whole: "), std::string::npos) << cut.output;
 }
 
+TEST_F(Programs, InfoSaysHowManySamplesWereNotFinite) {
+    Frame frame;
+    frame.info = info(64, 32, 0, Eye::centre);
+    frame.planes.emplace("colour", FloatImage(64, 32, 4, 0.5f));
+    write_exr(folder / "spoiled.exr", frame, {.left_out_samples = 7});
+    const Ran spoiled = run("info '" + path("spoiled.exr") + "'");
+    EXPECT_NE(spoiled.output.find("left out   7 samples"), std::string::npos) << spoiled.output;
+    EXPECT_EQ(nlohmann::json::parse(run("info --json '" + path("spoiled.exr") + "'").output)["left_out_samples"], 7);
+    write_exr(folder / "good.exr", frame);
+    EXPECT_EQ(run("info '" + path("good.exr") + "'").output.find("left out"), std::string::npos);
+}
+
 TEST_F(Programs, InfoExplainsFramesAndFolders) {
     render("r/centre", 64, 32, 0, 2);
     render("r/centre", 64, 32, 5, 5);
