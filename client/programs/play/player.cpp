@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 
 /// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
 void clear_views(const fs::path& out) {
-    for (const char* eye : {"left", "right"})
-        if (fs::exists(out / eye / "manifest.json"))
-            throw InputError(expected_found("--out " + out.string(), "a folder without rendered frames",
-                                            (out / eye / "manifest.json").string()));
+    for (const char* view : {".", "centre", "small", "left", "right"})
+        if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
+            throw InputError(
+                expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
     for (const fs::path& folder : {out / "left", out / "right", out / "gaps" / "left", out / "gaps" / "right"})
         for (const char* extension : {"png", "exr"})
             if (fs::is_directory(folder))

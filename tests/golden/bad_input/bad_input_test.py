@@ -333,6 +333,32 @@ class BadInput(unittest.TestCase):
         self.assertEqual(run("play", flat, "--method", "sphere", "--frames", "1", "--size", "32x32", "--out", views).returncode, 0)
         self.assertEqual(sorted(path.name for path in (views / "left").iterdir()), ["frame.0001.png"])
 
+    def test_play_writes_into_no_folder_of_a_render(self):
+        render = self.out / "render"
+        made = run("render", self.scene, "--small", "right", "--frames", "0", *SMALL, "--out", render)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        before = sorted(render.rglob("*"))
+        for folder in (render, render / "centre", render / "small"):
+            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", folder), 2,
+                                f"--out {folder}: expected a folder without rendered frames, found", "manifest.json")
+        self.assertEqual(sorted(render.rglob("*")), before)
+        shutil.rmtree(render / "centre")
+        self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", render), 2,
+                            f"found {render}/small/manifest.json")
+
+    def test_a_render_in_a_folder_of_another_one_under_way_is_refused(self):
+        words = [BIN / "equistream", "render", self.scene, "--frames", "0-30", "--size", "256x128", "--spp", "64", "--out", self.out / "r"]
+        first = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            deadline = time.monotonic() + 60
+            while not (self.out / "r" / "centre" / "manifest.json").exists() and time.monotonic() < deadline:
+                time.sleep(0.02)
+            for more in ([], ["--seed", "9", "--overwrite"]):
+                self.assert_refused(run(*words[1:], *more), 2, self.out / "r" / "centre", "no other process is writing to")
+        finally:
+            first.terminate()
+            first.wait(60)
+
     def test_frames_asked_for_end_a_stream_early(self):
         stream = self.out / "whole.mkv"
         self.assertEqual(run("encode", self.root / "good", "--gop", "1", "--out", stream).returncode, 0)

@@ -1,4 +1,5 @@
 /// The program, run as a user runs it: same pixels on any number of threads, resuming, streams, bad usage, interrupts.
+#include <equistream/locks.h>
 #include <equistream/sequence.h>
 
 #include <equistream_generate/generate.h>
@@ -150,6 +151,26 @@ TEST_F(RenderProgram, FramesOfOtherCodeAreNotAddedTo) {
     EXPECT_EQ(resumed.exit_code, 2);
     EXPECT_NE(resumed.error.find("or its code has changed"), std::string::npos) << resumed.error;
     EXPECT_FALSE(fs::exists(folder_ / "old/centre/frame.0001.exr"));
+}
+
+TEST_F(RenderProgram, TwoRendersDoNotShareAFolder) {
+    ASSERT_EQ(run("--frames 0 --aovs none " + out("shared")).exit_code, 0);
+    {
+        const FolderLock of_another_render(folder_ / "shared/centre");
+        for (const char* settings : {"--seed 9 --overwrite ", ""}) {
+            const Outcome second = run("--frames 0-1 --aovs none " + std::string(settings) + out("shared"));
+            EXPECT_EQ(second.exit_code, 2);
+            EXPECT_EQ(std::ranges::count(second.error, '\n'), 1) << second.error;
+            EXPECT_NE(second.error.find((folder_ / "shared/centre").string() + ": expected a folder that no other "
+                                                                               "process is writing to"),
+                      std::string::npos)
+                << second.error;
+        }
+    }
+    EXPECT_FALSE(fs::exists(folder_ / "shared/centre/frame.0001.exr"));
+    EXPECT_EQ(run("--frames 0-1 --aovs none " + out("shared")).exit_code, 0);
+    EXPECT_EQ(run("--frames 0 --eye both --small right --aovs none " + out("eyes")).exit_code, 0)
+        << "one process holds the folders of all its views";
 }
 
 TEST_F(RenderProgram, AnInterruptLeavesWholeFramesOnly) {
