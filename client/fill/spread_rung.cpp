@@ -83,8 +83,7 @@ private:
                     next.push_back(n);
             }
         std::ranges::sort(next, [](Pixel a, Pixel b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
-        const auto repeated = std::ranges::unique(next);
-        next.erase(repeated.begin(), repeated.end());
+        next.erase(std::unique(next.begin(), next.end()), next.end());
         return next;
     }
 

@@ -131,7 +131,6 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             continue;
         }
         av::forget_unknown_colours(*stream.codecpar);
-        av::forget_unknown_colours(*stream.codecpar);
         tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(tracks.size()), source));
         if (holds_back)
             tracks.back()->held = av::make_packet();
