@@ -9,8 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstring>
+#include <memory>
 
 namespace equistream::embree_host {
 namespace {
@@ -36,48 +39,62 @@ struct LinearImage {
     std::vector<glm::vec4> texels;
 };
 
-/// Scan lines of 8-bit RGBA; the file's alpha is 255 where it has none.
-std::vector<std::uint8_t> decode(const Texture& texture, int& width, int& height) {
-    const auto fail = [](const std::string& found) {
-        return InputError("expected a PNG or JPEG image, found " + found);
-    };
-    if (const auto damage = png_damage(texture.encoded))
-        throw fail(*damage);
-    if (is_cut_jpeg(texture.encoded))
-        throw fail("one without its end");
-    // IOMemReader only reads, but its constructor takes a plain pointer.
-    OIIO::Filesystem::IOMemReader bytes(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
-    OIIO::ImageSpec config, spec;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const bool is_jpeg = !texture.encoded.empty() && texture.encoded[0] == 0xff;
-    const auto input = OIIO::ImageInput::create(is_jpeg ? "jpeg" : "png");
-    if (!input)
-        throw fail(OIIO::geterror());
-    if (!input->set_ioproxy(&bytes) || !input->open(texture.name, spec, config))
-        throw fail(input->geterror());
-    width = spec.width;
-    height = spec.height;
-    const int channels = spec.nchannels;
-    if (width < 1 || height < 1 || width > max_image_side || height > max_image_side || channels < 1 || channels > 4 ||
-        std::int64_t{width} * height > max_image_pixels)
-        throw fail(std::to_string(width) + "x" + std::to_string(height) + " with " + std::to_string(channels) +
-                   " channels");
-    const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    std::vector<std::uint8_t> raw(count * static_cast<std::size_t>(channels));
-    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data()))
-        throw fail(input->geterror());
-    std::vector<std::uint8_t> rgba(count * 4, 255);
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::uint8_t* in = &raw[i * static_cast<std::size_t>(channels)];
-        const bool grey = channels < 3;
-        rgba[4 * i] = in[0];
-        rgba[4 * i + 1] = in[grey ? 0 : 1];
-        rgba[4 * i + 2] = in[grey ? 0 : 2];
-        if (channels == 2 || channels == 4)
-            rgba[4 * i + 3] = in[channels - 1];
+/// An image whose header has been read and found to be in order.
+class EncodedImage {
+public:
+    explicit EncodedImage(const Texture& texture)
+        // IOMemReader only reads, but its constructor takes a plain pointer.
+        : bytes_(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size()) {
+        if (const auto damage = png_damage(texture.encoded))
+            fail(*damage);
+        if (is_cut_jpeg(texture.encoded))
+            fail("one without its end");
+        const bool is_jpeg = !texture.encoded.empty() && texture.encoded[0] == 0xff;
+        input_ = OIIO::ImageInput::create(is_jpeg ? "jpeg" : "png");
+        if (!input_)
+            fail(OIIO::geterror());
+        OIIO::ImageSpec config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        if (!input_->set_ioproxy(&bytes_) || !input_->open(texture.name, spec_, config))
+            fail(input_->geterror());
+        if (spec_.width < 1 || spec_.height < 1 || spec_.width > max_image_side || spec_.height > max_image_side ||
+            spec_.nchannels < 1 || spec_.nchannels > 4 || std::int64_t{spec_.width} * spec_.height > max_image_pixels)
+            fail(std::to_string(spec_.width) + "x" + std::to_string(spec_.height) + " with " +
+                 std::to_string(spec_.nchannels) + " channels");
     }
-    return rgba;
-}
+
+    int width() const { return spec_.width; }
+    int height() const { return spec_.height; }
+
+    /// Scan lines of 8-bit RGBA; alpha is 255 where the file has none. Once only.
+    std::vector<std::uint8_t> decode() {
+        const int channels = spec_.nchannels;
+        const std::size_t count = static_cast<std::size_t>(width()) * static_cast<std::size_t>(height());
+        std::vector<std::uint8_t> raw(count * static_cast<std::size_t>(channels));
+        if (!input_->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data()))
+            fail(input_->geterror());
+        std::vector<std::uint8_t> rgba(count * 4, 255);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint8_t* in = &raw[i * static_cast<std::size_t>(channels)];
+            const bool grey = channels < 3;
+            rgba[4 * i] = in[0];
+            rgba[4 * i + 1] = in[grey ? 0 : 1];
+            rgba[4 * i + 2] = in[grey ? 0 : 2];
+            if (channels == 2 || channels == 4)
+                rgba[4 * i + 3] = in[channels - 1];
+        }
+        return rgba;
+    }
+
+private:
+    [[noreturn]] static void fail(const std::string& found) {
+        throw InputError("expected a PNG or JPEG image, found " + found);
+    }
+
+    OIIO::Filesystem::IOMemReader bytes_;
+    std::unique_ptr<OIIO::ImageInput> input_;
+    OIIO::ImageSpec spec_;
+};
 
 LinearImage linearise(const std::vector<std::uint8_t>& rgba, int width, int height, TextureCoding coding) {
     const auto& table = decode_table(coding);
@@ -123,8 +140,8 @@ MipLevel encode(const LinearImage& image, TextureCoding coding) {
     return level;
 }
 
-/// Serves a MipChainSource. Levels are made on the first read and each is dropped once handed over: the texture
-/// cache holds them from then on. A level that the cache has evicted is made again.
+/// Serves a MipChainSource. The texture cache opens it again for every level it wants and keeps what it has read, so
+/// opening costs a look at the header, and a read makes that level and no other.
 class MipChainInput final : public OIIO::ImageInput {
 public:
     const char* format_name() const override { return "equistream-mip-chain"; }
@@ -135,25 +152,30 @@ public:
         if (!attribute)
             return false;
         std::memcpy(&source_, attribute->data(), sizeof(source_));
-        if (!make_levels() || !seek_subimage(0, 0))
+        const bool opened = reporting([&] {
+            const EncodedImage image(*source_->texture);
+            width_ = image.width();
+            height_ = image.height();
+        });
+        if (!opened || !seek_subimage(0, 0))
             return false;
         spec = m_spec;
         return true;
     }
 
     bool close() override {
-        levels_.clear();
+        level_ = {};
         return true;
     }
 
-    int current_miplevel() const override { return level_; }
+    int current_miplevel() const override { return miplevel_; }
 
     bool seek_subimage(int subimage, int miplevel) override {
-        if (subimage != 0 || miplevel < 0 || miplevel >= static_cast<int>(levels_.size()))
+        if (subimage != 0 || miplevel < 0 || miplevel >= mip_level_count(width_, height_))
             return false;
-        level_ = miplevel;
-        const MipLevel& level = levels_[static_cast<std::size_t>(miplevel)];
-        m_spec = OIIO::ImageSpec(level.width, level.height, 3, OIIO::TypeDesc::UINT8);
+        miplevel_ = miplevel;
+        m_spec = OIIO::ImageSpec(std::max(1, width_ >> miplevel), std::max(1, height_ >> miplevel), 3,
+                                 OIIO::TypeDesc::UINT8);
         return true;
     }
 
@@ -165,21 +187,23 @@ public:
         const OIIO::ImageInput::lock_guard lock(*this);
         if (!seek_subimage(subimage, miplevel))
             return false;
-        if (levels_[static_cast<std::size_t>(miplevel)].rgb.empty() && !make_levels())
+        if ((level_.rgb.empty() || made_ != miplevel) &&
+            !reporting([&] { level_ = make_mip_level(*source_, miplevel); }))
             return false;
-        MipLevel& level = levels_[static_cast<std::size_t>(miplevel)];
-        const std::size_t row = static_cast<std::size_t>(level.width) * 3;
-        std::memcpy(data, level.rgb.data() + static_cast<std::size_t>(y_begin) * row,
+        made_ = miplevel;
+        const std::size_t row = static_cast<std::size_t>(level_.width) * 3;
+        std::memcpy(data, level_.rgb.data() + static_cast<std::size_t>(y_begin) * row,
                     static_cast<std::size_t>(y_end - y_begin) * row);
-        if (y_end == level.height)
-            std::vector<std::uint8_t>().swap(level.rgb);
+        if (y_end == level_.height)
+            level_ = {};
         return true;
     }
 
 private:
-    bool make_levels() {
+    template <typename Work>
+    bool reporting(const Work& work) {
         try {
-            levels_ = make_mip_chain(*source_);
+            work();
             return true;
         } catch (const InputError& e) {
             errorfmt("{}", e.what());
@@ -188,8 +212,10 @@ private:
     }
 
     const MipChainSource* source_ = nullptr;
-    std::vector<MipLevel> levels_;
-    int level_ = 0;
+    int width_ = 0, height_ = 0;
+    int miplevel_ = 0;
+    MipLevel level_;  ///< the one that was made last, until its last row is handed over
+    int made_ = 0;
 };
 
 }  // namespace
@@ -207,21 +233,26 @@ const std::array<float, 256>& decode_table(TextureCoding coding) {
     return coding == TextureCoding::colour ? colour : data;
 }
 
-std::vector<MipLevel> make_mip_chain(const MipChainSource& source) {
-    int width = 0, height = 0;
-    const std::vector<std::uint8_t> rgba = decode(*source.texture, width, height);
-    LinearImage image = linearise(rgba, width, height, source.coding);
-    MipLevel full{width, height, {}};
-    full.rgb.resize(image.texels.size() * 3);
-    for (std::size_t i = 0; i < image.texels.size(); ++i)
-        std::copy_n(&rgba[4 * i], 3, &full.rgb[3 * i]);
-    std::vector<MipLevel> levels;
-    levels.push_back(std::move(full));
-    while (image.width > 1 || image.height > 1) {
-        image = halve(image);
-        levels.push_back(encode(image, source.coding));
+int mip_level_count(int width, int height) {
+    return std::bit_width(static_cast<unsigned>(std::max(width, height)));
+}
+
+MipLevel make_mip_level(const MipChainSource& source, int level) {
+    EncodedImage encoded(*source.texture);
+    const int width = encoded.width(), height = encoded.height();
+    assert(level >= 0 && level < mip_level_count(width, height));
+    const std::vector<std::uint8_t> rgba = encoded.decode();
+    if (level == 0) {
+        MipLevel full{width, height, {}};
+        full.rgb.resize(rgba.size() / 4 * 3);
+        for (std::size_t i = 0; i < rgba.size() / 4; ++i)
+            std::copy_n(&rgba[4 * i], 3, &full.rgb[3 * i]);
+        return full;
     }
-    return levels;
+    LinearImage image = linearise(rgba, width, height, source.coding);
+    for (int i = 0; i < level; ++i)
+        image = halve(image);
+    return encode(image, source.coding);
 }
 
 OIIO::ImageInput* create_mip_chain_input() {

@@ -112,7 +112,7 @@ void Textures::add(const Texture& texture, TextureCoding coding, Entry& entry, M
         throw fail();
     entry.width = spec->width;
     entry.height = spec->height;
-    entry.levels = std::bit_width(static_cast<unsigned>(std::max(spec->width, spec->height)));
+    entry.levels = mip_level_count(spec->width, spec->height);
     entry.decode = &decode_table(coding);
     entry.wrap_u = oiio_wrap(texture.wrap_u);
     entry.wrap_v = oiio_wrap(texture.wrap_v);

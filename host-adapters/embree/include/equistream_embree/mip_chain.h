@@ -27,8 +27,11 @@ struct MipLevel {
 /// sRGB code value to linear, and code value to [0, 1].
 const std::array<float, 256>& decode_table(TextureCoding coding);
 
-/// Levels from full size to 1x1, each half the last (rounded down). Throws InputError if it cannot be decoded.
-std::vector<MipLevel> make_mip_chain(const MipChainSource& source);
+/// Levels from full size to 1x1, each half the last (rounded down).
+int mip_level_count(int width, int height);
+
+/// One of them, 0 for the full size. Throws InputError if the image cannot be decoded.
+MipLevel make_mip_level(const MipChainSource& source, int level);
 
 /// Config attribute that carries a `const MipChainSource*` to the ImageInput below.
 inline constexpr const char* mip_source_attribute = "equistream:source";
