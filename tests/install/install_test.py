@@ -74,7 +74,7 @@ def host_by_pkg_config(example, flags, libraries, scratch):
 
 def host_by_find_package(cmake, example, prefix, scratch):
     build = scratch / "build"
-    run(cmake, "-S", example, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}")
+    run(cmake, "-G", "Ninja", "-S", example, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}")
     run(cmake, "--build", build)
     assert f"equistream_DIR:PATH={prefix}" in (build / "CMakeCache.txt").read_text()
     return build / "toy_host"
