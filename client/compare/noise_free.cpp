@@ -72,7 +72,8 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
                     product += d1 * d2;
                     imbalance += 0.5f * (d1 - d2) * (d1 + d2);
                 }
-                const auto block = static_cast<std::size_t>(block_row * columns + column);
+                const auto block = static_cast<std::size_t>(block_row) * static_cast<std::size_t>(columns) +
+                                   static_cast<std::size_t>(column);
                 blocks.product[block] += static_cast<double>(product);
                 blocks.imbalance[block] += static_cast<double>(imbalance);
             }

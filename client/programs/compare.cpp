@@ -100,7 +100,7 @@ void compare(Arguments& arguments) {
         std::fputs(comparison_table(scores, arguments.comparison).c_str(), stdout);
 }
 
-std::function<void()> set_up(CLI::App& app, std::shared_ptr<Arguments> arguments) {
+std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
     app.add_option("A", arguments->pairing.picture,
                    "What is scored: a folder with left/ and right/, a folder of frames, or one PNG or EXR")
         ->required();

@@ -151,7 +151,7 @@ public:
         const auto* attribute = config.find_attribute(mip_source_attribute);
         if (!attribute)
             return false;
-        std::memcpy(&source_, attribute->data(), sizeof(source_));
+        std::memcpy(&source_, attribute->data(), sizeof(source_));  // NOLINT(bugprone-sizeof-expression): the pointer
         const bool opened = reporting([&] {
             const EncodedImage image(*source_->texture);
             width_ = image.width();
