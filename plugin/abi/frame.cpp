@@ -1,5 +1,6 @@
 #include "guard.h"
 #include "handles.h"
+#include "settings.h"
 #include "struct_size.h"
 
 #include <equistream/aov.h>
@@ -11,7 +12,7 @@ using namespace equistream;
 
 namespace {
 
-FrameInfo frame_info(const Sequence& sequence, const FrameSettings& settings, const Pose& camera) {
+FrameInfo frame_info(const SequenceWriter& sequence, const FrameSettings& settings, const Pose& camera) {
     FrameInfo info = sequence.manifest().shared;
     info.index = settings.index;
     info.time_s = settings.time_s;

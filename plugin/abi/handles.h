@@ -1,20 +1,20 @@
 #pragma once
 /// The opaque handles of equistream.h.
-#include "sequence.h"
-
 #include "film/film.h"
 #include "film/rays.h"
+
+#include <equistream/sequence_writer.h>
 
 #include <memory>
 #include <mutex>
 #include <string>
 
 struct es_sequence {
-    std::shared_ptr<equistream::Sequence> shared;
+    std::shared_ptr<equistream::SequenceWriter> shared;
 };
 
 struct es_frame {
-    std::shared_ptr<equistream::Sequence> sequence;
+    std::shared_ptr<equistream::SequenceWriter> sequence;
     equistream::FrameInfo info;
     equistream::FrameRays rays;
     equistream::Film film;

@@ -4,9 +4,9 @@
 
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -16,14 +16,6 @@ namespace {
 
 constexpr std::uint32_t max_samples = 1u << 20;
 constexpr std::int64_t max_frame_index = 999999999;
-
-std::string in_words(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.17g", value);
-    char shorter[40];
-    std::snprintf(shorter, sizeof shorter, "%g", value);
-    return std::strtod(shorter, nullptr) == value || std::isnan(value) ? shorter : text;
-}
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -99,50 +91,6 @@ Pose checked_pose(const char* field, const es_pose& pose) {
     return {{p[0], p[1], p[2]}, orientation / length};
 }
 
-/// Everything that decides pixels, by the name a host knows it by.
-std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifest& manifest) {
-    const FrameInfo& info = manifest.shared;
-    std::string planes;
-    for (const std::string& plane : manifest.planes)
-        planes += (planes.empty() ? "" : ",") + plane;
-    std::vector<std::pair<const char*, std::string>> list = {
-        {"camera", std::holds_alternative<EquirectCamera>(info.camera) ? "equirect" : "perspective"},
-        {"size", std::to_string(width_of(info.camera)) + "x" + std::to_string(height_of(info.camera))},
-        {"spp", std::to_string(info.samples_per_pixel)},
-        {"seed", std::to_string(info.seed)},
-        {"eye", std::to_string(static_cast<int>(info.eye))},
-        {"lock", std::to_string(static_cast<int>(info.lock))},
-        {"ipd_m", in_words(info.ipd_m)},
-        {"lean_m", in_words(info.lean_m)},
-        {"frames_per_second", in_words(info.frames_per_second)},
-        {"exposure", in_words(info.exposure)},
-        {"aovs", planes},
-        {"scene_name", "\"" + info.scene + "\""},
-        {"host_name", "\"" + info.host + "\""},
-        {"geometry_fingerprint", "\"" + info.geometry_fingerprint + "\""}};
-    if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
-        const LongitudeLatitudeRange& range = sphere->range;
-        list.emplace_back("longitudes", in_words(range.longitude_min) + " to " + in_words(range.longitude_max));
-        list.emplace_back("latitudes", in_words(range.latitude_min) + " to " + in_words(range.latitude_max));
-    } else {
-        list.emplace_back("fov_x_rad", in_words(std::get<PerspectiveCamera>(info.camera).fov_x_rad));
-    }
-    return list;
-}
-
-/// FNV-1a, 64 bits: names a set of settings; not against forgery.
-std::string fingerprint_of(const Manifest& manifest, const std::string& of_host) {
-    std::string text = of_host;
-    for (const auto& [name, value] : deciding_settings(manifest))
-        text += std::string("\n") + name + "=" + value;
-    std::uint64_t hash = 0xcbf29ce484222325ull;
-    for (const char c : text)
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
-    char digits[20];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
-    return digits;
-}
-
 }  // namespace
 
 SequenceSettings checked_settings(const es_sequence_settings* settings) {
@@ -180,7 +128,8 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.scene = checked_text("scene_name", s.scene_name, 255);
     info.host = checked_text("host_name", s.host_name, 255);
     info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, 255);
-    checked.manifest.fingerprint = fingerprint_of(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536));
+    checked.manifest.fingerprint =
+        sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536));
     return checked;
 }
 
@@ -191,24 +140,6 @@ FrameSettings checked_settings(const es_frame_settings* settings) {
     require(std::isfinite(s.time_s), "time_s", "a finite time", in_words(s.time_s));
     return {s.index, s.time_s, checked_pose("head_previous", s.head_previous), checked_pose("head", s.head),
             checked_pose("head_next", s.head_next)};
-}
-
-std::optional<std::string> difference(const Manifest& expected, const Manifest& found) {
-    const auto before = deciding_settings(expected);
-    const auto now = deciding_settings(found);
-    for (std::size_t i = 0; i < std::min(before.size(), now.size()); ++i)
-        if (before[i] != now[i])
-            return std::string("expected ") + before[i].first + " " + before[i].second +
-                   " as in the frames there, found " + now[i].second +
-                   (before[i].first == std::string_view("host_name") ? " (another renderer, or its code has changed)"
-                                                                     : "");
-    if (expected.single_part && found.single_part && *expected.single_part != *found.single_part)
-        return std::string("expected single_part ") + (*expected.single_part ? "1" : "0") +
-               " as in the frames there, found " + (*found.single_part ? "1" : "0");
-    if (expected.fingerprint != found.fingerprint)
-        return "expected fingerprint " + expected.fingerprint + " as in the frames there, found " + found.fingerprint +
-               " (the scene, the path or the host's own settings changed)";
-    return std::nullopt;
 }
 
 }  // namespace equistream

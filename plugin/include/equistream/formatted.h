@@ -1,7 +1,9 @@
 #pragma once
 /// Text with numbers in it.
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
 namespace equistream {
@@ -16,6 +18,12 @@ namespace equistream {
     std::vsnprintf(text.data(), text.size() + 1, format, arguments);
     va_end(arguments);
     return text;
+}
+
+/// As short as reads back the same.
+inline std::string in_words(double value) {
+    const std::string shorter = formatted("%g", value);
+    return std::strtod(shorter.c_str(), nullptr) == value || std::isnan(value) ? shorter : formatted("%.17g", value);
 }
 
 /// "960x480"

@@ -131,7 +131,7 @@ TEST_F(AbiSettings, a_folder_that_cannot_be_made) {
     put_bytes(folder / "file", "");
     output = (folder / "file" / "below").string();
     settings.output_dir = output.c_str();
-    EXPECT_EQ(refusal(), "output_dir " + output + ": expected a folder that can be made, found Not a directory");
+    EXPECT_EQ(refusal(), output + ": expected a folder that can be made, found Not a directory");
 }
 
 TEST_F(AbiSettings, a_folder_that_cannot_be_written) {
@@ -139,7 +139,7 @@ TEST_F(AbiSettings, a_folder_that_cannot_be_written) {
     std::filesystem::create_directories(output);
     std::filesystem::permissions(output,
                                  perms::owner_read | perms::owner_exec | perms::others_read | perms::others_exec);
-    const std::string expected = "output_dir " + output + ": expected a writable folder, found Permission denied";
+    const std::string expected = output + ": expected a writable folder, found Permission denied";
     // Root may write everywhere, so a child process asks as nobody.
     constexpr uid_t nobody = 65534;
     const auto ask = [&] {

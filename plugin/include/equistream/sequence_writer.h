@@ -1,0 +1,54 @@
+#pragma once
+/// Writes a sequence folder: frames, manifest, and the rules for adding to a folder that has frames already. Every host
+/// that renders and every program that makes frames of files goes through it. One object, one thread.
+#include <equistream/frame.h>
+#include <equistream/locks.h>
+#include <equistream/sequence.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+struct SequenceSettings {
+    std::filesystem::path folder;
+    Manifest manifest;  ///< all that frames share; the fingerprint covers every setting that decides pixels
+    bool overwrite = false;
+    bool single_part = false;
+};
+
+/// A name for everything in the manifest that decides pixels, and for what else the host says does.
+std::string sequence_fingerprint(const Manifest& manifest, const std::string& of_host);
+
+/// How two manifests differ in what decides pixels or the files' layout: "expected spp 16, found 64"; nothing if they
+/// agree.
+std::optional<std::string> difference(const Manifest& expected, const Manifest& found);
+
+/// An open sequence. A folder belongs to one at a time, of this process or any other.
+class SequenceWriter {
+public:
+    /// Makes or resumes the folder and holds it; throws InputError when it cannot be used, holds other frames or is
+    /// held by another sequence.
+    explicit SequenceWriter(SequenceSettings settings);
+
+    const Manifest& manifest() const { return settings_.manifest; }
+    bool keeps_frame(std::int64_t index) const;
+    /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.
+    void write(const Frame& frame, std::int64_t left_out_samples = 0);
+
+private:
+    void make_way_for(const FrameInfo& info);
+    void set_first_frame(const FrameInfo& first);
+    void make_folder() const;
+    void adopt_or_refuse();
+
+    SequenceSettings settings_;
+    std::optional<FolderLock> lock_;      // two renders at once would mix their settings
+    std::vector<std::int64_t> outdated_;  // frames of other settings, to be overwritten
+    bool knows_first_frame_ = false;      // the manifest's index, time and poses are those of a frame in the folder
+    bool manifest_is_current_ = false;    // the one in the folder is ours
+};
+
+}  // namespace equistream
