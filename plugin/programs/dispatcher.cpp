@@ -38,31 +38,39 @@ void print_help(std::FILE* out) {
     std::fputs("\n'equistream COMMAND --help' shows a command's options and an example.\n", out);
 }
 
-/// Takes `--host NAME` out of render's arguments: which host is a question of which program runs.
-/// Returns false for a host that this build does not have.
-bool take_host(std::vector<char*>& arguments) {
+constexpr std::array hosts = {
+    Command{"embree", "equistream-render-embree", ""},
+    Command{"mitsuba", "equistream-render-mitsuba",
+            "pip install mitsuba==3.9.1 nanobind==2.14.0, configure again and build (docs/mitsuba.md)"},
+};
+
+/// The value of `--host` among render's arguments, which decides what program runs; the program reads it too.
+std::string_view host_of(const std::vector<char*>& arguments) {
     for (std::size_t i = 2; i < arguments.size(); ++i) {
         const std::string_view word = arguments[i];
-        std::string_view host;
-        std::size_t words = 1;
-        if (word == "--host" && i + 1 < arguments.size()) {
-            host = arguments[i + 1];
-            words = 2;
-        } else if (word.starts_with("--host=")) {
-            host = word.substr(std::strlen("--host="));
-        } else {
-            continue;
-        }
-        if (host != "embree") {
-            std::fprintf(stderr, "equistream render: --host: expected embree, found '%.*s'\n",
-                         static_cast<int>(host.size()), host.data());
-            return false;
-        }
-        const auto first = arguments.begin() + static_cast<std::ptrdiff_t>(i);
-        arguments.erase(first, first + static_cast<std::ptrdiff_t>(words));
-        return true;
+        if (word == "--host" && i + 1 < arguments.size())
+            return arguments[i + 1];
+        if (word.starts_with("--host="))
+            return word.substr(std::strlen("--host="));
     }
-    return true;
+    return hosts[0].name;
+}
+
+/// Null, and said why, for a host that this build does not have.
+const Command* find_host(std::string_view name, const std::filesystem::path& folder) {
+    for (const Command& host : hosts) {
+        if (host.name != name)
+            continue;
+        std::error_code error;
+        if (std::filesystem::exists(folder / host.program, error))
+            return &host;
+        std::fprintf(stderr, "equistream render: --host %s: expected %s, found none%s%s\n", host.name.data(),
+                     (folder / host.program).c_str(), host.summary.empty() ? "" : "; to get it: ", host.summary.data());
+        return nullptr;
+    }
+    std::fprintf(stderr, "equistream render: --host: expected embree or mitsuba, found '%.*s'\n",
+                 static_cast<int>(name.size()), name.data());
+    return nullptr;
 }
 
 }  // namespace
@@ -81,11 +89,12 @@ int main(int argc, char** argv) {
         if (command.name != name)
             continue;
         std::vector<char*> arguments(argv, argv + argc);
-        if (name == "render" && !take_host(arguments))
-            return exit_usage;
         std::error_code error;
-        const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-        const std::string program = (self.parent_path() / command.program).string();
+        const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+        const Command* chosen = name == "render" ? find_host(host_of(arguments), folder) : &command;
+        if (chosen == nullptr)
+            return exit_usage;
+        const std::string program = (folder / chosen->program).string();
         // What was typed, for the records that programs keep of their command.
         std::string typed = "equistream " + std::string(name);
         arguments.erase(arguments.begin());

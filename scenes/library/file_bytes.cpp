@@ -2,11 +2,11 @@
 
 #include <equistream/error.h>
 
-#include <OpenImageIO/hash.h>
-
 #include <cinttypes>
 #include <cstdio>
 #include <fstream>
+
+#include <xxhash.h>
 
 namespace equistream {
 
@@ -48,7 +48,7 @@ std::vector<std::uint8_t> read_file_bytes(const fs::path& file, const std::strin
 }
 
 void ContentHash::add(std::span<const std::uint8_t> bytes) {
-    state_ = OIIO::xxhash::XXH64(bytes.data(), bytes.size(), state_);
+    state_ = XXH64(bytes.data(), bytes.size(), state_);
 }
 
 void ContentHash::add(const std::string& text) {

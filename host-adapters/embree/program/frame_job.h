@@ -1,7 +1,6 @@
 #pragma once
 /// One frame on all threads: tiles pulled from the plugin, rays traced, answers handed back.
-#include "stream.h"
-
+#include <equistream/equistream.h>
 #include <equistream_embree/surfaces.h>
 
 #include <atomic>

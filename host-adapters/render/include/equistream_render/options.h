@@ -1,5 +1,5 @@
 #pragma once
-/// What `equistream render` can be told, checked as far as the command line alone allows.
+/// What `equistream render` can be told whatever the host, checked as far as the command line alone allows.
 #include <equistream/conventions.h>
 #include <equistream/equistream.h>
 #include <equistream_cli/program.h>
@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace equistream::embree_host {
+namespace equistream::render_command {
+
+struct HostText;
 
 struct RenderOptions {
     std::filesystem::path scene, out, path;  ///< path: empty for the scene's own
@@ -26,8 +28,6 @@ struct RenderOptions {
     std::uint32_t spp = 64;
     std::uint64_t seed = 1;
     unsigned threads = 0;  ///< 0: one per processor
-    std::uint32_t max_bounces = 8;
-    bool unbiased = false;  ///< PathOptions::unbiased
     std::string aovs = "all";
     bool overwrite = false, single_part = false, json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
@@ -37,6 +37,6 @@ struct RenderOptions {
 const char* eye_name(es_eye eye);
 
 /// Adds the options to `app`; after parsing, the returned function gives their checked values.
-std::function<RenderOptions()> add_render_options(CLI::App& app);
+std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host);
 
-}  // namespace equistream::embree_host
+}  // namespace equistream::render_command

@@ -1,14 +1,12 @@
 #pragma once
 /// The sequences one render writes, opened through the C ABI: a sub-folder per eye, and the small stream.
-#include "options.h"
-
-#include <equistream_scene/scene.h>
+#include <equistream_render/host.h>
 
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace equistream::embree_host {
+namespace equistream::render_command {
 
 struct CloseSequence {
     void operator()(es_sequence* sequence) const { es_sequence_close(sequence); }
@@ -20,21 +18,24 @@ using SequencePointer = std::unique_ptr<es_sequence, CloseSequence>;
 using FramePointer = std::unique_ptr<es_frame, DiscardFrame>;
 
 struct Stream {
-    std::string name;  ///< sub-folder
+    StreamSettings settings;
     SequencePointer sequence;
-    std::uint64_t pixels = 0;
-    bool wants_surfaces = true;
+};
+
+/// Who renders, and what was typed.
+struct RenderRecord {
+    HostRecord host;
+    std::string command;
 };
 
 /// Opens (or resumes) all streams. Throws InputError or WorkError with the plugin's words.
 std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
-                                 const std::string& command);
+                                 const RenderRecord& record);
 
-/// A frame of one stream, poses of its neighbours included; frames beyond the path's ends have none.
-FramePointer begin_frame(const Stream& stream, const PosePath& path, std::int64_t index, std::int64_t path_frames,
-                         double frames_per_second);
+/// A frame of one stream, poses of its neighbours included.
+FramePointer begin_frame(const Stream& stream, const FrameTask& task, double time_s);
 
 /// Writes the frame.
 void end_frame(FramePointer frame);
 
-}  // namespace equistream::embree_host
+}  // namespace equistream::render_command

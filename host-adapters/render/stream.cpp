@@ -1,10 +1,8 @@
 #include "stream.h"
 
-#include "code_identity.h"
-
 #include <equistream/error.h>
 
-namespace equistream::embree_host {
+namespace equistream::render_command {
 namespace {
 
 void check(es_status status, const es_error& error) {
@@ -27,8 +25,6 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.spp = options.spp;
     s.seed = options.seed;
     s.camera = options.camera;
-    s.width = options.size.width;
-    s.height = options.size.height;
     s.fov_x_rad = options.fov_rad;
     s.longitude_min = options.range.longitude_min;
     s.longitude_max = options.range.longitude_max;
@@ -46,57 +42,46 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     return s;
 }
 
-Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, const std::string& name) {
-    const std::string folder = (out / name).string();
+Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, StreamSettings stream) {
+    const std::string folder = (out / stream.name).string();
     settings.output_dir = folder.c_str();
+    settings.eye = stream.eye;
+    settings.width = stream.size.width;
+    settings.height = stream.size.height;
+    settings.aovs = stream.aovs.c_str();
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);
-    return {name, SequencePointer(sequence),
-            static_cast<std::uint64_t>(settings.width) * static_cast<std::uint64_t>(settings.height),
-            std::string_view(settings.aovs) != "none"};
+    return {std::move(stream), SequencePointer(sequence)};
 }
 
 }  // namespace
 
 std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
-                                 const std::string& command) {
-    // The code is part of the name: frames of a renderer that has changed since are not resumed.
-    const std::string host = std::string("equistream-embree ") + es_version() + ", code " + code_identity();
-    const std::string fingerprint = scene.fingerprint + " path " + path_fingerprint(path) + " bounces " +
-                                    std::to_string(options.max_bounces) + (options.unbiased ? " unbiased" : "");
+                                 const RenderRecord& record) {
+    const std::string fingerprint = scene.fingerprint + " path " + path_fingerprint(path) + record.host.settings;
     es_sequence_settings settings = common_settings(options, scene);
-    settings.host_name = host.c_str();
+    settings.host_name = record.host.name.c_str();
     settings.fingerprint = fingerprint.c_str();
-    settings.command = command.c_str();
-    settings.aovs = options.aovs.c_str();
+    settings.command = record.command.c_str();
     std::vector<Stream> streams;
-    for (const es_eye eye : options.eyes) {
-        settings.eye = eye;
-        streams.push_back(open_stream(settings, options.out, eye_name(eye)));
-    }
+    for (const es_eye eye : options.eyes)
+        streams.push_back(open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs}));
     if (options.small_eye) {
-        settings.eye = *options.small_eye;
-        settings.width /= 4;
-        settings.height /= 4;
-        settings.aovs = "none";
-        streams.push_back(open_stream(settings, options.out, "small"));
+        const cli::Size quarter{options.size.width / 4, options.size.height / 4};
+        streams.push_back(open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none"}));
     }
     return streams;
 }
 
-FramePointer begin_frame(const Stream& stream, const PosePath& path, std::int64_t index, std::int64_t path_frames,
-                         double frames_per_second) {
-    const auto head_at = [&](std::int64_t i) {
-        return to_es_pose(path.at(static_cast<double>(i) / frames_per_second));
-    };
+FramePointer begin_frame(const Stream& stream, const FrameTask& task, double time_s) {
     es_frame_settings settings{};
     settings.struct_size = sizeof(settings);
-    settings.index = index;
-    settings.time_s = static_cast<double>(index) / frames_per_second;
-    settings.head = head_at(index);
-    settings.head_previous = head_at(index > 0 ? index - 1 : index);
-    settings.head_next = head_at(index + 1 < path_frames ? index + 1 : index);
+    settings.index = task.index;
+    settings.time_s = time_s;
+    settings.head = to_es_pose(task.head);
+    settings.head_previous = to_es_pose(task.head_previous);
+    settings.head_next = to_es_pose(task.head_next);
     es_error error{};
     es_frame* frame = nullptr;
     check(es_frame_begin(stream.sequence.get(), &settings, &frame, &error), error);
@@ -109,4 +94,4 @@ void end_frame(FramePointer frame) {
         throw WorkError(error.text);
 }
 
-}  // namespace equistream::embree_host
+}  // namespace equistream::render_command

@@ -1,4 +1,4 @@
-#include "options.h"
+#include <equistream_render/host.h>
 
 #include <equistream/camera.h>
 #include <equistream/comma_list.h>
@@ -10,13 +10,13 @@
 #include <cstdio>
 #include <memory>
 
-namespace equistream::embree_host {
+namespace equistream::render_command {
 namespace {
 
 /// As typed; what is not a plain number is read by checked().
 struct Typed {
     RenderOptions options;
-    std::string host = "embree", camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
+    std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
     std::string progress = "auto";
     double fps = 0, fov_deg = 90;
     CLI::Option* fov_option = nullptr;
@@ -116,12 +116,6 @@ void add_frame_options(CLI::App& app, Typed& t) {
 void add_quality_options(CLI::App& app, Typed& t) {
     app.add_option("--spp", t.options.spp, "Samples per pixel")->check(CLI::Range(1u, 1048576u))->capture_default_str();
     app.add_option("--seed", t.options.seed, "Other seeds give independent noise")->capture_default_str();
-    app.add_option("--max-bounces", t.options.max_bounces, "Scatterings of a path at most")
-        ->check(CLI::Range(0u, 250u))
-        ->capture_default_str();
-    app.add_flag("--unbiased", t.options.unbiased,
-                 "Leave nothing out of the light: noisier. What remains: textures filtered to a pixel's width, "
-                 "glass without thickness, --max-bounces");
     app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids, all or none")->capture_default_str();
 }
 
@@ -133,11 +127,14 @@ const char* eye_name(es_eye eye) {
     return eye_names[eye];
 }
 
-std::function<RenderOptions()> add_render_options(CLI::App& app) {
+std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host) {
     const auto typed = std::make_shared<Typed>();
-    app.add_option("scene", typed->options.scene, "Scene description (JSON)")->required();
+    typed->host = host.name;
+    app.add_option("scene", typed->options.scene, host.scene)->required();
     app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye")->required();
-    app.add_option("--host", typed->host, "Renderer")->check(CLI::IsMember({"embree"}))->capture_default_str();
+    app.add_option("--host", typed->host, "Renderer: embree or mitsuba; this is the help of the one shown")
+        ->check(CLI::IsMember({host.name}))
+        ->capture_default_str();
     add_camera_options(app, *typed);
     add_frame_options(app, *typed);
     add_quality_options(app, *typed);
@@ -151,4 +148,4 @@ std::function<RenderOptions()> add_render_options(CLI::App& app) {
     return [typed] { return checked(*typed); };
 }
 
-}  // namespace equistream::embree_host
+}  // namespace equistream::render_command

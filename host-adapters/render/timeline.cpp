@@ -1,0 +1,30 @@
+#include <equistream_render/timeline.h>
+
+#include <equistream/error.h>
+
+#include <cmath>
+
+namespace equistream::render_command {
+
+FrameTimes Timeline::times(std::int64_t index) const {
+    const std::int64_t previous = index > 0 ? index - 1 : index;
+    const std::int64_t next = index + 1 < path_frames ? index + 1 : index;
+    return {index, time_s(previous), time_s(index), time_s(next)};
+}
+
+Timeline make_timeline(const RenderOptions& options, const SceneDescription& scene) {
+    Timeline t;
+    t.path = options.path.empty() ? scene.camera_path : read_path_csv(options.path);
+    if (t.path.empty())
+        throw InputError(expected_found(scene.file.string(), "a camera path (or --path)", "none"));
+    t.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
+    // The small term keeps a last key that falls on a frame from being lost to rounding.
+    t.path_frames = static_cast<std::int64_t>(std::floor(t.path.duration_s() * t.frames_per_second + 1e-6)) + 1;
+    t.range = options.frames.value_or(cli::FrameRange{0, t.path_frames - 1});
+    if (t.range.last >= t.path_frames)
+        throw InputError(expected_found("--frames", "frames within the path's 0-" + std::to_string(t.path_frames - 1),
+                                        std::to_string(t.range.first) + "-" + std::to_string(t.range.last)));
+    return t;
+}
+
+}  // namespace equistream::render_command
