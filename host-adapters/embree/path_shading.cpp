@@ -28,8 +28,19 @@ float power_heuristic(float pdf, float other) {
 
 }  // namespace
 
+glm::vec3 Worker::sky_image_radiance(Path& path, const SkyLight& sky) const {
+    if (path.scatter_pdf > 0) {  // off something rough: the light as it is sampled, not as it is looked at
+        const float weight = path.next_event_done ? power_heuristic(path.scatter_pdf, sky.pdf(path.direction)) : 1;
+        return weight * sky.radiance(path.direction);
+    }
+    const glm::vec3 jitter{path.sampler.next_hashed(), path.sampler.next_hashed(), path.sampler.next_hashed()};
+    return sky.filtered(path.direction, path.cone.spread_rad, jitter);
+}
+
 void Worker::escape(Path& path) const {
     path.radiance += path.throughput * scene_.lights.sky;
+    if (scene_.lights.sky_image)
+        path.radiance += path.throughput * sky_image_radiance(path, *scene_.lights.sky_image);
     const auto& sun = scene_.lights.sun;
     if (!sun || !sun->contains(path.direction))
         return;
@@ -87,6 +98,8 @@ void Worker::sample_lights(std::uint32_t index, const ShadingPoint& point, const
         sample_sun(index, point, bsdf, frame);
     if (!scene_.lights.emitters.empty())
         sample_emitter(index, point, bsdf, frame);
+    if (scene_.lights.sky_image && !scene_.lights.sky_image->is_black())
+        sample_sky(index, point, bsdf, frame);
 }
 
 void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
@@ -104,6 +117,19 @@ void Worker::sample_sun(std::uint32_t index, const ShadingPoint& point, const Bs
     if (largest(contribution) > 0)
         shadow_rays_.push_back(
             {{offset_origin(point.position, point.geometric_normal), direction, infinity}, contribution, index});
+}
+
+void Worker::sample_sky(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
+    Path& path = paths_[index];
+    const SkySample sky = scene_.lights.sky_image->sample(path.sampler.pair(path.vertices, Sampler::Use::sky));
+    if (glm::dot(sky.direction, point.geometric_normal) <= 0)
+        return;
+    const BsdfValue scattered = bsdf.evaluate(frame.to_local(-path.direction), frame.to_local(sky.direction));
+    const glm::vec3 contribution =
+        path.throughput * scattered.value * sky.radiance * (power_heuristic(sky.pdf, scattered.pdf) / sky.pdf);
+    if (largest(contribution) > 0)
+        shadow_rays_.push_back(
+            {{offset_origin(point.position, point.geometric_normal), sky.direction, infinity}, contribution, index});
 }
 
 void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,

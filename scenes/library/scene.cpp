@@ -104,7 +104,8 @@ PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& 
     return PosePath(std::move(keys), json["keys"].where());
 }
 
-fs::path find_model(const JsonReader& json, const fs::path& folder) {
+/// A large file that a description shares with others: the model, the sky's image.
+fs::path find_file(const JsonReader& json, const fs::path& folder, const std::string& what) {
     const fs::path name = json.text();
     std::vector<fs::path> places{folder / name};
     const char* scenes = std::getenv("EQUISTREAM_SCENES");
@@ -121,7 +122,32 @@ fs::path find_model(const JsonReader& json, const fs::path& folder) {
     }
     if (!scenes || !*scenes)
         tried += " (EQUISTREAM_SCENES is not set)";
-    throw InputError(expected_found(json.where(), "the model at one of " + tried, "none"));
+    throw InputError(expected_found(json.where(), "the " + what + " at one of " + tried, "none"));
+}
+
+SkyImage read_sky_image(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
+    SkyImage sky;
+    sky.file = find_file(json["image"], folder, "image");
+    hash.add_file(sky.file, "sky image");
+    if (json.has("rotation_deg"))
+        sky.rotation_rad = radians(json["rotation_deg"].number());
+    if (json.has("scale"))
+        sky.scale = json["scale"].colour();
+    return sky;
+}
+
+void read_sky(const JsonReader& json, const fs::path& folder, ContentHash& hash, SceneDescription& scene) {
+    json.accept_keys({"radiance", "image", "rotation_deg", "scale"});
+    if (json.has("radiance") == json.has("image"))
+        json.fail("one of radiance and image");
+    if (json.has("image")) {
+        scene.sky_image = read_sky_image(json, folder, hash);
+        return;
+    }
+    for (const char* key : {"rotation_deg", "scale"})
+        if (json.has(key))
+            json[key].fail("an image to go with it");
+    scene.sky_radiance = json["radiance"].colour();
 }
 
 std::string read_name(const JsonReader& json, const fs::path& file) {
@@ -165,10 +191,8 @@ SceneDescription load_scene(const fs::path& file) {
     scene.name = read_name(json, file);
     if (json.has("sun"))
         scene.sun = read_sun(json["sun"]);
-    if (json.has("sky")) {
-        json["sky"].accept_keys({"radiance"});
-        scene.sky_radiance = json["sky"]["radiance"].colour();
-    }
+    if (json.has("sky"))
+        read_sky(json["sky"], folder, hash, scene);
     json["camera"].accept_keys({"keys", "path"});
     scene.camera_path = read_path(json["camera"], folder, hash);
     if (json.has("head_box")) {
@@ -181,7 +205,7 @@ SceneDescription load_scene(const fs::path& file) {
         scene.frames_per_second = json["frames_per_second"].number_above(0);
     if (json.has("moving"))
         scene.moving = read_moving(json["moving"], folder, hash);
-    scene.model = find_model(json["model"], folder);
+    scene.model = find_file(json["model"], folder, "model");
     scene.geometry_fingerprint = geometry_fingerprint(scene.model, scene.moving);
     hash.add(scene.geometry_fingerprint);
     scene.fingerprint = hash.hex();

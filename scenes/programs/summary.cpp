@@ -132,7 +132,9 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     for (const Material& material : model.materials)
         out.masked_materials += material.alpha_mask != no_index;
     out.has_sun = scene.sun.has_value();
-    out.has_sky = scene.sky_radiance != glm::dvec3(0);
+    out.has_sky = scene.sky_image || scene.sky_radiance != glm::dvec3(0);
+    if (scene.sky_image)
+        out.sky_image = scene.sky_image->file.string();
     out.moving_objects = scene.moving.size();
     const std::vector<Box> boxes = mesh_boxes(model);
     const std::vector<glm::mat4> world = instance_transforms(model, scene, 0);
@@ -169,6 +171,8 @@ std::string summary_text(const SceneSummary& s) {
     text +=
         line("lights", formatted("%s, %s, %llu emissive triangles", s.has_sun ? "sun" : "no sun",
                                  s.has_sky ? "sky" : "no sky", static_cast<unsigned long long>(s.emissive_triangles)));
+    if (!s.sky_image.empty())
+        text += line("sky image", s.sky_image);
     text += line("moving objects", std::to_string(s.moving_objects));
     text += line("bounding box", formatted("(%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m", s.box_low_m.x, s.box_low_m.y,
                                            s.box_low_m.z, s.box_high_m.x, s.box_high_m.y, s.box_high_m.z));
@@ -199,6 +203,7 @@ std::string summary_json(const SceneSummary& s) {
     json["texture_bytes"] = s.texture_bytes;
     json["sun"] = s.has_sun;
     json["sky"] = s.has_sky;
+    json["sky_image"] = s.sky_image.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(s.sky_image);
     json["emissive_triangles"] = s.emissive_triangles;
     json["moving_objects"] = s.moving_objects;
     json["bounding_box_m"] = {vector(s.box_low_m), vector(s.box_high_m)};

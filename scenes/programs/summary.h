@@ -13,6 +13,7 @@ struct SceneSummary {
     std::size_t meshes = 0, instances = 0, objects = 0, materials = 0, masked_materials = 0, textures = 0;
     std::uint64_t texture_bytes = 0;  ///< encoded
     bool has_sun = false, has_sky = false;
+    std::string sky_image;                 ///< its file, empty without one
     std::uint64_t emissive_triangles = 0;  ///< with instances
     std::size_t moving_objects = 0;
     glm::dvec3 box_low_m{0}, box_high_m{0};  ///< at time 0

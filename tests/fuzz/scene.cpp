@@ -26,6 +26,8 @@ constexpr std::string_view whole = R"({
 )";
 constexpr std::string_view least = R"({"model": "one.glb", "sun": {"towards": [0, 2, 1], "irradiance": 1},
 "camera": {"path": "walk.csv"}})";
+constexpr std::string_view image = R"({"model": "one.glb", "camera": {"path": "walk.csv"},
+"sky": {"image": "walk.csv", "rotation_deg": -30.5, "scale": [1, 2, 0.5]}})";
 constexpr std::string_view walk = "time_s,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0,0,1,1,0,0,0\n";
 
 void read(Bytes bytes) {
@@ -38,7 +40,7 @@ void read(Bytes bytes) {
 }
 
 Seeds seeds() {
-    return {bytes_of(whole), bytes_of(least)};
+    return {bytes_of(whole), bytes_of(least), bytes_of(image)};
 }
 
 }  // namespace

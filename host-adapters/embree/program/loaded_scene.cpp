@@ -1,5 +1,7 @@
 #include "loaded_scene.h"
 
+#include <equistream_embree/sky_image.h>
+
 #include <equistream/elapsed.h>
 
 namespace equistream::embree_host {
@@ -16,6 +18,8 @@ LoadedScene::LoadedScene(const SceneDescription& description, const PathOptions&
         lights_.sun.emplace(glm::vec3(description.sun->towards), glm::vec3(description.sun->irradiance),
                             static_cast<float>(description.sun->angular_radius_rad));
     lights_.sky = glm::vec3(description.sky_radiance);
+    if (const auto& sky = description.sky_image)
+        lights_.sky_image.emplace(read_sky_image(sky->file), sky->rotation_rad, glm::vec3(sky->scale));
     moves_.assign(model_.instances.size(), 0);
     for (const std::uint32_t instance : moving_)
         moves_[instance] = 1;

@@ -46,6 +46,14 @@ struct Sun {
     double angular_radius_rad = 0.00465;
 };
 
+/// What rays that miss everything see: a lat-long image of linear Rec.709 radiance in the mapping of conventions.h (its
+/// centre is -Z, right of it +X). The image is the host's to read; load_scene finds and fingerprints it.
+struct SkyImage {
+    std::filesystem::path file;  ///< resolved as the model is
+    double rotation_rad = 0;     ///< direction in the world = R_y(rotation_rad) direction in the image
+    glm::dvec3 scale{1};         ///< factor on the image's radiance
+};
+
 /// A node of the model that moves: its path replaces the node's own translation and rotation (world space), scale
 /// stays.
 struct MovingObject {
@@ -58,13 +66,14 @@ struct SceneDescription {
     std::string name;
     std::filesystem::path model;  ///< resolved: beside the description, or under $EQUISTREAM_SCENES
     std::optional<Sun> sun;
-    glm::dvec3 sky_radiance{0};
+    glm::dvec3 sky_radiance{0};  ///< constant; 0 where there is a sky_image
+    std::optional<SkyImage> sky_image;
     PosePath camera_path;
     double lean_m = 0;
     double exposure = 1;
     double frames_per_second = 30;
     std::vector<MovingObject> moving;
-    std::string fingerprint;  ///< hash of the description's, the paths' and the model's bytes
+    std::string fingerprint;  ///< hash of the description's, the paths', the sky image's and the model's bytes
     /// Hash of what depth comes from: the model's bytes, files it names included, and the moving objects' paths.
     std::string geometry_fingerprint;
 };

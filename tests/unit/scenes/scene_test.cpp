@@ -152,6 +152,36 @@ TEST_F(SceneTest, ModelIsFoundBesideOrBelowEquistreamScenes) {
     unsetenv("EQUISTREAM_SCENES");
 }
 
+TEST_F(SceneTest, SkyImagesAreFoundAsModelsAreAndFingerprinted) {
+    const auto with_sky = [](const std::string& sky) {
+        return "{\"model\": \"model.glb\",\n\"sky\": " + sky +
+               ",\n\"camera\": {\"keys\": [{\"time_s\": 0, \"position_m\": [0, 0, 0]}]}}";
+    };
+    const std::string sky = R"({"image": "dawn.exr", "rotation_deg": 90, "scale": [1, 2, 3]})";
+    expect_contains(error(with_sky(sky)), "scene.json:2: expected the image at one of ");
+    const std::filesystem::path shared = write("scenes/dawn/dawn.exr", "far");
+    setenv("EQUISTREAM_SCENES", (folder_ / "scenes").c_str(), 1);
+    EXPECT_EQ(load(with_sky(sky)).sky_image->file, shared);
+    unsetenv("EQUISTREAM_SCENES");
+    const std::filesystem::path beside = write("dawn.exr", "near");
+    const SceneDescription scene = load(with_sky(sky));
+    ASSERT_TRUE(scene.sky_image.has_value());
+    EXPECT_EQ(scene.sky_image->file, beside);
+    EXPECT_NEAR(scene.sky_image->rotation_rad, std::acos(0.0), 1e-15);
+    EXPECT_EQ(scene.sky_image->scale, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(scene.sky_radiance, glm::dvec3(0));
+    write("dawn.exr", "other");
+    EXPECT_NE(load(with_sky(sky)).fingerprint, scene.fingerprint);
+    EXPECT_EQ(load(with_sky(sky)).geometry_fingerprint, scene.geometry_fingerprint);
+    EXPECT_EQ(load(with_sky(R"({"image": "dawn.exr"})")).sky_image->scale, glm::dvec3(1));
+
+    expect_contains(error(with_sky(R"({"image": "dawn.exr", "radiance": 1})")),
+                    "scene.json:2: expected one of radiance and image");
+    expect_contains(error(with_sky("{}")), "scene.json:2: expected one of radiance and image");
+    expect_contains(error(with_sky(R"({"radiance": 1, "scale": 2})")), "expected an image to go with it as sky.scale");
+    expect_contains(error(with_sky(R"({"image": "dawn.exr", "scale": -1})")), "sky.scale");
+}
+
 TEST_F(SceneTest, FingerprintFollowsEveryByte) {
     write("walk.csv", "0,1,2,3,1,0,0,0\n");
     const std::string before = load(full).fingerprint;

@@ -1,12 +1,14 @@
 #pragma once
-/// What lights a scene: a sun (a small uniform disc), a constant sky, emissive triangles.
+/// What lights a scene: a sun (a small uniform disc), a sky (constant, or an image), emissive triangles.
 ///
 /// Sampling: the sun by its cone; emissive triangles in proportion to mean power (area times the luminance of the
 /// material's mean emission), one triangle and one point on it. A point that an alpha mask has cut away is a sample
-/// without light, so that the density is the same all over a triangle. The sky is left to BSDF sampling alone: under a
-/// constant sky that has no variance but that of visibility, and the ray has to be traced for indirect light anyway.
+/// without light, so that the density is the same all over a triangle. A sky that is an image by its pixels
+/// (sky_light.h). The constant sky is left to BSDF sampling alone: under it that has no variance but that of
+/// visibility, and the ray has to be traced for indirect light anyway.
 #include <equistream_embree/directions.h>
 #include <equistream_embree/shading_scene.h>
+#include <equistream_embree/sky_light.h>
 
 #include <optional>
 #include <span>
@@ -67,7 +69,8 @@ private:
 
 struct Lights {
     std::optional<SunLight> sun;
-    glm::vec3 sky{0};
+    glm::vec3 sky{0};  ///< constant, added to the image's
+    std::optional<SkyLight> sky_image;
     EmitterTable emitters;
 };
 

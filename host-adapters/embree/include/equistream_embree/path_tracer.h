@@ -1,6 +1,7 @@
 #pragma once
 /// A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
-/// heuristic) for the sun and emissive triangles, BSDF sampling for the sky, Russian roulette.
+/// heuristic) for the sun, emissive triangles and a sky that is an image, BSDF sampling for a constant sky, Russian
+/// roulette.
 ///
 /// What it leaves out unless PathOptions::unbiased is set, and why:
 /// - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
@@ -99,12 +100,14 @@ private:
     void shade_paths();
     void trace_shadow_rays();
     void escape(Path& path) const;
+    glm::vec3 sky_image_radiance(Path& path, const SkyLight& sky) const;
     /// False when the path ends here.
     bool shade(std::uint32_t index, const Hit& hit);
     void add_emission(Path& path, const ShadingMaterial& material, const ShadingPoint& point, float distance,
                       const glm::vec3& jitter);
     void sample_lights(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
     void sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+    void sample_sky(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
     void sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
     bool scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
 

@@ -52,7 +52,8 @@ inline float unit_float(std::uint32_t bits) {
 
 class Sampler {
 public:
-    enum class Use : std::uint32_t { scattering, choices, sun, emitter };
+    /// `sky` comes after the four of both vertices: a new use leaves the numbers of the others as they were.
+    enum class Use : std::uint32_t { scattering, choices, sun, emitter, sky = 8 };
 
     Sampler() = default;
     /// `pixel_seed` is the same for all samples of a pixel and differs between pixels; `sample` counts from 0.
