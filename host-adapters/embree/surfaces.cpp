@@ -43,6 +43,7 @@ es_surface surface_of(Worker& worker, const ShadingScene& scene, const Neighbour
     s.object_id = instance.object + 1;
     s.material_id = point.material + 1;
     s.instance_id = hit.id.instance + 1;
+    s.specular = Bsdf(parameters, glm::dot(point.normal, -direction)).is_sharp() ? 1.0f : 0.0f;
     return s;
 }
 

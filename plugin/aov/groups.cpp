@@ -22,7 +22,8 @@ std::string accepted_groups() {
 }
 
 bool is_group(std::string_view word) {
-    return std::ranges::any_of(aov_catalogue(), [&](const AovInfo& a) { return a.group == word; });
+    const auto catalogue = aov_catalogue();
+    return std::any_of(catalogue.begin(), catalogue.end(), [&](const AovInfo& a) { return a.group == word; });
 }
 
 }  // namespace

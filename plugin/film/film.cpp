@@ -102,10 +102,11 @@ void Film::put_surfaces(const es_tile& tile, const es_surface* surfaces) {
     float* const forward = real_target("forward");
     float* const normal = real_target("normal");
     float* const albedo = real_target("albedo");
+    float* const specular = real_target("specular");
     std::uint32_t* const object = id_target("object_id");
     std::uint32_t* const material = id_target("material_id");
     std::uint32_t* const instance = id_target("instance_id");
-    const es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0};
+    const es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0};
     for (std::uint32_t i = 0; i < tile.pixel_count; ++i) {
         const int x = tile.x + static_cast<int>(i) % tile.width;
         const int y = tile.y + static_cast<int>(i) / tile.width;
@@ -133,6 +134,8 @@ void Film::put_surfaces(const es_tile& tile, const es_surface* surfaces) {
             material[at] = s.material_id;
         if (instance)
             instance[at] = s.instance_id;
+        if (specular)
+            specular[at] = is_finite(&s.specular, 1) ? s.specular : 0;
     }
     progress_[tile.id].surfaces = true;
 }

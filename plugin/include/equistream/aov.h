@@ -1,18 +1,35 @@
 #pragma once
-/// The AOV catalogue: every plane a frame can carry, its channels, unit and meaning, in one table. Needs C++20 and
-/// nothing to link with. Geometry planes come from one unfiltered sample along the pixel-centre ray.
+/// The AOV catalogue: every plane a frame can carry, its channels, unit and meaning, in one table. C++17-clean, nothing
+/// to link with. Geometry planes come from one unfiltered sample along the pixel-centre ray.
+#include <cstddef>
 #include <optional>
-#include <span>
 #include <string_view>
 
 namespace equistream {
 
 enum class SampleType { half, real, id };  ///< as stored in EXR: 16-bit half, 32-bit float, 32-bit unsigned
 
+/// A part of a table that lives as long as the program.
+template <typename Entry>
+class TableView {
+public:
+    template <std::size_t count>
+    constexpr TableView(const Entry (&entries)[count]) : entries_(entries), count_(count) {}
+
+    constexpr const Entry* begin() const { return entries_; }
+    constexpr const Entry* end() const { return entries_ + count_; }
+    constexpr std::size_t size() const { return count_; }
+    constexpr const Entry& operator[](std::size_t i) const { return entries_[i]; }
+
+private:
+    const Entry* entries_;
+    std::size_t count_;
+};
+
 struct AovInfo {
-    std::string_view name;                       ///< the plane's name in a Frame
-    std::string_view group;                      ///< what --aovs calls it; several planes may share a group
-    std::span<const std::string_view> channels;  ///< EXR channel names, in the plane's sample order
+    std::string_view name;                 ///< the plane's name in a Frame
+    std::string_view group;                ///< what --aovs calls it; several planes may share a group
+    TableView<std::string_view> channels;  ///< EXR channel names, in the plane's sample order
     SampleType type;
     bool data_part;  ///< in EXR part "data" rather than "rgba"
     std::string_view unit;
@@ -29,6 +46,7 @@ inline constexpr std::string_view normal[] = {"normal.X", "normal.Y", "normal.Z"
 inline constexpr std::string_view object_id[] = {"object_id"};
 inline constexpr std::string_view material_id[] = {"material_id"};
 inline constexpr std::string_view instance_id[] = {"instance_id"};
+inline constexpr std::string_view specular[] = {"specular"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -47,10 +65,12 @@ inline constexpr AovInfo aov_table[] = {
     {"object_id", "ids", aov_channels::object_id, SampleType::id, true, "", "from 1; 0 for a miss"},
     {"material_id", "ids", aov_channels::material_id, SampleType::id, true, "", "from 1; 0 for a miss"},
     {"instance_id", "ids", aov_channels::instance_id, SampleType::id, true, "", "from 1; 0 for a miss"},
+    {"specular", "specular", aov_channels::specular, SampleType::real, true, "",
+     "1 where most of what the surface sends on leaves as a sharp reflection or refraction, else 0"},
 };
 
 /// All planes, colour first.
-constexpr std::span<const AovInfo> aov_catalogue() {
+constexpr TableView<AovInfo> aov_catalogue() {
     return aov_table;
 }
 

@@ -73,6 +73,28 @@ Vector3<T> equirect_direction(PixelCoordinates<T> pixel, int width, int height, 
     return direction_from_longitude_latitude(longitude, latitude);
 }
 
+/// A unit direction and how it changes from one pixel to the next, to first order.
+template <typename T>
+struct DirectionDerivatives {
+    Vector3<T> direction, per_column, per_row;
+};
+
+/// equirect_direction with its derivatives by u and v, for texture filters.
+template <typename T>
+DirectionDerivatives<T> equirect_direction_derivatives(PixelCoordinates<T> pixel, int width, int height,
+                                                       const LongitudeLatitudeRange& range) {
+    using std::cos;
+    using std::sin;
+    const T longitude = T(range.longitude_min) + pixel.u * T(range.longitude_span() / width);
+    const T latitude = T(range.latitude_max) - pixel.v * T(range.latitude_span() / height);
+    const T sin_l = sin(longitude), cos_l = cos(longitude), sin_p = sin(latitude), cos_p = cos(latitude);
+    const T across = cos_p * T(range.longitude_span() / width);
+    const T down = T(range.latitude_span() / height);
+    return {{cos_p * sin_l, sin_p, -cos_p * cos_l},
+            {across * cos_l, T(0), across * sin_l},
+            {down * sin_p * sin_l, -down * cos_p, -down * sin_p * cos_l}};
+}
+
 /// The inverse of equirect_direction. On an image that closes, u lies in [0, W]; on a partial range u is
 /// the shortest way round from the range's middle, so a direction outside maps outside [0, W].
 template <typename T>
@@ -114,11 +136,17 @@ Vector3<T> perspective_direction(PixelCoordinates<T> pixel, int width, int heigh
     return {(pixel.u - T(0.5 * width)) * inverse_focal, (T(0.5 * height) - pixel.v) * inverse_focal, T(-1)};
 }
 
-/// The inverse of perspective_direction; meaningful only for directions in front (z < 0).
+/// The inverse of perspective_direction; meaningful only for directions in front (z < 0). `focal_px` is
+/// focal_length_px.
+template <typename T>
+PixelCoordinates<T> perspective_pixel_of_focal(const Vector3<T>& direction, int width, int height, T focal_px) {
+    const T scale = focal_px / -direction.z;
+    return {T(0.5 * width) + direction.x * scale, T(0.5 * height) - direction.y * scale};
+}
+
 template <typename T>
 PixelCoordinates<T> perspective_pixel(const Vector3<T>& direction, int width, int height, double fov_x_rad) {
-    const T scale = T(focal_length_px(width, fov_x_rad)) / -direction.z;
-    return {T(0.5 * width) + direction.x * scale, T(0.5 * height) - direction.y * scale};
+    return perspective_pixel_of_focal(direction, width, height, T(focal_length_px(width, fov_x_rad)));
 }
 
 }  // namespace equistream

@@ -29,7 +29,7 @@
 extern "C" {
 #endif
 
-#define ES_ABI_VERSION 1u
+#define ES_ABI_VERSION 2u
 
 typedef enum es_status {
     ES_OK = 0,
@@ -113,6 +113,7 @@ typedef struct es_surface {
     float normal[3];              /* world, unit, facing the camera */
     float albedo[3];
     uint32_t object_id, material_id, instance_id; /* from 1 */
+    float specular; /* 1 where most of what the surface sends on leaves as a sharp reflection or refraction, else 0 */
 } es_surface;
 
 typedef enum es_sample_type { ES_FLOAT32 = 0, ES_UINT32 = 1 } es_sample_type;

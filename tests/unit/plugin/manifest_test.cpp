@@ -175,7 +175,7 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
             parse_aov_groups(wrong);
             ADD_FAILURE() << wrong;
         } catch (const InputError& error) {
-            EXPECT_NE(std::string(error.what()).find("expected albedo, depth, motion, normal, ids, all or none"),
+            EXPECT_NE(std::string(error.what()).find("expected albedo, depth, motion, normal, ids, specular, all or none"),
                       std::string::npos)
                 << error.what();
         }

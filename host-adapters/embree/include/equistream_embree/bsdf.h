@@ -36,6 +36,9 @@ struct BsdfSample {
     Kind kind = Kind::none;
 };
 
+/// What the AOV "specular" takes for a mirror.
+inline constexpr float sharp_alpha = 0.05f;
+
 class Bsdf {
 public:
     /// `cos_viewer` > 0 is the cosine between shading normal and viewer. Specular lobes sharper than `alpha_floor` are
@@ -46,6 +49,10 @@ public:
     BsdfValue evaluate(const glm::vec3& viewer, const glm::vec3& light) const;
     /// One direction; `lobe` chooses between lobes, `u` within one.
     BsdfSample sample(const glm::vec3& viewer, float lobe, const glm::vec2& u) const;
+
+    /// Whether most of what is sent to the viewer comes out of sharp lobes: mirror, straight on, or GGX of an alpha up
+    /// to sharp_alpha.
+    bool is_sharp() const { return p_straight_ + (alpha_ <= sharp_alpha ? p_specular_ : 0) > 0.5f; }
 
     /// Whether light arriving from elsewhere than a mirror direction scatters to the viewer at all.
     bool has_rough_lobe() const { return p_diffuse_ > 0 || (p_specular_ > 0 && alpha_ > 0); }
