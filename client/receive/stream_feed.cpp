@@ -23,7 +23,8 @@ constexpr int pictures_to_judge_by = 4;
 
 class StreamFeed : public FrameFeed {
 public:
-    StreamFeed(const std::string& source, const FeedOptions& options) : reader_(source), options_(options) {
+    StreamFeed(const std::string& source, const FeedOptions& options)
+        : reader_(source, {.rgb = true, .interrupted = options.interrupted}), options_(options) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
         file_bytes_ = error ? 0 : double(size);

@@ -4,6 +4,7 @@
 #include "struct_size.h"
 
 #include <equistream/aov.h>
+#include <equistream/plane_values.h>
 
 #include <cmath>
 #include <cstring>
@@ -103,24 +104,6 @@ Image<T> copied(const es_plane& plane, int width, int height) {
     return image;
 }
 
-/// Planes other than colour must keep their promises: depth is not negative and not NaN, the rest is finite.
-void check_values(const AovInfo& aov, const FloatImage& image) {
-    if (aov.name == "colour")
-        return;
-    const bool is_depth = aov.name == "depth";
-    const auto samples = image.samples();
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (is_depth ? samples[i] >= 0 : std::isfinite(samples[i]))
-            continue;
-        const std::size_t pixel = i / static_cast<std::size_t>(image.channels());
-        const std::size_t width = static_cast<std::size_t>(image.width());
-        throw InputError(expected_found("plane " + std::string(aov.name) + " at pixel " +
-                                            std::to_string(pixel % width) + "," + std::to_string(pixel / width),
-                                        is_depth ? "a distance, +inf for a miss" : "a finite number",
-                                        std::to_string(samples[i])));
-    }
-}
-
 }  // namespace
 
 extern "C" {
@@ -196,7 +179,7 @@ es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* e
             return;
         }
         FloatImage image = copied<float>(whole, width, height);
-        check_values(aov, image);
+        require_plane_values(aov, image.view());
         frame->film.put_plane(whole.name, std::move(image));
     });
 }

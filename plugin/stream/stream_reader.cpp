@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 
 namespace equistream {
 
@@ -40,7 +41,13 @@ private:
     std::vector<AVDictionary*> entries_;
 };
 
-av::Demuxer open_source(const std::string& source) {
+/// libav asks while it waits; `interrupted` is a std::function<bool()>.
+int answer_interrupt(void* interrupted) {
+    return (*static_cast<const std::function<bool()>*>(interrupted))() ? 1 : 0;
+}
+
+/// `interrupted` must outlive what is returned.
+av::Demuxer open_source(const std::string& source, const std::function<bool()>& interrupted) {
     const bool url = av::is_url(source);
     if (!url && !std::filesystem::exists(source))
         throw InputError(source + ": no such file");
@@ -51,7 +58,11 @@ av::Demuxer open_source(const std::string& source) {
     options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
     if (!url)
         options.set("protocol_whitelist", "file");
-    AVFormatContext* opened = nullptr;
+    AVFormatContext* opened = avformat_alloc_context();
+    if (opened == nullptr)
+        throw std::bad_alloc();
+    if (interrupted)
+        opened->interrupt_callback = {answer_interrupt, const_cast<std::function<bool()>*>(&interrupted)};
     const int code = avformat_open_input(&opened, (url ? source : "file:" + source).c_str(), nullptr, options.taken());
     if (code < 0)
         throw InputError(expected_found(source, "a video", av::error_text(code)));
@@ -122,7 +133,7 @@ struct StreamReader::State {
 StreamReader::State::State(const std::string& source_name, const StreamReadOptions& read_options)
     : source(source_name), options(read_options), holds_back(!av::is_url(source_name)) {
     av::silence_log();
-    format = open_source(source);
+    format = open_source(source, options.interrupted);
     container = format->iformat->long_name;
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];

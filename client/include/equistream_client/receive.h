@@ -4,6 +4,7 @@
 #include <equistream/frame.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,7 @@ struct FeedOptions {
     bool depth = false;  ///< read the depth AOV too (folders)
     std::int64_t first_frame = 0;
     std::int64_t last_frame = INT64_MAX;
+    std::function<bool()> interrupted{};  ///< as in StreamReadOptions
 };
 
 /// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.

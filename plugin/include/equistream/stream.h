@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -120,6 +121,8 @@ bool is_url(const std::string& name);
 
 struct StreamReadOptions {
     bool rgb = true;  ///< false: decode, but leave DecodedPicture::rgb empty
+    /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
+    std::function<bool()> interrupted{};
 };
 
 /// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's

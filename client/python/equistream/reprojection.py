@@ -1,0 +1,162 @@
+"""From a sphere to what an eye sees: the client's own engines and fill ladder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Callable, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._core import FrameInfo, InputError, PerspectiveCamera, Pose
+from .arrays import as_depth, as_plane
+from .cameras import Camera
+from .colour import quantise_8bit, to_display
+from .frames import Frame
+from .streams import FeedFrame, FeedPicture, Picture
+
+DepthFunction = Callable[[Camera, Pose], ArrayLike]
+"""Gives the distance in metres from a camera at a pose to what each pixel-centre ray hits, +inf for a miss."""
+
+AnyPicture = Union[Frame, FeedPicture, Picture]
+AnySource = Union[AnyPicture, FeedFrame]
+
+ORIGINS = ("gap", "source", "small", "neighbours")
+"""By the values of EyePicture.origin: who gave a pixel its colour."""
+
+
+@dataclass
+class EyePicture:
+    """What one eye sees."""
+
+    rgb: NDArray[np.float32]
+    """Display-referred sRGB in [0, 1], rows x columns x 3; 0 where nothing is known."""
+    origin: NDArray[np.uint8]
+    """Who gave each pixel its colour: index into ORIGINS."""
+    gaps: NDArray[np.bool_]
+    """What the source did not see, before any fill."""
+    filled: dict[str, int]
+    """How many pixels each rung of the fill ladder filled."""
+    camera: PerspectiveCamera
+    pose: Pose
+    depth_m: Optional[NDArray[np.float32]] = field(default=None)
+    """The eye's own depth, where the method needed it."""
+
+    @property
+    def rgb_8bit(self) -> NDArray[np.uint8]:
+        """What `equistream play` writes into a PNG, bit for bit."""
+        return quantise_8bit(self.rgb)
+
+    def __repr__(self) -> str:
+        return (f"EyePicture({self.camera.width}x{self.camera.height}, {int(self.gaps.sum())} gaps, "
+                f"{int((self.origin == 0).sum())} left, {self.pose!r})")
+
+
+@dataclass
+class _View:
+    """One picture as the engine takes it."""
+
+    info: FrameInfo
+    rgb: NDArray[np.uint8]
+    depth_m: Optional[NDArray[np.float32]]
+
+    def core(self, with_depth: bool) -> _core.Source:
+        return _core.Source(self.rgb, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
+                            self.info.box_radius_m)
+
+
+def _view(picture: Any, where: str) -> _View:
+    if isinstance(picture, Frame):
+        info = picture.info
+        rgb: Any = to_display(picture["colour"], info.exposure) if "colour" in picture else None
+        depth: Any = picture.planes.get("depth")
+    elif isinstance(picture, (FeedPicture, Picture)):
+        info, rgb, depth = picture.info, picture.rgb, getattr(picture, "depth_m", None)
+    else:
+        raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
+    if info is None:
+        raise InputError(f"{where}: expected a picture tagged with its pose, found one of ordinary video (open_feed takes it for a sphere)")
+    if rgb is None:
+        raise InputError(f"{where}: expected a picture with colour, found none")
+    size = (info.camera.width, info.camera.height)
+    return _View(info, as_plane(rgb, f"{where}: rgb", np.uint8, 3, size),
+                 None if depth is None else as_depth(depth, f"{where}: depth", size))
+
+
+class _ExactDepth:
+    """Depth planes that the renderer made, for whoever asks for that very view."""
+
+    def __init__(self, frame: Optional[FeedFrame], views: list[_View]) -> None:
+        self._planes = [(v.info.camera, v.info.camera_pose, v.depth_m) for v in views if v.depth_m is not None]
+        for picture in frame.depth_views if frame is not None else []:
+            if picture.depth_m is not None:
+                self._planes.append((picture.info.camera, picture.info.camera_pose, picture.depth_m))
+
+    def __call__(self, camera: Camera, pose: Pose) -> NDArray[np.float32]:
+        for plane_camera, plane_pose, depth_m in self._planes:
+            if plane_camera == camera and plane_pose == pose:
+                return depth_m
+        raise InputError(f"depth: expected a rendered depth plane of this very view ({camera!r} at {pose!r}), or a function that gives one, found neither")
+
+
+class Reprojector:
+    """A method and a fill ladder, to be used for many frames and eyes.
+
+    `method`: 'sphere' turns the source only; 'surface' moves the eye too, by its own depth. `fill`: rungs in order, of 'small'
+    and 'spread', or 'none'. `error_budget_px`: share of an eye's pixel by which colour may be displaced. `reference`: the slow
+    implementation in double precision. One thread at a time.
+    """
+
+    def __init__(self, method: str = "surface", *, fill: str = "small,spread", error_budget_px: float = 0.25, reference: bool = False) -> None:
+        if not 0 < error_budget_px < np.inf:
+            raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
+        self._core = _core.Reprojector(method, fill, error_budget_px, reference)
+        self.method, self.fill = method, fill
+
+    def needs_depth(self, source: Pose, eye: Pose) -> bool:
+        """Whether depth of the source and of this eye are needed."""
+        return self._core.needs_depth(source, eye)
+
+    def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
+                 small: Optional[AnyPicture] = None) -> EyePicture:
+        """What an eye with this camera at this pose sees of `source`.
+
+        `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
+        used, for exactly the views they belong to. `small` is a second picture that fills gaps (a FeedFrame brings its own).
+        """
+        if not isinstance(camera, PerspectiveCamera):
+            raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
+        frame = source if isinstance(source, FeedFrame) else None
+        if frame is not None and small is None:
+            small = frame.small
+        main = _view(frame.main if frame is not None else source, "source")
+        second = None if small is None else _view(small, "small")
+        needed = self.needs_depth(main.info.camera_pose, pose)
+        eye_depth = None
+        if needed:
+            cast = depth if depth is not None else _ExactDepth(frame, [v for v in (main, second) if v is not None])
+            eye_depth = _cast(cast, camera, pose, "the eye's depth")
+            main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
+            if second is not None and self._core.fill_wants_depth():
+                second.depth_m = _cast(cast, second.info.camera, second.info.camera_pose, "the small view's depth")
+        rgb, origin, before_fill, filled = self._core.reproject(
+            main.core(needed), None if second is None else second.core(needed), camera, pose, eye_depth)
+        return EyePicture(rgb, origin, before_fill == 0, filled, camera, pose, None if eye_depth is None else eye_depth[:, :, 0])
+
+    def __repr__(self) -> str:
+        return f"Reprojector('{self.method}', fill='{self.fill}')"
+
+
+def _cast(depth: DepthFunction, camera: Camera, pose: Pose, where: str) -> NDArray[np.float32]:
+    return as_depth(depth(camera, pose), where, (camera.width, camera.height))
+
+
+def reproject(source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
+              small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = "small,spread") -> EyePicture:
+    """What an eye sees of a source, in one call; see Reprojector. `method` is 'surface' where there is depth, else 'sphere'."""
+    if method is None:
+        picture = source.main if isinstance(source, FeedFrame) else source
+        own = picture.planes.get("depth") if isinstance(picture, Frame) else getattr(picture, "depth_m", None)
+        method = "surface" if depth is not None or own is not None else "sphere"
+    return Reprojector(method, fill=fill)(source, camera, pose, depth=depth, small=small)

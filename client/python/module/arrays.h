@@ -1,0 +1,56 @@
+#pragma once
+/// numpy arrays and our images. What goes out owns its samples and is not copied; what comes in is borrowed for a call.
+#include <equistream/image.h>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace equistream::python {
+
+namespace nb = nanobind;
+
+template <typename T>
+using ArrayIn = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;  ///< rows, columns, channels
+
+/// The image's own samples as an array that keeps them alive: rows x columns, and x channels where there are several.
+template <typename T>
+nb::object to_array(Image<T>&& image) {
+    const auto owned = new Image<T>(std::move(image));
+    const nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Image<T>*>(p); });
+    const std::size_t shape[] = {static_cast<std::size_t>(owned->height()), static_cast<std::size_t>(owned->width()),
+                                 static_cast<std::size_t>(owned->channels())};
+    const std::size_t dimensions = owned->channels() == 1 ? 2 : 3;
+    return nb::cast(nb::ndarray<nb::numpy, T>(owned->samples().data(), dimensions, shape, owner));
+}
+
+/// The package's Python has checked shapes; a caller of the module itself meets nanobind's TypeError.
+template <typename T>
+ImageView<const T> view_of(const ArrayIn<T>& array) {
+    const int width = static_cast<int>(array.shape(1)), channels = static_cast<int>(array.shape(2));
+    return {array.data(), width, static_cast<int>(array.shape(0)), channels,
+            static_cast<std::ptrdiff_t>(width) * channels};
+}
+
+template <typename T>
+Image<T> copy_of(const ArrayIn<T>& array) {
+    const ImageView<const T> view = view_of(array);
+    Image<T> image(view.width, view.height, view.channels);
+    std::copy_n(view.data, image.samples().size(), image.samples().begin());
+    return image;
+}
+
+/// A fixed handful of numbers as a read-only array: what a property gives cannot be mistaken for a way to set it.
+template <std::size_t N>
+nb::object numbers(const double (&values)[N]) {
+    auto owned = std::make_unique<double[]>(N);
+    std::copy_n(values, N, owned.get());
+    const nb::capsule owner(owned.get(), [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    const std::size_t shape[] = {N};
+    return nb::cast(nb::ndarray<nb::numpy, const double>(owned.release(), 1, shape, owner));
+}
+
+}  // namespace equistream::python

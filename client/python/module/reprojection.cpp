@@ -1,0 +1,91 @@
+#include "arrays.h"
+#include "parts.h"
+
+#include <equistream_client/engine.h>
+#include <equistream_client/fill.h>
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+
+#include <optional>
+#include <vector>
+
+namespace equistream::python {
+
+namespace {
+
+/// Arrays and what they show; holds the arrays, so that their samples stay.
+struct Source {
+    ArrayIn<std::uint8_t> rgb;
+    Camera camera;
+    Pose pose;
+    std::optional<ArrayIn<float>> depth_m;
+    double box_radius_m = 0;
+
+    SourceView view() const {
+        return {view_of(rgb), camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}, box_radius_m};
+    }
+};
+
+class Reprojector {
+public:
+    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool reference)
+        : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
+          ladder_(make_fill_ladder(fill)) {}
+
+    bool needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
+    bool fill_wants_depth() const {
+        return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
+    }
+
+    /// The eye's picture: rgb, origin, gaps before any fill, and how many pixels each rung filled.
+    nb::tuple reproject(const Source& source, const std::optional<Source>& small, const PerspectiveCamera& camera,
+                        const Pose& pose, const std::optional<ArrayIn<float>>& depth_m) {
+        EyePicture picture;
+        ByteImage origin_before_fill;
+        std::vector<std::pair<std::string, std::int64_t>> filled;
+        {
+            const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
+            const nb::gil_scoped_release release;
+            engine_->set_source(source.view());
+            engine_->reproject(eye, picture);
+            origin_before_fill = picture.origin;
+            for (const auto& rung : ladder_) {
+                rung->set_small(small ? std::optional(small->view()) : std::nullopt);
+                filled.emplace_back(rung->name(), rung->fill(eye, picture));
+            }
+        }
+        nb::dict counts;
+        for (const auto& [name, count] : filled)
+            counts[name.c_str()] = count;
+        return nb::make_tuple(to_array(std::move(picture.rgb)), to_array(std::move(picture.origin)),
+                              to_array(std::move(origin_before_fill)), counts);
+    }
+
+private:
+    std::unique_ptr<Engine> engine_;
+    std::vector<std::unique_ptr<FillRung>> ladder_;
+};
+
+}  // namespace
+
+void bind_reprojection(nb::module_& m) {
+    nb::class_<Source>(m, "Source")
+        .def(
+            "__init__",
+            [](Source* self, ArrayIn<std::uint8_t> rgb, const Camera& camera, const Pose& pose,
+               std::optional<ArrayIn<float>> depth_m, double box_radius_m) {
+                new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m};
+            },
+            nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"));
+    nb::class_<Reprojector>(m, "Reprojector")
+        .def(nb::init<const std::string&, const std::string&, double, bool>(), nb::arg("method"), nb::arg("fill"),
+             nb::arg("error_budget_px"), nb::arg("reference"))
+        .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
+        .def("fill_wants_depth", &Reprojector::fill_wants_depth)
+        .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("small").none(), nb::arg("camera"),
+             nb::arg("pose"), nb::arg("depth_m").none());
+}
+
+}  // namespace equistream::python

@@ -1,0 +1,137 @@
+#include "arrays.h"
+#include "parts.h"
+#include "waiting.h"
+
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream/stream.h>
+#include <equistream_client/receive.h>
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+namespace equistream::python {
+
+namespace {
+
+nb::object next_picture(StreamReader& reader) {
+    std::optional<DecodedPicture> picture = reader.next();
+    const nb::gil_scoped_acquire acquire;
+    if (!picture)
+        return nb::none();
+    nb::dict found;
+    found["role"] = track_name(picture->role);
+    found["info"] = picture->info ? nb::cast(*picture->info) : nb::none();
+    found["rgb"] = to_array(std::move(picture->rgb));
+    found["decode_ms"] = picture->decode_ms;
+    found["convert_ms"] = picture->convert_ms;
+    found["bytes"] = picture->bytes;
+    return found;
+}
+
+nb::list tracks_of(const StreamReader& reader) {
+    nb::list tracks;
+    for (const StreamTrackSummary& track : reader.tracks()) {
+        nb::dict row;
+        row["role"] = track_name(track.role);
+        row["name"] = track.name;
+        row["codec"] = track.codec;
+        row["width"] = track.width;
+        row["height"] = track.height;
+        row["frames_per_second"] = track.frames_per_second;
+        row["pixel_format"] = track.pixel_format;
+        row["colour"] = track.colour;
+        row["equirect"] = track.equirect;
+        row["pictures"] = track.pictures;
+        row["bytes"] = track.bytes;
+        tracks.append(row);
+    }
+    return tracks;
+}
+
+/// One reader, one thread at a time: Python's own lock is given up while it works, so another thread could come in.
+class Stream {
+public:
+    explicit Stream(const std::string& source) {
+        waiting_.run([&] {
+            reader_ = std::make_unique<StreamReader>(
+                source, StreamReadOptions{.rgb = true, .interrupted = waiting_.question()});
+        });
+    }
+    nb::object next() {
+        nb::object picture;
+        waiting_.run([&] { picture = next_picture(*reader_); });
+        return picture;
+    }
+    nb::list tracks() const { return tracks_of(*reader_); }
+    std::string container() const { return reader_->container(); }
+    std::string truncation() const { return reader_->truncation(); }
+
+private:
+    Waiting waiting_;
+    std::unique_ptr<StreamReader> reader_;
+};
+
+nb::object picture_of(ReceivedPicture&& picture) {
+    nb::dict found;
+    found["info"] = nb::cast(picture.info);
+    found["rgb"] = picture.rgb.empty() ? nb::none() : to_array(std::move(picture.rgb));
+    found["depth_m"] = picture.depth_m.empty() ? nb::none() : to_array(std::move(picture.depth_m));
+    return found;
+}
+
+nb::object frame_of(ReceivedFrame&& frame) {
+    nb::dict found;
+    found["main"] = picture_of(std::move(frame.main));
+    found["small"] = frame.small ? picture_of(std::move(*frame.small)) : nb::none();
+    found["posed"] = frame.posed;
+    nb::list views;
+    for (ReceivedPicture& view : frame.depth_views)
+        views.append(picture_of(std::move(view)));
+    found["depth_views"] = views;
+    return found;
+}
+
+class Feed {
+public:
+    Feed(const std::string& source, bool depth, std::int64_t first, std::int64_t last) {
+        waiting_.run([&] {
+            feed_ = open_feed(
+                source, {.depth = depth, .first_frame = first, .last_frame = last, .interrupted = waiting_.question()});
+        });
+    }
+    nb::object next() {
+        nb::object found = nb::none();
+        waiting_.run([&] {
+            std::optional<ReceivedFrame> frame = feed_->next();
+            const nb::gil_scoped_acquire acquire;
+            if (frame)
+                found = frame_of(std::move(*frame));
+        });
+        return found;
+    }
+    std::string truncation() const { return feed_->truncation(); }
+
+private:
+    Waiting waiting_;
+    std::unique_ptr<FrameFeed> feed_;
+};
+
+}  // namespace
+
+void bind_streams(nb::module_& m) {
+    nb::class_<Stream>(m, "Stream")
+        .def(nb::init<const std::string&>(), nb::arg("source"))
+        .def("next", &Stream::next)
+        .def("tracks", &Stream::tracks)
+        .def("container", &Stream::container)
+        .def("truncation", &Stream::truncation);
+    nb::class_<Feed>(m, "Feed")
+        .def(nb::init<const std::string&, bool, std::int64_t, std::int64_t>(), nb::arg("source"), nb::arg("depth"),
+             nb::arg("first_frame"), nb::arg("last_frame"))
+        .def("next", &Feed::next)
+        .def("truncation", &Feed::truncation);
+}
+
+}  // namespace equistream::python
