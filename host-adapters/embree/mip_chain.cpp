@@ -4,6 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
+#include <equistream/srgb.h>
 
 #include <OpenImageIO/filesystem.h>
 
@@ -17,14 +18,6 @@
 
 namespace equistream::embree_host {
 namespace {
-
-float srgb_to_linear(float v) {
-    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
-float linear_to_srgb(float v) {
-    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-}
 
 /// libjpeg fills what a cut file lacks with grey and calls it a warning: look for the end marker before it does.
 bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
