@@ -49,7 +49,7 @@ struct RayDepth::State {
     Bvh bvh;
 
     explicit State(const SceneDescription& description)
-        : scene(description), model(load_model(description.model, {.shading = false})),
+        : scene(description), model(load_model(description, {.shading = false})),
           bvh(model, {.moving_instances = find_moving_instances(model, scene)}) {}
 };
 

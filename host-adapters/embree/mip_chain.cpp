@@ -1,10 +1,9 @@
 #include <equistream_embree/mip_chain.h>
 
-#include "pictures/png_check.h"
+#include "pictures/encoded_image.h"
 
 #include <equistream/error.h>
 #include <equistream/image.h>
-#include <equistream/srgb.h>
 
 #include <OpenImageIO/filesystem.h>
 
@@ -19,11 +18,12 @@
 namespace equistream::embree_host {
 namespace {
 
-/// libjpeg fills what a cut file lacks with grey and calls it a warning: look for the end marker before it does.
-bool is_cut_jpeg(const std::vector<std::uint8_t>& bytes) {
-    constexpr std::array<std::uint8_t, 2> begin = {0xff, 0xd8}, end = {0xff, 0xd9};
-    return bytes.size() > 1 && std::equal(begin.begin(), begin.end(), bytes.begin()) &&
-           std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) == bytes.end();
+float srgb_to_linear(float v) {
+    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+
+float linear_to_srgb(float v) {
+    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
 /// Linear RGB premultiplied by alpha, and alpha.
@@ -32,62 +32,22 @@ struct LinearImage {
     std::vector<glm::vec4> texels;
 };
 
-/// An image whose header has been read and found to be in order.
-class EncodedImage {
-public:
-    explicit EncodedImage(const Texture& texture)
-        // IOMemReader only reads, but its constructor takes a plain pointer.
-        : bytes_(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size()) {
-        if (const auto damage = png_damage(texture.encoded))
-            fail(*damage);
-        if (is_cut_jpeg(texture.encoded))
-            fail("one without its end");
-        const bool is_jpeg = !texture.encoded.empty() && texture.encoded[0] == 0xff;
-        input_ = OIIO::ImageInput::create(is_jpeg ? "jpeg" : "png");
-        if (!input_)
-            fail(OIIO::geterror());
-        OIIO::ImageSpec config;
-        config.attribute("oiio:UnassociatedAlpha", 1);
-        if (!input_->set_ioproxy(&bytes_) || !input_->open(texture.name, spec_, config))
-            fail(input_->geterror());
-        if (spec_.width < 1 || spec_.height < 1 || spec_.width > max_image_side || spec_.height > max_image_side ||
-            spec_.nchannels < 1 || spec_.nchannels > 4 || std::int64_t{spec_.width} * spec_.height > max_image_pixels)
-            fail(std::to_string(spec_.width) + "x" + std::to_string(spec_.height) + " with " +
-                 std::to_string(spec_.nchannels) + " channels");
+/// Scan lines of 8-bit RGBA; alpha is 255 where the file has none.
+std::vector<std::uint8_t> decode_rgba(EncodedImage& image) {
+    const std::vector<std::uint8_t> raw = image.read();
+    const auto channels = static_cast<std::size_t>(image.channels());
+    std::vector<std::uint8_t> rgba(raw.size() / channels * 4, 255);
+    for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
+        const std::uint8_t* in = &raw[i * channels];
+        const bool grey = channels < 3;
+        rgba[4 * i] = in[0];
+        rgba[4 * i + 1] = in[grey ? 0 : 1];
+        rgba[4 * i + 2] = in[grey ? 0 : 2];
+        if (image.alpha_channel() >= 0)
+            rgba[4 * i + 3] = in[image.alpha_channel()];
     }
-
-    int width() const { return spec_.width; }
-    int height() const { return spec_.height; }
-
-    /// Scan lines of 8-bit RGBA; alpha is 255 where the file has none. Once only.
-    std::vector<std::uint8_t> decode() {
-        const int channels = spec_.nchannels;
-        const std::size_t count = static_cast<std::size_t>(width()) * static_cast<std::size_t>(height());
-        std::vector<std::uint8_t> raw(count * static_cast<std::size_t>(channels));
-        if (!input_->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data()))
-            fail(input_->geterror());
-        std::vector<std::uint8_t> rgba(count * 4, 255);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::uint8_t* in = &raw[i * static_cast<std::size_t>(channels)];
-            const bool grey = channels < 3;
-            rgba[4 * i] = in[0];
-            rgba[4 * i + 1] = in[grey ? 0 : 1];
-            rgba[4 * i + 2] = in[grey ? 0 : 2];
-            if (channels == 2 || channels == 4)
-                rgba[4 * i + 3] = in[channels - 1];
-        }
-        return rgba;
-    }
-
-private:
-    [[noreturn]] static void fail(const std::string& found) {
-        throw InputError("expected a PNG or JPEG image, found " + found);
-    }
-
-    OIIO::Filesystem::IOMemReader bytes_;
-    std::unique_ptr<OIIO::ImageInput> input_;
-    OIIO::ImageSpec spec_;
-};
+    return rgba;
+}
 
 LinearImage linearise(const std::vector<std::uint8_t>& rgba, int width, int height, TextureCoding coding) {
     const auto& table = decode_table(coding);
@@ -146,7 +106,7 @@ public:
             return false;
         std::memcpy(&source_, attribute->data(), sizeof(source_));  // NOLINT(bugprone-sizeof-expression): the pointer
         const bool opened = reporting([&] {
-            const EncodedImage image(*source_->texture);
+            const EncodedImage image(source_->texture->encoded, source_->texture->name);
             width_ = image.width();
             height_ = image.height();
         });
@@ -231,10 +191,10 @@ int mip_level_count(int width, int height) {
 }
 
 MipLevel make_mip_level(const MipChainSource& source, int level) {
-    EncodedImage encoded(*source.texture);
+    EncodedImage encoded(source.texture->encoded, source.texture->name);
     const int width = encoded.width(), height = encoded.height();
     assert(level >= 0 && level < mip_level_count(width, height));
-    const std::vector<std::uint8_t> rgba = encoded.decode();
+    const std::vector<std::uint8_t> rgba = decode_rgba(encoded);
     if (level == 0) {
         MipLevel full{width, height, {}};
         full.rgb.resize(rgba.size() / 4 * 3);

@@ -1,33 +1,17 @@
 #include "alpha_mask.h"
 
-#include "pictures/png_check.h"
+#include "pictures/encoded_image.h"
 
 #include <equistream/error.h>
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <memory>
 
 namespace equistream {
 
 namespace {
 
 constexpr int mask_size_limit = 8192;
-
-/// OpenImageIO's name of the format that the first bytes announce.
-const char* format_of(std::span<const std::uint8_t> encoded) {
-    static constexpr std::uint8_t png[] = {0x89, 'P', 'N', 'G'};
-    static constexpr std::uint8_t jpeg[] = {0xff, 0xd8};
-    if (encoded.size() >= sizeof png && std::memcmp(encoded.data(), png, sizeof png) == 0)
-        return "png";
-    if (encoded.size() >= sizeof jpeg && std::memcmp(encoded.data(), jpeg, sizeof jpeg) == 0)
-        return "jpeg";
-    return nullptr;
-}
 
 /// Texel that a coordinate falls on, in [0, size).
 int texel(float coordinate, int size, Wrap wrap) {
@@ -51,6 +35,10 @@ bool AlphaMask::covers(glm::vec2 uv) const {
     return opaque[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] != 0;
 }
 
+bool AlphaMask::cuts() const {
+    return std::find(opaque.begin(), opaque.end(), std::uint8_t{0}) != opaque.end();
+}
+
 AlphaMask constant_alpha_mask(bool opaque) {
     AlphaMask mask;
     mask.width = 1;
@@ -59,43 +47,34 @@ AlphaMask constant_alpha_mask(bool opaque) {
     return mask;
 }
 
-AlphaMask decode_alpha_mask(std::span<const std::uint8_t> encoded, float alpha_factor, float cutoff,
-                            const std::string& where) {
-    const char* format = format_of(encoded);
-    if (!format)
-        throw InputError(expected_found(where, "a PNG or JPEG image", "other data"));
-    if (const auto damage = png_damage(encoded))
-        throw InputError(expected_found(where, "a whole PNG image", *damage));
-    OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(encoded.data()), encoded.size());
-    // Straight alpha is asked for: premultiplying would cost time and change nothing in the alpha channel.
-    OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
-    if (!input)
-        throw InputError(expected_found(where, "an image that OpenImageIO reads", OIIO::geterror()));
-    OIIO::ImageSpec spec;
-    if (!input->set_ioproxy(&memory) || !input->open(where, spec, config))
-        throw InputError(expected_found(where, "a readable image", input->geterror()));
-    if (spec.width < 1 || spec.height < 1 || spec.width > mask_size_limit || spec.height > mask_size_limit)
-        throw InputError(expected_found(where, "an image of 1 to 8192 pixels a side",
-                                        std::to_string(spec.width) + "x" + std::to_string(spec.height)));
-    if (spec.alpha_channel < 0)
-        return constant_alpha_mask(alpha_factor >= cutoff);
+AlphaMask decode_alpha_mask(const MaskImage& image) {
+    EncodedImage encoded(image.encoded, image.name, image.where);
+    if (encoded.width() > mask_size_limit || encoded.height() > mask_size_limit)
+        throw InputError(expected_found(image.where, "an image of 1 to 8192 pixels a side",
+                                        std::to_string(encoded.width()) + "x" + std::to_string(encoded.height())));
+    const int alpha = encoded.alpha_channel();
+    if (alpha < 0 && !image.grey_is_alpha)
+        return constant_alpha_mask(image.alpha_factor >= image.cutoff);
 
-    AlphaMask mask;
-    mask.width = spec.width;
-    mask.height = spec.height;
-    mask.opaque.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
-    const int channel = spec.alpha_channel;
-    std::vector<std::uint8_t> pixels(mask.opaque.size() * static_cast<std::size_t>(spec.nchannels));
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, pixels.data()))
-        throw InputError(expected_found(where, "a readable image", input->geterror()));
-    for (std::size_t i = 0; i < mask.opaque.size(); ++i) {
-        const std::uint8_t alpha =
-            pixels[i * static_cast<std::size_t>(spec.nchannels) + static_cast<std::size_t>(channel)];
-        mask.opaque[i] = static_cast<float>(alpha) / 255.0f * alpha_factor >= cutoff ? 255 : 0;
+    const std::vector<std::uint8_t> samples = encoded.read();
+    const auto channels = static_cast<std::size_t>(encoded.channels());
+    const auto keep = [&](std::size_t channel) {
+        AlphaMask mask;
+        mask.width = encoded.width();
+        mask.height = encoded.height();
+        mask.opaque.resize(samples.size() / channels);
+        for (std::size_t i = 0; i < mask.opaque.size(); ++i) {
+            const float value = static_cast<float>(samples[i * channels + channel]) / 255.0f;
+            mask.opaque[i] = value * image.alpha_factor >= image.cutoff ? 255 : 0;
+        }
+        return mask;
+    };
+    if (alpha >= 0) {
+        AlphaMask mask = keep(static_cast<std::size_t>(alpha));
+        if (!image.grey_is_alpha || mask.cuts())
+            return mask;
     }
-    return mask;
+    return keep(0);
 }
 
 }  // namespace equistream

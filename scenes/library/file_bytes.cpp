@@ -12,9 +12,7 @@ namespace equistream {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-std::ifstream open_regular(const fs::path& file, const std::string& what) {
+std::ifstream open_regular_file(const fs::path& file, const std::string& what) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status))
@@ -27,10 +25,8 @@ std::ifstream open_regular(const fs::path& file, const std::string& what) {
     return stream;
 }
 
-}  // namespace
-
 std::vector<std::uint8_t> read_file_bytes(const fs::path& file, const std::string& what, std::uint64_t limit_bytes) {
-    std::ifstream stream = open_regular(file, what);
+    std::ifstream stream = open_regular_file(file, what);
     std::error_code error;
     const std::uint64_t size = fs::file_size(file, error);
     if (error)
@@ -56,7 +52,7 @@ void ContentHash::add(const std::string& text) {
 }
 
 void ContentHash::add_file(const fs::path& file, const std::string& what) {
-    std::ifstream stream = open_regular(file, what);
+    std::ifstream stream = open_regular_file(file, what);
     std::vector<std::uint8_t> block(std::size_t{1} << 20);
     while (stream) {
         stream.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));

@@ -2,11 +2,15 @@
 /// Whole files as bytes, with a limit, and a content hash over them.
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace equistream {
+
+/// Opens a regular file; InputError names the file and `what` it was to be ("model") if there is none to be read.
+std::ifstream open_regular_file(const std::filesystem::path& file, const std::string& what);
 
 /// Reads a regular file of at most `limit_bytes`; InputError names the file and `what` it was to be ("model").
 std::vector<std::uint8_t> read_file_bytes(const std::filesystem::path& file, const std::string& what,

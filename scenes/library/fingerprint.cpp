@@ -1,6 +1,9 @@
 #include "fingerprint.h"
 
 #include "file_bytes.h"
+#include "obj_files.h"
+
+#include <equistream/formatted.h>
 
 #include <nlohmann/json.hpp>
 
@@ -71,6 +74,11 @@ void add_named_files(const nlohmann::json& list, const fs::path& folder, Content
 
 void add_model(const fs::path& model, ContentHash& hash) {
     hash.add_file(model, "model");
+    if (is_obj(model)) {
+        for (const fs::path& file : files_of_obj(model))
+            hash.add_file(file, "file of the model");
+        return;
+    }
     const std::string text = json_text(model);
     if (text.find("\"uri\"") == std::string::npos)  // the rule: everything in one file, which may be large
         return;
@@ -84,9 +92,11 @@ void add_model(const fs::path& model, ContentHash& hash) {
 
 }  // namespace
 
-std::string geometry_fingerprint(const fs::path& model, const std::vector<MovingObject>& moving) {
+std::string geometry_fingerprint(const fs::path& model, double model_unit_m, const std::vector<MovingObject>& moving) {
     ContentHash hash;
     add_model(model, hash);
+    if (model_unit_m != 1)
+        hash.add(formatted("%.17g", model_unit_m));
     for (const MovingObject& object : moving) {
         hash.add(object.object);
         hash.add(path_fingerprint(object.path));

@@ -8,8 +8,10 @@
 
 namespace equistream {
 
-/// Of the model file, the buffers and images beside it that it names (.gltf or .glb), and the moving objects' paths:
-/// all by content. Files that are missing are left for load_model to complain about.
-std::string geometry_fingerprint(const std::filesystem::path& model, const std::vector<MovingObject>& moving);
+/// Of the model file, the files beside it that it names (buffers and images of a .gltf or .glb; of an .obj its MTL
+/// files and their images), its unit, and the moving objects' paths: all by content. Files that are missing are left
+/// for load_model to complain about.
+std::string geometry_fingerprint(const std::filesystem::path& model, double model_unit_m,
+                                 const std::vector<MovingObject>& moving);
 
 }  // namespace equistream

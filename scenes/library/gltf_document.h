@@ -46,6 +46,9 @@ struct GltfMaterials {
     std::vector<int> texture_coordinate_sets;  ///< per material; -1: none of its textures is used
 };
 
+/// What load_model does with .glb and .gltf.
+SceneModel load_gltf(const std::filesystem::path& file, const ModelOptions& options);
+
 GltfMaterials read_materials(const GltfDocument& document, const ModelOptions& options);
 
 }  // namespace equistream

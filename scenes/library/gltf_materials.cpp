@@ -171,7 +171,11 @@ private:
         const auto index = static_cast<std::size_t>(source.texture);
         const tinygltf::Texture& texture = document_.json().textures[index];
         const std::string where = document_.where("texture", index);
-        AlphaMask mask = decode_alpha_mask(document_.image(texture.source), source.alpha_factor, source.cutoff, where);
+        AlphaMask mask = decode_alpha_mask({.encoded = document_.image(texture.source),
+                                            .name = {},
+                                            .where = where,
+                                            .alpha_factor = source.alpha_factor,
+                                            .cutoff = source.cutoff});
         apply_wrap(texture.sampler, where, mask);
         return mask;
     }

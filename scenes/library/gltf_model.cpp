@@ -297,10 +297,9 @@ private:
 
 }  // namespace
 
-SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options) {
+SceneModel load_gltf(const std::filesystem::path& file, const ModelOptions& options) {
     const GltfDocument document(file);
     SceneModel model = ModelReader(document, options).read();
-    model.file = file;
     return model;
 }
 

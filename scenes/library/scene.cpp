@@ -150,6 +150,13 @@ void read_sky(const JsonReader& json, const fs::path& folder, ContentHash& hash,
     scene.sky_radiance = json["radiance"].colour();
 }
 
+double read_unit(const JsonReader& json) {
+    const double unit_m = json.number();
+    if (!(unit_m >= 1e-6 && unit_m <= 1e6))
+        json.fail("a number from 1e-6 to 1e6");
+    return unit_m;
+}
+
 std::string read_name(const JsonReader& json, const fs::path& file) {
     if (!json.has("name"))
         return file.stem().string().substr(0, name_limit_bytes);
@@ -181,7 +188,8 @@ SceneDescription load_scene(const fs::path& file) {
     const std::string file_name = file.string();
     const JsonValue tree = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file_name);
     const JsonReader json(tree, file_name, "");
-    json.accept_keys({"name", "model", "sun", "sky", "camera", "head_box", "exposure", "frames_per_second", "moving"});
+    json.accept_keys({"name", "model", "model_unit_m", "sun", "sky", "camera", "head_box", "exposure",
+                      "frames_per_second", "moving"});
 
     ContentHash hash;
     hash.add(bytes);
@@ -206,7 +214,9 @@ SceneDescription load_scene(const fs::path& file) {
     if (json.has("moving"))
         scene.moving = read_moving(json["moving"], folder, hash);
     scene.model = find_file(json["model"], folder, "model");
-    scene.geometry_fingerprint = geometry_fingerprint(scene.model, scene.moving);
+    if (json.has("model_unit_m"))
+        scene.model_unit_m = read_unit(json["model_unit_m"]);
+    scene.geometry_fingerprint = geometry_fingerprint(scene.model, scene.model_unit_m, scene.moving);
     hash.add(scene.geometry_fingerprint);
     scene.fingerprint = hash.hex();
     return scene;

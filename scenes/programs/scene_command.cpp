@@ -1,5 +1,4 @@
-/// equistream scene: generate NAME --out DIR, info SCENE, convert SCENE OUT.
-#include "convert_command.h"
+/// equistream scene: generate NAME --out DIR, info SCENE.
 #include "summary.h"
 
 #include <equistream/error.h>
@@ -49,7 +48,10 @@ void generate(const GenerateArguments& arguments) {
 
 void info(const InfoArguments& arguments) {
     const SceneDescription scene = load_scene(arguments.scene);
-    const SceneSummary summary = summarise(load_model(scene.model), scene);
+    const SceneModel model = load_model(scene);
+    for (const std::string& note : model.notes)
+        std::fprintf(stderr, "equistream scene: %s\n", note.c_str());
+    const SceneSummary summary = summarise(model, scene);
     print(arguments.json ? summary_json(summary) : summary_text(summary));
 }
 
@@ -67,13 +69,10 @@ std::function<void()> set_up(CLI::App& app) {
     info_command->footer("Example:\n  equistream scene info scenes/pavilion.json");
     info_command->add_option("SCENE", informing->scene, "scene description (JSON)")->required();
     info_command->add_flag("--json", informing->json, "as JSON");
-    const ConvertCommand converting = add_convert_command(app);
     app.require_subcommand(1);
-    return [generating, informing, generate_command, converting] {
+    return [generating, informing, generate_command] {
         if (generate_command->parsed())
             generate(*generating);
-        else if (converting.app->parsed())
-            converting.run();
         else
             info(*informing);
     };
@@ -84,8 +83,7 @@ std::function<void()> set_up(CLI::App& app) {
 
 int main(int argc, char** argv) {
     return equistream::cli::run_program(argc, argv,
-                                        {"scene",
-                                         "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
+                                        {"scene", "Generates bundled scenes and describes any scene.",
                                          "equistream scene generate pavilion --out scenes"},
                                         equistream::set_up);
 }

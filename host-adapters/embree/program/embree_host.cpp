@@ -39,6 +39,8 @@ const SceneDescription& EmbreeHost::describe(const RenderOptions& options) {
 void EmbreeHost::load(const RenderOptions& options, const Timeline&) {
     threads_ = options.threads;
     scene_ = std::make_unique<LoadedScene>(description_, path_options_, threads_);
+    for (const std::string& note : scene_->model().notes)
+        std::fprintf(stderr, "equistream render: %s\n", note.c_str());
 }
 
 HostRecord EmbreeHost::record() const {

@@ -1,5 +1,5 @@
 #pragma once
-/// A scene's geometry and materials as read from glTF 2.0 / GLB. Host and client both use it: the client asks for
+/// A scene's geometry and materials as read from glTF 2.0 / GLB or Wavefront OBJ / MTL. Host and client both use it: the client asks for
 /// geometry and alpha masks only. Everything is owned by the SceneModel; concurrent reads are safe.
 #include <glm/glm.hpp>
 
@@ -12,7 +12,7 @@ namespace equistream {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
-/// One glTF primitive: an indexed triangle list. `normals` and `uvs` are empty or as long as `positions`.
+/// One glTF primitive, or what one material of an OBJ's object or group covers: an indexed triangle list. `normals` and `uvs` are empty or as long as `positions`.
 struct Mesh {
     std::string name;
     std::vector<glm::vec3> positions;
@@ -22,7 +22,8 @@ struct Mesh {
     std::uint32_t material = no_index;
 };
 
-/// One placement of one mesh. `object` numbers the glTF node it came from; nodes share it between primitives.
+/// One placement of one mesh. `object` numbers the glTF node (OBJ: object or group) it came from; a node's primitives
+/// share it.
 struct Instance {
     std::uint32_t mesh = no_index;
     std::uint32_t object = 0;
@@ -37,10 +38,11 @@ struct Object {
 
 enum class Wrap : std::uint8_t { repeat, clamp, mirror };
 
-/// An image as it lies in the file: still encoded (PNG, JPEG), to be decoded by whoever needs it.
+/// An image as it lies in the file: still encoded (PNG, JPEG; from an OBJ's MTL also TGA, BMP, DDS and whatever else
+/// pictures/encoded_image.h opens), to be decoded by whoever needs it.
 struct Texture {
-    std::string name;
-    std::string mime_type;
+    std::string name;       ///< the file's, where it came from one: its extension tells a format without a signature
+    std::string mime_type;  ///< glTF's; empty from an OBJ
     std::vector<std::uint8_t> encoded;
     Wrap wrap_u = Wrap::repeat;
     Wrap wrap_v = Wrap::repeat;
@@ -57,6 +59,8 @@ struct AlphaMask {
 
     /// Nearest texel at glTF texture coordinates.
     bool covers(glm::vec2 uv) const;
+    /// Whether anything is cut away.
+    bool cuts() const;
 };
 
 struct Material {
@@ -82,6 +86,9 @@ struct SceneModel {
     std::vector<Material> materials;  ///< never empty; a mesh without one uses the last, glTF's default
     std::vector<Texture> textures;
     std::vector<AlphaMask> alpha_masks;
+    /// What the reader made do with (a missing texture, an unknown material), one line each, "FILE:LINE: ...": for a
+    /// program to show on stderr.
+    std::vector<std::string> notes;
 
     /// The alpha mask that cuts into a mesh, no_index if none does: its material has none, or the mesh has no texture
     /// coordinates to look it up with.
@@ -95,8 +102,9 @@ struct ModelOptions {
         true;  ///< false: positions, triangles, uvs of masked materials and their masks only (the client's share)
 };
 
-/// Reads .glb or .gltf. Unknown required extensions, missing buffers, truncated files and out-of-range indices throw
-/// InputError naming the file and what was found; a model without a triangle is an error too.
+/// Reads .glb or .gltf, or .obj with the MTL files it names. Unknown required extensions, missing buffers, truncated
+/// files and out-of-range indices throw InputError naming the file (of an OBJ the line too) and what was found; a model
+/// without a triangle is an error too. What merely looks worse than meant is a note.
 SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options = {});
 
 }  // namespace equistream

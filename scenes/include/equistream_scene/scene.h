@@ -65,6 +65,7 @@ struct SceneDescription {
     std::filesystem::path file;
     std::string name;
     std::filesystem::path model;  ///< resolved: beside the description, or under $EQUISTREAM_SCENES
+    double model_unit_m = 1;      ///< metres that one unit of the model stands for; load_model(scene) applies it
     std::optional<Sun> sun;
     glm::dvec3 sky_radiance{0};  ///< constant; 0 where there is a sky_image
     std::optional<SkyImage> sky_image;
@@ -74,12 +75,15 @@ struct SceneDescription {
     double frames_per_second = 30;
     std::vector<MovingObject> moving;
     std::string fingerprint;  ///< hash of the description's, the paths', the sky image's and the model's bytes
-    /// Hash of what depth comes from: the model's bytes, files it names included, and the moving objects' paths.
+    /// Hash of what depth comes from: the model's bytes, files it names included, its unit, and the moving objects' paths.
     std::string geometry_fingerprint;
 };
 
 /// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.
 SceneDescription load_scene(const std::filesystem::path& file);
+
+/// The scene's model in metres: scaled by model_unit_m, about the origin.
+SceneModel load_model(const SceneDescription& scene, const ModelOptions& options = {});
 
 /// Instances that scene.moving moves, by itself or with a parent, ascending: what BvhOptions::moving_instances wants.
 /// Throws InputError if an entry names no node of the model, or several.

@@ -1,0 +1,164 @@
+#include "mtl_file.h"
+
+#include "obj_files.h"
+#include "obj_lines.h"
+#include "statement_stream.h"
+
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+/// What follows a statement's keyword.
+enum class Operand { text, numbers, texture, ignored };
+
+struct Statement {
+    const char* spelling;  // tinyobjloader's
+    Operand operand;
+};
+
+constexpr std::array statements = {Statement{"newmtl", Operand::text},      Statement{"Ka", Operand::ignored},
+                                   Statement{"Kd", Operand::numbers},       Statement{"Ks", Operand::numbers},
+                                   Statement{"Ke", Operand::numbers},       Statement{"Tf", Operand::numbers},
+                                   Statement{"Ni", Operand::numbers},       Statement{"Ns", Operand::numbers},
+                                   Statement{"illum", Operand::numbers},    Statement{"d", Operand::numbers},
+                                   Statement{"Tr", Operand::numbers},       Statement{"Pr", Operand::numbers},
+                                   Statement{"Pm", Operand::numbers},       Statement{"map_Ka", Operand::texture},
+                                   Statement{"map_Kd", Operand::texture},   Statement{"map_d", Operand::texture},
+                                   Statement{"map_Ke", Operand::texture},   Statement{"map_Ks", Operand::ignored},
+                                   Statement{"map_Ns", Operand::ignored},   Statement{"map_Ni", Operand::ignored},
+                                   Statement{"map_bump", Operand::ignored}, Statement{"bump", Operand::ignored},
+                                   Statement{"map_norm", Operand::ignored}, Statement{"norm", Operand::ignored},
+                                   Statement{"map_disp", Operand::ignored}, Statement{"disp", Operand::ignored},
+                                   Statement{"decal", Operand::ignored},    Statement{"refl", Operand::ignored},
+                                   Statement{"map_refl", Operand::ignored}, Statement{"map_Pr", Operand::ignored},
+                                   Statement{"map_Pm", Operand::ignored},   Statement{"map_Ps", Operand::ignored},
+                                   Statement{"Refl", Operand::ignored},     Statement{"sharpness", Operand::ignored},
+                                   Statement{"map_aat", Operand::ignored},  Statement{"Km", Operand::ignored}};
+
+bool same_word(const std::string& a, const char* b) {
+    const auto same = [](char x, char y) {
+        return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
+    };
+    const std::string other = b;
+    return a.size() == other.size() && std::equal(a.begin(), a.end(), other.begin(), same);
+}
+
+class MtlReader {
+public:
+    MtlReader(const std::filesystem::path& file, ObjNotes& notes)
+        : file_(file.string()), lines_(file, "material file (MTL)"), notes_(notes) {}
+
+    std::vector<MtlMaterial> read() {
+        StatementStream stream([this] { return next(); });
+        std::map<std::string, int> index_of_name;
+        std::vector<tinyobj::material_t> values;
+        std::string warning, error;
+        tinyobj::LoadMtl(&index_of_name, &values, &stream, &warning, &error);
+        for (std::size_t i = 0; i < materials_.size(); ++i)
+            materials_[i].values = values.at(i);
+        return std::move(materials_);
+    }
+
+private:
+    /// The next statement that tinyobjloader is to see.
+    std::optional<std::string> next() {
+        while (auto line = lines_.next()) {
+            const auto found = std::find_if(statements.begin(), statements.end(),
+                                            [&](const Statement& s) { return same_word(line->keyword, s.spelling); });
+            if (found == statements.end())
+                skip(*line, "an unknown statement, " + line->keyword);
+            else if (found->operand == Operand::text)
+                begin_material(*line);
+            else if (materials_.empty())
+                skip(*line, "a statement before newmtl");
+            else if (found->operand == Operand::ignored)
+                ignore(*line, found->spelling);
+            else
+                take(*line, *found);
+            if (!statement_.empty())
+                return std::exchange(statement_, {});
+        }
+        return std::nullopt;
+    }
+
+    void skip(const ObjLine& line, const std::string& what) {
+        notes_.add(lines_.where(line.number), what + ": not used");
+    }
+
+    /// Ka says nothing that a path tracer wants; of what a picture would show there is a note.
+    void ignore(const ObjLine& line, const std::string& spelling) {
+        if (spelling != "Ka")
+            notes_.add(lines_.where(line.number), spelling + " is not used");
+    }
+
+    void begin_material(const ObjLine& line) {
+        if (line.rest.empty())
+            return skip(line, "newmtl without a name");
+        materials_.emplace_back();
+        materials_.back().file = file_;
+        materials_.back().line = line.number;
+        statement_ = "newmtl " + line.rest;
+    }
+
+    /// Hands the statement over and keeps its line, unless its operand is of no use.
+    void take(const ObjLine& line, const Statement& statement) {
+        std::string operand = line.rest;
+        if (statement.operand == Operand::numbers) {
+            operand = numbers(line);
+            if (operand.empty()) {
+                notes_.add(lines_.where(line.number),
+                           "expected numbers after " + line.keyword + ", found \"" + line.rest + "\": not used");
+                return;
+            }
+            if (std::string(statement.spelling) == "Tr")
+                materials_.back().tr = static_cast<float>(*obj_number(operand));
+        }
+        if (operand.empty() || (statement.operand == Operand::texture && texture_name(operand).empty())) {
+            skip(line, line.keyword + " without a file");
+            return;
+        }
+        materials_.back().line_of[statement.spelling] = line.number;
+        statement_ = statement.spelling + (" " + operand);
+    }
+
+    /// The numbers after a keyword as tinyobjloader wants them (one colour for three); empty if they are none.
+    static std::string numbers(const ObjLine& line) {
+        std::vector<std::string> words;
+        for (std::size_t at = 0; at < line.rest.size();) {
+            const std::string word(line.next_word(at));
+            if (word.empty() || word.front() == '#')
+                break;
+            if (word == "-halo")
+                continue;
+            if (!obj_number(word))
+                return {};
+            words.push_back(word.front() == '+' ? word.substr(1) : word);
+        }
+        if (words.empty() ||
+            (line.keyword.front() != 'K' && line.keyword.front() != 'k' && !same_word(line.keyword, "Tf")))
+            return words.empty() ? std::string() : words[0];
+        words.resize(3, words[0]);
+        return words[0] + " " + words[1] + " " + words[2];
+    }
+
+    std::string file_;
+    ObjLines lines_;
+    ObjNotes& notes_;
+    std::vector<MtlMaterial> materials_;
+    std::string statement_;  ///< to be handed over
+};
+
+}  // namespace
+
+std::vector<MtlMaterial> read_mtl(const std::filesystem::path& file, ObjNotes& notes) {
+    return MtlReader(file, notes).read();
+}
+
+}  // namespace equistream
