@@ -4,8 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
-
-#include <OpenImageIO/filesystem.h>
+#include <equistream/srgb.h>
 
 #include <algorithm>
 #include <array>
@@ -17,14 +16,6 @@
 
 namespace equistream::embree_host {
 namespace {
-
-float srgb_to_linear(float v) {
-    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
-float linear_to_srgb(float v) {
-    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-}
 
 /// Linear RGB premultiplied by alpha, and alpha.
 struct LinearImage {

@@ -2,6 +2,8 @@
 
 #include <equistream_embree/directions.h>
 
+#include <equistream/visible_normal.h>
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,9 +11,6 @@
 
 namespace equistream::embree_host {
 namespace {
-
-/// Shading normals more than this close to edge-on to the viewer are bent towards it.
-constexpr float least_viewer_cosine = 0.02f;
 
 ShadingMaterial shading_material(const Material& m) {
     ShadingMaterial s{};
@@ -34,16 +33,10 @@ glm::vec3 facing(const glm::vec3& n, const glm::vec3& towards) {
     return glm::dot(n, towards) < 0 ? -n : n;
 }
 
-/// The shading normal, on the geometric one's side and never edge-on to the viewer or behind.
-glm::vec3 guarded_normal(glm::vec3 n, const glm::vec3& geometric, const glm::vec3& viewer) {
-    const float length2 = glm::dot(n, n);
-    if (!(length2 > 1e-12f))
-        return geometric;
-    n = facing(n / std::sqrt(length2), geometric);
-    const float cosine = glm::dot(n, viewer);
-    if (cosine < least_viewer_cosine)
-        n = glm::normalize(n + (least_viewer_cosine - cosine) * viewer);
-    return n;
+glm::vec3 guarded_normal(const glm::vec3& n, const glm::vec3& geometric, const glm::vec3& viewer) {
+    const auto v = visible_normal<float>({n.x, n.y, n.z}, {geometric.x, geometric.y, geometric.z},
+                                         {viewer.x, viewer.y, viewer.z});
+    return {v.x, v.y, v.z};
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ constexpr std::array commands = {
     Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
     Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
+    Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
 };
@@ -107,8 +108,8 @@ int main(int argc, char** argv) {
     if (name.empty())
         print_help(stderr);
     else
-        std::fprintf(stderr,
-                     "equistream: expected a command (render, encode, play, compare, info, scene), found '%s'\n",
-                     argv[1]);
+        std::fprintf(
+            stderr, "equistream: expected a command (render, import, encode, play, compare, info, scene), found '%s'\n",
+            argv[1]);
     return exit_usage;
 }

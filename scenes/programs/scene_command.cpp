@@ -1,4 +1,5 @@
-/// equistream scene: generate NAME --out DIR, info SCENE.
+/// equistream scene: generate NAME --out DIR, info SCENE, convert SCENE OUT.
+#include "convert_command.h"
 #include "summary.h"
 
 #include <equistream/error.h>
@@ -69,10 +70,13 @@ std::function<void()> set_up(CLI::App& app) {
     info_command->footer("Example:\n  equistream scene info scenes/pavilion.json");
     info_command->add_option("SCENE", informing->scene, "scene description (JSON)")->required();
     info_command->add_flag("--json", informing->json, "as JSON");
+    const ConvertCommand converting = add_convert_command(app);
     app.require_subcommand(1);
-    return [generating, informing, generate_command] {
+    return [generating, informing, generate_command, converting] {
         if (generate_command->parsed())
             generate(*generating);
+        else if (converting.app->parsed())
+            converting.run();
         else
             info(*informing);
     };
@@ -83,7 +87,8 @@ std::function<void()> set_up(CLI::App& app) {
 
 int main(int argc, char** argv) {
     return equistream::cli::run_program(argc, argv,
-                                        {"scene", "Generates bundled scenes and describes any scene.",
+                                        {"scene",
+                                         "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
                                          "equistream scene generate pavilion --out scenes"},
                                         equistream::set_up);
 }

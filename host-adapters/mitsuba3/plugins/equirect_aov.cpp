@@ -1,24 +1,110 @@
 /**!
+
+.. _integrator-equirect_aov:
+
+Geometry planes beside any render (:monosp:`equirect_aov`)
+----------------------------------------------------------
+
+.. pluginparameters::
+
+ * - aovs
+   - |string|
+   - Which groups of planes, between commas: ``depth``, ``motion``, ``normal``, ``albedo``, ``ids``, ``specular``, or
+     ``all`` or ``none``.
+
+ * - (Nested plugin)
+   - :paramtype:`integrator`
+   - Renders the colour: one sampling integrator such as :monosp:`path`, :monosp:`volpath`, :monosp:`direct`,
+     :monosp:`prb` or :monosp:`aov`, whose own channels stand before ours. What concerns colour (``timeout``,
+     ``samples_per_pass``, ``block_size``) belongs to it and is refused here.
+
+ * - hide_emitters
+   - |bool|
+   - Directly visible area lights are no surfaces. Give it to the nested integrator too. (Default: false)
+
+ * - to_world_previous, to_world_next
+   - |transform|
+   - Pose of the sensor at the frame before and the frame after, for sensors that have no such parameters of their own
+     (:monosp:`perspective`, :monosp:`thinlens`). (Default: the sensor's pose, i.e. it does not move)
+   - |exposed|
+
+ * - object_id, material_id, instance_id
+   - |int| array
+   - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order; 0 stands for the
+     default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
+   - |exposed|
+
+ * - moved_previous, moved_next
+   - |float| array
+   - Exposed: twelve numbers for each of ``scene.shapes()``, the rows of the 3x4 matrix that takes a world point of this
+     frame to where it is in the frame before or after. (Default: empty, nothing moves)
+   - |exposed|
+
+This integrator renders colour with the nested one, exactly as that would by itself, and then traces one more ray
+through the centre of each pixel. What it sees goes into these channels, in single precision and unfiltered whatever the
+film's reconstruction filter is:
+
+.. code-block:: text
+
+    albedo    albedo.R .G .B    diffuse reflectance; of metals and glass the colour of what they reflect or let through
+    depth     depth.Z           distance from the sensor's place, never from its near plane; +inf where there is nothing
+    motion    backward.u .v     pixels from here to where the same point was in the frame before: shortest way round the
+              forward.u .v      seam, never NaN; where there is nothing, by the camera's turning only
+    normal    normal.X .Y .Z    shading normal, world space, unit, facing the camera
+    ids       object_id, material_id, instance_id    whole numbers from 1; 0 where there is nothing
+    specular  specular          1 where most of what the surface sends on leaves in a delta lobe or one as sharp as GGX
+                                with alpha 0.05, else 0
+
+Names, units and formulas are those of equistream's contract. The surface is the first *visible* one: null surfaces and
+what masks cut out (opacity below 1/2) are passed through, glass is not. In omnidirectional stereo distances are from
+the column's own eye. Sensors: :monosp:`equirect`; :monosp:`perspective` and :monosp:`thinlens` (through the middle of
+the lens), with motion in that view's pixels. Films: :monosp:`hdrfilm` with ``component_format`` float32 (its default,
+float16, rounds distances and ids in files, which is warned of), :monosp:`specfilm`.
+
+.. tabs::
+    .. code-tab:: xml
+
+        <integrator type="equirect_aov">
+            <string name="aovs" value="depth,motion,normal"/>
+            <integrator type="path">
+                <integer name="max_depth" value="8"/>
+            </integrator>
+        </integrator>
+
+    .. code-tab:: python
+
+        'type': 'equirect_aov',
+        'aovs': 'depth,motion,normal',
+        'nested': {'type': 'path', 'max_depth': 8}
+
+        params = mi.traverse(scene)
+        params['sensor.to_world_previous'] = params['sensor.to_world']
+        params['sensor.to_world'] = mi.ScalarTransform4f().translate([0, 1.6, -0.1])
+        params.update()
+        planes = dict(zip(scene.integrator().aov_names(), ...))
+
+Limits:
+
+- It must be the outermost integrator.
+- Of colour alone there are gradients: ``render_forward`` and ``render_backward`` are the nested integrator's, and those
+of geometry planes are 0.
+- The film's raw storage is left with weight 1 in every pixel.
+- Whether a glossy surface is sharp is judged by 16 samples of its lobes: alphas from 0.043 to 0.057 may go either way.
+- A surface inside a medium is seen as if the medium were not there.
  */
 
-#include "appearance.h"
-#include "first_surface.h"
+#include "film_channels.h"
+#include "pixel_geometry.h"
 #include "refusal.h"
 #include "registration.h"
-#include "sensor_view.h"
-#include "shape_facts.h"
 
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
 
 #include <mitsuba/core/properties.h>
-#include <mitsuba/render/imageblock.h>
 #include <mitsuba/render/integrator.h>
 
-#include <nanothread/nanothread.h>
-
-#include <algorithm>
-#include <memory>
+#include <drjit/util.h>
 
 NAMESPACE_BEGIN(mitsuba)
 
@@ -26,51 +112,67 @@ template <typename Float, typename Spectrum>
 class EquirectAovIntegrator final : public SamplingIntegrator<Float, Spectrum> {
 public:
     MI_IMPORT_BASE(SamplingIntegrator, m_hide_emitters, m_stop)
-    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, Sampler, BSDF, BSDFPtr, Shape, ShapePtr)
-    using SensorView = equistream::mitsuba_host::SensorView<Float, Spectrum>;
-    using ShapeFacts = equistream::mitsuba_host::ShapeFacts<Float, Spectrum>;
-    using FirstSurface = equistream::mitsuba_host::FirstSurface<Float, Spectrum>;
+    MI_IMPORT_TYPES(Scene, Sensor, Film, Medium, Sampler)
+    using View = equistream::mitsuba_host::SensorView<Float, Spectrum>;
+    using Facts = equistream::mitsuba_host::ShapeFacts<Float, Spectrum>;
 
     EquirectAovIntegrator(const Properties& props) : Base(props) {
-        for (const std::string& plane : equistream::parse_aov_groups(props.get<std::string_view>("aovs"))) {
-            if (plane == "colour")
-                continue;
-            planes_.push_back(plane);
-            const equistream::AovInfo aov = *equistream::find_aov(plane);
-            channels_.insert(channels_.end(), aov.channels.begin(), aov.channels.end());
-        }
+        for (const char* name : {"timeout", "samples_per_pass", "block_size"})
+            if (props.has_property(name))
+                refuse("equirect_aov: %s: expected with the nested integrator, found here", name);
+        choose_planes(std::string(props.get<std::string_view>("aovs")));
         for (auto& prop : props.objects()) {
             Base* integrator = prop.try_get<Base>();
             if (!integrator)
-                equistream::mitsuba_host::refuse(
-                    "equirect_aov: expected one nested sampling integrator such as \"path\", found \"%s\"",
-                    prop.name());
+                refuse("equirect_aov: %s: expected a sampling integrator such as \"path\", found %s", prop.name(),
+                       prop.get<ref<Object>>()->class_name());
             if (m_nested)
-                equistream::mitsuba_host::refuse("equirect_aov: expected one nested integrator, found two");
+                refuse("equirect_aov: %s: expected one nested integrator, found two", prop.name());
             m_nested = integrator;
         }
         if (!m_nested)
-            equistream::mitsuba_host::refuse("equirect_aov: expected a nested integrator such as \"path\", found none");
+            refuse("equirect_aov: expected a nested integrator such as \"path\", found none");
+        if (props.has_property("to_world_previous"))
+            m_previous = props.get<ScalarAffineTransform4f>("to_world_previous");
+        if (props.has_property("to_world_next"))
+            m_next = props.get<ScalarAffineTransform4f>("to_world_next");
+        m_has_previous = props.has_property("to_world_previous");
+        m_has_next = props.has_property("to_world_next");
+        dr::make_opaque(m_previous, m_next);
     }
 
     void traverse(TraversalCallback* cb) override {
         Base::traverse(cb);
-        cb->put("integrator", m_nested, ParamFlags::NonDifferentiable);
-        cb->put("object_id", m_object_id, ParamFlags::NonDifferentiable);
-        cb->put("material_id", m_material_id, ParamFlags::NonDifferentiable);
-        cb->put("instance_id", m_instance_id, ParamFlags::NonDifferentiable);
-        cb->put("moved_previous", m_moved_previous, ParamFlags::NonDifferentiable);
-        cb->put("moved_next", m_moved_next, ParamFlags::NonDifferentiable);
+        cb->put("nested", m_nested, ParamFlags::NonDifferentiable);
+        cb->put("to_world_previous", m_previous, ParamFlags::NonDifferentiable);
+        cb->put("to_world_next", m_next, ParamFlags::NonDifferentiable);
+        cb->put("object_id", m_tables.object_id, ParamFlags::NonDifferentiable);
+        cb->put("material_id", m_tables.material_id, ParamFlags::NonDifferentiable);
+        cb->put("instance_id", m_tables.instance_id, ParamFlags::NonDifferentiable);
+        cb->put("moved_previous", m_tables.moved_previous, ParamFlags::NonDifferentiable);
+        cb->put("moved_next", m_tables.moved_next, ParamFlags::NonDifferentiable);
     }
 
     void parameters_changed(const std::vector<std::string>& keys) override {
         Base::parameters_changed(keys);
-        dr::make_opaque(m_object_id, m_material_id, m_instance_id, m_moved_previous, m_moved_next);
+        if (string::contains(keys, "to_world_previous")) {
+            m_previous = m_previous.value().update();
+            m_has_previous = true;
+        }
+        if (string::contains(keys, "to_world_next")) {
+            m_next = m_next.value().update();
+            m_has_next = true;
+        }
+        check_ids("object_id", m_tables.object_id);
+        check_ids("material_id", m_tables.material_id);
+        check_ids("instance_id", m_tables.instance_id);
+        // Or every new table would be a new kernel.
+        dr::make_opaque(m_previous, m_next, m_tables);
     }
 
     std::vector<std::string> aov_names() const override {
         std::vector<std::string> names = m_nested->aov_names();
-        names.insert(names.end(), channels_.begin(), channels_.end());
+        names.insert(names.end(), m_channels.begin(), m_channels.end());
         return names;
     }
 
@@ -81,29 +183,118 @@ public:
 
     std::pair<Spectrum, Mask> sample(const Scene*, Sampler*, const RayDifferential3f&, const Medium*, Float*,
                                      Mask) const override {
-        equistream::mitsuba_host::refuse(
-            "equirect_aov: expected to be the outermost integrator, found it nested in another one");
+        refuse("equirect_aov: expected to be the outermost integrator, found it nested in another one");
     }
 
     TensorXf render(Scene* scene, Sensor* sensor, UInt32 seed, uint32_t spp, bool develop, bool evaluate) override {
         m_stop = false;
-        const SensorView view(sensor);
-        const ShapeFacts facts(scene, m_hide_emitters);
+        View view(sensor);
+        if (!view.sphere) {
+            if (m_has_previous)
+                view.to_world_previous = m_previous.value();
+            if (m_has_next)
+                view.to_world_next = m_next.value();
+        }
+        const Facts facts(scene, m_hide_emitters);
         check_tables(facts.count());
         Film* film = sensor->film();
-        m_nested->render(scene, sensor, seed, spp, false, evaluate);
-        const TensorXf colour = film->develop(true);
-        film->prepare(aov_names());
-        film->put_block(repacked(scene, sensor, view, facts, colour).get());
-        TensorXf result;
-        if (develop) {
-            result = film->develop();
-            if constexpr (dr::is_jit_v<Float>)
-                dr::schedule(result);
-        } else {
-            film->schedule_storage();
+        equistream::mitsuba_host::FilmChannels<Float, Spectrum> channels(film);
+        if (!m_channels.empty() && channels.writes_halves() && !m_warned) {
+            m_warned = true;
+            Log(Warn, "equirect_aov: the film's component_format is float16: files will hold rounded distances, motion "
+                      "and ids. Set it to float32.");
         }
+        // Names that clash should not be found out after the rendering.
+        film->prepare(aov_names());
+        // Integrators written in Python refuse to leave the film undeveloped.
+        const bool in_python = m_nested->class_name() == Base::ClassName;
+        m_nested->render(scene, sensor, seed, spp, in_python, evaluate);
+        const equistream::mitsuba_host::PixelGeometry<Float, Spectrum> geometry(scene, sensor, view, facts, m_tables,
+                                                                                m_appearance);
+        channels.add(aov_names(), (uint32_t)m_channels.size(),
+                     [&](const UInt32& x, const UInt32& y, Float* out) { geometry.put(m_planes, x, y, out); });
+        return developed(film, develop, evaluate);
+    }
+
+    TensorXf render_forward(Scene* scene, void* params, Sensor* sensor, UInt32 seed, uint32_t spp) override {
+        const TensorXf colour = m_nested->render_forward(scene, params, sensor, seed, spp);
+        return with_channels(colour, colour.shape(2) + m_channels.size());
+    }
+
+    void render_backward(Scene* scene, void* params, const TensorXf& grad_in, Sensor* sensor, UInt32 seed,
+                         uint32_t spp) override {
+        if (grad_in.ndim() != 3 || grad_in.shape(2) <= m_channels.size())
+            refuse(
+                "equirect_aov: expected the gradient of an image with this integrator's channels, found another shape");
+        m_nested->render_backward(scene, params, with_channels(grad_in, grad_in.shape(2) - m_channels.size()), sensor,
+                                  seed, spp);
+    }
+
+    std::string to_string() const override {
+        std::ostringstream oss;
+        oss << "EquirectAovIntegrator[" << std::endl << "  aovs = [";
+        for (size_t i = 0; i < m_planes.size(); ++i)
+            oss << (i ? ", " : "") << m_planes[i];
+        oss << "]," << std::endl << "  nested = " << string::indent(m_nested) << std::endl << "]";
+        return oss.str();
+    }
+
+    MI_DECLARE_CLASS(EquirectAovIntegrator)
+
+private:
+    template <typename... Values>
+    [[noreturn]] static void refuse(const char* format, const Values&... values) {
+        equistream::mitsuba_host::refuse(format, values...);
+    }
+
+    void choose_planes(const std::string& groups) {
+        std::vector<std::string> planes;
+        try {
+            planes = equistream::parse_aov_groups(groups);
+        } catch (const std::exception& error) {
+            refuse("equirect_aov: %s", error.what());
+        }
+        for (const std::string& plane : planes) {
+            if (plane == "colour")
+                continue;
+            m_planes.push_back(plane);
+            const equistream::AovInfo aov = *equistream::find_aov(plane);
+            m_channels.insert(m_channels.end(), aov.channels.begin(), aov.channels.end());
+        }
+    }
+
+    static void check_ids(const char* name, const DynamicBuffer<UInt32>& ids) {
+        constexpr uint32_t most = (1u << 24) - 1;
+        if (dr::width(ids) == 0)
+            return;
+        const uint32_t found = dr::slice<uint32_t>(dr::max(ids));
+        if (found > most)
+            refuse("equirect_aov: %s: expected ids up to %u (a film stores single precision), found %u", name, most,
+                   found);
+    }
+
+    void check_tables(uint32_t shapes) const {
+        const auto check_count = [shapes](const char* name, size_t found, size_t each) {
+            if (found != 0 && found != shapes * each)
+                refuse("equirect_aov: %s: expected %u entries (%u for each of the scene's %u shapes) or none, found %u",
+                       name, shapes * each, each, shapes, found);
+        };
+        check_count("object_id", dr::width(m_tables.object_id), 1);
+        check_count("material_id", dr::width(m_tables.material_id), 1);
+        check_count("instance_id", dr::width(m_tables.instance_id), 1);
+        check_count("moved_previous", dr::width(m_tables.moved_previous), 12);
+        check_count("moved_next", dr::width(m_tables.moved_next), 12);
+    }
+
+    static TensorXf developed(Film* film, bool develop, bool evaluate) {
+        TensorXf result;
+        if (develop)
+            result = film->develop();
         if constexpr (dr::is_jit_v<Float>) {
+            if (develop)
+                dr::schedule(result);
+            else
+                film->schedule_storage();
             if (evaluate) {
                 dr::eval();
                 dr::sync_thread();
@@ -112,169 +303,34 @@ public:
         return result;
     }
 
-    std::string to_string() const override {
-        std::ostringstream oss;
-        oss << "EquirectAovIntegrator[" << std::endl << "  aovs = [";
-        for (size_t i = 0; i < planes_.size(); ++i)
-            oss << (i ? ", " : "") << planes_[i];
-        oss << "]," << std::endl << "  nested = " << string::indent(m_nested) << std::endl << "]";
-        return oss.str();
-    }
-
-    MI_DECLARE_CLASS(EquirectAovIntegrator)
-
-private:
-    void check_tables(uint32_t shapes) const {
-        const auto check = [shapes](const char* name, size_t found, size_t each) {
-            if (found != 0 && found != shapes * each)
-                equistream::mitsuba_host::refuse(
-                    "equirect_aov: %s: expected %u entries (%u for each of the scene's %u shapes) or none, found %u",
-                    name, shapes * each, each, shapes, found);
-        };
-        check("object_id", dr::width(m_object_id), 1);
-        check("material_id", dr::width(m_material_id), 1);
-        check("instance_id", dr::width(m_instance_id), 1);
-        check("moved_previous", dr::width(m_moved_previous), 12);
-        check("moved_next", dr::width(m_moved_next), 12);
-    }
-
-    /// The film's storage with our channels besides. Each pixel is divided by its weight, so that what is developed,
-    /// written or developed again are the values themselves: x * weight / weight is not always x.
-    ref<ImageBlock> repacked(const Scene* scene, const Sensor* sensor, const SensorView& view, const ShapeFacts& facts,
-                             const TensorXf& colour) const {
-        Film* film = const_cast<Sensor*>(sensor)->film();
-        const uint32_t before = (uint32_t)colour.shape(2);
-        const uint32_t ours = (uint32_t)channels_.size();
-        const uint32_t after = before + ours;
-        const bool weight_is_last = has_flag(film->flags(), FilmFlags::Special);
-        const uint32_t weight_at = weight_is_last ? before - 1 : has_flag(film->flags(), FilmFlags::Alpha) ? 4 : 3;
-        const uint32_t first = weight_is_last ? before - 1 : before;
-        const ScalarVector2u size = view.crop_size;
-        ref<ImageBlock> block = film->create_block();
-        block->set_offset(film->crop_offset());
-        const auto target_of = [=](uint32_t c) { return c < first ? c : c + ours; };
-        const size_t shape[3] = {size.y(), size.x(), after};
+    /// An image's first channels, or all of them with zeros behind.
+    static TensorXf with_channels(const TensorXf& image, size_t count) {
+        const uint32_t from = (uint32_t)image.shape(2), to = (uint32_t)count;
+        const size_t pixels = image.shape(0) * image.shape(1);
+        const size_t shape[3] = {image.shape(0), image.shape(1), count};
+        using Array = typename TensorXf::Array;
         if constexpr (dr::is_jit_v<Float>) {
-            const UInt32 i = dr::arange<UInt32>(size.x() * size.y());
-            UInt32 y = i / size.x(), x = dr::fnmadd(y, size.x(), i);
-            std::vector<Float> values(ours);
-            geometry(scene, sensor, view, facts, x, y, values.data());
-            Float out = dr::zeros<Float>((size_t)size.x() * size.y() * after);
-            const Float weight = dr::gather<Float>(colour.array(), i * before + weight_at);
-            const Float scale = dr::select(weight != 0.f, dr::rcp(weight), 1.f);
-            for (uint32_t c = 0; c < before; ++c) {
-                const Float value =
-                    c == weight_at ? Float(1.f) : dr::gather<Float>(colour.array(), i * before + c) * scale;
-                dr::scatter(out, value, i * after + target_of(c));
-            }
-            for (uint32_t c = 0; c < ours; ++c)
-                dr::scatter(out, values[c], i * after + (first + c));
-            block->tensor() = TensorXf(out, 3, shape);
+            const UInt32 i = dr::arange<UInt32>(pixels * count), pixel = i / to, channel = dr::fnmadd(pixel, to, i);
+            const Array values = dr::gather<Array>(image.array(), pixel * from + channel, channel < from);
+            return TensorXf(values, 3, shape);
         } else {
-            const ScalarFloat* from = colour.data();
-            ScalarFloat* to = block->tensor().data();
-            dr::parallel_for(dr::blocked_range<uint32_t>(0, size.y(), 4), [&](const dr::blocked_range<uint32_t>& rows) {
-                for (uint32_t y = rows.begin(); y != rows.end(); ++y)
-                    for (uint32_t x = 0; x < size.x(); ++x) {
-                        const size_t i = (size_t)y * size.x() + x;
-                        const ScalarFloat* pixel = from + i * before;
-                        ScalarFloat* out = to + i * after;
-                        const ScalarFloat weight = pixel[weight_at];
-                        const ScalarFloat scale = weight != 0 ? 1 / weight : 1;
-                        for (uint32_t c = 0; c < before; ++c)
-                            out[target_of(c)] = c == weight_at ? 1 : pixel[c] * scale;
-                        geometry(scene, sensor, view, facts, x, y, out + first);
-                    }
-            });
+            Array values = dr::zeros<Array>(pixels * count);
+            for (size_t pixel = 0; pixel < pixels; ++pixel)
+                for (size_t c = 0; c < std::min(from, to); ++c)
+                    values.data()[pixel * to + c] = image.data()[pixel * from + c];
+            return TensorXf(values, 3, shape);
         }
-        return block;
-    }
-
-    /// Our channels of pixel (x, y) of the crop window, in the order of channels_.
-    void geometry(const Scene* scene, const Sensor* sensor, const SensorView& view, const ShapeFacts& facts, UInt32 x,
-                  UInt32 y, Float* out) const {
-        const Point2f centre(Float(x) + 0.5f, Float(y) + 0.5f);
-        const Point2f position = centre / ScalarVector2f(view.crop_size);
-        const Float time = sensor->shutter_open() + 0.5f * sensor->shutter_open_time();
-        auto [ray, weight] = sensor->sample_ray_differential(time, 0.5f, position, Point2f(0.5f));
-        const FirstSurface surface(scene, ray, facts, true);
-        const SurfaceInteraction3f& si = surface.si;
-        const Mask hit = si.is_valid();
-        const equistream::PixelCoordinates<Float> here{centre.x() + (ScalarFloat)view.crop_offset.x(),
-                                                       centre.y() + (ScalarFloat)view.crop_offset.y()};
-        const BSDFPtr bsdf = si.bsdf();
-        const UInt32 index = facts.index(si.shape, si.instance, hit);
-        for (const std::string& plane : planes_) {
-            if (plane == "depth") {
-                *out++ = surface.distance + near_distance(view, ray);
-            } else if (plane == "albedo") {
-                const Color3f rgb = m_appearance.albedo(bsdf, si, facts.any_without_diffuse(), hit);
-                for (size_t c = 0; c < 3; ++c)
-                    *out++ = rgb[c];
-            } else if (plane == "normal") {
-                Normal3f n = bsdf->sh_frame(si, hit).n;
-                n = dr::select(dr::dot(n, ray.d) > 0.f, -n, n);
-                for (size_t c = 0; c < 3; ++c)
-                    *out++ = dr::select(hit, n[c], 0.f);
-            } else if (plane == "backward") {
-                out = put_motion(view, here, ray, si, index, m_moved_previous, view.to_world_previous, out);
-            } else if (plane == "forward") {
-                out = put_motion(view, here, ray, si, index, m_moved_next, view.to_world_next, out);
-            } else if (plane == "object_id") {
-                *out++ = dr::select(hit, Float(id(m_object_id, index, index + 1u, hit)), 0.f);
-            } else if (plane == "material_id") {
-                *out++ = dr::select(hit, Float(id(m_material_id, index, facts.material(si.shape, hit), hit)), 0.f);
-            } else if (plane == "instance_id") {
-                *out++ = dr::select(hit, Float(id(m_instance_id, index, index + 1u, hit)), 0.f);
-            } else if (plane == "specular") {
-                Float flag = 0.f;
-                if (facts.any_sharp())
-                    flag = dr::select(m_appearance.is_specular(bsdf, si, hit), Float(1.f), Float(0.f));
-                *out++ = flag;
-            }
-        }
-    }
-
-    static UInt32 id(const DynamicBuffer<UInt32>& table, const UInt32& index, const UInt32& otherwise,
-                     const Mask& hit) {
-        if (dr::width(table) == 0)
-            return otherwise;
-        const UInt32 given = dr::gather<UInt32>(table, index, hit);
-        return dr::select(given != 0u, given, otherwise);
-    }
-
-    /// How far from the sensor's own place its rays begin.
-    Float near_distance(const SensorView& view, const RayDifferential3f& ray) const {
-        return view.ods_side != 0 ? Float(0.f) : Float(dr::norm(ray.o - view.centre(view.to_world)));
-    }
-
-    Float* put_motion(const SensorView& view, const equistream::PixelCoordinates<Float>& here,
-                      const RayDifferential3f& ray, const SurfaceInteraction3f& si, const UInt32& index,
-                      const DynamicBuffer<Float>& moved, const AffineTransform4f& there, Float* out) const {
-        const Mask hit = si.is_valid();
-        Point3f p = si.p;
-        if (dr::width(moved) != 0) {
-            std::array<Float, 12> m;
-            for (uint32_t k = 0; k < 12; ++k)
-                m[k] = dr::gather<Float>(moved, index * 12u + k, hit);
-            p = Point3f(m[0] * si.p.x() + m[1] * si.p.y() + m[2] * si.p.z() + m[3],
-                        m[4] * si.p.x() + m[5] * si.p.y() + m[6] * si.p.z() + m[7],
-                        m[8] * si.p.x() + m[9] * si.p.y() + m[10] * si.p.z() + m[11]);
-        }
-        const Vector2f motion =
-            dr::select(hit, view.motion_of_point(here, p, there), view.motion_of_direction(here, ray.d, there));
-        *out++ = motion.x();
-        *out++ = motion.y();
-        return out;
     }
 
     ref<Base> m_nested;
-    std::vector<std::string> planes_, channels_;
+    std::vector<std::string> m_planes, m_channels;
     equistream::mitsuba_host::Appearance<Float, Spectrum> m_appearance;
-    DynamicBuffer<UInt32> m_object_id, m_material_id, m_instance_id;
-    DynamicBuffer<Float> m_moved_previous, m_moved_next;
+    equistream::mitsuba_host::ShapeTables<Float> m_tables;
+    field<AffineTransform4f, ScalarAffineTransform4f> m_previous{ScalarAffineTransform4f()},
+        m_next{ScalarAffineTransform4f()};
+    bool m_has_previous = false, m_has_next = false, m_warned = false;
 
-    MI_TRAVERSE_CB(Base, m_nested, m_object_id, m_material_id, m_instance_id, m_moved_previous, m_moved_next)
+    MI_TRAVERSE_CB(Base, m_nested, m_tables, m_previous, m_next)
 };
 
 EQUISTREAM_EXPORT_PLUGIN(EquirectAovIntegrator)

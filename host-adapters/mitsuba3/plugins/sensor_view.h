@@ -4,6 +4,7 @@
 #include "camera_frame.h"
 #include "refusal.h"
 
+#include <equistream/image_motion.h>
 #include <equistream/omnidirectional_stereo.h>
 
 #include <mitsuba/render/film.h>
@@ -53,6 +54,8 @@ struct SensorView {
     PoleMerge pole_merge;
     /// Where an eye is in Mitsuba's camera frame.
     ScalarVector3f eye_offset{0, 0, 0};
+    /// How far from that place a sphere's rays begin.
+    ScalarFloat near_clip = 0;
     /// Perspective: focal length, and where the optical axis is off the image's middle, in pixels.
     Float focal_px = 0.f;
     ScalarVector2f principal_px{0, 0};
@@ -70,6 +73,13 @@ struct SensorView {
             read_perspective(values);
         else
             refuse("equirect_aov: expected a sensor \"equirect\", \"perspective\" or \"thinlens\", found %s", kind);
+    }
+
+    /// How far from the sensor's own place this ray of it begins: Mitsuba's sensors begin theirs at the near plane.
+    Float distance_before(const Point3f& ray_origin) const {
+        if (sphere)
+            return near_clip;
+        return dr::norm(ray_origin - centre(to_world));
     }
 
     Point3f centre(const AffineTransform4f& pose) const { return pose * Point3f(Vector3f(eye_offset)); }
@@ -121,6 +131,7 @@ private:
             ods_side = side;
         else
             eye_offset = ScalarVector3f(-side, 0, 0);
+        near_clip = value<ScalarFloat>(values, "near_clip");
         pole_merge = {value<ScalarFloat>(values, "ods_merge_from") * rad,
                       value<ScalarFloat>(values, "ods_merge_to") * rad};
         if (!value<bool>(values, "ods_pole_merges"))

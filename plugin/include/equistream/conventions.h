@@ -9,7 +9,7 @@
 ///     direction = (cos p sin l, sin p, -cos p cos l)
 ///
 /// Every function is a template on its scalar, so that one source serves C++ (float, double) and
-/// vectorised types whose sin, cos, atan2, sqrt and floor are found by argument-dependent lookup.
+/// vectorised types whose sin, cos, atan2, sqrt, floor and select are found by argument-dependent lookup.
 /// This header stays C++17-clean and includes nothing but <cmath>.
 #include <cmath>
 
@@ -21,6 +21,14 @@ template <typename T>
 struct Vector3 {
     T x, y, z;
 };
+
+/// What vectorised types bring themselves.
+inline float select(bool condition, float yes, float no) {
+    return condition ? yes : no;
+}
+inline double select(bool condition, double yes, double no) {
+    return condition ? yes : no;
+}
 
 /// Continuous pixel coordinates: u to the right, v downwards.
 template <typename T>

@@ -1,18 +1,10 @@
 #pragma once
 /// The one definition of motion in an image: from a pixel to where the same thing is in a neighbouring frame, as the
 /// difference of positions in pixels. Results are finite for every direction that is not 0. Templates on the scalar as
-/// conventions.h has them (select too is found by argument-dependent lookup); C++17-clean.
+/// conventions.h has them; C++17-clean.
 #include <equistream/conventions.h>
 
 namespace equistream {
-
-/// What vectorised types bring themselves.
-inline float select(bool condition, float yes, float no) {
-    return condition ? yes : no;
-}
-inline double select(bool condition, double yes, double no) {
-    return condition ? yes : no;
-}
 
 /// On a sphere: the shortest way round the seam. `direction_there` is in the other camera's frame, of any length.
 template <typename T>

@@ -8,7 +8,7 @@
 ///     fade = (1 + cos(pi t)) / 2,     t = (|latitude| - from) / (to - from)
 /// The two angles and their defaults are those of Blender's "pole merge"; its fade cos(pi t / 2) breaks at `to`, so it
 /// is squared here. Templates on the scalar as conventions.h has them; C++17-clean.
-#include <equistream/image_motion.h>
+#include <equistream/conventions.h>
 
 namespace equistream {
 

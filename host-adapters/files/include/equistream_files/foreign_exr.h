@@ -1,0 +1,55 @@
+#pragma once
+/// Any flat EXR file: its channels by name, its size, and the attributes that tell of cameras, colour and views. Files
+/// are taken for hostile: sizes are held to image.h's limits and to the file's own length before anything is allocated.
+#include <equistream/image.h>
+
+#include <glm/glm.hpp>
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::files {
+
+struct ForeignChannel {
+    std::string name;   ///< as in the file
+    std::string part;   ///< the part's name; empty where it has none
+    std::string view;   ///< "left", "right", ...; empty where the file knows no views
+    std::string plain;  ///< the name without its view, with the part's name before it where it says more
+    int part_index = 0;
+    bool is_id = false;  ///< stored as unsigned integers
+};
+
+/// x and y of the primaries red, green, blue and of white.
+using Chromaticities = std::array<glm::dvec2, 4>;
+
+/// Throws InputError naming the file for what is no flat EXR (deep data), too large, or cut.
+class ForeignExr {
+public:
+    explicit ForeignExr(const std::filesystem::path& file);
+    ~ForeignExr();
+    ForeignExr(ForeignExr&&) noexcept;
+
+    const std::filesystem::path& file() const;
+    int width() const;  ///< of the display window, which is what cameras see
+    int height() const;
+    const std::vector<ForeignChannel>& channels() const;
+    /// As written, or none.
+    std::optional<double> frames_per_second() const;
+    std::optional<Chromaticities> chromaticities() const;
+    std::optional<glm::dmat4> world_to_camera() const;  ///< element [i][j] is the file's row i, column j
+    std::string software() const;                       ///< what wrote the file, if it says; printable
+
+    /// One channel over the display window; `outside` where the file has no pixels. Subsampled channels are refused.
+    FloatImage read(const ForeignChannel& channel, float outside) const;
+    IdImage read_ids(const ForeignChannel& channel) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace equistream::files

@@ -1,0 +1,65 @@
+#pragma once
+/// The folder of meshes and images, written aside and renamed when it is whole.
+#include <equistream/locks.h>
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace equistream::mitsuba_xml {
+
+/// One file, from front to back through a buffer. Failures throw WorkError naming the file.
+class AssetFile {
+public:
+    explicit AssetFile(std::filesystem::path file);
+    ~AssetFile();
+    AssetFile(const AssetFile&) = delete;
+    AssetFile& operator=(const AssetFile&) = delete;
+
+    void write(const void* data, std::size_t bytes);
+    void write(const std::string& text) { write(text.data(), text.size()); }
+    std::uint64_t close();  ///< the file's bytes
+
+private:
+    void flush();
+
+    std::filesystem::path file_;
+    int descriptor_ = -1;
+    std::vector<std::uint8_t> buffer_;
+    std::uint64_t bytes_ = 0;
+};
+
+/// Making files in it is thread-safe; the rest is not.
+class AssetFolder {
+public:
+    /// NAME.files beside NAME.xml. Throws InputError if its parent is missing, or if it exists and may not be
+    /// overwritten or holds something that no conversion wrote.
+    AssetFolder(const std::filesystem::path& scene_file, bool overwrite);
+    ~AssetFolder();
+    AssetFolder(const AssetFolder&) = delete;
+    AssetFolder& operator=(const AssetFolder&) = delete;
+
+    /// Where a file is written now, and what the XML calls it.
+    std::filesystem::path path_of(const std::string& name) const { return aside_ / name; }
+    std::string reference_to(const std::string& name) const;
+
+    void write_file(const std::string& name, std::span<const std::uint8_t> bytes);
+    void count(std::uint64_t bytes) { bytes_ += bytes; }
+    std::uint64_t bytes() const { return bytes_; }
+
+    /// Replaces the folder of an earlier conversion, if there is one.
+    void commit();
+
+private:
+    std::filesystem::path folder_, aside_;
+    std::optional<FolderLock> lock_;
+    std::atomic<std::uint64_t> bytes_ = 0;
+    bool committed_ = false;
+};
+
+}  // namespace equistream::mitsuba_xml

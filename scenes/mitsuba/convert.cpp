@@ -1,0 +1,103 @@
+#include <equistream_mitsuba/convert.h>
+
+#include "camera.h"
+#include "shapes.h"
+#include "xml.h"
+
+#include <equistream/error.h>
+#include <equistream/image.h>
+#include <equistream/sequence.h>
+
+#include <sstream>
+
+namespace equistream {
+
+using namespace mitsuba_xml;
+
+namespace {
+
+/// Our tracer's eight scatterings; Mitsuba counts the ray from the camera too.
+constexpr const char* max_depth = "9";
+
+MitsubaSettings completed(MitsubaSettings settings) {
+    const bool sphere = settings.camera == MitsubaCamera::equirect;
+    if (settings.width == 0 && settings.height == 0) {
+        settings.width = sphere ? 2048 : 1280;
+        settings.height = sphere ? 1024 : 720;
+    }
+    return settings;
+}
+
+/// Parameters that `mitsuba -D` and load_file(...) can change.
+void add_default(pugi::xml_node scene, const char* name, int value) {
+    pugi::xml_node node = scene.append_child("default");
+    node.append_attribute("name") = name;
+    node.append_attribute("value") = value;
+}
+
+void add_note(MitsubaReport& report, std::size_t count, const std::string& text) {
+    if (count > 0)
+        report.notes.push_back(std::to_string(count) + " " + text);
+}
+
+void add_notes(MitsubaReport& report, const MaterialNotes& notes) {
+    add_note(report, notes.principled, "metal-rough materials became principled, which is near but not the same");
+    add_note(report, notes.metals, "metals became conductors, whose reflectance is near but not the same");
+    add_note(report, notes.panes, "kinds of glass became thindielectric, whose reflectance is near but not the same");
+    add_note(report, notes.mixed_wraps,
+             "uses of textures that wrap differently along u and v wrap along both as along u");
+}
+
+std::string document_text(const pugi::xml_document& document) {
+    std::ostringstream text;
+    document.save(text, "  ");
+    return text.str();
+}
+
+}  // namespace
+
+MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescription& scene,
+                                  const std::filesystem::path& file, const MitsubaSettings& given) {
+    const MitsubaSettings settings = completed(given);
+    const double time_s = static_cast<double>(settings.frame) / scene.frames_per_second;
+    const std::vector<glm::mat4> transforms = instance_transforms(model, scene, time_s);
+    const std::vector<std::uint32_t> moving = find_moving_instances(model, scene);
+
+    AssetFolder folder(file, settings.overwrite);
+    Images images(model, folder);
+    Materials materials(model, images);
+    Shapes shapes(model, transforms, moving, materials, settings.bake);
+    materials.ask_for_images();
+    shapes.ask_for_images(images);
+
+    pugi::xml_document document;
+    pugi::xml_node root = document.append_child("scene");
+    root.append_attribute("version") = "3.0.0";
+    add_default(root, "width", settings.width);
+    add_default(root, "height", settings.height);
+    add_default(root, "spp", settings.samples_per_pixel);
+    images.declare(root);
+    materials.declare(root);
+    shapes.declare(root, folder, images);
+    const Bounds bounds = shapes.bounds();
+    add_sky(root, scene);
+    add_sun(root, scene, bounds);
+    add_sensor(root, scene, settings, 10 * sun_distance_m(bounds));
+    // path takes what a mask cut away, and glass, for opaque where it asks whether a light is seen.
+    add_integer(add_plugin(root, "integrator", materials.any_straight() ? "volpath" : "path", "integrator"),
+                "max_depth", max_depth);
+
+    images.write();
+    shapes.write_meshes(folder);
+    MitsubaReport report;
+    report.triangles = model.triangle_count();
+    report.images = images.count();
+    report.bytes = folder.bytes();
+    shapes.report(report);
+    add_notes(report, materials.notes());
+    folder.commit();
+    write_file_atomically(file, document_text(document));
+    return report;
+}
+
+}  // namespace equistream

@@ -1,0 +1,192 @@
+#include "images.h"
+
+#include "xml.h"
+
+#include <equistream/error.h>
+#include <equistream/image.h>
+#include <equistream/srgb.h>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace equistream::mitsuba_xml {
+namespace {
+
+/// RGB as stored, 0 to 1, three a pixel.
+struct Decoded {
+    int width = 0, height = 0;
+    std::vector<float> rgb;
+};
+
+/// The extension that the first bytes announce; empty for what Mitsuba cannot be given as it is.
+const char* extension_of(std::span<const std::uint8_t> encoded) {
+    static constexpr std::uint8_t png[] = {0x89, 'P', 'N', 'G'}, jpeg[] = {0xff, 0xd8};
+    if (encoded.size() >= sizeof png && std::memcmp(encoded.data(), png, sizeof png) == 0)
+        return ".png";
+    if (encoded.size() >= sizeof jpeg && std::memcmp(encoded.data(), jpeg, sizeof jpeg) == 0)
+        return ".jpg";
+    return "";
+}
+
+Decoded decode(const SceneModel& model, const Texture& texture) {
+    const std::string where = model.file.string() + ": texture \"" + texture.name + "\"";
+    // IOMemReader only reads, but its constructor takes a plain pointer.
+    OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
+    // Formats without a signature of their own are told by their name.
+    const std::string extension = extension_of(texture.encoded);
+    const std::string name = extension.empty() ? texture.name : extension == ".png" ? "png" : "jpeg";
+    OIIO::ImageSpec config, spec;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    const auto input = OIIO::ImageInput::create(name);
+    if (!input)
+        throw InputError(expected_found(where, "an image that OpenImageIO reads", OIIO::geterror()));
+    if (!input->set_ioproxy(&memory) || !input->open(name, spec, config))
+        throw InputError(expected_found(where, "a readable image", input->geterror()));
+    if (spec.width < 1 || spec.height < 1 || spec.width > max_image_side || spec.height > max_image_side ||
+        spec.nchannels < 1 || std::int64_t{spec.width} * spec.height > max_image_pixels)
+        throw InputError(
+            expected_found(where, "a readable image", std::to_string(spec.width) + "x" + std::to_string(spec.height)));
+    const int channels = std::min(spec.nchannels, 3);
+    const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+    std::vector<float> raw(count * static_cast<std::size_t>(channels));
+    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data()))
+        throw InputError(expected_found(where, "a readable image", input->geterror()));
+    Decoded image{spec.width, spec.height, std::vector<float>(3 * count)};
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            image.rgb[3 * i + c] = raw[i * static_cast<std::size_t>(channels) + (channels < 3 ? 0 : c)];
+    return image;
+}
+
+void write_image(AssetFolder& folder, const std::string& name, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                 const void* pixels) {
+    const std::filesystem::path file = folder.path_of(name);
+    const auto output = OIIO::ImageOutput::create(file.string());
+    if (!output)
+        throw WorkError(file.string() + ": cannot be written: " + OIIO::geterror());
+    if (!output->open(file.string(), spec) || !output->write_image(type, pixels) || !output->close())
+        throw WorkError(file.string() + ": cannot be written: " + output->geterror());
+    folder.count(std::filesystem::file_size(file));
+}
+
+/// The image's nearest texels on the mask's grid, black where the mask has cut.
+Decoded cut(const Decoded& image, const AlphaMask& mask) {
+    Decoded result{mask.width, mask.height, std::vector<float>(3 * mask.opaque.size(), 0.0f)};
+    for (int y = 0; y < mask.height; ++y)
+        for (int x = 0; x < mask.width; ++x) {
+            const auto to =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) + static_cast<std::size_t>(x);
+            const auto from = static_cast<std::size_t>(std::int64_t{y} * image.height / mask.height) *
+                                  static_cast<std::size_t>(image.width) +
+                              static_cast<std::size_t>(std::int64_t{x} * image.width / mask.width);
+            if (mask.opaque[to] != 0)
+                std::copy_n(&image.rgb[3 * from], 3, &result.rgb[3 * to]);
+        }
+    return result;
+}
+
+const char* wrap_name(Wrap wrap) {
+    return wrap == Wrap::clamp ? "clamp" : wrap == Wrap::mirror ? "mirror" : "repeat";
+}
+
+std::string factor_text(const glm::vec3& factor) {
+    const auto bits = [](float v) {
+        std::uint32_t b;
+        std::memcpy(&b, &v, sizeof b);
+        return std::to_string(b);
+    };
+    return bits(factor.x) + "-" + bits(factor.y) + "-" + bits(factor.z);
+}
+
+}  // namespace
+
+std::string Images::add(const std::string& id, Job job) {
+    jobs_.try_emplace(id, std::move(job));
+    return id;
+}
+
+std::string Images::colour(std::uint32_t texture, const glm::vec3& factor) {
+    const std::string name = "texture-" + std::to_string(texture);
+    const std::string extension = extension_of(model_.textures[texture].encoded);
+    if (factor == glm::vec3(1) && !extension.empty())
+        return add(name, {Kind::as_it_is, name + extension, texture, no_index, factor, 0});
+    const std::string tinted = factor == glm::vec3(1) ? name : name + "-times-" + factor_text(factor);
+    return add(tinted, {Kind::coloured, tinted + ".exr", texture, no_index, factor, 0});
+}
+
+std::string Images::emission(std::uint32_t texture, const glm::vec3& factor, std::uint32_t mask) {
+    std::string name = texture == no_index ? "emission" : "emission-" + std::to_string(texture);
+    name += "-times-" + factor_text(factor);
+    if (mask != no_index)
+        name += "-masked-" + std::to_string(mask);
+    return add(name, {Kind::coloured, name + ".exr", texture, mask, factor, 0});
+}
+
+std::string Images::channel(std::uint32_t texture, int channel, float factor) {
+    static constexpr const char* names[] = {"-red", "-green", "-blue"};
+    const std::string name = "texture-" + std::to_string(texture) + names[channel] +
+                             (factor == 1 ? std::string() : "-times-" + factor_text(glm::vec3(factor)));
+    return add(name, {Kind::single_channel, name + (factor == 1 ? ".png" : ".exr"), texture, no_index,
+                      glm::vec3(factor), channel});
+}
+
+std::string Images::mask(std::uint32_t mask) {
+    const std::string name = "mask-" + std::to_string(mask);
+    return add(name, {Kind::opacity, name + ".png", no_index, mask, glm::vec3(1), 0});
+}
+
+void Images::write() const {
+    std::vector<const Job*> jobs;
+    for (const auto& [id, job] : jobs_)
+        jobs.push_back(&job);
+    tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) { write(*jobs[i]); });
+}
+
+void Images::write(const Job& job) const {
+    if (job.kind == Kind::as_it_is)
+        return folder_.write_file(job.file, model_.textures[job.texture].encoded);
+    if (job.kind == Kind::opacity) {
+        const AlphaMask& mask = model_.alpha_masks[job.mask];
+        return write_image(folder_, job.file, OIIO::ImageSpec(mask.width, mask.height, 1, OIIO::TypeDesc::UINT8),
+                           OIIO::TypeDesc::UINT8, mask.opaque.data());
+    }
+    Decoded image = job.texture == no_index ? Decoded{1, 1, {1, 1, 1}} : decode(model_, model_.textures[job.texture]);
+    if (job.kind == Kind::single_channel) {
+        std::vector<float> values(image.rgb.size() / 3);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = job.factor.x * image.rgb[3 * i + static_cast<std::size_t>(job.channel)];
+        const OIIO::TypeDesc type = job.factor.x == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::HALF;
+        return write_image(folder_, job.file, OIIO::ImageSpec(image.width, image.height, 1, type),
+                           OIIO::TypeDesc::FLOAT, values.data());
+    }
+    for (std::size_t i = 0; i < image.rgb.size(); ++i)
+        image.rgb[i] = srgb_to_linear(image.rgb[i]) * job.factor[static_cast<int>(i % 3)];
+    if (job.mask != no_index)
+        image = cut(image, model_.alpha_masks[job.mask]);
+    const bool above_half = std::max({job.factor.x, job.factor.y, job.factor.z}) > 60000;
+    write_image(
+        folder_, job.file,
+        OIIO::ImageSpec(image.width, image.height, 3, above_half ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::HALF),
+        OIIO::TypeDesc::FLOAT, image.rgb.data());
+}
+
+void Images::declare(pugi::xml_node scene) const {
+    for (const auto& [id, job] : jobs_) {
+        pugi::xml_node node = add_plugin(scene, "texture", "bitmap", id);
+        add_text(node, "filename", folder_.reference_to(job.file));
+        const bool cut = job.mask != no_index;
+        add_text(node, "wrap_mode",
+                 wrap_name(cut ? model_.alpha_masks[job.mask].wrap_u : model_.textures[job.texture].wrap_u));
+        if (cut || model_.textures[job.texture].nearest)
+            add_text(node, "filter_type", "nearest");
+        if (job.kind == Kind::opacity || job.kind == Kind::single_channel)
+            add_boolean(node, "raw", true);
+    }
+}
+
+}  // namespace equistream::mitsuba_xml

@@ -1,0 +1,49 @@
+#pragma once
+/// The scene's textures as image files. A texture that Mitsuba can take as it is keeps its bytes; one that a factor
+/// multiplies becomes a linear EXR, one that holds several quantities is split into channels.
+#include "asset_folder.h"
+
+#include <equistream_scene/model.h>
+
+#include <pugixml.hpp>
+
+#include <map>
+
+namespace equistream::mitsuba_xml {
+
+/// Asked for first, then written (many at once), then declared. Not thread-safe itself.
+class Images {
+public:
+    Images(const SceneModel& model, AssetFolder& folder) : model_(model), folder_(folder) {}
+
+    /// Each returns the id of a <texture> that declare() will put into the scene.
+    std::string colour(std::uint32_t texture, const glm::vec3& factor = glm::vec3(1));
+    /// The same cut away where the mask is.
+    std::string emission(std::uint32_t texture, const glm::vec3& factor, std::uint32_t mask);
+    std::string channel(std::uint32_t texture, int channel, float factor);
+    std::string mask(std::uint32_t mask);
+
+    /// Every image that was asked for. Throws InputError naming a texture that cannot be read.
+    void write() const;
+    void declare(pugi::xml_node scene) const;
+    std::size_t count() const { return jobs_.size(); }
+
+private:
+    enum class Kind { as_it_is, coloured, single_channel, opacity };
+    struct Job {
+        Kind kind = Kind::as_it_is;
+        std::string file;
+        std::uint32_t texture = no_index, mask = no_index;
+        glm::vec3 factor{1};
+        int channel = 0;
+    };
+
+    std::string add(const std::string& id, Job job);
+    void write(const Job& job) const;
+
+    const SceneModel& model_;
+    AssetFolder& folder_;
+    std::map<std::string, Job> jobs_;
+};
+
+}  // namespace equistream::mitsuba_xml

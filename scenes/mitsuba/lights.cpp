@@ -1,0 +1,95 @@
+#include "lights.h"
+
+#include "xml.h"
+
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace equistream::mitsuba_xml {
+namespace {
+
+/// The sun moves by a millionth of a radian from one end of the scene to the other.
+constexpr double sun_distance_in_radii = 1e6;
+constexpr double widest_sun_rad = 85 * std::numbers::pi / 180;
+
+/// A transform that takes the unit disc, which faces +Z, to a disc facing `normal`.
+glm::dmat4 disc_transform(const glm::dvec3& centre, const glm::dvec3& normal, double radius_m) {
+    const glm::dvec3 other = std::abs(normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+    const glm::dvec3 x = glm::normalize(glm::cross(other, normal)), y = glm::cross(normal, x);
+    return {glm::dvec4(radius_m * x, 0), glm::dvec4(radius_m * y, 0), glm::dvec4(radius_m * normal, 0),
+            glm::dvec4(centre, 1)};
+}
+
+}  // namespace
+
+double sun_distance_m(const Bounds& bounds) {
+    return sun_distance_in_radii * std::max(bounds.radius_m, 1e-3);
+}
+
+void add_sky(pugi::xml_node scene, const SceneDescription& description) {
+    if (description.sky_radiance == glm::dvec3(0))
+        return;
+    pugi::xml_node node = add_plugin(scene, "emitter", "constant", "sky");
+    add_rgb(node, "radiance", description.sky_radiance);
+}
+
+void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bounds& bounds) {
+    if (!description.sun || description.sun->irradiance == glm::dvec3(0))
+        return;
+    const Sun& sun = *description.sun;
+    if (sun.angular_radius_rad > widest_sun_rad)
+        throw InputError(expected_found(description.file.string() + ": sun", "an angular radius of at most 85 degrees",
+                                        std::to_string(sun.angular_radius_rad * 180 / std::numbers::pi)));
+    const double distance = sun_distance_m(bounds), sine = std::sin(sun.angular_radius_rad);
+    pugi::xml_node node = add_plugin(scene, "shape", "disk", "sun");
+    add_transform(node, "to_world",
+                  disc_transform(bounds.centre + distance * sun.towards, -sun.towards,
+                                 distance * std::tan(sun.angular_radius_rad)));
+    add_rgb(add_plugin(node, "bsdf", "diffuse"), "reflectance", glm::dvec3(0));
+    add_rgb(add_plugin(node, "emitter", "area"), "radiance", sun.irradiance / (std::numbers::pi * sine * sine));
+}
+
+void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image,
+                 const EmitterShare& share) {
+    pugi::xml_node node = add_plugin(shape, "emitter", "area");
+    if (emission_image.empty())
+        add_rgb(node, "radiance", glm::dvec3(material.emission));
+    else
+        add_reference(node, emission_image, "radiance");
+    add_float(node, "sampling_weight", share.weight);
+}
+
+/// Counts on a grid: no point of it may lie in two triangles.
+bool maps_one_to_one(const Mesh& mesh) {
+    constexpr int side = 512;
+    std::vector<std::uint8_t> taken(static_cast<std::size_t>(side) * side, 0);
+    for (const glm::vec2& uv : mesh.uvs)
+        if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1))
+            return false;
+    for (const glm::uvec3& t : mesh.triangles) {
+        const glm::dvec2 a(mesh.uvs[t.x]), b(mesh.uvs[t.y]), c(mesh.uvs[t.z]);
+        const auto side_of = [](const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& at) {
+            return (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
+        };
+        const double area = side_of(a, b, c);
+        if (area == 0)
+            return false;
+        const glm::dvec2 low = glm::min(a, glm::min(b, c)) * double{side},
+                         high = glm::max(a, glm::max(b, c)) * double{side};
+        for (int y = static_cast<int>(low.y); y <= std::min(static_cast<int>(high.y), side - 1); ++y)
+            for (int x = static_cast<int>(low.x); x <= std::min(static_cast<int>(high.x), side - 1); ++x) {
+                // Off the texels' centres, where edges of tidy maps run.
+                const glm::dvec2 p{(x + 0.5123) / side, (y + 0.4871) / side};
+                if (side_of(a, b, p) / area <= 0 || side_of(b, c, p) / area <= 0 || side_of(c, a, p) / area <= 0)
+                    continue;
+                if (taken[static_cast<std::size_t>(y) * side + static_cast<std::size_t>(x)]++)
+                    return false;
+            }
+    }
+    return true;
+}
+
+}  // namespace equistream::mitsuba_xml

@@ -1,0 +1,37 @@
+#pragma once
+/// Sun, sky and glowing surfaces as Mitsuba emitters.
+#include "materials.h"
+
+#include <equistream_scene/scene.h>
+
+namespace equistream::mitsuba_xml {
+
+/// A sphere around everything, in metres.
+struct Bounds {
+    glm::dvec3 centre{0};
+    double radius_m = 0;
+};
+
+/// A glowing shape's own share of light samples, all shapes together having one; 0: found by scattered rays alone.
+struct EmitterShare {
+    double weight = 1;
+};
+
+/// A sky, if it shines, with one share of the light samples.
+void add_sky(pugi::xml_node scene, const SceneDescription& description);
+
+/// A disc facing the scene, so far away that all of the scene sees the same: only `directional` would be simpler, and
+/// has no penumbra. One share of the light samples. Throws InputError for a sun that no disc can be.
+void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bounds& bounds);
+/// Distance of that disc from the bounds' centre.
+double sun_distance_m(const Bounds& bounds);
+
+/// An area light on a shape.
+void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image,
+                 const EmitterShare& share);
+
+/// Whether texture coordinates of a mesh map one to one onto places in [0, 1]^2: only then can Mitsuba choose points
+/// on a textured light by its texture.
+bool maps_one_to_one(const Mesh& mesh);
+
+}  // namespace equistream::mitsuba_xml

@@ -1,0 +1,385 @@
+"""Other renderers' EXR files, made of our own frames by independent code, come back as our frames.
+
+usage: import_test.py BIN_DIR   (the folder of the built programs)
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+import numpy as np  # noqa: E402
+import OpenEXR  # noqa: E402
+from independent import Programs, pixel_centres, perspective_direction, read_frame, rotation, unit  # noqa: E402
+
+PROGRAMS = Programs(sys.argv.pop(1))
+BIN = PROGRAMS.folder
+FRAMES = range(3)
+WIDTH, HEIGHT = 128, 64
+Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def run(*words):
+    return subprocess.run([BIN / "equistream", *(str(w) for w in words)], capture_output=True, text=True, timeout=120)
+
+
+def write(file, channels, header=None, part=None):
+    """Float and unsigned planes by name, one part."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    planes = {name: np.ascontiguousarray(p if p.dtype in (np.uint32, np.float16) else p.astype(np.float32))
+              for name, p in channels.items()}
+    settings = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
+    if part is None:
+        OpenEXR.File(settings, planes).write(str(file))
+    else:
+        OpenEXR.File([OpenEXR.Part(settings, planes, part)]).write(str(file))
+
+
+def info_of(file):
+    header = OpenEXR.File(str(file), header_only=True).header()
+    position = np.array([float(x) for x in np.ravel(header["equistream:position"])])
+    return position, np.array([float(x) for x in header["equistream:orientation"].split()])
+
+
+def multiplied(p, q):
+    w, x, y, z = p
+    a, b, c, d = q
+    return np.array([w * a - x * b - y * c - z * d, w * b + x * a + y * d - z * c,
+                     w * c - x * d + y * a + z * b, w * d + x * c - y * b + z * a])
+
+
+def unwrapped(motion, width):
+    """What a renderer gives that subtracts columns without the shortest way round."""
+    u = pixel_centres(motion.shape[1], motion.shape[0])[0]
+    return np.mod(u + motion, width) - u
+
+
+class Import(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_import_"))
+        scene = PROGRAMS.scene("motion", cls.root / "scene")
+        common = ["--frames", "0-2", "--spp", "2", "--aovs", "all", "--lock", "path"]
+        PROGRAMS.run("render", scene, *common, "--size", f"{WIDTH}x{HEIGHT}", "--out", cls.root / "sphere")
+        PROGRAMS.run("render", scene, *common, "--size", "96x64", "--camera", "perspective", "--fov", "80", "--out", cls.root / "view")
+        cls.sphere = [cls.root / "sphere" / "centre" / f"frame.{i:04}.exr" for i in FRAMES]
+        cls.view = [cls.root / "view" / "centre" / f"frame.{i:04}.exr" for i in FRAMES]
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def setUp(self):
+        self.work = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    def path_csv(self, files, z_up):
+        lines = ["time_s,x_m,y_m,z_m,qw,qx,qy,qz"]
+        half = np.sqrt(0.5)
+        for i, file in enumerate(files):
+            position, q = info_of(file)
+            if z_up:
+                position, q = Y_UP_FROM_Z_UP.T @ position, multiplied([half, half, 0, 0], q)
+            lines.append(",".join(repr(float(x)) for x in [i / 30, *position, *q]))
+        file = self.work / "head.csv"
+        file.write_text("\n".join(lines) + "\n")
+        return file
+
+    def imported(self, *words, view="centre"):
+        out = self.work / "out"
+        result = run("import", *words, "--out", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout, [out / view / f"frame.{i:04}.exr" for i in FRAMES]
+
+    def assert_same(self, original, found, planes, motion_tolerance=2e-5):
+        a, b = read_frame(original), read_frame(found)
+        for name in planes:
+            hit = np.isfinite(a["depth.Z"])
+            np.testing.assert_array_equal(hit, np.isfinite(b["depth.Z"]))
+            if name.split(".")[0] in ("backward", "forward"):
+                np.testing.assert_allclose(b[name], a[name], atol=motion_tolerance, err_msg=name)
+            elif name.startswith("normal"):
+                np.testing.assert_allclose(b[name], a[name], atol=3e-7, err_msg=name)
+            elif name == "depth.Z":
+                np.testing.assert_allclose(b[name][hit], a[name][hit], rtol=3e-7, err_msg=name)
+            else:
+                np.testing.assert_array_equal(b[name], a[name], err_msg=name)
+
+    def assert_same_pose(self, original, found):
+        p, q = info_of(original)
+        r, s = info_of(found)
+        np.testing.assert_allclose(r, p, atol=1e-6)
+        np.testing.assert_allclose(rotation(s), rotation(q), atol=1e-6)
+
+    COLOUR = ["R", "G", "B", "A"]
+    GEOMETRY = ["depth.Z", "normal.X", "normal.Y", "normal.Z", "backward.u", "backward.v", "forward.u", "forward.v"]
+
+    def cycles_channels(self, frame, planar=None):
+        """As Blender names and fills its passes."""
+        normal = np.stack([frame[f"normal.{c}"] for c in "XYZ"], -1) @ Y_UP_FROM_Z_UP
+        depth = frame["depth.Z"] if planar is None else planar
+        back, forth = frame["backward.u"], frame["forward.u"]
+        if planar is None:
+            back, forth = unwrapped(back, WIDTH), unwrapped(forth, WIDTH)
+        layers = {"Combined.R": frame["R"], "Combined.G": frame["G"], "Combined.B": frame["B"], "Combined.A": frame["A"],
+                  "Depth.Z": np.where(np.isfinite(frame["depth.Z"]), depth, 1e10),
+                  "Normal.X": normal[..., 0], "Normal.Y": normal[..., 1], "Normal.Z": normal[..., 2],
+                  "Vector.X": back, "Vector.Y": -frame["backward.v"], "Vector.Z": -forth, "Vector.W": frame["forward.v"],
+                  "IndexOB.X": frame["object_id"].astype(float), "Mist.Z": frame["A"], "CryptoObject00.R": frame["R"]}
+        return {f"ViewLayer.{name}": plane for name, plane in layers.items()}
+
+    def test_cycles_sphere(self):
+        for i, file in enumerate(self.sphere):
+            write(self.work / f"shot_{i + 1:04}.exr", self.cycles_channels(read_frame(file)))
+        # Frame numbers begin at 1, as Blender's do; the path's times with them.
+        lines = self.path_csv(self.sphere, True).read_text().splitlines()
+        shifted = [lines[0]] + [repr(float(line.split(",")[0]) + 1 / 30) + "," + line.split(",", 1)[1] for line in lines[1:]]
+        (self.work / "head.csv").write_text("\n".join(shifted) + "\n")
+        said, _ = self.imported(self.work / "shot_####.exr", "--path", self.work / "head.csv")
+        for text in ("cycles", "Cryptomatte", "to-previous,pixels,y-up", "from-next"):
+            self.assertIn(text, said)
+        for i, original in enumerate(self.sphere):
+            found = self.work / "out" / "centre" / f"frame.{i + 1:04}.exr"
+            self.assert_same(original, found, self.COLOUR + self.GEOMETRY + ["object_id"])
+            self.assert_same_pose(original, found)
+        seam = max(np.abs(read_frame(f)["backward.u"] - unwrapped(read_frame(f)["backward.u"], WIDTH)).max() for f in self.sphere)
+        self.assertGreater(seam, WIDTH / 2, "no motion crosses the seam: the test tests nothing there")
+
+    def test_cycles_perspective_planar_depth(self):
+        for i, file in enumerate(self.view):
+            frame = read_frame(file)
+            u, v = pixel_centres(96, 64)
+            cosine = -unit(perspective_direction(u, v, 96, 64, np.radians(80)))[..., 2]
+            write(self.work / f"shot.{i:04}.exr", self.cycles_channels(frame, planar=frame["depth.Z"] * cosine))
+        _, found = self.imported(self.work, "--fov", 80, "--path", self.path_csv(self.view, True), "--preset", "cycles")
+        for original, file in zip(self.view, found):
+            hit = np.isfinite(read_frame(original)["depth.Z"])
+            self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.X", "object_id"])
+            for name in ("backward.u", "forward.v"):
+                np.testing.assert_allclose(read_frame(file)[name][hit], read_frame(original)[name][hit], atol=2e-5)
+            self.assert_same_pose(original, file)
+
+    def pbrt_frame(self, file):
+        """pbrt-v4's gbuffer film behind its spherical camera: u = 0 is +X, u = 1/4 ahead, u = 1/2 -X; +Z ahead, left-handed."""
+        frame = read_frame(file)
+        position, q = info_of(file)
+        turn = rotation(q)
+        columns = np.arange(WIDTH)
+        # Our column of each of theirs: mirrored, then a quarter round.
+        ours = (WIDTH - 1 - columns - WIDTH // 4) % WIDTH
+        u, v = pixel_centres(WIDTH, HEIGHT)
+        longitude, latitude = 2 * np.pi * (u / WIDTH - 0.5), np.pi * (0.5 - v / HEIGHT)
+        direction = np.stack([np.cos(latitude) * np.sin(longitude), np.sin(latitude), -np.cos(latitude) * np.cos(longitude)], -1)
+        flip = np.array([1, 1, -1])
+        hit = np.isfinite(frame["depth.Z"])[..., None]
+        point = np.where(hit, direction * np.where(hit[..., 0], frame["depth.Z"], 0)[..., None], 0) * flip
+        normal = (np.stack([frame[f"normal.{c}"] for c in "XYZ"], -1) @ turn) * flip
+        planes = {"R": frame["R"], "G": frame["G"], "B": frame["B"], "dzdx": frame["A"], "dzdy": frame["A"]}
+        for k, c in enumerate("XYZ"):
+            planes |= {f"P.{c}": point[..., k], f"N.{c}": -normal[..., k], f"Albedo.{'RGB'[k]}": frame[f"albedo.{'RGB'[k]}"]}
+        camera_from_world = np.eye(4)
+        camera_from_world[:3, :3] = np.diag(flip) @ turn.T
+        camera_from_world[:3, 3] = -camera_from_world[:3, :3] @ position
+        return {name: plane[:, ours] for name, plane in planes.items()}, camera_from_world.astype(np.float32)
+
+    def test_pbrt_sphere(self):
+        for i, file in enumerate(self.sphere):
+            planes, matrix = self.pbrt_frame(file)
+            write(self.work / f"pbrt.{i:04}.exr", planes, {"worldToCamera": matrix})
+        said, found = self.imported(self.work)
+        self.assertIn("column vectors", said)
+        quarter = WIDTH // 4
+        for original, file in zip(self.sphere, found):
+            a, b = read_frame(original), read_frame(file)
+            hit = np.isfinite(a["depth.Z"])
+            # The sphere is not resampled: it stays turned, and its pose says so.
+            back = {name: np.roll(plane, -quarter, axis=1) for name, plane in b.items()}
+            np.testing.assert_array_equal(np.isfinite(back["depth.Z"]), hit)
+            np.testing.assert_allclose(back["depth.Z"][hit], a["depth.Z"][hit], rtol=5e-7)
+            np.testing.assert_array_equal(back["G"], a["G"])
+            for c in "XYZ":
+                np.testing.assert_allclose(back[f"normal.{c}"], a[f"normal.{c}"], atol=2e-6)
+            p, q = info_of(original)
+            r, s = info_of(file)
+            np.testing.assert_allclose(r, p, atol=1e-5)
+            # Our longitude -90 degrees is where the imported sphere's middle... ahead lies at 3/4 of the width.
+            ahead = rotation(s) @ [1, 0, 0]
+            np.testing.assert_allclose(ahead, rotation(q) @ [0, 0, -1], atol=1e-5)
+
+    def test_row_and_column_vectors_give_one_pose(self):
+        planes, matrix = self.pbrt_frame(self.sphere[1])
+        for name, m in (("column", matrix), ("row", matrix.T)):
+            write(self.work / name / "a.0000.exr", planes, {"worldToCamera": np.ascontiguousarray(m)})
+            result = run("import", self.work / name, "--out", self.work / f"{name}_out")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn(f"{name} vectors", result.stdout)
+        a, b = (info_of(self.work / f"{name}_out" / "centre" / "frame.0000.exr") for name in ("column", "row"))
+        np.testing.assert_allclose(a[0], b[0])
+        np.testing.assert_allclose(a[1], b[1])
+
+    def test_mitsuba_aov_integrator(self):
+        near = 0.05
+        for i, file in enumerate(self.view):
+            frame = read_frame(file)
+            u, v = pixel_centres(96, 64)
+            cosine = -unit(perspective_direction(u, v, 96, 64, np.radians(80)))[..., 2]
+            hit = np.isfinite(frame["depth.Z"])
+            planes = {c: frame[c] for c in "RGBA"}
+            planes |= {"dd.T": np.where(hit, np.where(hit, frame["depth.Z"], 0) - near / cosine, 0)}
+            planes |= {f"nn.{c}": frame[f"normal.{c}"] for c in "XYZ"} | {"idx.I": frame["object_id"].astype(float)}
+            write(self.work / f"m.{i:04}.exr", planes, {"generatedBy": "Mitsuba version 3.9.1"})
+        said, found = self.imported(self.work, "--fov", 80, "--near", near, "--path", self.path_csv(self.view, False),
+                                    "--channels", "object_id=idx.I")
+        self.assertIn("mitsuba", said)
+        for original, file in zip(self.view, found):
+            self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.Y", "object_id"])
+
+    def test_one_file_an_aov_and_told_conventions(self):
+        """Normalised and NDC motion the other way round, depth in centimetres, encoded normals, ids as integers."""
+        for i, file in enumerate(self.sphere):
+            frame = read_frame(file)
+            rgb = {c: frame[c] for c in "RGBA"}
+            hit = np.isfinite(frame["depth.Z"])
+            write(self.work / f"shot_beauty.{i:04}.exr", rgb)
+            write(self.work / f"shot_depth.{i:04}.exr", {"Z": np.where(hit, 100 * np.where(hit, frame["depth.Z"], 0), -1)})
+            write(self.work / f"shot_normal.{i:04}.exr", {c: np.where(hit, 0.5 + 0.5 * frame[f"normal.{c}"], 0) for c in "XYZ"})
+            write(self.work / f"shot_motion.{i:04}.exr", {"R": -unwrapped(frame["backward.u"], WIDTH) / (WIDTH / 2),
+                                                          "G": -frame["backward.v"] / (HEIGHT / 2)})
+            write(self.work / f"shot_forward.{i:04}.exr", {"X": frame["forward.u"] / WIDTH, "Y": -frame["forward.v"] / HEIGHT})
+            write(self.work / f"shot_object_id.{i:04}.exr", {"Y": frame["object_id"]})
+        said, found = self.imported(self.work, "--depth-scale", 0.01, "--miss", -1, "--normals-encoded", "--backward",
+                                    "from-previous,ndc,y-down", "--forward", "to-next,normalised,y-up")
+        for original, file in zip(self.sphere, found):
+            self.assert_same(original, file, self.COLOUR + [n for n in self.GEOMETRY if not n.startswith("normal")] + ["object_id"], 3e-5)
+            for c in "XYZ":
+                np.testing.assert_allclose(read_frame(file)[f"normal.{c}"], read_frame(original)[f"normal.{c}"], atol=1e-6)
+
+    def test_motion_of_unknown_convention_is_not_taken(self):
+        frame = read_frame(self.sphere[0])
+        write(self.work / "a.0000.exr", {"R": frame["R"], "G": frame["G"], "B": frame["B"], "motion.X": frame["backward.u"], "motion.Y": frame["backward.v"]})
+        result = run("import", self.work, "--dry-run")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("convention is not known", result.stdout)
+        self.assertFalse((self.work / "out").exists())
+
+    def test_views_parts_windows_and_primaries(self):
+        """Two views in one file, a data window within the display window, ACEScg primaries, parts for layers."""
+        frame = read_frame(self.sphere[0])
+        window = (slice(8, 40), slice(16, 100))
+        rgb = np.stack([frame[c] for c in "RGB"], -1)
+        rec709_from_acescg = np.array([[1.705051, -0.621792, -0.083259], [-0.130257, 1.140805, -0.010548], [-0.024004, -0.128969, 1.152972]])
+        acescg = rgb @ np.linalg.inv(rec709_from_acescg).T
+        header = {"dataWindow": (np.array([16, 8], np.int32), np.array([99, 39], np.int32)),
+                  "displayWindow": (np.array([0, 0], np.int32), np.array([WIDTH - 1, HEIGHT - 1], np.int32)),
+                  "chromaticities": (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767)}
+        parts = []
+        for view in ("left", "right"):
+            for name, planes in (("rgba", {c: acescg[..., k] for k, c in enumerate("RGB")}), ("depth", {"Z": frame["depth.Z"]})):
+                planes = {n: np.ascontiguousarray(p[window].astype(np.float32)) for n, p in planes.items()}
+                parts.append(OpenEXR.Part({**header, "view": view, "type": OpenEXR.scanlineimage, "compression": OpenEXR.PIZ_COMPRESSION}, planes, f"{name}.{view}"))
+        self.work.mkdir(exist_ok=True)
+        OpenEXR.File(parts).write(str(self.work / "stereo.0000.exr"))
+        result = run("import", self.work / "stereo.0000.exr", "--out", self.work / "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for view in ("left", "right"):
+            found = read_frame(self.work / "out" / view / "frame.0000.exr")
+            outside = np.ones((HEIGHT, WIDTH), bool)
+            outside[window] = False
+            self.assertTrue(np.isinf(found["depth.Z"][outside]).all())
+            np.testing.assert_array_equal(found["depth.Z"][window], frame["depth.Z"][window])
+            for k, c in enumerate("RGB"):
+                np.testing.assert_allclose(found[c][window], rgb[window][..., k], rtol=2e-3, atol=2e-3)
+                self.assertEqual(found[c][outside].max(), 0)
+
+    def test_tiled_half_and_mip_mapped(self):
+        frame = read_frame(self.sphere[0])
+        flat = self.work / "flat" / "a.0000.exr"
+        write(flat, {c: frame[c].astype(np.float16) for c in "RGBA"} | {"Z": frame["depth.Z"]})
+        for option in (["-o"], ["-m"]):
+            tiled = self.work / "tiled" / "a.0000.exr"
+            tiled.parent.mkdir(exist_ok=True)
+            subprocess.run(["exrmaketiled", *option, "-t", "32", "16", flat, tiled], check=True, capture_output=True)
+            result = run("import", tiled.parent, "--out", self.work / "out", "--overwrite")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assert_same(self.sphere[0], self.work / "out" / "centre" / "frame.0000.exr", self.COLOUR + ["depth.Z"])
+
+    def test_missing_frames_and_resume(self):
+        for i in (0, 2):
+            write(self.work / f"a.{i:04}.exr", {c: read_frame(self.sphere[i])[c] for c in "RGB"})
+        said, found = self.imported(self.work)
+        self.assertIn("missing and left out: frame 1", said)
+        first = found[0].stat().st_mtime_ns
+        write(self.work / "a.0001.exr", {c: read_frame(self.sphere[1])[c] for c in "RGB"})
+        self.imported(self.work)
+        self.assertEqual(found[0].stat().st_mtime_ns, first, "a finished frame was imported again")
+        self.assertTrue(found[1].exists())
+        other = run("import", self.work, "--exposure", 2, "--out", self.work / "out")
+        self.assertEqual(other.returncode, 2)
+        self.assertIn("exposure", other.stderr)
+
+    def test_result_encodes_and_plays(self):
+        for i, file in enumerate(self.sphere):
+            write(self.work / f"shot_{i:04}.exr", self.cycles_channels(read_frame(file)))
+        self.imported(self.work / "shot_####.exr", "--path", self.path_csv(self.sphere, True))
+        PROGRAMS.run("encode", self.work / "out", "--out", self.work / "walk.mp4")
+        PROGRAMS.run("play", self.work / "walk.mp4", "--size", "64x64", "--out", self.work / "eyes")
+        self.assertEqual(len(list((self.work / "eyes" / "left").glob("*.png"))), 3)
+        self.assertEqual(run("info", self.work / "out").returncode, 0)
+
+    def assert_refused(self, words, *mentions):
+        result = run("import", *words)
+        lines = [line for line in result.stderr.splitlines() if line.strip()]
+        self.assertEqual(result.returncode, 2, result.stderr + result.stdout)
+        self.assertEqual(len(lines), 1, result.stderr)
+        for mention in mentions:
+            self.assertIn(str(mention), lines[0])
+
+    def test_bad_input(self):
+        good = self.work / "good" / "a.0000.exr"
+        frame = read_frame(self.sphere[0])
+        write(good, {c: frame[c] for c in "RGB"} | {"Z": np.where(np.isfinite(frame["depth.Z"]), frame["depth.Z"], 1e10)})
+        out = ["--out", self.work / "out"]
+        self.assert_refused([self.work / "nowhere", *out], "nowhere", "no such file")
+        self.assert_refused([good], "--out")
+        self.assert_refused([good, "--preset", "povray", *out], "povray", "cycles")
+        self.assert_refused([good, "--channels", "depht=Z", *out], "depht", "depth")
+        self.assert_refused([good, "--channels", "depth=Q", *out], "Q")
+        self.assert_refused([good, "--channels", "depth=R+G", *out], "1 channels", "2")
+        self.assert_refused([good, "--backward", "sideways", *out], "sideways", "to-previous")
+        self.assert_refused([good, "--depth", "planar", *out], "planar", "sphere")
+        self.assert_refused([good, "--camera", "perspective", *out], "--fov")
+        self.assert_refused([good, "--range", "1,2", *out], "--range")
+        self.assert_refused([good, "--colour-space", "cmyk", *out], "cmyk")
+        odd = self.work / "odd.0000.exr"
+        write(odd, {c: frame[c][:, :100] for c in "RGB"})
+        self.assert_refused([odd, *out], "100x64", "--fov")
+        negative = self.work / "negative.0000.exr"
+        write(negative, {"R": frame["R"], "G": frame["G"], "B": frame["B"], "Z": np.full((HEIGHT, WIDTH), -3.0)})
+        self.assert_refused([negative, *out], "negative.0000.exr", "depth at pixel 0,0")
+        scaled = self.work / "scaled.0000.exr"
+        write(scaled, {c: frame[c] for c in "RGB"}, {"worldToCamera": np.eye(4, dtype=np.float32) * 2})
+        self.assert_refused([scaled, *out], "worldToCamera")
+
+    def test_hostile_files(self):
+        good = self.work / "a.0000.exr"
+        write(good, {c: read_frame(self.sphere[0])[c] for c in "RGBA"})
+        whole = good.read_bytes()
+        bad = self.work / "bad.0000.exr"
+        rng = np.random.default_rng(7)
+        for length in [0, 3, 4, 40, 300, len(whole) // 2, len(whole) - 1]:
+            bad.write_bytes(whole[:length])
+            self.assert_refused([bad, "--out", self.work / "out"], "bad.0000.exr")
+        for _ in range(60):
+            damaged = bytearray(whole)
+            for at in rng.integers(0, 500, 4):
+                damaged[at] = rng.integers(0, 256)
+            bad.write_bytes(bytes(damaged))
+            result = run("import", bad, "--out", self.work / "out2", "--overwrite")
+            self.assertIn(result.returncode, (0, 1, 2), result.stderr)
+            self.assertLessEqual(len(result.stderr.splitlines()), 1, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
