@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -176,7 +177,7 @@ class SequenceWriter:
         names = [name for name, _ in planes]
         if self._writer is None:
             self._writer = _core.SequenceWriter(self.folder, frame.info, names, self._overwrite, self._fingerprint)
-            self._shared, self._planes = frame.info, names
+            self._shared, self._planes = copy.copy(frame.info), names
         assert self._shared is not None
         for what, before, now in (("planes", self._planes, names), *(
                 (name, getattr(self._shared, name), getattr(frame.info, name)) for name in _shared_fields)):

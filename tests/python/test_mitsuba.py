@@ -1,0 +1,145 @@
+"""Beside Mitsuba: plugins found in either order and for every variant, renders as frames, one Embree, clear refusals."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import equistream as es
+import numpy as np
+import pytest
+
+PACKAGE = pathlib.Path(es.__file__).parent
+CASE = """
+import equistream as es
+{first}
+{second}
+scene = mi.load_dict({{'type': 'scene', 'ball': {{'type': 'sphere', 'center': [1, 0, -4], 'radius': 1}}, 'sky': {{'type': 'constant'}}}})
+frame = em.render_frame(scene, es.Pose((0.5, 0, 0)), es.EquirectCamera(64, 32), spp=2, aovs='depth,ids')
+d = frame.info.camera.directions() @ [0.5, 0, -4]
+"""
+
+
+def python(code, **environment):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env={**os.environ, **environment})
+
+
+def ball(camera, pose, centre, radius):
+    """Closed form: distance to a sphere along each pixel-centre ray."""
+    d = pose.to_world(camera.directions())
+    b = d @ (np.asarray(centre) - pose.position_m)
+    square = b * b - np.sum((np.asarray(centre) - pose.position_m) ** 2) + radius**2
+    return np.where((square > 0) & (b > 0), b - np.sqrt(np.maximum(square, 0)), np.inf)
+
+
+@pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_rgb"])
+@pytest.mark.parametrize("order", ["before", "after"])
+def test_either_order(variant, order):
+    imports = [f"import mitsuba as mi; mi.set_variant('{variant}')", "import equistream.mitsuba as em"]
+    if order == "before":
+        imports.reverse()
+    code = CASE.format(first=imports[0], second=imports[1]) + """
+import numpy as np
+print(frame['depth'].shape, int(np.isfinite(frame['depth']).sum()), frame.info.host)
+maps = [line.split()[-1] for line in open('/proc/self/maps') if 'r-xp' in line]
+print(sorted({m.rsplit('/', 1)[-1].split('.so')[0] for m in maps if 'embree' in m or 'OpenImageIO' in m or 'pugixml' in m}))
+print([m for m in maps if ('embree' in m or 'pugixml' in m) and '/mitsuba/' not in m])
+"""
+    result = python(code)
+    assert result.returncode == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("(32, 64) ") and variant in lines[0]
+    assert lines[1] in ("['libembree3', 'libpugixml']", "['libembree3']", "['libpugixml']", "[]") and lines[2] == "[]"
+
+
+@pytest.fixture(scope="module")
+def em():
+    import equistream.mitsuba
+    import mitsuba as mi
+    mi.set_variant("llvm_ad_rgb")
+    return equistream.mitsuba
+
+
+@pytest.fixture(scope="module")
+def scene(em):
+    import mitsuba as mi
+    return mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": [1, 0, -4], "radius": 1},
+                         "sky": {"type": "constant"}, "sensor": {"type": "perspective", "to_world": em.to_world(es.Pose((0, 1, 2)))}})
+
+
+@pytest.mark.parametrize("camera", [es.EquirectCamera(128, 64), es.EquirectCamera(64, 64, (-np.pi / 2, np.pi / 2)), es.PerspectiveCamera(80, 60, 1.2)])
+def test_depth_is_the_closed_form(em, scene, camera):
+    pose = es.Pose.look_at((0.3, 0.2, 0.1), (0.8, 0, -4))
+    frame = em.render_frame(scene, pose, camera, spp=1, aovs="depth,normal")
+    expected = ball(camera, pose, (1, 0, -4), 1)
+    hit = np.isfinite(expected) & np.isfinite(frame["depth"])
+    assert (np.isfinite(expected) != np.isfinite(frame["depth"])).mean() < 2e-3 and hit.sum() > 10
+    np.testing.assert_allclose(frame["depth"][hit], expected[hit], rtol=1e-4)
+    points = pose.position_m + pose.to_world(camera.directions())[hit] * expected[hit][:, None]
+    np.testing.assert_allclose(frame["normal"][hit], points - [1, 0, -4], atol=2e-3)
+
+
+def test_poses_go_there_and_back(em, scene):
+    pose = es.Pose.look_at((1, 2, 3), (-1, 0.5, 0))
+    assert np.allclose(em.pose_of(em.to_world(pose)).matrix, pose.matrix, atol=1e-6)
+    assert np.allclose(em.pose_of(scene.sensors()[0].world_transform()).position_m, [0, 1, 2], atol=1e-6)
+
+
+def test_sequences_encode_and_reproject(em, scene, run, tmp_path):
+    path = es.PosePath([(0, es.Pose()), (1, es.Pose((0.3, 0, 0)))])
+    camera = es.EquirectCamera(256, 128)
+    sequence = em.render_sequence(scene, path, tmp_path / "centre", camera, frames=range(3), spp=2, name="ball")
+    assert sequence.indices == [0, 1, 2] and sequence.info(1).scene == "ball"
+    stamp = (tmp_path / "centre" / "frame.0000.exr").stat().st_mtime_ns
+    em.render_sequence(scene, path, tmp_path / "centre", camera, frames=range(4), spp=2, name="ball")
+    assert (tmp_path / "centre" / "frame.0000.exr").stat().st_mtime_ns == stamp
+    run("encode", tmp_path, "--out", tmp_path / "ball.mp4")
+    frame = next(es.open_feed(tmp_path / "ball.mp4"))
+    eye = es.PerspectiveCamera(64, 64)
+    pose = es.eye_pose(eye, frame.main.info.head, "right")
+    view = es.reproject(frame, eye, pose, depth=em.depth_source(scene))
+    assert view.gaps.sum() < 64 * 64 / 10 and (view.origin > 0).all()
+    np.testing.assert_allclose(view.depth_m, ball(eye, pose, (1, 0, -4), 1), rtol=1e-4)
+
+
+def test_motion_of_the_camera(em, scene):
+    camera = es.EquirectCamera(128, 64)
+    here, before = es.Pose((0.1, 0, 0)), es.Pose((0, 0, 0))
+    frame = em.render_frame(scene, here, camera, spp=1, previous=before, aovs="depth,motion")
+    depth = frame["depth"]
+    hit = np.isfinite(depth)
+    centres = np.stack(np.meshgrid(np.arange(128) + 0.5, np.arange(64) + 0.5), -1)
+    points = here.position_m + camera.directions() * np.where(hit, depth, 1)[..., None]
+    expected = camera.pixels(points - before.position_m) - centres
+    np.testing.assert_allclose(frame["backward"][hit], expected[hit], atol=5e-3)
+    np.testing.assert_allclose(frame["forward"], 0, atol=1e-3)
+
+
+def test_bad_arguments(em, scene):
+    import mitsuba as mi
+    for call in (lambda: em.Renderer("scene", es.EquirectCamera(4, 2)), lambda: em.Renderer(scene, (4, 2)),
+                 lambda: em.Renderer(scene, es.EquirectCamera(4, 2), aovs="deep"),
+                 lambda: em.render_frame(scene, spp=0), lambda: em.frame_from_tensor(np.zeros((3, 3, 3)), [], es.frame_info(es.EquirectCamera(4, 2))),
+                 lambda: em.render_sequence(scene, es.PosePath([(0, es.Pose())]), "x", es.EquirectCamera(4, 2), frames=[])):
+        with pytest.raises(es.InputError) as caught:
+            call()
+        assert "expected" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_missing_and_wrong_mitsuba_are_told(tmp_path):
+    """Without the plugins, without mitsuba, and with another version of it."""
+    copy = tmp_path / "a" / "equistream"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("plugins"))
+    result = python("import equistream.mitsuba", PYTHONPATH=str(copy.parent))
+    assert "expected the plugins" in result.stderr.splitlines()[-1]
+    fake = tmp_path / "b"
+    (fake / "mitsuba").mkdir(parents=True)
+    (fake / "mitsuba" / "__init__.py").write_text("__version__ = '3.5.2'")
+    result = python("import equistream.mitsuba", PYTHONPATH=f"{fake}:{PACKAGE.parent}")
+    assert "expected mitsuba 3.9.1" in result.stderr.splitlines()[-1] and "3.5.2" in result.stderr
+    (fake / "mitsuba" / "__init__.py").write_text("raise ImportError('gone')")
+    result = python("import equistream.mitsuba", PYTHONPATH=f"{fake}:{PACKAGE.parent}")
+    assert "found none (gone)" in result.stderr.splitlines()[-1]
+    result = python("import equistream.mitsuba as em; import equistream as es; em.to_world(es.Pose())")
+    assert "expected a variant" in result.stderr.splitlines()[-1]

@@ -1,0 +1,132 @@
+"""What Python reprojects is what `equistream play` writes, bit for bit; depth of any origin; hostile arguments."""
+
+import subprocess
+import sys
+
+import equistream as es
+import numpy as np
+import pytest
+from PIL import Image
+
+CAMERA = es.PerspectiveCamera(96, 64, np.radians(80))
+
+
+@pytest.fixture(scope="module")
+def eyes(root, run):
+    """A sphere at the left eye, and both eyes' perspective renders beside it: their depth makes `--depth exact` whole."""
+    run("scene", "generate", "pavilion", "--out", root / "pavilion")
+    scene = root / "pavilion" / "pavilion.json"
+    out = root / "eyes"
+    run("render", scene, "--frames", "0-1", "--size", "512x256", "--spp", 2, "--aovs", "depth", "--eye", "centre", "--ipd", 0.5, "--out", out)
+    views = root / "views"
+    run("render", scene, "--frames", "0-1", "--size", "96x64", "--camera", "perspective", "--fov", 80, "--spp", 2, "--aovs", "depth",
+        "--eye", "both", "--ipd", 0.5, "--out", views)
+    for eye in ("left", "right"):
+        (out / eye).symlink_to(views / eye)
+    return out
+
+
+def eye_poses(info):
+    return {eye: es.eye_pose(CAMERA, info.head, eye, info.ipd_m) for eye in ("left", "right")}
+
+
+def picture(file):
+    return np.asarray(Image.open(file))
+
+
+def test_equals_play_with_exact_depth(eyes, run, tmp_path):
+    run("play", eyes, "--depth", "exact", "--size", "96x64", "--fov", 80, "--out", tmp_path)
+    reproject = es.Reprojector("surface", fill="small,spread")
+    filled = 0
+    for frame in es.open_feed(eyes, depth=True):
+        for eye, pose in eye_poses(frame.main.info).items():
+            view = reproject(frame, CAMERA, pose)
+            name = f"frame.{frame.main.info.index:04}.png"
+            np.testing.assert_array_equal(view.rgb_8bit, picture(tmp_path / eye / name))
+            np.testing.assert_array_equal(view.gaps, picture(tmp_path / "gaps" / eye / name) > 0)
+            assert view.depth_m.shape == (64, 96) and sum(view.filled.values()) == view.gaps.sum() and not (view.origin == 0).any()
+            filled += view.gaps.sum()
+    assert filled > 0
+
+
+def test_equals_play_of_a_stream(stream, run, tmp_path):
+    run("play", stream, "--size", "96x64", "--fov", 80, "--out", tmp_path)
+    for frame in es.open_feed(stream):
+        for eye, pose in eye_poses(frame.main.info).items():
+            view = es.reproject(frame, CAMERA, pose)
+            np.testing.assert_array_equal(view.rgb_8bit, picture(tmp_path / eye / f"frame.{frame.main.info.index:04}.png"))
+
+
+def test_depth_by_a_function_is_the_same(eyes):
+    frame = next(es.open_feed(eyes, depth=True))
+    planes = [frame.main, *frame.depth_views]
+    asked = []
+
+    def depth(camera, pose):
+        asked.append((camera, pose))
+        return next(p.depth_m for p in planes if p.info.camera == camera and p.info.camera_pose == pose)
+    pose = eye_poses(frame.main.info)["left"]
+    by_function, by_planes = (es.reproject(frame, CAMERA, pose, depth=d) for d in (depth, None))
+    np.testing.assert_array_equal(by_function.rgb, by_planes.rgb)
+    assert len(asked) == 2
+
+
+def test_a_frame_is_a_source_too(eyes):
+    frame = es.read_frame(eyes / "centre" / "frame.0000.exr")
+    view = es.reproject(frame, CAMERA, frame.info.head)  # from the sphere's own centre: no depth of the eye is needed
+    feed = next(es.open_feed(eyes))
+    np.testing.assert_array_equal(view.rgb, es.reproject(feed, CAMERA, frame.info.head).rgb)
+    assert not es.Reprojector().needs_depth(frame.info.camera_pose, frame.info.head)
+
+
+def test_fast_and_reference_agree(eyes):
+    frame = next(es.open_feed(eyes, depth=True))
+    pose = eye_poses(frame.main.info)["right"]
+    fast, slow = (es.Reprojector(fill="none", reference=r)(frame, CAMERA, pose) for r in (False, True))
+    both = ~fast.gaps & ~slow.gaps
+    assert (fast.gaps != slow.gaps).mean() < 1e-3
+    # A sample whose distance is at the tolerance's very edge counts for one of them and not for the other.
+    assert (np.abs(fast.rgb - slow.rgb)[both].max(axis=-1) > 2e-3).mean() < 1e-3
+    assert np.abs(fast.rgb - slow.rgb)[both].mean() < 1e-4
+    assert (fast.rgb[fast.gaps] == 0).all()
+
+
+def test_arrays_outlive_everything(eyes):
+    views = [es.reproject(f, CAMERA, f.main.info.head) for f in es.open_feed(eyes)]
+    copies = [v.rgb.copy() for v in views]
+    for _ in range(3):
+        list(es.open_feed(eyes, depth=True))
+    for view, before in zip(views, copies):
+        np.testing.assert_array_equal(view.rgb, before)
+
+
+def test_bad_arguments_are_told_in_one_line(eyes):
+    frame = next(es.open_feed(eyes, depth=True))
+    pose = eye_poses(frame.main.info)["left"]
+    beside = es.Pose(np.array([0.2, 0, 0]) + frame.main.info.head.position_m)
+    for call in (lambda: es.Reprojector("magic"), lambda: es.Reprojector(fill="glue"), lambda: es.Reprojector(error_budget_px=0),
+                 lambda: es.reproject(frame, es.EquirectCamera(4, 2), pose), lambda: es.reproject("frame", CAMERA, pose),
+                 lambda: es.reproject(frame, CAMERA, beside),
+                 lambda: es.reproject(frame, CAMERA, pose, depth=lambda c, p: np.zeros((3, 3), np.float32)),
+                 lambda: es.reproject(frame, CAMERA, pose, depth=lambda c, p: np.full((c.height, c.width), np.nan, np.float32)),
+                 lambda: es.reproject(frame, CAMERA, pose, depth=lambda c, p: np.zeros((c.height, c.width), int)),
+                 lambda: es.reproject(es.Frame(frame.main.info), CAMERA, pose),
+                 lambda: es.reproject(es.FeedPicture(frame.main.info, frame.main.rgb[:, :100]), CAMERA, pose),
+                 lambda: es.reproject(es.FeedPicture(frame.main.info, frame.main.rgb.astype(float)), CAMERA, pose)):
+        with pytest.raises(es.InputError) as caught:
+            call()
+        assert "expected" in str(caught.value) and "\n" not in str(caught.value)
+    with pytest.raises(ZeroDivisionError):
+        es.reproject(frame, CAMERA, pose, depth=lambda c, p: 1 / 0)
+
+
+def test_nothing_heavy_comes_along(eyes):
+    """In a process of its own: other tests' Mitsuba has an Embree and a pugixml."""
+    code = f"""
+import equistream as es
+frame = next(es.open_feed({str(eyes)!r}, depth=True))
+es.reproject(frame, es.PerspectiveCamera(32, 32), frame.main.info.head)
+maps = open('/proc/self/maps').read()
+print('_core' in maps, [name for name in ('embree', 'OpenImageIO', 'pugixml', 'tinygltf') if name in maps])"""
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.strip() == "True []"

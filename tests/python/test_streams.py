@@ -1,0 +1,116 @@
+"""Streams and feeds: pictures, tags, ends, Ctrl-C, and threads."""
+
+import gc
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import equistream as es
+import numpy as np
+import pytest
+
+
+def test_pictures(stream, sphere):
+    reader = es.open_stream(stream)
+    tracks = {track["role"]: track for track in reader.tracks}
+    assert tracks["main"]["width"] == 512 and "small" in tracks and "h264" in repr(reader)
+    pictures = list(reader)
+    assert [p.info.index for p in pictures if p.role == "main"] == [0, 1, 2] and reader.truncation == ""
+    truth = es.read_frame(sphere / "left" / "frame.0000.exr", "colour")
+    error = np.abs(pictures[0].rgb.astype(int) - es.to_display(truth["colour"], truth.info.exposure))
+    assert error.mean() < 6  # coded, 2 samples a pixel: noise
+
+
+def test_pictures_outlive_the_stream(stream):
+    first = next(es.open_stream(stream)).rgb
+    before = first.copy()
+    for _ in range(5):
+        list(es.open_stream(stream))
+        gc.collect()
+    np.testing.assert_array_equal(first, before)
+
+
+def test_feed_of_a_folder_is_the_display_transform(sphere):
+    frames = list(es.open_feed(sphere, depth=True))
+    assert len(frames) == 3 and all(f.posed and f.small is not None for f in frames)
+    frame = es.read_frame(sphere / "left" / "frame.0002.exr")
+    np.testing.assert_array_equal(frames[2].main.rgb, es.to_display(frame["colour"], frame.info.exposure))
+    np.testing.assert_array_equal(frames[2].main.depth_m, frame["depth"])
+    assert es.open_feed(sphere, first_frame=1, last_frame=1).__next__().main.info.index == 1
+
+
+def test_feed_seeks_by_number(stream):
+    found = [f.main.info.index for f in es.open_feed(stream, first_frame=1)]
+    assert found == [1, 2]
+
+
+def test_cut_streams_say_so(stream, tmp_path):
+    cut = tmp_path / "cut.mp4"
+    cut.write_bytes(stream.read_bytes()[:-1500])
+    reader = es.open_stream(cut)
+    count = sum(1 for _ in reader)
+    assert count < 6 and "cut" in reader.truncation
+
+
+def test_errors(tmp_path):
+    with pytest.raises(es.InputError, match="no such file"):
+        es.open_stream(tmp_path / "nothing.mp4")
+    (tmp_path / "text.mp4").write_text("not a video")
+    with pytest.raises(es.InputError, match="expected a video"):
+        es.open_feed(tmp_path / "text.mp4")
+    with pytest.raises(es.InputError):
+        es.open_feed(tmp_path, first_frame=3, last_frame=1)
+    with pytest.raises(es.InputError):
+        es.open_feed(tmp_path)
+
+
+def test_ctrl_c_ends_a_wait_for_a_silent_source():
+    """A listening socket that never answers: only a signal can end this."""
+    server = socket.socket()
+    server.bind(("127.0.0.1", 0))
+    server.listen()
+    code = f"import equistream as es\nprint('waiting', flush=True)\nes.open_stream('tcp://127.0.0.1:{server.getsockname()[1]}')"
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "waiting\n"
+    time.sleep(0.5)
+    child.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, complaint = child.communicate(timeout=20)
+    assert time.monotonic() - began < 5
+    assert complaint.strip().endswith("KeyboardInterrupt"), complaint
+    server.close()
+
+
+def test_a_second_thread_is_refused(tmp_path):
+    reader = es.open_stream(make_long_video(tmp_path))
+    problems = []
+
+    def read():
+        try:
+            list(reader)
+        except es.InputError as problem:
+            problems.append(str(problem))
+    threads = [threading.Thread(target=read) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert any("one thread at a time" in p for p in problems)
+
+
+def make_long_video(folder):
+    file = folder / "long.mp4"
+    subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=1280x640:rate=30:duration=3", "-pix_fmt", "yuv420p", str(file)], check=True)
+    return file
+
+
+def test_foreign_video_is_a_sphere_around_nobody(tmp_path):
+    frame = next(es.open_feed(make_long_video(tmp_path)))
+    assert not frame.posed and frame.main.info.camera == es.EquirectCamera(1280, 640)
+    view = es.reproject(frame, es.PerspectiveCamera(64, 64), es.Pose())
+    assert view.gaps.sum() == 0
+    with pytest.raises(es.InputError, match="pose"):
+        es.reproject(next(es.open_stream(tmp_path / "long.mp4")), es.PerspectiveCamera(64, 64), es.Pose())
