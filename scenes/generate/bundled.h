@@ -9,6 +9,7 @@ GeneratedScene make_orientation(const GeneratorValues&);
 GeneratedScene make_sphere(const GeneratorValues& values);
 GeneratedScene make_furnace(const GeneratorValues& values);
 GeneratedScene make_motion(const GeneratorValues&);
+GeneratedScene make_materials(const GeneratorValues&);
 GeneratedScene make_empty(const GeneratorValues&);
 
 inline constexpr GeneratorOption sphere_options[] = {

@@ -25,6 +25,10 @@ constexpr Generator table[] = {
     {"sphere", "the inside of a sphere mesh, whose depth is known", sphere_options, make_sphere},
     {"furnace", "a white furnace: every pixel of a correct render is 1", furnace_options, make_furnace},
     {"motion", "a glowing room with two moving objects, for motion vectors at the seam and the poles", {}, make_motion},
+    {"materials",
+     "a room of what every renderer means the same by: matt, mirrors, clear panes, textures, masks, lamps",
+     {},
+     make_materials},
     {"empty", "a model with nothing in it, which programs must refuse", {}, make_empty},
 };
 

@@ -17,6 +17,7 @@ public:
     std::uint32_t texture(const std::string& name, const ByteImage& image, Encoding encoding = Encoding::jpeg,
                           Wrap wrap = Wrap::repeat);
     std::uint32_t material(Material material);
+    Material& at(std::uint32_t material) { return model_.materials[material]; }
     /// A dielectric whose texture's alpha (cut at 1/2) says where there is anything at all; seen from both sides.
     std::uint32_t masked_material(const std::string& name, const ByteImage& rgba, float roughness);
     std::uint32_t mesh(const std::string& name, Shape shape, std::uint32_t material);

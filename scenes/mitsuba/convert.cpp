@@ -80,7 +80,7 @@ MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescriptio
     materials.declare(root);
     shapes.declare(root, folder, images);
     const Bounds bounds = shapes.bounds();
-    add_sky(root, scene);
+    add_sky(root, scene, folder);
     add_sun(root, scene, bounds);
     add_sensor(root, scene, settings, 10 * sun_distance_m(bounds));
     // path takes what a mask cut away, and glass, for opaque where it asks whether a light is seen.

@@ -17,12 +17,6 @@
 namespace equistream::mitsuba_xml {
 namespace {
 
-/// RGB as stored, 0 to 1, three a pixel.
-struct Decoded {
-    int width = 0, height = 0;
-    std::vector<float> rgb;
-};
-
 /// The extension that the first bytes announce; empty for what Mitsuba cannot be given as it is.
 const char* extension_of(std::span<const std::uint8_t> encoded) {
     static constexpr std::uint8_t png[] = {0x89, 'P', 'N', 'G'}, jpeg[] = {0xff, 0xd8};
@@ -33,7 +27,8 @@ const char* extension_of(std::span<const std::uint8_t> encoded) {
     return "";
 }
 
-Decoded decode(const SceneModel& model, const Texture& texture) {
+/// RGB as stored, 0 to 1.
+FloatImage decode(const SceneModel& model, const Texture& texture) {
     const std::string where = model.file.string() + ": texture \"" + texture.name + "\"";
     // IOMemReader only reads, but its constructor takes a plain pointer.
     OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
@@ -56,10 +51,10 @@ Decoded decode(const SceneModel& model, const Texture& texture) {
     std::vector<float> raw(count * static_cast<std::size_t>(channels));
     if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data()))
         throw InputError(expected_found(where, "a readable image", input->geterror()));
-    Decoded image{spec.width, spec.height, std::vector<float>(3 * count)};
+    FloatImage image(spec.width, spec.height, 3);
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t c = 0; c < 3; ++c)
-            image.rgb[3 * i + c] = raw[i * static_cast<std::size_t>(channels) + (channels < 3 ? 0 : c)];
+            image.samples()[3 * i + c] = raw[i * static_cast<std::size_t>(channels) + (channels < 3 ? 0 : c)];
     return image;
 }
 
@@ -75,19 +70,24 @@ void write_image(AssetFolder& folder, const std::string& name, const OIIO::Image
 }
 
 /// The image's nearest texels on the mask's grid, black where the mask has cut.
-Decoded cut(const Decoded& image, const AlphaMask& mask) {
-    Decoded result{mask.width, mask.height, std::vector<float>(3 * mask.opaque.size(), 0.0f)};
+FloatImage cut(const FloatImage& image, const AlphaMask& mask) {
+    FloatImage result(mask.width, mask.height, 3);
     for (int y = 0; y < mask.height; ++y)
         for (int x = 0; x < mask.width; ++x) {
-            const auto to =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) + static_cast<std::size_t>(x);
-            const auto from = static_cast<std::size_t>(std::int64_t{y} * image.height / mask.height) *
-                                  static_cast<std::size_t>(image.width) +
-                              static_cast<std::size_t>(std::int64_t{x} * image.width / mask.width);
-            if (mask.opaque[to] != 0)
-                std::copy_n(&image.rgb[3 * from], 3, &result.rgb[3 * to]);
+            const bool there = mask.opaque[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                                           static_cast<std::size_t>(x)] != 0;
+            const float* from = image.pixel(static_cast<int>(std::int64_t{x} * image.width() / mask.width),
+                                            static_cast<int>(std::int64_t{y} * image.height() / mask.height));
+            for (int c = 0; c < 3; ++c)
+                result.pixel(x, y)[c] = there ? from[c] : 0.0f;
         }
     return result;
+}
+
+FloatImage white() {
+    FloatImage image(1, 1, 3);
+    std::fill_n(image.pixel(0, 0), 3, 1.0f);
+    return image;
 }
 
 const char* wrap_name(Wrap wrap) {
@@ -104,6 +104,16 @@ std::string factor_text(const glm::vec3& factor) {
 }
 
 }  // namespace
+
+void write_linear_image(AssetFolder& folder, const std::string& name, const FloatImage& image) {
+    constexpr float largest_half = 65504;
+    const auto samples = image.samples();
+    const bool fits = std::all_of(samples.begin(), samples.end(), [](float v) { return v <= largest_half; });
+    write_image(folder, name,
+                OIIO::ImageSpec(image.width(), image.height(), image.channels(),
+                                fits ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT),
+                OIIO::TypeDesc::FLOAT, samples.data());
+}
 
 std::string Images::add(const std::string& id, Job job) {
     jobs_.try_emplace(id, std::move(job));
@@ -155,24 +165,23 @@ void Images::write(const Job& job) const {
         return write_image(folder_, job.file, OIIO::ImageSpec(mask.width, mask.height, 1, OIIO::TypeDesc::UINT8),
                            OIIO::TypeDesc::UINT8, mask.opaque.data());
     }
-    Decoded image = job.texture == no_index ? Decoded{1, 1, {1, 1, 1}} : decode(model_, model_.textures[job.texture]);
-    if (job.kind == Kind::single_channel) {
-        std::vector<float> values(image.rgb.size() / 3);
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = job.factor.x * image.rgb[3 * i + static_cast<std::size_t>(job.channel)];
-        const OIIO::TypeDesc type = job.factor.x == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::HALF;
-        return write_image(folder_, job.file, OIIO::ImageSpec(image.width, image.height, 1, type),
-                           OIIO::TypeDesc::FLOAT, values.data());
-    }
-    for (std::size_t i = 0; i < image.rgb.size(); ++i)
-        image.rgb[i] = srgb_to_linear(image.rgb[i]) * job.factor[static_cast<int>(i % 3)];
-    if (job.mask != no_index)
-        image = cut(image, model_.alpha_masks[job.mask]);
-    const bool above_half = std::max({job.factor.x, job.factor.y, job.factor.z}) > 60000;
-    write_image(
-        folder_, job.file,
-        OIIO::ImageSpec(image.width, image.height, 3, above_half ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::HALF),
-        OIIO::TypeDesc::FLOAT, image.rgb.data());
+    FloatImage image = job.texture == no_index ? white() : decode(model_, model_.textures[job.texture]);
+    if (job.kind == Kind::single_channel)
+        return write_channel(job, image);
+    for (std::size_t i = 0; i < image.samples().size(); ++i)
+        image.samples()[i] = srgb_to_linear(image.samples()[i]) * job.factor[static_cast<int>(i % 3)];
+    write_linear_image(folder_, job.file, job.mask == no_index ? image : cut(image, model_.alpha_masks[job.mask]));
+}
+
+/// As it is in 8 bits; halves where a factor changes it.
+void Images::write_channel(const Job& job, const FloatImage& image) const {
+    FloatImage values(image.width(), image.height(), 1);
+    for (std::size_t i = 0; i < values.samples().size(); ++i)
+        values.samples()[i] = job.factor.x * image.samples()[3 * i + static_cast<std::size_t>(job.channel)];
+    if (job.factor.x != 1)
+        return write_linear_image(folder_, job.file, values);
+    write_image(folder_, job.file, OIIO::ImageSpec(image.width(), image.height(), 1, OIIO::TypeDesc::UINT8),
+                OIIO::TypeDesc::FLOAT, values.samples().data());
 }
 
 void Images::declare(pugi::xml_node scene) const {

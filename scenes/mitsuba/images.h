@@ -3,6 +3,7 @@
 /// multiplies becomes a linear EXR, one that holds several quantities is split into channels.
 #include "asset_folder.h"
 
+#include <equistream/image.h>
 #include <equistream_scene/model.h>
 
 #include <pugixml.hpp>
@@ -10,6 +11,9 @@
 #include <map>
 
 namespace equistream::mitsuba_xml {
+
+/// As EXR, one channel or three: halves unless some value is too large. Throws WorkError naming the file.
+void write_linear_image(AssetFolder& folder, const std::string& name, const FloatImage& image);
 
 /// Asked for first, then written (many at once), then declared. Not thread-safe itself.
 class Images {
@@ -40,6 +44,7 @@ private:
 
     std::string add(const std::string& id, Job job);
     void write(const Job& job) const;
+    void write_channel(const Job& job, const FloatImage& image) const;
 
     const SceneModel& model_;
     AssetFolder& folder_;

@@ -3,6 +3,9 @@
 #include "xml.h"
 
 #include <equistream/error.h>
+#include <equistream_scene/sky_image.h>
+
+#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -23,13 +26,41 @@ glm::dmat4 disc_transform(const glm::dvec3& centre, const glm::dvec3& normal, do
             glm::dvec4(centre, 1)};
 }
 
+/// Mitsuba's first and last rows lie on the poles, ours half a pixel away from them. With a row of means between each
+/// two of ours, and the outer rows twice, interpolation between its rows is interpolation between ours.
+FloatImage on_mitsubas_grid(const FloatImage& image, const glm::vec3& scale) {
+    FloatImage result(image.width(), 2 * image.height() + 1, 3);
+    for (int y = 0; y < result.height(); ++y) {
+        const int above = std::max(0, (y - 1) / 2), below = std::min(image.height() - 1, y / 2);
+        for (int x = 0; x < result.width(); ++x)
+            for (int c = 0; c < 3; ++c)
+                result.pixel(x, y)[c] = 0.5f * (image.pixel(x, above)[c] + image.pixel(x, below)[c]) * scale[c];
+    }
+    return result;
+}
+
+/// Mitsuba's image begins at -Z, where ours has its middle: half a turn.
+glm::dmat4 turned_about_y(double angle_rad) {
+    return glm::rotate(glm::dmat4(1), angle_rad, glm::dvec3(0, 1, 0));
+}
+
+void add_sky_image(pugi::xml_node scene, const SkyImage& sky, AssetFolder& folder) {
+    const FloatImage image = on_mitsubas_grid(read_sky_image(sky.file), glm::vec3(sky.scale));
+    write_linear_image(folder, "sky.exr", image);
+    pugi::xml_node node = add_plugin(scene, "emitter", "envmap", "sky");
+    add_text(node, "filename", folder.reference_to("sky.exr"));
+    add_transform(node, "to_world", turned_about_y(sky.rotation_rad + std::numbers::pi));
+}
+
 }  // namespace
 
 double sun_distance_m(const Bounds& bounds) {
     return sun_distance_in_radii * std::max(bounds.radius_m, 1e-3);
 }
 
-void add_sky(pugi::xml_node scene, const SceneDescription& description) {
+void add_sky(pugi::xml_node scene, const SceneDescription& description, AssetFolder& folder) {
+    if (description.sky_image)
+        return add_sky_image(scene, *description.sky_image, folder);
     if (description.sky_radiance == glm::dvec3(0))
         return;
     pugi::xml_node node = add_plugin(scene, "emitter", "constant", "sky");
@@ -48,7 +79,7 @@ void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bo
     add_transform(node, "to_world",
                   disc_transform(bounds.centre + distance * sun.towards, -sun.towards,
                                  distance * std::tan(sun.angular_radius_rad)));
-    add_rgb(add_plugin(node, "bsdf", "diffuse"), "reflectance", glm::dvec3(0));
+    add_plugin(node, "bsdf", "null");
     add_rgb(add_plugin(node, "emitter", "area"), "radiance", sun.irradiance / (std::numbers::pi * sine * sine));
 }
 

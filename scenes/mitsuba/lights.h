@@ -17,11 +17,12 @@ struct EmitterShare {
     double weight = 1;
 };
 
-/// A sky, if it shines, with one share of the light samples.
-void add_sky(pugi::xml_node scene, const SceneDescription& description);
+/// A sky, if it shines, with one share of the light samples. A sky's image is written here.
+void add_sky(pugi::xml_node scene, const SceneDescription& description, AssetFolder& folder);
 
-/// A disc facing the scene, so far away that all of the scene sees the same: only `directional` would be simpler, and
-/// has no penumbra. One share of the light samples. Throws InputError for a sun that no disc can be.
+/// A disc facing the scene, so far away that all of the scene sees the same: `directional` has no penumbra. Rays pass
+/// through it, as they see the sky behind our sun. One share of the light samples. Throws InputError for a sun that no
+/// disc can be.
 void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bounds& bounds);
 /// Distance of that disc from the bounds' centre.
 double sun_distance_m(const Bounds& bounds);

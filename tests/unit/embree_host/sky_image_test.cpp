@@ -1,6 +1,6 @@
 #include "scenes/temporary_folder.h"
 
-#include <equistream_embree/sky_image.h>
+#include <equistream_scene/sky_image.h>
 
 #include <gtest/gtest.h>
 

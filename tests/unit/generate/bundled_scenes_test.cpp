@@ -61,7 +61,8 @@ TEST_P(BundledScene, IsTheSameTwiceAndLoadsAsItWasMade) {
     ASSERT_EQ(scene.moving.size(), first.description.moving.size());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, BundledScene, testing::Values("pavilion", "orientation", "sphere", "furnace", "motion"),
+INSTANTIATE_TEST_SUITE_P(All, BundledScene,
+                         testing::Values("pavilion", "orientation", "sphere", "furnace", "motion", "materials"),
                          [](const auto& tested) { return tested.param; });
 
 TEST(Pavilion, IsWithinItsBudgetsAndPassesCloseBy) {
@@ -145,8 +146,9 @@ std::string complaint(const std::function<void()>& action) {
 }
 
 TEST(Generators, BadNamesAndOptionsAreNamedWithTheAcceptedOnes) {
-    EXPECT_EQ(complaint([] { find_generator("castle"); }),
-              "scene: expected one of pavilion, orientation, sphere, furnace, motion, empty, found 'castle'");
+    EXPECT_EQ(
+        complaint([] { find_generator("castle"); }),
+        "scene: expected one of pavilion, orientation, sphere, furnace, motion, materials, empty, found 'castle'");
     EXPECT_EQ(complaint([] { made("sphere", {"size=3"}); }),
               "options of sphere: expected NAME=VALUE with a name of radius, n, offset, found 'size=3'");
     EXPECT_EQ(complaint([] { made("sphere", {"n"}); }),

@@ -1,4 +1,4 @@
-#include <equistream_embree/sky_image.h>
+#include <equistream_scene/sky_image.h>
 
 #include <equistream/error.h>
 
@@ -11,7 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace equistream::embree_host {
+namespace equistream {
 namespace {
 
 std::string size_text(const OIIO::ImageSpec& spec) {
@@ -83,4 +83,4 @@ FloatImage read_sky_image(const std::filesystem::path& file) {
     return image;
 }
 
-}  // namespace equistream::embree_host
+}  // namespace equistream

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-namespace equistream::embree_host {
+namespace equistream {
 
 /// The largest sky: 16,384 x 8,192 pixels (2 GiB while it is in use).
 inline constexpr std::int64_t most_sky_pixels = std::int64_t{1} << 27;
@@ -14,4 +14,4 @@ inline constexpr std::int64_t most_sky_pixels = std::int64_t{1} << 27;
 /// a pixel that is not finite or negative.
 FloatImage read_sky_image(const std::filesystem::path& file);
 
-}  // namespace equistream::embree_host
+}  // namespace equistream
