@@ -82,6 +82,9 @@ MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescriptio
     const Bounds bounds = shapes.bounds();
     add_sky(root, scene, folder);
     add_sun(root, scene, bounds);
+    if (shapes.only_unsampled_lights() && !root.find_child_by_attribute("id", "sky") &&
+        !root.find_child_by_attribute("id", "sun"))
+        add_darkness(root);
     add_sensor(root, scene, settings, 10 * sun_distance_m(bounds));
     // path takes what a mask cut away, and glass, for opaque where it asks whether a light is seen.
     add_integer(add_plugin(root, "integrator", materials.any_straight() ? "volpath" : "path", "integrator"),

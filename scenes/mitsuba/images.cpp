@@ -193,7 +193,9 @@ void Images::declare(pugi::xml_node scene) const {
                  wrap_name(cut ? model_.alpha_masks[job.mask].wrap_u : model_.textures[job.texture].wrap_u));
         if (cut || model_.textures[job.texture].nearest)
             add_text(node, "filter_type", "nearest");
-        if (job.kind == Kind::opacity || job.kind == Kind::single_channel)
+        // Radiance above 1 is no reflectance, for which Mitsuba would take it.
+        const bool radiance = std::max({job.factor.x, job.factor.y, job.factor.z}) > 1;
+        if (job.kind == Kind::opacity || job.kind == Kind::single_channel || radiance)
             add_boolean(node, "raw", true);
     }
 }

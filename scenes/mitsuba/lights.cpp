@@ -67,6 +67,10 @@ void add_sky(pugi::xml_node scene, const SceneDescription& description, AssetFol
     add_rgb(node, "radiance", description.sky_radiance);
 }
 
+void add_darkness(pugi::xml_node scene) {
+    add_rgb(add_plugin(scene, "emitter", "constant", "darkness"), "radiance", glm::dvec3(0));
+}
+
 void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bounds& bounds) {
     if (!description.sun || description.sun->irradiance == glm::dvec3(0))
         return;

@@ -24,6 +24,8 @@ void add_sky(pugi::xml_node scene, const SceneDescription& description, AssetFol
 /// through it, as they see the sky behind our sun. One share of the light samples. Throws InputError for a sun that no
 /// disc can be.
 void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bounds& bounds);
+/// A sky that does not shine: Mitsuba refuses a scene in which no light may be sampled.
+void add_darkness(pugi::xml_node scene);
 /// Distance of that disc from the bounds' centre.
 double sun_distance_m(const Bounds& bounds);
 

@@ -183,10 +183,9 @@ void Shapes::declare(pugi::xml_node scene, const AssetFolder& folder, Images& im
         } else {
             Glow glow{emission_image(mesh, images), power > 0 ? power_of(i) / power : 0,
                       model_.materials[materials_.index_for(mesh)].double_sided};
-            if (!glow.image.empty() && !maps_one_to_one(mesh)) {
+            if (!glow.image.empty() && !maps_one_to_one(mesh))
                 glow.share = 0;
-                ++unsampled_glows_;
-            }
+            ++(glow.share > 0 ? sampled_glows_ : unsampled_glows_);
             declare_glowing(scene, folder, i, glow);
         }
     }

@@ -18,6 +18,8 @@ public:
     void write_meshes(AssetFolder& folder) const;
     void declare(pugi::xml_node scene, const AssetFolder& folder, Images& images);
     void report(MitsubaReport& to) const;
+    /// Whether light samples, were there only shapes, would have nowhere to go. Once declared.
+    bool only_unsampled_lights() const { return unsampled_glows_ > 0 && sampled_glows_ == 0; }
 
 private:
     enum class Form { baked, glowing, instance };
@@ -41,7 +43,7 @@ private:
     Materials& materials_;
     std::vector<Form> forms_;            ///< by instance
     std::vector<std::uint8_t> grouped_;  ///< by mesh: whether something is an instance of it
-    std::size_t unsampled_glows_ = 0;
+    std::size_t unsampled_glows_ = 0, sampled_glows_ = 0;
 };
 
 }  // namespace equistream::mitsuba_xml

@@ -72,8 +72,8 @@ def ply_positions(file):
 class Converted:
     """What a converted scene says of its camera and of every shape."""
 
-    def __init__(self, programs, scene, file, frame):
-        programs.run("scene", "convert", scene, file, "--camera", "equirect", "--bake", "--frame", frame, "--overwrite")
+    def __init__(self, programs, scene, file, frame, *options):
+        programs.run("scene", "convert", scene, file, "--camera", "equirect", "--frame", frame, "--overwrite", *options)
         self.file = file
         root = xml.etree.ElementTree.parse(file).getroot()
         self.camera = matrix_of(root.find("sensor"))
@@ -103,14 +103,16 @@ def mitsuba(programs, scene, work, settings):
     mi.set_log_level(mi.LogLevel.Error)
     mi.file_resolver().append(str(pathlib.Path(settings.plugins).resolve().parent))
     frames = [max(settings.frame + step, 0) for step in (-1, 0, 1)]
-    previous, now, next_ = (Converted(programs, scene, work / f"{name}.xml", frame) for name, frame in zip(("previous", "now", "next"), frames))
-    loaded = mi.load_file(str(now.file), width=settings.width, height=settings.height, spp=settings.spp)
+    # Instances of what stands still would make a vectorised variant compile for minutes; of the neighbours only what moves is looked at.
+    now = Converted(programs, scene, work / "now.xml", frames[1], "--bake")
+    previous, next_ = (Converted(programs, scene, work / f"frame-{frame}.xml", frame) for frame in (frames[0], frames[2]))
+    loaded = mi.load_file(str(now.file), optimize=False, width=settings.width, height=settings.height, spp=settings.spp)
     sensor = loaded.sensors()[0]
     pose = mi.traverse(sensor)
     for key, other in (("to_world_previous", previous), ("to_world_next", next_)):
         pose[key] = mi.AffineTransform4f(other.camera) if hasattr(mi, "AffineTransform4f") else mi.Transform4f(other.camera)
     pose.update()
-    integrator = mi.load_dict({"type": "equirect_aov", "aovs": AOVS, "nested": {"type": loaded.integrator().class_name().lower().replace("integrator", ""), "max_depth": 9}})
+    integrator = mi.load_dict({"type": "equirect_aov", "aovs": AOVS, "nested": loaded.integrator()})
     tables = mi.traverse(integrator)
     names = [shape.id() for shape in loaded.shapes()]
     number = [int(re.match(r"instance-(\d+)", n).group(1)) + 1 if n.startswith("instance-") else 0 for n in names]
