@@ -1,12 +1,12 @@
 #include "images.h"
 
+#include "pictures/encoded_image.h"
 #include "xml.h"
 
 #include <equistream/error.h>
 #include <equistream/image.h>
 #include <equistream/srgb.h>
 
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <tbb/parallel_for.h>
@@ -27,34 +27,19 @@ const char* extension_of(std::span<const std::uint8_t> encoded) {
     return "";
 }
 
+EncodedImage open(const SceneModel& model, const Texture& texture) {
+    return {texture.encoded, texture.name, model.file.string() + ": texture \"" + texture.name + "\""};
+}
+
 /// RGB as stored, 0 to 1.
 FloatImage decode(const SceneModel& model, const Texture& texture) {
-    const std::string where = model.file.string() + ": texture \"" + texture.name + "\"";
-    // IOMemReader only reads, but its constructor takes a plain pointer.
-    OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(texture.encoded.data()), texture.encoded.size());
-    // Formats without a signature of their own are told by their name.
-    const std::string extension = extension_of(texture.encoded);
-    const std::string name = extension.empty() ? texture.name : extension == ".png" ? "png" : "jpeg";
-    OIIO::ImageSpec config, spec;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::create(name);
-    if (!input)
-        throw InputError(expected_found(where, "an image that OpenImageIO reads", OIIO::geterror()));
-    if (!input->set_ioproxy(&memory) || !input->open(name, spec, config))
-        throw InputError(expected_found(where, "a readable image", input->geterror()));
-    if (spec.width < 1 || spec.height < 1 || spec.width > max_image_side || spec.height > max_image_side ||
-        spec.nchannels < 1 || std::int64_t{spec.width} * spec.height > max_image_pixels)
-        throw InputError(
-            expected_found(where, "a readable image", std::to_string(spec.width) + "x" + std::to_string(spec.height)));
-    const int channels = std::min(spec.nchannels, 3);
-    const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-    std::vector<float> raw(count * static_cast<std::size_t>(channels));
-    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, raw.data()))
-        throw InputError(expected_found(where, "a readable image", input->geterror()));
-    FloatImage image(spec.width, spec.height, 3);
-    for (std::size_t i = 0; i < count; ++i)
+    EncodedImage encoded = open(model, texture);
+    const std::vector<std::uint8_t> bytes = encoded.read();
+    const auto channels = static_cast<std::size_t>(encoded.channels());
+    FloatImage image(encoded.width(), encoded.height(), 3);
+    for (std::size_t i = 0; i < image.samples().size() / 3; ++i)
         for (std::size_t c = 0; c < 3; ++c)
-            image.samples()[3 * i + c] = raw[i * static_cast<std::size_t>(channels) + (channels < 3 ? 0 : c)];
+            image.samples()[3 * i + c] = static_cast<float>(bytes[i * channels + (channels < 3 ? 0 : c)]) / 255;
     return image;
 }
 
@@ -158,8 +143,10 @@ void Images::write() const {
 }
 
 void Images::write(const Job& job) const {
-    if (job.kind == Kind::as_it_is)
+    if (job.kind == Kind::as_it_is) {
+        open(model_, model_.textures[job.texture]);  // finds what is cut short before Mitsuba does
         return folder_.write_file(job.file, model_.textures[job.texture].encoded);
+    }
     if (job.kind == Kind::opacity) {
         const AlphaMask& mask = model_.alpha_masks[job.mask];
         return write_image(folder_, job.file, OIIO::ImageSpec(mask.width, mask.height, 1, OIIO::TypeDesc::UINT8),

@@ -29,7 +29,10 @@ void convert(const ConvertArguments& arguments) {
         throw InputError(
             expected_found(arguments.out, "a name that ends in .xml", "'" + out.extension().string() + "'"));
     const SceneDescription scene = load_scene(arguments.scene);
-    const MitsubaReport report = write_mitsuba_scene(load_model(scene.model), scene, out, settings);
+    const SceneModel model = load_model(scene);
+    const MitsubaReport report = write_mitsuba_scene(model, scene, out, settings);
+    for (const std::string& note : model.notes)
+        std::fprintf(stderr, "note: %s\n", note.c_str());
     for (const std::string& note : report.notes)
         std::fprintf(stderr, "note: %s\n", note.c_str());
     std::printf("%s: %llu triangles, %zu shapes, %zu instances of %zu groups, %zu images, %.1f MB\n",
