@@ -123,7 +123,7 @@ private:
         ahead.wi = Vector3f(0.f, 0.f, dr::select(si.wi.z() < 0.f, Float(-1.f), Float(1.f)));
         // Importance has no factor for the change of solid angle at a refraction.
         auto [sample, weight] =
-            bsdf->sample(mitsuba::BSDFContext(mitsuba::TransportMode::Importance), ahead, 0.5f, Point2f(0.f), lacks);
+            bsdf->sample(mitsuba::BSDFContext(mitsuba::TransportMode::Importance), ahead, 0.5f, Point2f(0.5f), lacks);
         return dr::select(lacks, mitsuba::unpolarized_spectrum(weight), value);
     }
 

@@ -30,14 +30,14 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
 
  * - object_id, material_id, instance_id
    - |int| array
-   - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order; 0 stands for the
-     default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
+   - Exposed, not given in a scene file: one number for each of ``scene.shapes()``, in its order, or a single 0; 0
+stands for the default. Defaults count from 1: shapes (an instance is one), the scene's distinct BSDFs, shapes.
    - |exposed|
 
  * - moved_previous, moved_next
    - |float| array
    - Exposed: twelve numbers for each of ``scene.shapes()``, the rows of the 3x4 matrix that takes a world point of this
-     frame to where it is in the frame before or after. (Default: empty, nothing moves)
+     frame to where it is in the frame before or after. (Default: a single 0, nothing moves)
    - |exposed|
 
 This integrator renders colour with the nested one, exactly as that would by itself, and then traces one more ray
@@ -136,6 +136,11 @@ public:
             m_previous = props.get<ScalarAffineTransform4f>("to_world_previous");
         if (props.has_property("to_world_next"))
             m_next = props.get<ScalarAffineTransform4f>("to_world_next");
+        using Ids = DynamicBuffer<UInt32>;
+        using Matrices = DynamicBuffer<Float>;
+        m_tables = {dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Matrices>(1),
+                    dr::zeros<Matrices>(1)};
+        dr::make_opaque(m_tables);
         m_has_previous = props.has_property("to_world_previous");
         m_has_next = props.has_property("to_world_next");
         dr::make_opaque(m_previous, m_next);
@@ -163,6 +168,7 @@ public:
             m_next = m_next.value().update();
             m_has_next = true;
         }
+        m_checked_for = (uint32_t)-1;
         check_ids("object_id", m_tables.object_id);
         check_ids("material_id", m_tables.material_id);
         check_ids("instance_id", m_tables.instance_id);
@@ -204,8 +210,7 @@ public:
             Log(Warn, "equirect_aov: the film's component_format is float16: files will hold rounded distances, motion "
                       "and ids. Set it to float32.");
         }
-        // Names that clash should not be found out after the rendering.
-        film->prepare(aov_names());
+        check_names();
         // Integrators written in Python refuse to leave the film undeveloped.
         const bool in_python = m_nested->class_name() == Base::ClassName;
         m_nested->render(scene, sensor, seed, spp, in_python, evaluate);
@@ -265,25 +270,40 @@ private:
 
     static void check_ids(const char* name, const DynamicBuffer<UInt32>& ids) {
         constexpr uint32_t most = (1u << 24) - 1;
-        if (dr::width(ids) == 0)
-            return;
-        const uint32_t found = dr::slice<uint32_t>(dr::max(ids));
+        const uint32_t found = dr::width(ids) != 0 ? dr::slice<uint32_t>(dr::max(ids)) : 0;
         if (found > most)
             refuse("equirect_aov: %s: expected ids up to %u (a film stores single precision), found %u", name, most,
                    found);
     }
 
-    void check_tables(uint32_t shapes) const {
-        const auto check_count = [shapes](const char* name, size_t found, size_t each) {
-            if (found != 0 && found != shapes * each)
-                refuse("equirect_aov: %s: expected %u entries (%u for each of the scene's %u shapes) or none, found %u",
-                       name, shapes * each, each, shapes, found);
-        };
-        check_count("object_id", dr::width(m_tables.object_id), 1);
-        check_count("material_id", dr::width(m_tables.material_id), 1);
-        check_count("instance_id", dr::width(m_tables.instance_id), 1);
-        check_count("moved_previous", dr::width(m_tables.moved_previous), 12);
-        check_count("moved_next", dr::width(m_tables.moved_next), 12);
+    /// Mitsuba's film finds this out too, but after the rendering and without the name.
+    void check_names() const {
+        std::vector<std::string> names = aov_names();
+        std::sort(names.begin(), names.end());
+        const auto twice = std::adjacent_find(names.begin(), names.end());
+        if (twice != names.end())
+            refuse("equirect_aov: expected channels of different names, found \"%s\" twice", *twice);
+    }
+
+    template <typename Table>
+    static void check_count(const char* name, const Table& table, uint32_t shapes, uint32_t each) {
+        const size_t found = dr::width(table);
+        const bool is_default = found == 0 || (found == 1 && dr::slice(table) == 0);
+        if (!is_default && found != (size_t)shapes * each)
+            refuse(
+                "equirect_aov: %s: expected %u numbers (%u for each of the scene's %u shapes) or a single 0, found %u",
+                name, shapes * each, each, shapes, found);
+    }
+
+    void check_tables(uint32_t shapes) {
+        if (shapes == m_checked_for)
+            return;
+        check_count("object_id", m_tables.object_id, shapes, 1);
+        check_count("material_id", m_tables.material_id, shapes, 1);
+        check_count("instance_id", m_tables.instance_id, shapes, 1);
+        check_count("moved_previous", m_tables.moved_previous, shapes, 12);
+        check_count("moved_next", m_tables.moved_next, shapes, 12);
+        m_checked_for = shapes;
     }
 
     static TensorXf developed(Film* film, bool develop, bool evaluate) {
@@ -328,6 +348,8 @@ private:
     equistream::mitsuba_host::ShapeTables<Float> m_tables;
     field<AffineTransform4f, ScalarAffineTransform4f> m_previous{ScalarAffineTransform4f()},
         m_next{ScalarAffineTransform4f()};
+    /// Number of shapes that the tables were found right for.
+    uint32_t m_checked_for = (uint32_t)-1;
     bool m_has_previous = false, m_has_next = false, m_warned = false;
 
     MI_TRAVERSE_CB(Base, m_nested, m_tables, m_previous, m_next)

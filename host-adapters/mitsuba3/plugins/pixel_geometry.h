@@ -13,7 +13,8 @@
 
 namespace equistream::mitsuba_host {
 
-/// What the user gave for each shape of the scene, in its order; empty tables stand for their defaults.
+/// What the user gave for each shape of the scene, in its order; tables that are empty or a single 0 stand for their
+/// defaults. They begin as a single 0: scalar variants in Python cannot replace an empty array.
 template <typename Float>
 struct ShapeTables {
     using UInt32 = dr::uint32_array_t<Float>;
@@ -127,10 +128,10 @@ private:
     }
 
     /// Ids below 2^24 are exact in a film's floats.
-    static Float* put_id(const Seen& seen, const mitsuba::DynamicBuffer<UInt32>& given, const UInt32& otherwise,
-                         Float* out) {
+    Float* put_id(const Seen& seen, const mitsuba::DynamicBuffer<UInt32>& given, const UInt32& otherwise,
+                  Float* out) const {
         UInt32 id = otherwise;
-        if (dr::width(given) != 0) {
+        if (dr::width(given) == facts_.count()) {
             const UInt32 wanted = dr::gather<UInt32>(given, seen.shape, seen.hit);
             id = dr::select(wanted != 0u, wanted, otherwise);
         }
@@ -141,7 +142,7 @@ private:
     Float* put_motion(const Seen& seen, const mitsuba::DynamicBuffer<Float>& moved, const AffineTransform4f& there,
                       Float* out) const {
         Point3f p = seen.si.p;
-        if (dr::width(moved) != 0) {
+        if (dr::width(moved) == 12 * facts_.count()) {
             std::array<Float, 12> m;
             for (uint32_t k = 0; k < 12; ++k)
                 m[k] = dr::gather<Float>(moved, seen.shape * 12u + k, seen.hit);
