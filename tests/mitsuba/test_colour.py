@@ -33,7 +33,6 @@ def test_colour_is_the_nested_integrators_own(variant):
 def test_environment_is_where_perspective_sees_it(variant):
     """A map whose colour tells the direction: looked up by the sphere and by a stock camera, in the same directions."""
     u, v = pixel_centres(512, 256)
-    # Mitsuba's envmap has its middle at -Z for to_world identity when +Y is up: see docs/mitsuba.md.
     d = equirect_direction(u, v, 512, 256)
     picture = mi.Bitmap((0.5 + 0.5 * d).astype(np.float32))
     shapes = {"sky": {"type": "envmap", "bitmap": picture, "scale": 1.0}}

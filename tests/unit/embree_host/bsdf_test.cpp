@@ -176,6 +176,20 @@ TEST(Bsdf, ThinGlassLetsLightStraightOnTinted) {
     EXPECT_FLOAT_EQ(s.direction.z, -1);
 }
 
+TEST(Bsdf, MirrorsGlassAndSharpMetalsAreSharp) {
+    const auto is_sharp = [](const SurfaceParameters& p, float cosine) { return Bsdf(p, cosine).is_sharp(); };
+    for (const float cosine : {1.0f, 0.7f, 0.4f}) {
+        EXPECT_TRUE(is_sharp(metal(0), cosine));
+        EXPECT_TRUE(is_sharp(metal(0.22f), cosine)) << "alpha 0.048";
+        EXPECT_FALSE(is_sharp(metal(0.23f), cosine)) << "alpha 0.053";
+        EXPECT_TRUE(is_sharp({glm::vec3(0.9f), 0, 0, 1, 0.04f}, cosine)) << "glass";
+        EXPECT_FALSE(is_sharp(plastic(0, glm::vec3(0.5f)), cosine)) << "a coat over a diffuse base";
+        EXPECT_FALSE(is_sharp(plastic(0.5f, glm::vec3(0)), cosine));
+    }
+    EXPECT_TRUE(is_sharp(plastic(0, glm::vec3(0)), 0.7f)) << "nothing but the coat";
+    EXPECT_FALSE(is_sharp({glm::vec3(0), 1, 0, 0, 0}, 1.0f)) << "black sends nothing on";
+}
+
 TEST(Directions, PackedVectorsComeBack) {
     for (std::uint32_t i = 0; i < 10000; ++i) {
         Sampler random(i, 0);
