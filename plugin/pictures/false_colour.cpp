@@ -103,6 +103,8 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
         return map_plane(image, [](const float* n) {
             return Rgb{0.5 + 0.5 * n[0], 0.5 + 0.5 * n[1], 0.5 + 0.5 * n[2]};
         });
+    if (plane == "specular")
+        return map_plane(image, [](const float* s) { return Rgb{s[0], s[0], s[0]}; });
     const double exposure = plane == "colour" ? frame.info.exposure : 1;
     return quantise_8bit(display.to_display(image.view(), exposure).view());
 }

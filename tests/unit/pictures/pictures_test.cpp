@@ -100,6 +100,9 @@ protected:
         FloatImage normal(4, 2, 3, 0.0f);
         normal.pixel(0, 0)[1] = 1.0f;
         frame.planes["normal"] = std::move(normal);
+        FloatImage specular(4, 2, 1, 0.0f);
+        *specular.pixel(3, 1) = 1.0f;
+        frame.planes["specular"] = std::move(specular);
         IdImage ids(4, 2, 1, 0);
         *ids.pixel(1, 0) = 1;
         *ids.pixel(2, 0) = 2;
@@ -111,6 +114,12 @@ protected:
 
 int brightness(const std::uint8_t* rgb) {
     return std::max({rgb[0], rgb[1], rgb[2]});
+}
+
+TEST_F(FalseColour, MirrorsAreWhite) {
+    const ByteImage picture = picture_of_plane(frame, "specular", display);
+    EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
+    EXPECT_EQ(brightness(picture.pixel(3, 1)), 255);
 }
 
 TEST_F(FalseColour, NearIsBrighterThanFarAndMissesAreBlack) {
