@@ -2,7 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/sequence.h>
-#include <equistream_generate/write_glb.h>
+#include <equistream_scene/write_glb.h>
 
 #include <algorithm>
 #include <charconv>

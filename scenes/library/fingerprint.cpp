@@ -92,6 +92,14 @@ void add_model(const fs::path& model, ContentHash& hash) {
 
 }  // namespace
 
+std::string content_fingerprint(const std::vector<fs::path>& files, const std::string& text) {
+    ContentHash hash;
+    for (const fs::path& file : files)
+        hash.add_file(file, "file of the scene");
+    hash.add(text);
+    return hash.hex();
+}
+
 std::string geometry_fingerprint(const fs::path& model, double model_unit_m, const std::vector<MovingObject>& moving) {
     ContentHash hash;
     add_model(model, hash);

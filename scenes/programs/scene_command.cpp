@@ -1,5 +1,6 @@
-/// equistream scene: generate NAME --out DIR, info SCENE, convert SCENE OUT.
+/// equistream scene: generate NAME --out DIR, info SCENE, placements SCENE, convert SCENE OUT.
 #include "convert_command.h"
+#include "placements.h"
 #include "summary.h"
 
 #include <equistream/error.h>
@@ -56,6 +57,10 @@ void info(const InfoArguments& arguments) {
     print(arguments.json ? summary_json(summary) : summary_text(summary));
 }
 
+void placements(const std::string& scene) {
+    print(placements_json(load_model(load_scene(scene))));
+}
+
 std::function<void()> set_up(CLI::App& app) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
@@ -71,12 +76,19 @@ std::function<void()> set_up(CLI::App& app) {
     info_command->add_option("SCENE", informing->scene, "scene description (JSON)")->required();
     info_command->add_flag("--json", informing->json, "as JSON");
     const ConvertCommand converting = add_convert_command(app);
+    auto placing = std::make_shared<std::string>();
+    CLI::App* placements_command =
+        app.add_subcommand("placements", "nodes and instances of a scene's model with their transforms, as JSON");
+    placements_command->footer("Example:\n  equistream scene placements scenes/motion.json");
+    placements_command->add_option("SCENE", *placing, "scene description (JSON)")->required();
     app.require_subcommand(1);
-    return [generating, informing, generate_command, converting] {
+    return [generating, informing, generate_command, converting, placing, placements_command] {
         if (generate_command->parsed())
             generate(*generating);
         else if (converting.app->parsed())
             converting.run();
+        else if (placements_command->parsed())
+            placements(*placing);
         else
             info(*informing);
     };

@@ -1,6 +1,6 @@
 #include "embree_host.h"
 
-#include "code_identity.h"
+#include <equistream_render/code_identity.h>
 #include "frame_job.h"
 #include "loaded_scene.h"
 

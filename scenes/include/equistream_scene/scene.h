@@ -85,6 +85,13 @@ SceneDescription load_scene(const std::filesystem::path& file);
 /// The scene's model in metres: scaled by model_unit_m, about the origin.
 SceneModel load_model(const SceneDescription& scene, const ModelOptions& options = {});
 
+/// The JSON text of a description whose model lies beside it (docs/scenes.md): as the file that `model` names, or as
+/// NAME.glb where it names none.
+std::string description_text(const SceneDescription& description);
+
+/// 16 hexadecimal digits over the bytes of files, and over a text.
+std::string content_fingerprint(const std::vector<std::filesystem::path>& files, const std::string& text);
+
 /// Instances that scene.moving moves, by itself or with a parent, ascending: what BvhOptions::moving_instances wants.
 /// Throws InputError if an entry names no node of the model, or several.
 std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const SceneDescription& scene);

@@ -2,7 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream_generate/generate.h>
-#include <equistream_generate/write_glb.h>
+#include <equistream_scene/write_glb.h>
 
 #include <gtest/gtest.h>
 

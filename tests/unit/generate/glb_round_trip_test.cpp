@@ -3,7 +3,7 @@
 #include "scene_builder.h"
 
 #include <equistream/error.h>
-#include <equistream_generate/write_glb.h>
+#include <equistream_scene/write_glb.h>
 
 #include <gtest/gtest.h>
 

@@ -57,7 +57,4 @@ GeneratedScene make_scene(const Generator& generator, std::span<const std::strin
 /// description's path.
 std::filesystem::path write_scene(const GeneratedScene& scene, const std::filesystem::path& folder);
 
-/// The JSON text of a description whose model lies beside it as NAME.glb (docs/scenes.md).
-std::string description_text(const SceneDescription& description);
-
 }  // namespace equistream

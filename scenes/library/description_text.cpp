@@ -1,4 +1,4 @@
-#include <equistream_generate/generate.h>
+#include <equistream_scene/scene.h>
 
 #include <nlohmann/json.hpp>
 
@@ -40,7 +40,7 @@ std::string description_text(const SceneDescription& description) {
     const auto add = [&](const std::string& key, const Json& value) {
         text += ",\n  \"" + key + "\": " + value.dump();
     };
-    add("model", description.name + ".glb");
+    add("model", description.model.empty() ? description.name + ".glb" : description.model.filename().string());
     if (description.sun)
         add("sun", {{"towards", vector3(description.sun->towards)},
                     {"irradiance", vector3(description.sun->irradiance)},

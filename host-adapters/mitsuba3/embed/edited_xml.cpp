@@ -1,0 +1,195 @@
+#include "edited_xml.h"
+
+#include "one_line.h"
+
+#include <equistream/error.h>
+
+#include <mitsuba/core/fresolver.h>
+#include <mitsuba/core/transform.h>
+
+#include <optional>
+
+namespace equistream::mitsuba_host {
+namespace {
+
+using mitsuba::ObjectType;
+using mitsuba::Properties;
+using mitsuba::parser::ParserState;
+using mitsuba::parser::SceneNode;
+using Reference = Properties::ResolvedReference;
+using Transform = mitsuba::AffineTransform<mitsuba::Point<double, 4>>;
+
+struct Child {
+    std::string property;
+    std::size_t node = 0;
+};
+
+std::vector<Child> children(const SceneNode& node, const ParserState& state, ObjectType type) {
+    std::vector<Child> found;
+    for (const auto& property : node.props.filter(Properties::Type::ResolvedReference)) {
+        const std::size_t index = property.get<Reference>().index();
+        if (state[index].type == type)
+            found.push_back({std::string(property.name()), index});
+    }
+    return found;
+}
+
+std::size_t add_node(ParserState& state, ObjectType type, Properties properties) {
+    SceneNode node;
+    node.type = type;
+    node.props = std::move(properties);
+    state.nodes.push_back(std::move(node));
+    return state.nodes.size() - 1;
+}
+
+Matrix34 rows_of(const Transform& transform) {
+    Matrix34 rows{};
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 4; ++column)
+            rows[row * 4 + column] = transform.matrix.entry(row, column);
+    return rows;
+}
+
+std::size_t add_film(ParserState& state, const SensorRequest& request) {
+    Properties filter("box");
+    Properties film("hdrfilm");
+    film.set("width", request.width);
+    film.set("height", request.height);
+    film.set("pixel_format", "rgba");
+    film.set("component_format", "float32");
+    film.set("rfilter", Reference(add_node(state, ObjectType::ReconstructionFilter, std::move(filter))));
+    return add_node(state, ObjectType::Film, std::move(film));
+}
+
+/// What stays of the sensor that ours takes the place of.
+void keep_from(const SceneNode& theirs, const ParserState& state, Properties& ours) {
+    for (const char* clip : {"near_clip", "far_clip"})
+        if (theirs.props.has_property(clip))
+            ours.set(clip, theirs.props.get<double>(clip));
+    for (const Child& medium : children(theirs, state, ObjectType::Medium))
+        ours.set("medium", Reference(medium.node));
+}
+
+std::size_t add_sensor(ParserState& state, const SensorRequest& request, const SceneNode* theirs, std::size_t index) {
+    Properties ours(request.perspective ? "perspective" : "equirect");
+    ours.set_id(our_sensor_id(index));
+    if (theirs != nullptr)
+        keep_from(*theirs, state, ours);
+    ours.set("to_world", Transform());
+    if (request.perspective) {
+        ours.set("fov_axis", "x");
+        ours.set("fov", request.fov_x_deg);
+    } else {
+        ours.set("longitude_min", request.longitude_min_deg);
+        ours.set("longitude_max", request.longitude_max_deg);
+        ours.set("latitude_min", request.latitude_min_deg);
+        ours.set("latitude_max", request.latitude_max_deg);
+    }
+    ours.set("film", Reference(add_film(state, request)));
+    ours.set("sampler", Reference(add_node(state, ObjectType::Sampler, Properties("independent"))));
+    return add_node(state, ObjectType::Sensor, std::move(ours));
+}
+
+void replace_sensors(const SceneRequest& request, EditedXml& xml) {
+    ParserState& state = xml.state;
+    const std::vector<Child> theirs = children(state.root(), state, ObjectType::Sensor);
+    xml.sensor.count = static_cast<int>(theirs.size());
+    if (request.sensor != 0 && request.sensor >= xml.sensor.count)
+        throw InputError(expected_found("--sensor",
+                                        "a number below the XML's " + std::to_string(xml.sensor.count) + " sensors",
+                                        std::to_string(request.sensor)));
+    // A copy: adding nodes moves them.
+    std::optional<SceneNode> chosen;
+    if (!theirs.empty())
+        chosen = state[theirs[static_cast<std::size_t>(request.sensor)].node];
+    if (chosen && chosen->props.has_property("to_world"))
+        xml.sensor.to_world = rows_of(chosen->props.get<Transform>("to_world"));
+    for (const Child& child : theirs)
+        state.root().props.remove_property(child.property);
+    for (std::size_t i = 0; i < request.sensors.size(); ++i) {
+        const std::size_t node = add_sensor(state, request.sensors[i], chosen ? &*chosen : nullptr, i);
+        state.root().props.set(our_sensor_id(i), Reference(node));
+    }
+}
+
+void wrap_integrator(const SceneRequest& request, EditedXml& xml) {
+    ParserState& state = xml.state;
+    const std::vector<Child> theirs = children(state.root(), state, ObjectType::Integrator);
+    for (const Child& child : theirs)
+        state.root().props.remove_property(child.property);
+    const std::size_t nested =
+        theirs.empty() ? add_node(state, ObjectType::Integrator, Properties("path")) : theirs.front().node;
+    if (request.max_depth > 0)
+        state[nested].props.set("max_depth", request.max_depth, false);
+    Properties ours("equirect_aov");
+    ours.set_id(our_integrator_id);
+    ours.set("aovs", request.aovs);
+    ours.set("integrator", Reference(nested));
+    // Adding nodes moves the root, so it comes first.
+    const std::size_t node = add_node(state, ObjectType::Integrator, std::move(ours));
+    state.root().props.set(our_integrator_id, Reference(node));
+}
+
+std::map<std::string, std::string> find_groups(const ParserState& state) {
+    std::map<std::string, std::string> groups;
+    for (const SceneNode& node : state.nodes)
+        if (node.type == ObjectType::Shape && node.props.plugin_name() == "instance")
+            for (const Child& child : children(node, state, ObjectType::Shape))
+                groups[std::string(node.props.id())] = std::string(state[child.node].props.id());
+    return groups;
+}
+
+/// Every file whose bytes decide what is seen.
+std::vector<std::filesystem::path> named_files(const ParserState& state) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& file : state.files)
+        files.emplace_back(file.string());
+    for (const SceneNode& node : state.nodes)
+        for (const auto& property : node.props.filter(Properties::Type::String)) {
+            const std::string name = node.props.get<std::string>(property.name());
+            std::error_code error;
+            const std::filesystem::path file = mitsuba::file_resolver()->resolve(name).string();
+            if (!name.empty() && std::filesystem::is_regular_file(file, error))
+                files.push_back(file);
+            node.props.mark_queried(property.name(), false);
+        }
+    return files;
+}
+
+}  // namespace
+
+std::string our_sensor_id(std::size_t index) {
+    return "equistream_sensor_" + std::to_string(index);
+}
+
+EditedXml read_and_edit(const SceneRequest& request, const std::string& variant) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(request.xml, error))
+        throw InputError(expected_found(request.xml.string(), "a scene in Mitsuba's XML", "no such file"));
+    EditedXml xml{mitsuba::parser::ParserConfig(variant), {}, {}, {}};
+    // Shapes keep their own ids, names and places in the tables of the AOV integrator.
+    xml.config.merge_meshes = false;
+    mitsuba::FileResolver& resolver = *mitsuba::file_resolver();
+    const mitsuba::filesystem::path folder = std::filesystem::absolute(request.xml).parent_path().string();
+    if (!resolver.contains(folder))
+        resolver.append(folder);
+    try {
+        xml.state = mitsuba::parser::parse_file(xml.config, request.xml.string(), request.parameters);
+        if (xml.state.empty() || xml.state.root().type != ObjectType::Scene)
+            throw std::runtime_error(expected_found(request.xml.string(), "a <scene> as root", "another element"));
+        mitsuba::parser::transform_upgrade(xml.config, xml.state);
+        mitsuba::parser::transform_resolve(xml.config, xml.state);
+        xml.group_of_instance = find_groups(xml.state);
+        xml.sensor.files = named_files(xml.state);
+        replace_sensors(request, xml);
+        wrap_integrator(request, xml);
+        mitsuba::parser::transform_merge_equivalent(xml.config, xml.state);
+    } catch (const InputError&) {
+        throw;
+    } catch (const std::exception& problem) {
+        throw InputError(quotable(one_line(problem.what()), 900));
+    }
+    return xml;
+}
+
+}  // namespace equistream::mitsuba_host

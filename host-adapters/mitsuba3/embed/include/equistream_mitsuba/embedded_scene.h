@@ -1,0 +1,141 @@
+#pragma once
+/// A scene in Mitsuba's hands. Plain C++17: nothing of Mitsuba in sight, so that those who use it may be compiled
+/// otherwise than the wheel wants. Everything here is in Mitsuba's own world and in its units; one thread at a time.
+/// Throws std::runtime_error with Mitsuba's words on one line.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace equistream::mitsuba_host {
+
+/// Row-major, 3 rows of 4: world from something.
+using Matrix34 = std::array<double, 12>;
+
+struct EngineOptions {
+    std::string variant;                ///< empty: llvm_ad_rgb where LLVM loads, else scalar_rgb
+    unsigned threads = 0;               ///< 0: one per processor
+    std::filesystem::path plugin_root;  ///< its sub-folder plugins/ holds ours
+};
+
+/// Mitsuba's process-wide state. One at a time; outlives every scene.
+class Engine {
+public:
+    explicit Engine(const EngineOptions& options);
+    ~Engine();
+    Engine(const Engine&) = delete;
+    Engine& operator=(const Engine&) = delete;
+
+    const std::string& variant() const { return variant_; }
+    /// Such as "3.9.1".
+    static std::string release();
+
+private:
+    std::string variant_;
+};
+
+/// A film and the sensor of ours that exposes it: one for each stream of a render.
+struct SensorRequest {
+    int width = 0, height = 0;
+    bool perspective = false;                                  ///< flat view, else a sphere
+    double fov_x_deg = 90;                                     ///< of a flat view
+    double longitude_min_deg = -180, longitude_max_deg = 180;  ///< of a sphere
+    double latitude_min_deg = -90, latitude_max_deg = 90;
+};
+
+struct SceneRequest {
+    std::filesystem::path xml;
+    std::vector<std::pair<std::string, std::string>> parameters;  ///< -D name=value
+    int sensor = 0;                                               ///< which of the XML's sensors tells where to begin
+    std::string aovs;                                             ///< groups; "none": colour alone
+    int max_depth = 0;  ///< above 0: of the XML's integrator, in the place of its own
+    std::vector<SensorRequest> sensors;
+};
+
+/// What the XML says of the sensor that ours take the place of.
+struct XmlSensor {
+    Matrix34 to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< from its camera frame: +X left, +Y up, +Z forward
+    int count = 0;                                          ///< sensors in the XML; with none this one is the default
+    std::vector<std::filesystem::path> files;  ///< the XML's and those it includes and names, as far as they exist
+};
+
+/// Where a camera is at the frame and at its neighbours.
+struct CameraPlacement {
+    Matrix34 previous, now, next;
+};
+
+/// A shape of the scene, in the order of the integrator's tables.
+struct ShapeSummary {
+    std::string id, class_name;
+    int group = -1;             ///< of an instance: index of its shape group in groups()
+    Matrix34 to_world{};        ///< of an instance and of shapes that are not meshes
+    bool is_mesh = false;       ///< vertices are known, in world space (in the group's, below a group)
+    std::string bsdf;           ///< id of its material
+    bool is_invisible = false;  ///< only there to bound a medium
+};
+
+struct ShapeGroup {
+    std::string id;
+    std::vector<ShapeSummary> shapes;
+};
+
+/// Of a mesh; normals and texture coordinates may be empty.
+struct MeshBuffers {
+    std::vector<float> positions, normals, texture_coordinates;
+    std::vector<std::uint32_t> triangles;
+};
+
+/// Opacity of a material that cuts holes, over texture coordinates [0, 1)^2, row y at v = (y + 1/2) / height.
+struct OpacityMap {
+    int width = 0, height = 0;
+    std::vector<float> opacity;
+};
+
+/// What one pass leaves: all channels of a pixel together, rows from the top.
+struct PassResult {
+    std::vector<std::string> channels;  ///< "R", "G", "B", "A", then those of the AOVs
+    std::vector<float> values;
+};
+
+/// Tables of the AOV integrator, one entry a shape.
+struct ShapeIds {
+    std::vector<std::uint32_t> object, material, instance;
+};
+
+class EmbeddedScene {
+public:
+    /// Parses the XML, puts our sensors and our integrator in the place of its own, and builds it. A fault in the XML
+    /// is an InputError in Mitsuba's words.
+    static std::unique_ptr<EmbeddedScene> load(const Engine& engine, const SceneRequest& request);
+    virtual ~EmbeddedScene() = default;
+
+    virtual const XmlSensor& xml_sensor() const = 0;
+    virtual const std::vector<ShapeSummary>& shapes() const = 0;
+    virtual const std::vector<ShapeGroup>& groups() const = 0;
+
+    /// Of a shape of the scene (group < 0) or of a group.
+    virtual MeshBuffers mesh(int group, std::size_t shape) = 0;
+    /// Width 0 where the shape's material cuts no holes.
+    virtual OpacityMap opacity(int group, std::size_t shape) = 0;
+
+    virtual void set_ids(const ShapeIds& ids) = 0;
+    /// 12 numbers a shape, as Matrix34: from a point now to where it is in the neighbour frame. Empty: nothing moves.
+    virtual void set_moved(const std::vector<float>& previous, const std::vector<float>& next) = 0;
+    /// Of an instance.
+    virtual void place_instance(std::size_t shape, const Matrix34& world_from_group) = 0;
+    /// Of a mesh; normals are computed anew unless given.
+    virtual void place_vertices(std::size_t shape, const std::vector<float>& positions,
+                                const std::vector<float>& normals) = 0;
+    /// After any of the two.
+    virtual void commit_placements() = 0;
+
+    virtual void place_camera(std::size_t sensor, const CameraPlacement& placement) = 0;
+    /// Renders `samples` a pixel; without AOVs colour alone.
+    virtual PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs) = 0;
+};
+
+}  // namespace equistream::mitsuba_host

@@ -1,0 +1,129 @@
+#include "frame_planes.h"
+
+#include <equistream/aov.h>
+#include <equistream/aov_groups.h>
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace equistream::mitsuba_host {
+namespace {
+
+constexpr float miss = std::numeric_limits<float>::infinity();
+
+std::size_t channel_of(const PassResult& pass, std::string_view name) {
+    const auto found = std::find(pass.channels.begin(), pass.channels.end(), name);
+    if (found == pass.channels.end())
+        throw WorkError(expected_found("equirect_aov", "a channel " + std::string(name), "none"));
+    return static_cast<std::size_t>(found - pass.channels.begin());
+}
+
+void put(es_frame* frame, const es_plane& plane) {
+    es_error error{};
+    if (es_frame_put_plane(frame, &plane, &error) != ES_OK)
+        throw WorkError(error.text);
+}
+
+}  // namespace
+
+FramePlanes::FramePlanes(int width, int height, std::string_view aovs)
+    : width_(width), height_(height), colour_(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+    for (const std::string& name : parse_aov_groups(aovs)) {
+        const AovInfo aov = *find_aov(name);
+        if (name != "colour")
+            planes_.push_back({name, static_cast<int>(aov.channels.size()), aov.type == SampleType::id, {}, {}});
+    }
+}
+
+FramePlanes::Plane* FramePlanes::find(std::string_view name) {
+    const auto found = std::find_if(planes_.begin(), planes_.end(), [&](const Plane& p) { return p.name == name; });
+    return found == planes_.end() ? nullptr : &*found;
+}
+
+void FramePlanes::add(const PassResult& pass, std::uint32_t samples) {
+    const std::size_t stride = pass.channels.size();
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+        const float* rgba = &pass.values[i * stride];
+        if (!std::all_of(rgba, rgba + 4, [](float v) { return std::isfinite(v); })) {
+            left_out_ += samples;
+            continue;
+        }
+        for (std::size_t c = 0; c < 4; ++c)
+            colour_[4 * i + c] += static_cast<double>(rgba[c]) * samples;
+        samples_[i] += samples;
+    }
+    if (stride > 4)
+        take_aovs(pass);
+}
+
+void FramePlanes::take_aovs(const PassResult& pass) {
+    const std::size_t stride = pass.channels.size(), pixels = samples_.size();
+    for (Plane& plane : planes_) {
+        const auto channels = find_aov(plane.name)->channels;
+        (plane.is_id ? plane.ids.resize(pixels * channels.size()) : plane.values.resize(pixels * channels.size()));
+        for (std::size_t c = 0; c < channels.size(); ++c) {
+            const std::size_t from = channel_of(pass, channels[c]);
+            for (std::size_t i = 0; i < pixels; ++i) {
+                const float value = pass.values[i * stride + from];
+                if (plane.is_id)
+                    plane.ids[i * channels.size() + c] = static_cast<std::uint32_t>(std::max(value, 0.0f));
+                else
+                    plane.values[i * channels.size() + c] = value;
+            }
+        }
+    }
+}
+
+void FramePlanes::bring_home(const WorldMap& world) {
+    if (Plane* depth = find("depth"); depth && world.metres_per_unit != 1)
+        for (float& value : depth->values)
+            value = static_cast<float>(value * world.metres_per_unit);
+    if (Plane* normal = find("normal"))
+        for (std::size_t i = 0; i + 2 < normal->values.size(); i += 3) {
+            float* n = &normal->values[i];
+            const glm::dvec3 ours = world.ours_from_mitsuba * glm::dvec3(n[0], n[1], n[2]);
+            for (int c = 0; c < 3; ++c)
+                n[c] = static_cast<float>(ours[c]);
+        }
+    const Plane* object = find("object_id");
+    if (!object)
+        return;
+    for (std::size_t i = 0; i < object->ids.size(); ++i) {
+        if (object->ids[i] != no_surface_id)
+            continue;
+        for (Plane& plane : planes_) {
+            const auto channels = static_cast<std::size_t>(plane.channels);
+            if (plane.is_id && plane.name != "object_id")
+                std::fill_n(&plane.ids[i * channels], channels, 0u);
+            else if (plane.name == "depth")
+                plane.values[i] = miss;
+            else if (plane.name == "normal" || plane.name == "albedo" || plane.name == "specular")
+                std::fill_n(&plane.values[i * channels], channels, 0.0f);
+        }
+        find("object_id")->ids[i] = 0;
+        colour_[4 * i + 3] = 0;
+    }
+}
+
+void FramePlanes::hand_over(es_frame* frame, std::string_view aovs) const {
+    std::vector<float> colour(colour_.size());
+    for (std::size_t i = 0; i < colour.size(); ++i)
+        colour[i] = samples_[i / 4] > 0 ? static_cast<float>(colour_[i] / samples_[i / 4]) : 0;
+    const auto row = [&](int channels) {
+        return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels) * sizeof(float);
+    };
+    put(frame, {sizeof(es_plane), "colour", ES_FLOAT32, 4, colour.data(), row(4)});
+    const std::vector<std::string> wanted = parse_aov_groups(aovs);
+    for (const Plane& plane : planes_) {
+        if (std::find(wanted.begin(), wanted.end(), plane.name) == wanted.end())
+            continue;
+        put(frame,
+            {sizeof(es_plane), plane.name.c_str(), plane.is_id ? ES_UINT32 : ES_FLOAT32, plane.channels,
+             plane.is_id ? static_cast<const void*>(plane.ids.data()) : plane.values.data(), row(plane.channels)});
+    }
+}
+
+}  // namespace equistream::mitsuba_host

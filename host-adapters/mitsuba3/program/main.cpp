@@ -1,0 +1,8 @@
+#include "mitsuba_host.h"
+
+#include <equistream_render/render_program.h>
+
+int main(int argc, char** argv) {
+    equistream::mitsuba_host::MitsubaHost host;
+    return equistream::render_command::run(argc, argv, host);
+}

@@ -1,0 +1,174 @@
+#include "mitsuba_host.h"
+
+#include "child_process.h"
+#include "frame_planes.h"
+#include <equistream_render/code_identity.h>
+
+#include <equistream/aov_groups.h>
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace equistream::mitsuba_host {
+
+using namespace render_command;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Samples a pass may take: each is a lane of the vectorised variants and needs memory of its own.
+constexpr std::uint64_t samples_of_a_pass = std::uint64_t{1} << 23;
+
+/// Where plugins/ may lie: beside the folder of programs in a build tree and in a Python package, below lib where
+/// installed.
+fs::path find_plugin_root() {
+    const fs::path prefix = own_folder().parent_path();
+    std::string tried;
+    std::error_code error;
+    for (const fs::path& root :
+         {prefix, prefix / "lib/equistream", prefix / "lib/x86_64-linux-gnu/equistream", prefix / "lib64/equistream"}) {
+        if (fs::exists(root / "plugins/equirect_aov.so", error) && fs::exists(root / "plugins/equirect.so", error))
+            return root;
+        tried += (tried.empty() ? "" : ", ") + (root / "plugins").string();
+    }
+    throw InputError(
+        expected_found("equistream-render-mitsuba", "equirect.so and equirect_aov.so in one of " + tried, "none"));
+}
+
+std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
+    const auto degrees = [](double rad) { return rad * 180 / pi; };
+    SensorRequest request;
+    request.width = options.size.width;
+    request.height = options.size.height;
+    request.perspective = options.camera == ES_PERSPECTIVE;
+    request.fov_x_deg = degrees(options.fov_rad);
+    request.longitude_min_deg = degrees(options.range.longitude_min);
+    request.longitude_max_deg = degrees(options.range.longitude_max);
+    request.latitude_min_deg = degrees(options.range.latitude_min);
+    request.latitude_max_deg = degrees(options.range.latitude_max);
+    std::vector<SensorRequest> requests{request};
+    if (options.small_eye) {
+        request.width /= 4;
+        request.height /= 4;
+        requests.push_back(request);
+    }
+    return requests;
+}
+
+/// What is asked for, and ids besides: they tell the sun's disc from surfaces.
+std::string aovs_to_render(const RenderOptions& options) {
+    const bool geometry = parse_aov_groups(options.aovs).size() > 1;
+    return !geometry || options.aovs == "all" ? options.aovs : options.aovs + ",ids";
+}
+
+/// Mixes all bits of all inputs (the finaliser of SplitMix64).
+std::uint64_t mixed(std::uint64_t state, std::uint64_t value) {
+    std::uint64_t z = state * 0x9e3779b97f4a7c15u + value + 0x632be59bd9b4e019u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+}  // namespace
+
+HostText MitsubaHost::text() const {
+    return {"mitsuba", "Renders a scene with Mitsuba 3 along a camera path into EXR sequences.",
+            "equistream render --host mitsuba cbox.xml --up auto --size 1920x960 --spp 128 --small right --out frames",
+            "Scene description (JSON), or a scene in Mitsuba's XML"};
+}
+
+void MitsubaHost::add_options(CLI::App& app) {
+    app_ = &app;
+    add_host_options(app, host_options_);
+}
+
+const SceneDescription& MitsubaHost::describe(const RenderOptions& options) {
+    options_ = options;
+    const bool is_xml = options.scene.extension() == ".xml";
+    if (!is_xml)
+        require_xml_options_unused(*app_);
+    rendered_aovs_ = aovs_to_render(options);
+    plugin_root_ = find_plugin_root();
+    engine_.emplace(EngineOptions{host_options_.variant, options.threads, plugin_root_});
+    source_ = open_scene({*engine_, options_, host_options_, sensor_requests(options), rendered_aovs_});
+    return source_->description();
+}
+
+void MitsubaHost::load(const RenderOptions&, const Timeline& timeline) {
+    source_->prepare(timeline);
+}
+
+HostRecord MitsubaHost::record() const {
+    const std::string plugins =
+        content_fingerprint({plugin_root_ / "plugins/equirect.so", plugin_root_ / "plugins/equirect_aov.so"}, "");
+    // The code is part of the name: frames of plugins or of a program that have changed since are not resumed.
+    return {std::string("equistream-mitsuba ") + es_version() + ", mitsuba " + Engine::release() + " " +
+                engine_->variant() + ", code " + code_identity() + " plugins " + plugins.substr(0, 8),
+            host_options_.max_bounces ? " bounces " + std::to_string(*host_options_.max_bounces) : ""};
+}
+
+void MitsubaHost::move_to(const FrameTimes& times) {
+    source_->move_to(times);
+}
+
+std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
+    return stream.name == "small" ? 1 : 0;
+}
+
+std::uint32_t MitsubaHost::seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const {
+    std::uint64_t state = mixed(options_.seed, static_cast<std::uint64_t>(frame));
+    state = mixed(state, sensor);
+    return static_cast<std::uint32_t>(mixed(state, pass));
+}
+
+void MitsubaHost::render(const FrameTask& task) {
+    const StreamSettings& stream = *task.stream;
+    const std::size_t sensor = sensor_of(stream);
+    const Camera camera = options_.camera == ES_PERSPECTIVE
+                              ? Camera(PerspectiveCamera{stream.size.width, stream.size.height, options_.fov_rad})
+                              : Camera(EquirectCamera{stream.size.width, stream.size.height, options_.range});
+    const auto pose = [&](const Pose& head) {
+        return camera_pose(camera, head, static_cast<Eye>(stream.eye), options_.ipd_m,
+                           options_.lock == ES_LOCK_PATH ? AxisLock::path : AxisLock::world);
+    };
+    const WorldMap& world = source_->world();
+    source_->scene().place_camera(sensor, {world.to_world(pose(task.head_previous)), world.to_world(pose(task.head)),
+                                           world.to_world(pose(task.head_next))});
+
+    FramePlanes planes(stream.size.width, stream.size.height, stream.wants_geometry() ? rendered_aovs_ : "none");
+    const auto most = static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass / stream.pixels()));
+    std::uint32_t pass = 0;
+    for (std::uint32_t done = 0; done < options_.spp; ++pass) {
+        if (*task.stop)
+            return;
+        const std::uint32_t samples = std::min(most, options_.spp - done);
+        const auto start = Clock::now();
+        const bool geometry = pass == 0 && stream.wants_geometry();
+        const PassResult result = source_->scene().render(
+            sensor, samples, seed_of(task.index, static_cast<std::size_t>(stream.eye) + 3 * sensor, pass), geometry);
+        mitsuba_s_ += seconds_since(start);
+        planes.add(result, samples);
+        done += samples;
+        task.paths_traced(stream.pixels() * samples);
+    }
+    planes.bring_home(world);
+    planes.hand_over(task.frame, stream.aovs);
+    left_out_samples_ += planes.left_out_samples();
+}
+
+HostFigures MitsubaHost::figures(double, nlohmann::json& json) const {
+    json["variant"] = engine_->variant();
+    json["mitsuba_s"] = mitsuba_s_;
+    json["shapes"] = source_->scene().shapes().size();
+    char rates[48];
+    std::snprintf(rates, sizeof rates, "%.2f s of it in Mitsuba", mitsuba_s_);
+    return {"mitsuba " + Engine::release() + " " + engine_->variant() + ", " + source_->figures(), rates,
+            left_out_samples_};
+}
+
+}  // namespace equistream::mitsuba_host

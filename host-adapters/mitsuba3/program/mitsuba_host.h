@@ -1,0 +1,38 @@
+#pragma once
+/// Mitsuba as `equistream render` drives it.
+#include "scene_source.h"
+
+#include <equistream_render/host.h>
+
+#include <optional>
+
+namespace equistream::mitsuba_host {
+
+class MitsubaHost : public render_command::RenderHost {
+public:
+    render_command::HostText text() const override;
+    void add_options(CLI::App& app) override;
+    const SceneDescription& describe(const render_command::RenderOptions& options) override;
+    void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
+    bool wants_frames() const override { return !host_options_.scene_only; }
+    render_command::HostRecord record() const override;
+    void move_to(const render_command::FrameTimes& times) override;
+    void render(const render_command::FrameTask& task) override;
+    render_command::HostFigures figures(double render_s, nlohmann::json& json) const override;
+
+private:
+    std::size_t sensor_of(const render_command::StreamSettings& stream) const;
+    std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
+
+    CLI::App* app_ = nullptr;
+    HostOptions host_options_;
+    render_command::RenderOptions options_;
+    std::string rendered_aovs_;
+    std::filesystem::path plugin_root_;
+    std::optional<Engine> engine_;  // outlives the scene
+    std::unique_ptr<SceneSource> source_;
+    std::uint64_t left_out_samples_ = 0;
+    double mitsuba_s_ = 0;
+};
+
+}  // namespace equistream::mitsuba_host

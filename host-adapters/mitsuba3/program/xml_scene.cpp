@@ -1,0 +1,76 @@
+#include "xml_scene.h"
+
+#include "geometry_model.h"
+
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+#include <equistream_scene/write_glb.h>
+
+#include <cstdio>
+
+namespace equistream::mitsuba_host {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string parameters_text(const HostOptions& host) {
+    std::string text =
+        "sensor " + std::to_string(host.sensor) + " up " + host.up + " unit " + std::to_string(host.unit_m);
+    for (const std::string& definition : host.definitions)
+        text += "\n" + definition;
+    return text;
+}
+
+}  // namespace
+
+XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_m_(context.options.ipd_m) {
+    SceneRequest request;
+    request.xml = context.options.scene;
+    request.parameters = context.host.parameters();
+    request.sensor = context.host.sensor;
+    request.aovs = context.aovs;
+    request.sensors = context.sensors;
+    if (context.host.max_bounces)
+        request.max_depth = static_cast<int>(*context.host.max_bounces) + 1;
+    scene_ = EmbeddedScene::load(context.engine, request);
+    const XmlSensor& sensor = scene_->xml_sensor();
+    const std::string up = context.host.up == "auto" ? nearest_up(sensor.to_world) : context.host.up;
+    if (context.host.up == "auto" && up != "y")
+        std::fprintf(stderr, "equistream render: note: the sensor's up is nearest to the XML's %s, which becomes +Y\n",
+                     (up.size() > 1 ? up : "+" + up).c_str());
+    world_ = WorldMap::with_up(up, context.host.unit_m);
+    description_.file = request.xml;
+    description_.name = request.xml.stem().string().substr(0, 255);
+    description_.lean_m = context.host.lean_m;
+    description_.camera_path = PosePath({{0, world_.pose(sensor.to_world)}}, request.xml.string());
+    if (sensor.count == 0 && context.options.path.empty())
+        std::fprintf(stderr, "equistream render: note: the XML has no sensor; the head stands at its origin\n");
+    description_.fingerprint = content_fingerprint(scene_->xml_sensor().files, parameters_text(context.host));
+}
+
+void XmlScene::prepare(const render_command::Timeline& timeline) {
+    GeometryModel geometry =
+        geometry_model(*scene_, world_, {timeline.path, head_box_radius_eye(description_.lean_m, ipd_m_)});
+    for (const std::string& note : geometry.notes)
+        std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
+    std::error_code error;
+    fs::create_directories(out_, error);
+    const fs::path model = out_ / "scene.glb", description = out_ / "scene.json";
+    description_.camera_path = timeline.path;
+    description_.frames_per_second = timeline.frames_per_second;
+    description_.model = model;
+    write_glb(model, geometry.model);
+    write_file_atomically(description, description_text(description_));
+    description_.geometry_fingerprint = load_scene(description).geometry_fingerprint;
+    std::uint64_t triangles = 0;
+    for (const Instance& instance : geometry.model.instances)
+        triangles += geometry.model.meshes[instance.mesh].triangles.size();
+    char text[100];
+    std::snprintf(text, sizeof text, "%zu shapes, %.2f M triangles in scene.glb", scene_->shapes().size(),
+                  static_cast<double>(triangles) * 1e-6);
+    figures_ = text;
+}
+
+}  // namespace equistream::mitsuba_host

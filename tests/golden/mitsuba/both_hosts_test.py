@@ -1,0 +1,105 @@
+"""The same scenes in both hosts: depth, motion, ids and normals agree where both see the same object.
+
+usage: both_hosts_test.py BIN_DIR
+"""
+
+import pathlib
+import shutil
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from independent import *
+
+PROGRAMS = Programs(sys.argv.pop(1))
+WIDTH, HEIGHT = 512, 256
+ACCURATE = 1e-4
+SHARE = 0.999
+
+
+def directions_at(u, v):
+    return equirect_direction(u, v, WIDTH, HEIGHT)
+
+
+class BothHosts:
+    """What the scenes share."""
+
+    scene_name, frame = None, 0
+    options = ()
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_hosts_"))
+        scene = PROGRAMS.scene(cls.scene_name, cls.root / "scene")
+        cls.frames = {}
+        for host in ("embree", "mitsuba"):
+            PROGRAMS.run("render", scene, "--host", host, "--frames", cls.frame, "--size", f"{WIDTH}x{HEIGHT}", "--spp", 2,
+                         *cls.options, "--out", cls.root / host)
+            cls.frames[host] = read_frame(cls.root / host / f"centre/frame.{cls.frame:04d}.exr")
+        ours, theirs = cls.frames["embree"], cls.frames["mitsuba"]
+        cls.same = np.logical_and.reduce([ours[name] == theirs[name] for name in ("object_id", "material_id", "instance_id")])
+        cls.same_surface = cls.same & (ours["object_id"] > 0)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def test_almost_all_pixels_see_the_same_object(self):
+        self.assertGreater(self.same.mean(), 0.99)
+        self.assertGreater(self.same_surface.mean(), 0.2)
+
+    def test_depth(self):
+        a, b = (self.frames[host]["depth.Z"][self.same_surface] for host in ("embree", "mitsuba"))
+        self.assertGreater((np.abs(a - b) <= ACCURATE * a).mean(), SHARE)
+        missed = self.same & (self.frames["embree"]["object_id"] == 0)
+        for host in self.frames:
+            self.assertTrue(np.isinf(self.frames[host]["depth.Z"][missed]).all(), host)
+
+    def test_motion(self):
+        """Apart by less than a hundredth of a pixel, measured along the great circle."""
+        u, v = pixel_centres(WIDTH, HEIGHT)
+        for way in ("backward", "forward"):
+            ends = [directions_at(u + self.frames[host][f"{way}.u"], v + self.frames[host][f"{way}.v"]) for host in self.frames]
+            apart = np.linalg.norm(ends[0] - ends[1], axis=-1) * WIDTH / (2 * np.pi)
+            self.assertGreater((apart[self.same] < 0.01).mean(), SHARE, way)
+            longest = np.hypot(self.frames["embree"][f"{way}.u"], self.frames["embree"][f"{way}.v"])[self.same].max()
+            self.assertGreater(longest, 0.3, f"{way}: nothing moves, so nothing is tested")
+
+    def test_normals_and_ids(self):
+        normals = [np.stack([self.frames[host][f"normal.{c}"] for c in "XYZ"], axis=-1)[self.same_surface] for host in self.frames]
+        self.assertGreater(((normals[0] * normals[1]).sum(axis=-1) > 0.999).mean(), 0.99)
+        ids = self.frames["mitsuba"]["object_id"]
+        self.assertLess(ids.max(), 0xfffffe, "the sun's disc is no object")
+
+    def test_colour_is_as_bright(self):
+        """Two samples a pixel: only the mean over the image can be compared."""
+        a, b = (colour_of(self.frames[host])[self.same].mean() for host in ("embree", "mitsuba"))
+        self.assertLess(abs(a - b), 0.15 * a)
+
+    def test_alpha_says_what_was_hit(self):
+        a, b = (self.frames[host]["A"] for host in ("embree", "mitsuba"))
+        inside = self.same & (np.roll(self.frames["embree"]["object_id"], 1, 1) == self.frames["embree"]["object_id"])
+        self.assertGreater((np.abs(a - b)[inside] < 0.6).mean(), 0.995)
+
+
+class Pavilion(BothHosts, unittest.TestCase):
+    scene_name, frame = "pavilion", 30
+
+
+class MovingObjects(BothHosts, unittest.TestCase):
+    scene_name, frame = "motion", 14
+
+
+class FlatView(BothHosts, unittest.TestCase):
+    scene_name, frame = "motion", 14
+    options = ("--camera", "perspective", "--fov", "80")
+
+    def test_motion(self):
+        for way in ("backward", "forward"):
+            apart = np.hypot(*(self.frames["embree"][f"{way}.{c}"] - self.frames["mitsuba"][f"{way}.{c}"] for c in "uv"))
+            self.assertGreater((apart[self.same] < 0.01).mean(), SHARE, way)
+
+
+if __name__ == "__main__":
+    unittest.main()
