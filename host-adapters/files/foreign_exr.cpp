@@ -1,3 +1,5 @@
+#include "attribute_sizes.h"
+
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream_files/foreign_exr.h>
@@ -27,8 +29,10 @@ namespace {
 
 constexpr int most_parts = 256;
 constexpr int most_channels = 2048;
+constexpr std::int64_t most_around = 64, smallest_display = 1 << 20;  // what is around pixels costs a file nothing
+constexpr std::int64_t largest_block = 1 << 20;
 /// No lossless coding of EXR does better than deflate's 1032:1; DCT coding of a constant does.
-constexpr std::int64_t largest_ratio = 1100, largest_lossy_ratio = 100000;
+constexpr std::int64_t largest_ratio = 1100, largest_lossy_ratio = 10000;
 
 struct Box {
     std::int64_t x = 0, y = 0, width = 0, height = 0;
@@ -121,6 +125,7 @@ void ForeignExr::State::open() {
     const std::uintmax_t bytes = fs::file_size(file, error);
     if (error || !fs::is_regular_file(file))
         refuse("an EXR file", error ? error.message() : "not a regular file");
+    require_attributes_within(file, bytes);
     Imf::Header::setMaxImageSize(max_image_side, max_image_side);
     Imf::Header::setMaxTileSize(max_image_side, max_image_side);
     try {
@@ -149,6 +154,10 @@ void ForeignExr::State::check_part(int part, std::uintmax_t file_bytes) const {
     if (data.width < 1 || data.height < 1 || data.width * data.height > max_image_pixels)
         refuse("a data window of 1 to " + std::to_string(max_image_pixels) + " pixels",
                std::to_string(data.width) + "x" + std::to_string(data.height));
+    if (display.width * display.height > std::max(most_around * data.width * data.height, smallest_display))
+        refuse("a display window of at most " + std::to_string(most_around) + " times the pixels",
+               std::to_string(display.width) + "x" + std::to_string(display.height) + " around " +
+                   std::to_string(data.width) + "x" + std::to_string(data.height));
     const Box shown = box_of(part_header.displayWindow());
     if (shown.width != display.width || shown.height != display.height)
         refuse("parts of one size", std::to_string(shown.width) + "x" + std::to_string(shown.height) + " besides " +
@@ -157,6 +166,13 @@ void ForeignExr::State::check_part(int part, std::uintmax_t file_bytes) const {
     for (auto c = part_header.channels().begin(); c != part_header.channels().end(); ++c)
         pixel_bytes += c.channel().type == Imf::HALF ? 2 : 4;
     const bool lossy = part_header.compression() >= Imf::B44_COMPRESSION;
+    // Whole blocks of lines and whole tiles are decoded, however few of their pixels are there.
+    const std::int64_t tile =
+        part_header.hasTileDescription()
+            ? std::int64_t{part_header.tileDescription().xSize} * part_header.tileDescription().ySize
+            : data.width * (part_header.compression() == Imf::DWAB_COMPRESSION ? 256 : 32);
+    if (tile > std::max(4 * data.width * data.height, largest_block))
+        refuse("tiles or blocks of at most " + std::to_string(largest_block) + " pixels", std::to_string(tile));
     if (pixel_bytes * data.width * data.height / (lossy ? largest_lossy_ratio : largest_ratio) >
         std::int64_t(file_bytes))
         refuse("a whole EXR file", std::to_string(file_bytes) + " bytes for " + std::to_string(data.width) + "x" +
