@@ -37,10 +37,11 @@ def _size(self: Any) -> tuple[int, int]:
     return self.width, self.height
 
 
+# _core.patterns tells type checkers of what follows.
 for _camera in (EquirectCamera, PerspectiveCamera):
-    _camera.directions = _directions  # type: ignore[union-attr]
-    _camera.pixels = _pixels  # type: ignore[union-attr]
-    _camera.size = property(_size)  # type: ignore[union-attr]
+    setattr(_camera, "directions", _directions)
+    setattr(_camera, "pixels", _pixels)
+    setattr(_camera, "size", property(_size))
 
 
 def _matrix(self: Pose) -> NDArray[np.float64]:
@@ -89,11 +90,11 @@ def _to_camera(self: Pose, directions: ArrayLike) -> NDArray[np.float64]:
     return (points @ np.asarray(self._rotation())).reshape(*shape, 3)
 
 
-Pose.matrix = property(_matrix)  # type: ignore[attr-defined]
-Pose.from_matrix = staticmethod(_from_matrix)  # type: ignore[attr-defined]
-Pose.look_at = staticmethod(_look_at)  # type: ignore[attr-defined]
-Pose.to_world = _to_world  # type: ignore[attr-defined]
-Pose.to_camera = _to_camera  # type: ignore[attr-defined]
+setattr(Pose, "matrix", property(_matrix))
+setattr(Pose, "from_matrix", staticmethod(_from_matrix))
+setattr(Pose, "look_at", staticmethod(_look_at))
+setattr(Pose, "to_world", _to_world)
+setattr(Pose, "to_camera", _to_camera)
 
 
 def frame_info(camera: Camera, pose: Optional[Pose] = None, like: Optional[FrameInfo] = None, **fields: Any) -> FrameInfo:
