@@ -6,12 +6,14 @@ import mitsuba as mi
 import numpy as np
 import pytest
 from conftest import diffuse, film, planes, pose, scene, sensor, sphere
-from independent import equirect_direction, equirect_pixel, leave_behind, perspective_direction, pixel_centres, sample, unit
+from independent import (equirect_direction, equirect_pixel, leave_behind, perspective_direction, pixel_centres, sample,
+                         unit)
 
 
 def test_furnace(any_variant):
     """A white ball that is lit evenly from all around is as bright as what is around it."""
-    shapes = {"ball": sphere((0, 0, -3), 2.5, diffuse(1, 1, 1)), "glow": {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}}
+    glow = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
+    shapes = {"ball": sphere((0, 0, -3), 2.5, diffuse(1, 1, 1)), "glow": glow}
     nested = {"type": "path", "max_depth": -1, "rr_depth": 1000}
     found = planes(scene(shapes, sensor(64, 32), aovs="depth", nested=nested), spp=256)
     hit, colour = np.isfinite(found["depth.Z"]), found["colour"][..., :3]
@@ -25,8 +27,10 @@ def test_furnace(any_variant):
 def test_colour_is_the_nested_integrators_own(variant):
     shapes = {"ball": sphere((0, 0, -3), bsdf=diffuse(0.8, 0.3, 0.1)), "sky": {"type": "constant"}}
     camera = sensor(filter="gaussian")
-    alone = mi.render(mi.load_dict({"type": "scene", "sensor": camera, "integrator": {"type": "path", "max_depth": 4}, **shapes}), spp=16, seed=3)
-    beside = planes(scene(shapes, camera, nested={"type": "path", "max_depth": 4}), spp=16, seed=3)
+    path = {"type": "path", "max_depth": 4}
+    stock = mi.load_dict({"type": "scene", "sensor": camera, "integrator": path, **shapes})
+    alone = mi.render(stock, spp=16, seed=3)
+    beside = planes(scene(shapes, camera, nested=path), spp=16, seed=3)
     assert beside["colour"] == pytest.approx(np.array(alone), rel=2e-6)
 
 
@@ -66,7 +70,8 @@ def test_colour_by_z_test_against_a_stock_camera(variant):
         sums = [np.bincount(pixel, colour[..., c][inside], minlength=side * side) for c in range(3)]
         return np.stack(sums, -1).reshape(side, side, 3) / count.reshape(side, side, 1)
 
-    ball, flat = scene(shapes, sensor(width, height, film_options=crop), "none", nested), scene(shapes, view, "none", nested)
+    ball = scene(shapes, sensor(width, height, film_options=crop), "none", nested)
+    flat = scene(shapes, view, "none", nested)
     runs = {"sphere": [gathered(planes(ball, spp=2, seed=seed)["colour"]) for seed in range(12)],
             "flat": [planes(flat, spp=128, seed=100 + seed)["colour"] for seed in range(12)]}
     means = {name: np.mean(r, 0) for name, r in runs.items()}

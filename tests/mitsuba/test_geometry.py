@@ -46,7 +46,8 @@ def test_far_clip_and_near_clip_bound_what_is_seen(variant):
 
 
 def test_no_filter_reaches_the_geometry_planes(variant):
-    shapes = {"a": sphere((0, 0, -3), bsdf=diffuse(0.9, 0.1, 0.2)), "b": sphere((0.5, 0.2, -6), 3), "sky": {"type": "constant"}}
+    shapes = {"a": sphere((0, 0, -3), bsdf=diffuse(0.9, 0.1, 0.2)), "b": sphere((0.5, 0.2, -6), 3),
+              "sky": {"type": "constant"}}
     box = planes(scene(shapes), spp=4)
     for filter in ("gaussian", "mitchell", "lanczos", "catmullrom", "tent"):
         other = planes(scene(shapes, sensor(filter=filter)), spp=4)
@@ -84,7 +85,8 @@ def test_many_layers_of_holes(variant):
 
 
 def test_ids_are_whole_numbers_under_any_filter(variant):
-    group = {"type": "shapegroup", "shape": {"type": "cube", "to_world": mi.ScalarTransform4f().scale(0.5), "bsdf": diffuse(0.2, 0.3, 0.4)}}
+    cube = {"type": "cube", "to_world": mi.ScalarTransform4f().scale(0.5), "bsdf": diffuse(0.2, 0.3, 0.4)}
+    group = {"type": "shapegroup", "shape": cube}
     placed = {"type": "ref", "id": "group"}
     shapes = {"a": sphere((0, 0, -3)), "group": group,
               "b": {"type": "instance", "to_world": mi.ScalarTransform4f().translate([3, 0, 0]), "shapegroup": placed},
@@ -114,8 +116,8 @@ def test_normals_are_unit_in_the_world_and_face_the_camera(variant):
     origin = np.array([0.5, 0.1, -0.3])
     turned = rotation([0.9, 0.1, -0.3, 0.2])
     for flip in (False, True):
-        loaded = scene({"ball": sphere(radius=2.0, flip_normals=flip)}, sensor(to_world=pose(origin, turned)), aovs="normal,depth")
-        found = planes(loaded)
+        ball = sphere(radius=2.0, flip_normals=flip)
+        found = planes(scene({"ball": ball}, sensor(to_world=pose(origin, turned)), aovs="normal,depth"))
         d = directions() @ turned.T
         expected = -unit(origin + hit_sphere(origin, d, [0, 0, 0], 2.0)[..., None] * d)
         n = np.stack([found[f"normal.{c}"] for c in "XYZ"], -1)
@@ -169,9 +171,11 @@ def test_albedo_of_metal_and_glass_is_what_they_send_on(variant):
     ({"type": "roughconductor", "alpha": 0.07, "distribution": "ggx"}, 0),
     ({"type": "roughdielectric", "alpha": 0.02, "distribution": "ggx"}, 1),
     ({"type": "roughdielectric", "alpha": 0.2, "distribution": "ggx"}, 0),
-    ({"type": "principled", "metallic": 1.0, "roughness": 0.15}, 1), ({"type": "principled", "metallic": 1.0, "roughness": 0.4}, 0),
+    ({"type": "principled", "metallic": 1.0, "roughness": 0.15}, 1),
+    ({"type": "principled", "metallic": 1.0, "roughness": 0.4}, 0),
     ({"type": "principled", "roughness": 0.05}, 0), ({"type": "principled", "spec_trans": 1.0, "roughness": 0.1}, 1),
-    ({"type": "twosided", "b": {"type": "conductor"}}, 1), ({"type": "mask", "opacity": 0.8, "b": {"type": "diffuse"}}, 0),
+    ({"type": "twosided", "b": {"type": "conductor"}}, 1),
+    ({"type": "mask", "opacity": 0.8, "b": {"type": "diffuse"}}, 0),
     ({"type": "blendbsdf", "weight": 0.8, "a": {"type": "diffuse"}, "b": {"type": "conductor"}}, 1),
     ({"type": "blendbsdf", "weight": 0.2, "a": {"type": "diffuse"}, "b": {"type": "conductor"}}, 0),
 ])
@@ -185,7 +189,8 @@ def test_specular_flag(variant, bsdf, mirrors):
 @pytest.mark.parametrize("kind", ["perspective", "thinlens"])
 def test_perspective_depth_is_from_the_sensor_and_not_from_its_near_plane(variant, kind):
     lens = {"aperture_radius": 0.2, "focus_distance": 4.0} if kind == "thinlens" else {}
-    camera = {"type": kind, "fov": 70.0, "near_clip": 1.0, "to_world": pose((0.1, 0.2, 0.3)), "film": film(48, 32, "gaussian"), **lens}
+    camera = {"type": kind, "fov": 70.0, "near_clip": 1.0, "to_world": pose((0.1, 0.2, 0.3)),
+              "film": film(48, 32, "gaussian"), **lens}
     found = planes(scene({"ball": sphere((0, 0, -3), 1.0)}, camera, aovs="depth"), spp=4)
     d = unit(perspective_direction(*pixel_centres(48, 32), 48, 32, np.radians(70)))
     expected = hit_sphere([0.1, 0.2, 0.3], d, [0, 0, -3], 1.0)
@@ -208,5 +213,6 @@ def test_ods_depth_is_from_the_columns_own_eye(variant):
         fade = (1 + np.cos(np.pi * np.clip((np.degrees(np.abs(latitude)) - 60) / 15, 0, 1))) / 2
         origin = (side * 0.2 * fade)[..., None] * np.stack([np.cos(longitude), 0 * u, np.sin(longitude)], -1)
         d = directions()
-        expected = np.array([[hit_sphere(origin[y, x], d[y, x], [0.5, 0.3, -0.4], 3.0) for x in range(WIDTH)] for y in range(HEIGHT)])
+        expected = np.array([[hit_sphere(origin[y, x], d[y, x], [0.5, 0.3, -0.4], 3.0) for x in range(WIDTH)]
+                             for y in range(HEIGHT)])
         assert found["depth.Z"] == pytest.approx(expected, rel=3e-6)

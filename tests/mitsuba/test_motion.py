@@ -16,8 +16,8 @@ def rows(matrix):
 
 
 def camera(previous, here, following, **others):
-    poses = {name: pose(*p) for name, p in (("to_world_previous", previous), ("to_world", here), ("to_world_next", following)) if p}
-    return sensor(WIDTH, HEIGHT, **{**poses, **others})
+    named = {"to_world_previous": previous, "to_world": here, "to_world_next": following}
+    return sensor(WIDTH, HEIGHT, **{name: pose(*placed) for name, placed in named.items() if placed}, **others)
 
 
 def shortest(u):
@@ -64,13 +64,15 @@ def test_a_turning_and_moving_camera(variant):
 
 
 def test_what_is_infinitely_far_moves_by_turning_only(variant):
-    found = planes(scene({"sky": {"type": "constant"}}, camera(((9, 9, 9), np.eye(3)), ((0, 0, 0), TURN), ((5, 0, 0), TURN)), aovs="motion"))
+    moving = camera(((9, 9, 9), np.eye(3)), ((0, 0, 0), TURN), ((5, 0, 0), TURN))
+    found = planes(scene({"sky": {"type": "constant"}}, moving, aovs="motion"))
     assert_close(motion(found, "backward"), expected_motion(directions(TURN), (None, np.eye(3))))
     assert np.abs(motion(found, "forward")).max() < 2e-4
 
 
 def test_nothing_moves_by_default(variant):
-    found = planes(scene({"room": sphere((0.3, 0, 0), 3.0)}, sensor(WIDTH, HEIGHT, to_world=pose((0.1, 0, 0), TURN)), aovs="motion"))
+    still = sensor(WIDTH, HEIGHT, to_world=pose((0.1, 0, 0), TURN))
+    found = planes(scene({"room": sphere((0.3, 0, 0), 3.0)}, still, aovs="motion"))
     assert np.abs(motion(found, "backward")).max() < 2e-4 and np.abs(motion(found, "forward")).max() < 2e-4
 
 

@@ -68,7 +68,8 @@ def test_mitsubas_command_line_says_what_is_wrong(tmp_path):
 @pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_rgb"])
 def test_the_example(name, tmp_path):
     environment = {**os.environ, "VARIANT": name}
-    done = subprocess.run([sys.executable, EXAMPLE, BUILD, "sphere.exr"], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    words = [sys.executable, EXAMPLE, BUILD, "sphere.exr"]
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "256x128 pixels, 11 planes beside colour: depth.Z, backward.u" in done.stdout
     assert (tmp_path / "sphere.exr").stat().st_size > 256 * 128 * 11

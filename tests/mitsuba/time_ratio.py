@@ -42,9 +42,12 @@ def room():
     shapes = {}
     for i, turn in enumerate(sides):
         # A rectangle of Mitsuba's faces +Z; the side is at -Z.
-        shapes[f"wall{i}"] = {"type": "rectangle", "to_world": at(turn, ("translate", [0, 0, -2]), ("scale", 2)), "bsdf": grey[0]}
-        shapes[f"block{i}"] = {"type": "cube", "to_world": at(turn, ("translate", [0.5, -0.4, -1.5]), ("scale", 0.3)), "bsdf": grey[1]}
-        shapes[f"lamp{i}"] = {"type": "sphere", "radius": 0.15, "to_world": at(turn, ("translate", [-0.6, 0.6, -1.4])),
+        shapes[f"wall{i}"] = {"type": "rectangle", "bsdf": grey[0],
+                              "to_world": at(turn, ("translate", [0, 0, -2]), ("scale", 2))}
+        shapes[f"block{i}"] = {"type": "cube", "bsdf": grey[1],
+                               "to_world": at(turn, ("translate", [0.5, -0.4, -1.5]), ("scale", 0.3))}
+        shapes[f"lamp{i}"] = {"type": "sphere", "radius": 0.15,
+                              "to_world": at(turn, ("translate", [-0.6, 0.6, -1.4])),
                               "emitter": {"type": "area", "radiance": {"type": "rgb", "value": 6.0}}}
     return shapes
 
@@ -53,7 +56,8 @@ def scene(sensor, aovs, options):
     height = math.isqrt(options.pixels // 2)
     side = round(math.sqrt(2 * height * height))
     width, height = (2 * height, height) if sensor == "equirect" else (side, side)
-    film = {"type": "hdrfilm", "width": width, "height": height, "component_format": "float32", "rfilter": {"type": "box"}}
+    film = {"type": "hdrfilm", "width": width, "height": height, "component_format": "float32",
+            "rfilter": {"type": "box"}}
     path = {"type": "path", "max_depth": options.depth}
     camera = {"type": sensor, "film": film, "sampler": {"type": "independent", "sample_count": options.spp}}
     if sensor == "perspective":
@@ -118,7 +122,8 @@ def main():
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--out", help="also write the JSON here")
     options = parser.parse_args()
-    report = {"mitsuba": mi.__version__, "pixels": options.pixels, "spp": options.spp, "max_depth": options.depth, "rounds": options.rounds,
+    report = {"mitsuba": mi.__version__, "pixels": options.pixels, "spp": options.spp, "max_depth": options.depth,
+              "rounds": options.rounds,
               "variants": {variant: measure(variant, options) for variant in options.variants.split(",")}}
     text = json.dumps(report, indent=2)
     print(text)

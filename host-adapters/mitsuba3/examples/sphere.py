@@ -21,7 +21,8 @@ scene = mi.cornell_box()
 scene["sensor"] = {
     "type": "equirect",
     "to_world": mi.ScalarTransform4f().look_at(origin=[0, 0, 0.2], target=[0, 0, -1], up=[0, 1, 0]),
-    "film": {"type": "hdrfilm", "width": 256, "height": 128, "component_format": "float32", "rfilter": {"type": "gaussian"}},
+    "film": {"type": "hdrfilm", "width": 256, "height": 128, "component_format": "float32",
+             "rfilter": {"type": "gaussian"}},
     "sampler": {"type": "independent", "sample_count": 64},
 }
 scene["integrator"] = {"type": "equirect_aov", "aovs": "depth,motion,normal,ids", "nested": scene["integrator"]}
@@ -48,8 +49,9 @@ params.update()
 mi.render(scene, seed=1)
 image = np.array(scene.sensors()[0].film().develop())
 planes = dict(zip(names, np.moveaxis(image[..., -len(names):], -1, 0)))
-# Sideways, everything was farther ahead, that is nearer to the middle: the left half moved in from the right.
-print(f"seen to the left, things came from {planes['backward.u'][64, 64]:+.2f} columns; to the right, {planes['backward.u'][64, 192]:+.2f}")
+# Walking ahead, one sees things at the sides fall back: before, they were nearer to the middle.
+left, right = planes["backward.u"][64, 64], planes["backward.u"][64, 192]
+print(f"what is seen at the left came from {left:+.2f} columns away; at the right, from {right:+.2f}")
 
 # %% [markdown]
 # All of it as one EXR, channels named as equistream names them.
