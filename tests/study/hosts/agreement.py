@@ -27,14 +27,15 @@ def quantiles(values):
 
 
 def geometry(a, b):
-    """a, b: planes by channel name. "same": pixels in which both see the same instance."""
+    """a, b: planes by channel name. Depth, motion and normals of pixels in which both see the same object."""
     height, width = a["depth.Z"].shape
     hit_a, hit_b = np.isfinite(a["depth.Z"]), np.isfinite(b["depth.Z"])
-    same = hit_a & hit_b & (a["instance_id"] == b["instance_id"].astype(np.uint32))
+    both = hit_a & hit_b
+    same = both & (a["object_id"] == b["object_id"])
     relative = np.abs(b["depth.Z"][same] / a["depth.Z"][same] - 1)
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    result = {"pixels": int(same.size), "hit_in_both": share(hit_a == hit_b), "same_instance": int(same.sum()),
-              "instance_agrees": share((a["instance_id"] == b["instance_id"].astype(np.uint32))[hit_a & hit_b]),
+    result = {"pixels": int(same.size), "hit_in_both": share(hit_a == hit_b), "same_object": int(same.sum()),
+              "ids_agree": {kind: share((a[f"{kind}_id"] == b[f"{kind}_id"])[both]) for kind in ("object", "material", "instance")},
               "depth_within_1e-4": share(relative <= 1e-4), "depth": quantiles(relative)}
     for name in ("backward", "forward"):
         ends = [directions(u + planes[f"{name}.u"], v + planes[f"{name}.v"], width, height) for planes in (a, b)]
@@ -45,7 +46,7 @@ def geometry(a, b):
     turned = np.degrees(angle(*normals))[same]
     result["normal_within_0.1_deg"] = share(turned <= 0.1)
     result["normal_deg"] = quantiles(turned)
-    return result, same
+    return result
 
 
 def blocks(colours):
@@ -56,10 +57,11 @@ def blocks(colours):
     return cut.reshape(seeds, rows, BLOCK, columns, BLOCK, 3).mean((2, 4))
 
 
-def z_test(a, b):
+def z_test(a, b, hit):
     """Welch's test on block means of independent renders (seeds first), Sidak's correction over all blocks and channels.
 
     A frame's colours are stored as halves: what their rounding may add is part of the variance, so that noise-free pictures have one.
+    `hit`: pixels that see a surface; how large the difference is, is told of blocks of such alone, for a pixel that sees the sun outshines the rest.
     """
     means_a, means_b = blocks(a), blocks(b)
     n_a, n_b = len(a), len(b)
@@ -73,8 +75,11 @@ def z_test(a, b):
     p = np.where(lit, 2 * stats.t.sf(np.abs(t), np.maximum(freedom, 1)), np.where(difference == 0, 1, 0))
     tests = int(p.size)
     threshold = 1 - (1 - FAMILY_WISE) ** (1 / tests)
-    level = means_a.mean()
-    return {"blocks": tests, "p_threshold": threshold, "least_p": float(p.min()), "blocks_failing": int((p < threshold).sum()),
-            "passes": bool((p >= threshold).all()), "mean_a": a.mean((0, 1, 2)).tolist(), "mean_b": b.mean((0, 1, 2)).tolist(),
-            "relative_rms_difference": float(np.sqrt(max(0, np.mean(difference ** 2 - var_a - var_b))) / level) if level > 0 else None,
-            "relative_rms_noise": float(np.sqrt(np.mean(var_a + var_b)) / level) if level > 0 else None}, t
+    whole = blocks(hit[None, :, :, None].repeat(3, -1).astype(float))[0] == 1
+    level = means_a.mean(0)[whole].mean() if whole.any() else 0
+    variance = (var_a + var_b)[whole]
+    rms = lambda squares: float(np.sqrt(max(0, squares.mean())) / level) if level > 0 else None
+    return {"tests": tests, "p_threshold": threshold, "least_p": float(p.min()), "failing": int((p < threshold).sum()),
+            "passes": bool((p >= threshold).all()), "mean_embedded": means_a.mean(0)[whole].mean() if whole.any() else None,
+            "mean_mitsuba": means_b.mean(0)[whole].mean() if whole.any() else None,
+            "relative_rms_difference": rms(difference[whole] ** 2 - variance), "relative_rms_noise": rms(variance)}, t

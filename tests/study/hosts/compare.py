@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders one frame of each scene in both hosts and says how far they agree.
 
-    compare.py SCENE.json ... --out FOLDER [--bin build/release/bin] [--plugins build/release/plugins] [--size WxH] [--spp N] [--seeds N] [--frame N]
+    compare.py SCENE.json ... --out FOLDER [--bin build/release/bin] [--size WxH] [--spp N] [--seeds N] [--frame N] [--require LIST]
 
 FOLDER gets NAME.json and, side by side, NAME-colour.png (embedded, Mitsuba, difference). Exits 1 if --require fails.
 """
@@ -26,14 +26,12 @@ def arguments():
     parser.add_argument("scenes", nargs="+", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
-    parser.add_argument("--plugins", type=pathlib.Path, default=pathlib.Path("build/release/plugins"))
-    parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--size", default="512x256")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--seeds", type=int, default=4, help="independent renders of each host, at least 2")
     parser.add_argument("--frame", type=int, default=0)
     parser.add_argument("--require", default="", help="of depth, motion, ids, colour: what must agree for exit 0")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for converted scenes and frames; else they are removed")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the frames; else they are removed")
     settings = parser.parse_args()
     settings.width, settings.height = (int(x) for x in settings.size.split("x"))
     return settings
@@ -61,7 +59,7 @@ def save_failures(out, name, t):
 def meets(result, what):
     return {"depth": (result["geometry"]["depth_within_1e-4"] or 0) >= 0.999,
             "motion": min(result["geometry"]["backward_within_0.01_px"] or 0, result["geometry"]["forward_within_0.01_px"] or 0) >= 0.999,
-            "ids": (result["geometry"]["instance_agrees"] or 0) >= 0.999, "colour": result["colour"]["passes"]}[what]
+            "ids": min(result["geometry"]["ids_agree"].values()) >= 0.999, "colour": result["colour"]["passes"]}[what]
 
 
 def compare(programs, scene, settings):
@@ -69,21 +67,20 @@ def compare(programs, scene, settings):
     work.mkdir(parents=True, exist_ok=True)
     try:
         start = time.monotonic()
-        planes_a, colours_a = hosts.embedded(programs, scene, work, settings)
+        planes_a, colours_a = hosts.frames(programs, "embree", scene, work, settings)
         middle = time.monotonic()
-        planes_b, colours_b = hosts.mitsuba(programs, scene, work, settings)
+        planes_b, colours_b = hosts.frames(programs, "mitsuba", scene, work, settings)
         end = time.monotonic()
     finally:
         if not settings.keep:
             shutil.rmtree(work, ignore_errors=True)
-    geometry, same = agreement.geometry(planes_a, planes_b)
-    colour, t = agreement.z_test(colours_a, colours_b)
+    geometry = agreement.geometry(planes_a, planes_b)
+    colour, t = agreement.z_test(colours_a, colours_b, np.isfinite(planes_a["depth.Z"]) & np.isfinite(planes_b["depth.Z"]))
     exposure = json.loads(scene.read_text()).get("exposure", 1)
     save_pictures(settings.out, scene.stem, colours_a, colours_b, exposure)
     if not colour["passes"]:
         save_failures(settings.out, scene.stem, t)
-    result = {"scene": scene.stem, "settings": {"size": settings.size, "spp": settings.spp, "seeds": settings.seeds, "frame": settings.frame,
-                                                 "variant": settings.variant},
+    result = {"scene": scene.stem, "settings": {"size": settings.size, "spp": settings.spp, "seeds": settings.seeds, "frame": settings.frame},
               "geometry": geometry, "colour": colour, "seconds": {"embedded": round(middle - start, 1), "mitsuba": round(end - middle, 1)}}
     (settings.out / f"{scene.stem}.json").write_text(json.dumps(result, indent=1) + "\n")
     return result
