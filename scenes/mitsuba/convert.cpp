@@ -44,8 +44,6 @@ void add_notes(MitsubaReport& report, const MaterialNotes& notes) {
     add_note(report, notes.principled, "metal-rough materials became principled, which is near but not the same");
     add_note(report, notes.metals, "metals became conductors, whose reflectance is near but not the same");
     add_note(report, notes.panes, "kinds of glass became thindielectric, whose reflectance is near but not the same");
-    add_note(report, notes.mixed_wraps,
-             "uses of textures that wrap differently along u and v wrap along both as along u");
 }
 
 std::string document_text(const pugi::xml_document& document) {
@@ -98,6 +96,8 @@ MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescriptio
     report.bytes = folder.bytes();
     shapes.report(report);
     add_notes(report, materials.notes());
+    add_note(report, images.wrapped_alike(),
+             "images repeat too often along v to be written out: they wrap there as along u");
     folder.commit();
     write_file_atomically(file, document_text(document));
     return report;

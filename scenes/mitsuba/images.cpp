@@ -69,6 +69,22 @@ FloatImage cut(const FloatImage& image, const AlphaMask& mask) {
     return result;
 }
 
+FloatImage column_of(const FloatImage& image, const std::vector<int>& rows) {
+    FloatImage column(image.width(), static_cast<int>(rows.size()), image.channels());
+    for (int y = 0; y < column.height(); ++y)
+        std::copy_n(image.pixel(0, rows[static_cast<std::size_t>(y)]), image.width() * image.channels(),
+                    column.pixel(0, y));
+    return column;
+}
+
+/// Texture coordinates of the column from those of the mesh; Mitsuba leaves z out of the matrix.
+glm::dmat4 column_from_v(const Tiles& tiles) {
+    glm::dmat4 m(1);
+    m[1][1] = 1.0 / tiles.count;
+    m[3][1] = static_cast<double>(-tiles.first) / tiles.count;
+    return m;
+}
+
 FloatImage white() {
     FloatImage image(1, 1, 3);
     std::fill_n(image.pixel(0, 0), 3, 1.0f);
@@ -101,17 +117,42 @@ void write_linear_image(AssetFolder& folder, const std::string& name, const Floa
 }
 
 std::string Images::add(const std::string& id, Job job) {
-    jobs_.try_emplace(id, std::move(job));
+    const auto [entry, added] = jobs_.try_emplace(id, std::move(job));
+    if (added && wrap_u(entry->second) != wrap_v(entry->second))
+        set_tiles(entry->second);
     return id;
+}
+
+Wrap Images::wrap_u(const Job& job) const {
+    return job.mask != no_index ? model_.alpha_masks[job.mask].wrap_u : model_.textures[job.texture].wrap_u;
+}
+
+Wrap Images::wrap_v(const Job& job) const {
+    return job.mask != no_index ? model_.alpha_masks[job.mask].wrap_v : model_.textures[job.texture].wrap_v;
+}
+
+void Images::set_tiles(Job& job) {
+    const int height = job.mask != no_index ? model_.alpha_masks[job.mask].height
+                                            : open(model_, model_.textures[job.texture]).height();
+    job.tiles = tiles_along_v(model_, height, [&job](const Material& m) {
+        return job.mask != no_index ? m.alpha_mask == job.mask
+                                    : m.base_colour_texture == job.texture || m.emission_texture == job.texture ||
+                                          m.metallic_roughness_texture == job.texture;
+    });
+    wrapped_alike_ += !job.tiles;
+    if (job.kind == Kind::as_it_is && job.tiles) {
+        job.kind = Kind::coloured;
+        job.file = std::filesystem::path(job.file).replace_extension(".exr").string();
+    }
 }
 
 std::string Images::colour(std::uint32_t texture, const glm::vec3& factor) {
     const std::string name = "texture-" + std::to_string(texture);
     const std::string extension = extension_of(model_.textures[texture].encoded);
     if (factor == glm::vec3(1) && !extension.empty())
-        return add(name, {Kind::as_it_is, name + extension, texture, no_index, factor, 0});
+        return add(name, {Kind::as_it_is, name + extension, texture, no_index, factor, 0, {}});
     const std::string tinted = factor == glm::vec3(1) ? name : name + "-times-" + factor_text(factor);
-    return add(tinted, {Kind::coloured, tinted + ".exr", texture, no_index, factor, 0});
+    return add(tinted, {Kind::coloured, tinted + ".exr", texture, no_index, factor, 0, {}});
 }
 
 std::string Images::emission(std::uint32_t texture, const glm::vec3& factor, std::uint32_t mask) {
@@ -119,20 +160,25 @@ std::string Images::emission(std::uint32_t texture, const glm::vec3& factor, std
     name += "-times-" + factor_text(factor);
     if (mask != no_index)
         name += "-masked-" + std::to_string(mask);
-    return add(name, {Kind::coloured, name + ".exr", texture, mask, factor, 0});
+    return add(name, {Kind::coloured, name + ".exr", texture, mask, factor, 0, {}});
 }
 
 std::string Images::channel(std::uint32_t texture, int channel, float factor) {
     static constexpr const char* names[] = {"-red", "-green", "-blue"};
     const std::string name = "texture-" + std::to_string(texture) + names[channel] +
                              (factor == 1 ? std::string() : "-times-" + factor_text(glm::vec3(factor)));
-    return add(name, {Kind::single_channel, name + (factor == 1 ? ".png" : ".exr"), texture, no_index,
-                      glm::vec3(factor), channel});
+    return add(name, {Kind::single_channel,
+                      name + (factor == 1 ? ".png" : ".exr"),
+                      texture,
+                      no_index,
+                      glm::vec3(factor),
+                      channel,
+                      {}});
 }
 
 std::string Images::mask(std::uint32_t mask) {
     const std::string name = "mask-" + std::to_string(mask);
-    return add(name, {Kind::opacity, name + ".png", no_index, mask, glm::vec3(1), 0});
+    return add(name, {Kind::opacity, name + ".png", no_index, mask, glm::vec3(1), 0, {}});
 }
 
 void Images::write() const {
@@ -149,15 +195,26 @@ void Images::write(const Job& job) const {
     }
     if (job.kind == Kind::opacity) {
         const AlphaMask& mask = model_.alpha_masks[job.mask];
-        return write_image(folder_, job.file, OIIO::ImageSpec(mask.width, mask.height, 1, OIIO::TypeDesc::UINT8),
-                           OIIO::TypeDesc::UINT8, mask.opaque.data());
+        const std::vector<int> rows = rows_of(job.tiles.value_or(Tiles{}), mask.height, mask.wrap_v);
+        std::vector<std::uint8_t> opaque;
+        for (const int row : rows)
+            opaque.insert(opaque.end(), mask.opaque.begin() + std::ptrdiff_t{row} * mask.width,
+                          mask.opaque.begin() + std::ptrdiff_t{row + 1} * mask.width);
+        return write_image(folder_, job.file,
+                           OIIO::ImageSpec(mask.width, static_cast<int>(rows.size()), 1, OIIO::TypeDesc::UINT8),
+                           OIIO::TypeDesc::UINT8, opaque.data());
     }
     FloatImage image = job.texture == no_index ? white() : decode(model_, model_.textures[job.texture]);
     if (job.kind == Kind::single_channel)
-        return write_channel(job, image);
+        return write_channel(job,
+                             job.tiles ? column_of(image, rows_of(*job.tiles, image.height(), wrap_v(job))) : image);
     for (std::size_t i = 0; i < image.samples().size(); ++i)
         image.samples()[i] = srgb_to_linear(image.samples()[i]) * job.factor[static_cast<int>(i % 3)];
-    write_linear_image(folder_, job.file, job.mask == no_index ? image : cut(image, model_.alpha_masks[job.mask]));
+    if (job.mask != no_index)
+        image = cut(image, model_.alpha_masks[job.mask]);
+    if (job.tiles)
+        image = column_of(image, rows_of(*job.tiles, image.height(), wrap_v(job)));
+    write_linear_image(folder_, job.file, image);
 }
 
 /// As it is in 8 bits; halves where a factor changes it.
@@ -175,10 +232,10 @@ void Images::declare(pugi::xml_node scene) const {
     for (const auto& [id, job] : jobs_) {
         pugi::xml_node node = add_plugin(scene, "texture", "bitmap", id);
         add_text(node, "filename", folder_.reference_to(job.file));
-        const bool cut = job.mask != no_index;
-        add_text(node, "wrap_mode",
-                 wrap_name(cut ? model_.alpha_masks[job.mask].wrap_u : model_.textures[job.texture].wrap_u));
-        if (cut || model_.textures[job.texture].nearest)
+        add_text(node, "wrap_mode", wrap_name(wrap_u(job)));
+        if (job.tiles)
+            add_transform(node, "to_uv", column_from_v(*job.tiles));
+        if (job.mask != no_index || model_.textures[job.texture].nearest)
             add_text(node, "filter_type", "nearest");
         // Radiance above 1 is no reflectance, for which Mitsuba would take it.
         const bool radiance = std::max({job.factor.x, job.factor.y, job.factor.z}) > 1;

@@ -2,6 +2,7 @@
 /// The scene's textures as image files. A texture that Mitsuba can take as it is keeps its bytes; one that a factor
 /// multiplies becomes a linear EXR, one that holds several quantities is split into channels.
 #include "asset_folder.h"
+#include "tiles.h"
 
 #include <equistream/image.h>
 #include <equistream_scene/model.h>
@@ -31,6 +32,8 @@ public:
     void write() const;
     void declare(pugi::xml_node scene) const;
     std::size_t count() const { return jobs_.size(); }
+    /// Images that wrap along v as along u, though they should not: their meshes repeat them too often.
+    std::size_t wrapped_alike() const { return wrapped_alike_; }
 
 private:
     enum class Kind { as_it_is, coloured, single_channel, opacity };
@@ -40,15 +43,20 @@ private:
         std::uint32_t texture = no_index, mask = no_index;
         glm::vec3 factor{1};
         int channel = 0;
+        std::optional<Tiles> tiles;
     };
 
     std::string add(const std::string& id, Job job);
+    void set_tiles(Job& job);
+    Wrap wrap_u(const Job& job) const;
+    Wrap wrap_v(const Job& job) const;
     void write(const Job& job) const;
     void write_channel(const Job& job, const FloatImage& image) const;
 
     const SceneModel& model_;
     AssetFolder& folder_;
     std::map<std::string, Job> jobs_;
+    std::size_t wrapped_alike_ = 0;
 };
 
 }  // namespace equistream::mitsuba_xml

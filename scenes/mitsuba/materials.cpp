@@ -108,7 +108,6 @@ void Materials::add_bsdf(pugi::xml_node parent, const std::string& id, const Use
         add_float(node, "opacity", mask.opaque[0] != 0);
     else
         add_reference(node, images_.mask(use.mask), "opacity");
-    notes_.mixed_wraps += mask.wrap_u != mask.wrap_v;
     glass ? add_glass(node, material, "") : add_opaque(node, material, "");
 }
 
@@ -196,8 +195,6 @@ void Materials::add_glass(pugi::xml_node parent, const Material& material, const
 void Materials::add_base_colour(pugi::xml_node parent, const Material& material, const char* name) {
     if (material.base_colour_texture == no_index)
         return add_rgb(parent, name, glm::dvec3(material.base_colour));
-    const Texture& texture = model_.textures[material.base_colour_texture];
-    notes_.mixed_wraps += texture.wrap_u != texture.wrap_v;
     add_reference(parent, images_.colour(material.base_colour_texture, material.base_colour), name);
 }
 

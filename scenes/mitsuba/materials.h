@@ -6,10 +6,9 @@ namespace equistream::mitsuba_xml {
 
 /// How often our materials became something that is near, but not the same.
 struct MaterialNotes {
-    std::size_t principled = 0;   ///< metal-rough: principled
-    std::size_t metals = 0;       ///< Fresnel's equations for Schlick's, light lost by rough metals not given back
-    std::size_t panes = 0;        ///< glass: Fresnel's equations for Schlick's
-    std::size_t mixed_wraps = 0;  ///< textures that repeat one way and end the other
+    std::size_t principled = 0;  ///< metal-rough: principled
+    std::size_t metals = 0;      ///< Fresnel's equations for Schlick's, light lost by rough metals not given back
+    std::size_t panes = 0;       ///< glass: Fresnel's equations for Schlick's
 };
 
 class Materials {
