@@ -103,14 +103,22 @@ AssetFolder::AssetFolder(const fs::path& scene_file, bool overwrite) : folder_(f
     if (error)
         fail(aside_, error.message());
     lock_.emplace(aside_);
+    earlier_ = parent / ("." + folder_.filename().string() + ".earlier.aside");
+    // Of a run that was killed between two names.
+    if (fs::exists(earlier_, error) && !fs::exists(folder_, error))
+        fs::rename(earlier_, folder_, error);
+    fs::remove_all(earlier_, error);
     for (const fs::directory_entry& left_behind : fs::directory_iterator(aside_))
         fs::remove_all(left_behind.path(), error);
 }
 
 AssetFolder::~AssetFolder() {
     std::error_code error;
-    if (!committed_ && lock_)
-        fs::remove_all(aside_, error);
+    if (kept_ || !lock_)
+        return;
+    fs::remove_all(placed_ ? folder_ : aside_, error);
+    if (placed_ && fs::exists(earlier_, error))
+        fs::rename(earlier_, folder_, error);
 }
 
 std::string AssetFolder::reference_to(const std::string& name) const {
@@ -123,14 +131,21 @@ void AssetFolder::write_file(const std::string& name, std::span<const std::uint8
     count(file.close());
 }
 
-void AssetFolder::commit() {
+void AssetFolder::place() {
     std::error_code error;
-    fs::remove_all(folder_, error);
+    if (fs::exists(folder_, error))
+        fs::rename(folder_, earlier_, error);
     if (!error)
         fs::rename(aside_, folder_, error);
     if (error)
         fail(folder_, error.message());
-    committed_ = true;
+    placed_ = true;
+}
+
+void AssetFolder::keep() {
+    std::error_code error;
+    fs::remove_all(earlier_, error);
+    kept_ = true;
 }
 
 }  // namespace equistream::mitsuba_xml

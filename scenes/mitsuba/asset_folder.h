@@ -52,14 +52,16 @@ public:
     void count(std::uint64_t bytes) { bytes_ += bytes; }
     std::uint64_t bytes() const { return bytes_; }
 
-    /// Replaces the folder of an earlier conversion, if there is one.
-    void commit();
+    /// Puts it under its name, in the place of an earlier conversion's, if there is one. Until keep() that comes back
+    /// should this object go.
+    void place();
+    void keep();
 
 private:
-    std::filesystem::path folder_, aside_;
+    std::filesystem::path folder_, aside_, earlier_;
     std::optional<FolderLock> lock_;
     std::atomic<std::uint64_t> bytes_ = 0;
-    bool committed_ = false;
+    bool placed_ = false, kept_ = false;
 };
 
 }  // namespace equistream::mitsuba_xml

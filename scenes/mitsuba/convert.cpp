@@ -98,8 +98,9 @@ MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescriptio
     add_notes(report, materials.notes());
     add_note(report, images.wrapped_alike(),
              "images repeat too often along v to be written out: they wrap there as along u");
-    folder.commit();
+    folder.place();
     write_file_atomically(file, document_text(document));
+    folder.keep();
     return report;
 }
 

@@ -330,6 +330,17 @@ class TestBadInput:
         assert "notes.txt" in self.refused(2, scene, tmp_path / "out.xml", "--overwrite")
         assert (tmp_path / "out.files/notes.txt").read_text() == "mine"
 
+    def test_a_scene_that_cannot_be_written_leaves_what_was_there(self, scene, tmp_path):
+        out = tmp_path / "out.xml"
+        done("scene", "convert", scene, out)
+        files = {path.name: path.read_bytes() for path in (tmp_path / "out.files").iterdir()}
+        out.unlink()
+        (out / "in the way").mkdir(parents=True)
+        before = sorted(path.name for path in tmp_path.iterdir())
+        assert "out.xml" in self.refused(1, scene, out, "--overwrite")
+        assert {path.name: path.read_bytes() for path in (tmp_path / "out.files").iterdir()} == files
+        assert sorted(path.name for path in tmp_path.iterdir()) == before
+
     def test_a_full_disk_leaves_nothing(self, scene, tmp_path):
         disk = tmp_path / "disk"
         disk.mkdir()
