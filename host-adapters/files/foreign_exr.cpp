@@ -115,6 +115,7 @@ struct ForeignExr::State {
     void check_part(int part, std::uintmax_t file_bytes) const;
     void list_channels(int part);
     const Imf::Header& header(int part = 0) const { return input->header(part); }
+    std::optional<glm::dmat4> matrix(const char* name) const;
 
     template <typename Sample>
     Image<Sample> read(const ForeignChannel& channel, Imf::PixelType type, Sample outside) const;
@@ -266,8 +267,8 @@ std::optional<Chromaticities> ForeignExr::chromaticities() const {
         glm::dvec2{c.red.x, c.red.y}, {c.green.x, c.green.y}, {c.blue.x, c.blue.y}, {c.white.x, c.white.y}};
 }
 
-std::optional<glm::dmat4> ForeignExr::world_to_camera() const {
-    const auto* attribute = state_->header().findTypedAttribute<Imf::M44fAttribute>("worldToCamera");
+std::optional<glm::dmat4> ForeignExr::State::matrix(const char* name) const {
+    const auto* attribute = header().findTypedAttribute<Imf::M44fAttribute>(name);
     if (attribute == nullptr)
         return std::nullopt;
     glm::dmat4 matrix;
@@ -275,9 +276,16 @@ std::optional<glm::dmat4> ForeignExr::world_to_camera() const {
         for (int j = 0; j < 4; ++j) {
             matrix[i][j] = double(attribute->value()[i][j]);
             if (!std::isfinite(matrix[i][j]))
-                state_->refuse("worldToCamera of finite numbers", "NaN or infinity");
+                refuse(std::string(name) + " of finite numbers", "NaN or infinity");
         }
     return matrix;
+}
+
+std::optional<glm::dmat4> ForeignExr::world_to_camera() const {
+    return state_->matrix("worldToCamera");
+}
+std::optional<glm::dmat4> ForeignExr::world_to_ndc() const {
+    return state_->matrix("worldToNDC");
 }
 
 std::string ForeignExr::software() const {

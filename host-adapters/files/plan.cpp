@@ -99,26 +99,28 @@ private:
 
     void choose_camera() {
         const int width = file().width(), height = file().height();
-        const bool looks_full = width == 2 * height;
+        const auto of_file = fov_of_attributes(file(), plan_.conventions);
+        const std::optional<double> fov_rad = settings_.fov_x_rad ? settings_.fov_x_rad : of_file;
+        const std::string why_view = settings_.fov_x_rad ? "--fov" : "attributes worldToCamera and worldToNDC";
         std::string why = "--camera";
         bool sphere = settings_.camera == "equirect";
         if (settings_.camera == "auto") {
-            sphere = looks_full && !settings_.fov_x_rad;
-            why = sphere ? "twice as wide as high" : "--fov";
-            if (!sphere && !settings_.fov_x_rad)
+            sphere = width == 2 * height && !fov_rad;
+            why = sphere ? "twice as wide as high" : why_view;
+            if (!sphere && !fov_rad)
                 throw InputError(expected_found(
                     file().file().string(),
                     "2:1 for a sphere, or --camera equirect (with --range), or --fov of a perspective view",
                     size_text(width, height)));
         }
-        if (!sphere && !settings_.fov_x_rad)
+        if (!sphere && !fov_rad)
             throw InputError(expected_found("--camera perspective", "--fov DEG", "none"));
         if (sphere)
             plan_.camera = EquirectCamera{width, height, settings_.range};
         else
-            plan_.camera = PerspectiveCamera{width, height, *settings_.fov_x_rad};
+            plan_.camera = PerspectiveCamera{width, height, *fov_rad};
         const SourceConventions& c = plan_.conventions;
-        std::string text = !sphere ? formatted("perspective, %g degrees", *settings_.fov_x_rad * 180 / pi)
+        std::string text = !sphere ? formatted("perspective, %g degrees", *fov_rad * 180 / pi)
                            : settings_.range.is_full_sphere() ? "equirect, the full sphere"
                                                               : "equirect, a part";
         if (sphere)

@@ -53,6 +53,27 @@ Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventi
     return pose;
 }
 
+std::optional<double> fov_of_attributes(const ForeignExr& file, const SourceConventions& conventions) {
+    const auto camera = file.world_to_camera(), ndc = file.world_to_ndc();
+    // pbrt itself doubts what it writes there, and it is not what its field of view says unless the picture is square.
+    if (!camera || !ndc || conventions.name == "pbrt")
+        return std::nullopt;
+    const bool column_vectors = has_column_vectors(*camera, conventions);
+    const glm::dmat4 turn = column_vectors ? glm::transpose(*camera) : *camera;
+    if (std::abs(glm::determinant(turn)) < 1e-9)
+        return std::nullopt;
+    const glm::dmat4 projection = (column_vectors ? glm::transpose(*ndc) : *ndc) * glm::inverse(turn);
+    const double ahead = glm::determinant(glm::dmat3(turn)) < 0 ? 1 : -1;
+    const auto across = [&](double x) {
+        const glm::dvec4 p = projection * glm::dvec4(x, 0, ahead, 1);
+        return p.x / p.w;
+    };
+    const double middle = across(0), half = std::abs(middle - 0.5) < 1e-3 ? 0.5 : 1;
+    const double fov_rad = 2 * std::atan(half / std::abs(across(1) - middle));
+    const bool is_centred = half == 0.5 || std::abs(middle) < 1e-3;
+    return is_centred && fov_rad > 0.001 && fov_rad < pi - 0.001 ? std::optional(fov_rad) : std::nullopt;
+}
+
 Pose pose_from_z_up(const Pose& pose) {
     const glm::dquat turn = glm::angleAxis(-pi / 2, glm::dvec3(1, 0, 0));
     return {turn * pose.position_m, turn * pose.orientation};

@@ -219,6 +219,25 @@ class Import(unittest.TestCase):
         np.testing.assert_allclose(a[0], b[0])
         np.testing.assert_allclose(a[1], b[1])
 
+    def test_fov_of_matrices(self):
+        """worldToNDC from -1 or from 0, of row or of column vectors, with the camera looking along +Z."""
+        position, q = info_of(self.view[1])
+        camera = np.eye(4)
+        camera[:3, :3] = np.diag([1, 1, -1]) @ rotation(q).T
+        camera[:3, 3] = -camera[:3, :3] @ position
+        focal = 1 / np.tan(np.radians(80) / 2)
+        clip = np.array([[focal, 0, 0, 0], [0, focal * 96 / 64, 0, 0], [0, 0, 1.001, -0.01], [0, 0, 1, 0]])
+        from_zero = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 1, 0], [0, 0, 0, 1]]) @ clip
+        frame = read_frame(self.view[1])
+        for name, ndc, turn in (("rows", clip, True), ("columns", clip, False), ("zero", from_zero, True)):
+            matrices = {"worldToCamera": camera, "worldToNDC": ndc @ camera}
+            matrices = {k: np.ascontiguousarray((m.T if turn else m).astype(np.float32)) for k, m in matrices.items()}
+            write(self.work / name / "a.0001.exr", {c: frame[c] for c in "RGB"}, matrices)
+            result = run("import", self.work / name, "--out", self.work / f"{name}_out")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("perspective, 80 degrees", result.stdout)
+            self.assert_same_pose(self.view[1], self.work / f"{name}_out" / "centre" / "frame.0001.exr")
+
     def test_mitsuba_aov_integrator(self):
         near = 0.05
         for i, file in enumerate(self.view):

@@ -21,6 +21,10 @@ extern const Chromaticities rec709_chromaticities;
 /// World from camera as ours (+Y up, looking along -Z), of a file's worldToCamera. `taken_for` tells how it was read.
 Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventions, std::string& taken_for);
 
+/// Horizontal field of view that worldToCamera and worldToNDC give together, whether NDC runs from 0 or from -1;
+/// nothing where there are not both, or they are no perspective view through its middle.
+std::optional<double> fov_of_attributes(const ForeignExr& file, const SourceConventions& conventions);
+
 /// Turned from a world whose up is +Z into ours.
 Pose pose_from_z_up(const Pose& pose);
 

@@ -40,8 +40,10 @@ public:
     /// As written, or none.
     std::optional<double> frames_per_second() const;
     std::optional<Chromaticities> chromaticities() const;
-    std::optional<glm::dmat4> world_to_camera() const;  ///< element [i][j] is the file's row i, column j
-    std::string software() const;                       ///< what wrote the file, if it says; printable
+    /// Element [i][j] is the file's row i, column j.
+    std::optional<glm::dmat4> world_to_camera() const;
+    std::optional<glm::dmat4> world_to_ndc() const;
+    std::string software() const;  ///< what wrote the file, if it says; printable
 
     /// One channel over the display window; `outside` where the file has no pixels. Subsampled channels are refused.
     FloatImage read(const ForeignChannel& channel, float outside) const;
