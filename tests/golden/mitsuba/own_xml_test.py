@@ -125,16 +125,50 @@ class OwnXml(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "(?s)exit 2.*equistream-mitsuba"):
             PROGRAMS.run("render", ROOM, *options, "--variant", "scalar_rgb")
 
-    def test_both_variants_see_the_same_and_seeds_are_independent(self):
-        def rendered(name, *options):
-            PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--size", "128x64", "--spp", 2, *options, "--out", self.root / name)
-            return read_frame(self.root / name / "centre/frame.0000.exr")
-        llvm, scalar = rendered("llvm"), rendered("scalar", "--variant", "scalar_rgb")
-        other = rendered("seed", "--variant", "scalar_rgb", "--seed", 2)
-        # On an edge between two shapes either may be met.
-        self.assertGreater((np.abs(llvm["depth.Z"] - scalar["depth.Z"]) < 1e-5 * scalar["depth.Z"]).mean(), 0.995)
-        self.assertTrue((scalar["depth.Z"] == other["depth.Z"]).all())
-        self.assertLess((scalar["R"] == other["R"]).mean(), 0.2)
+    def rendered(self, name, *options):
+        PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--size", "128x64", *options, "--out", self.root / name)
+        return read_frame(self.root / name / "centre/frame.0000.exr")
+
+    def test_every_variant_that_this_build_has_sees_the_same(self):
+        """Spectral ones too: their film is linear Rec.709. Those for GPUs have no GPU here."""
+        with self.assertRaisesRegex(RuntimeError, "expected one of ") as refused:
+            self.rendered("none", "--variant", "none")
+        known = str(refused.exception).split("expected one of ")[1].split(", found")[0].split(", ")
+        self.assertIn("scalar_rgb", known)
+        expected = self.rendered("expected", "--spp", 64)
+        for variant in known:
+            if variant.startswith("cuda"):
+                continue
+            frame = self.rendered(variant, "--variant", variant, "--spp", 64)
+            # On an edge between two shapes either may be met.
+            same = np.abs(frame["depth.Z"] - expected["depth.Z"]) < 1e-5 * expected["depth.Z"]
+            self.assertGreater(same.mean(), 0.995, variant)
+            for channel in "RGB":
+                a, b = np.clip(frame[channel], 0, 2).mean(), np.clip(expected[channel], 0, 2).mean()
+                self.assertLess(abs(a - b), 0.05 * b, f"{variant}: {channel}")
+
+    def test_other_seeds_are_independent_and_the_same_one_repeats(self):
+        scalar = ["--variant", "scalar_rgb", "--spp", 4]
+        one, again, other = (self.rendered(f"seed{i}", *scalar, "--seed", seed) for i, seed in enumerate((1, 1, 2)))
+        self.assertTrue(all((one[name] == again[name]).all() for name in one))
+        self.assertTrue((one["depth.Z"] == other["depth.Z"]).all())
+        self.assertLess((one["R"] == other["R"]).mean(), 0.2)
+
+    def test_a_walk_and_both_eyes(self):
+        """The head goes 0.2 a frame towards the far wall at y = 4 of the XML; eyes stand aside of it."""
+        path = self.root / "walk.csv"
+        path.write_text("0,0,1.5,2,1,0,0,0\n1,0,1.5,-0.4,1,0,0,0\n")
+        PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--size", "256x128", "--spp", 1, "--path", path, "--fps", 12, "--frames", "0-2",
+                     "--eye", "both", "--aovs", "depth,motion", "--out", self.root / "walk")
+        ahead = [read_frame(self.root / f"walk/left/frame.{n:04d}.exr") for n in range(3)]
+        for before, after in zip(ahead, ahead[1:]):
+            down = [frame["depth.Z"][-1].mean() for frame in (before, after)]
+            self.assertAlmostEqual(down[0], down[1], delta=1e-4)
+            back = [frame["depth.Z"][64, 0] for frame in (before, after)]  # behind: the wall that the head leaves
+            self.assertAlmostEqual(back[1] - back[0], 0.2, delta=2e-3)
+        self.assertGreater(np.abs(ahead[1]["backward.u"]).max(), 1)
+        middle = [read_frame(self.root / f"walk/{eye}/frame.0001.exr")["depth.Z"][64, 0] for eye in ("left", "right")]
+        self.assertAlmostEqual(middle[0], middle[1], delta=1e-3)
 
 
 if __name__ == "__main__":
