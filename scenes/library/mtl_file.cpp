@@ -1,6 +1,5 @@
 #include "mtl_file.h"
 
-#include "obj_files.h"
 #include "obj_lines.h"
 #include "statement_stream.h"
 
@@ -80,6 +79,8 @@ private:
                 skip(*line, "a statement before newmtl");
             else if (found->operand == Operand::ignored)
                 ignore(*line, found->spelling);
+            else if (found->operand == Operand::texture)
+                take_texture(*line, *found);
             else
                 take(*line, *found);
             if (!statement_.empty())
@@ -107,23 +108,24 @@ private:
         statement_ = "newmtl " + line.rest;
     }
 
-    /// Hands the statement over and keeps its line, unless its operand is of no use.
+    void take_texture(const ObjLine& line, const Statement& statement) {
+        ObjTexture texture = parse_texture(line.rest);
+        if (texture.name.empty())
+            return skip(line, line.keyword + " without a file");
+        materials_.back().line_of[statement.spelling] = line.number;
+        materials_.back().textures[statement.spelling] = std::move(texture);
+    }
+
+    /// Hands a statement of numbers over and keeps its line, unless they are none.
     void take(const ObjLine& line, const Statement& statement) {
-        std::string operand = line.rest;
-        if (statement.operand == Operand::numbers) {
-            operand = numbers(line);
-            if (operand.empty()) {
-                notes_.add(lines_.where(line.number),
-                           "expected numbers after " + line.keyword + ", found \"" + line.rest + "\": not used");
-                return;
-            }
-            if (std::string(statement.spelling) == "Tr")
-                materials_.back().tr = static_cast<float>(*obj_number(operand));
-        }
-        if (operand.empty() || (statement.operand == Operand::texture && texture_name(operand).empty())) {
-            skip(line, line.keyword + " without a file");
+        const std::string operand = numbers(line);
+        if (operand.empty()) {
+            notes_.add(lines_.where(line.number),
+                       "expected numbers after " + line.keyword + ", found \"" + line.rest + "\": not used");
             return;
         }
+        if (std::string(statement.spelling) == "Tr")
+            materials_.back().tr = static_cast<float>(*obj_number(operand));
         materials_.back().line_of[statement.spelling] = line.number;
         statement_ = statement.spelling + (" " + operand);
     }

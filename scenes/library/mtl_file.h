@@ -1,5 +1,6 @@
 #pragma once
 /// An MTL file as tinyobjloader reads it, and what that does not tell: which statements were there, and on which lines.
+#include "obj_files.h"
 #include "obj_notes.h"
 
 #include <tiny_obj_loader.h>
@@ -12,7 +13,8 @@
 namespace equistream {
 
 struct MtlMaterial {
-    tinyobj::material_t values;  ///< names of textures as written
+    tinyobj::material_t values;                  ///< all but its textures
+    std::map<std::string, ObjTexture> textures;  ///< by statement
     std::string file;
     int line = 0;                        ///< of its newmtl
     std::map<std::string, int> line_of;  ///< by statement, in the usual spelling ("map_Kd"): the line it was last on

@@ -105,10 +105,13 @@ private:
     std::string face_statement(const ObjLine& line) {
         std::string text = "f";
         for (std::size_t at = 0; at < line.rest.size();) {
-            const std::string word(line.next_word(at));
+            std::string word(line.next_word(at));
             if (word.empty() || word.front() == '#')
                 break;
             check_corner(word);
+            // tinyobjloader would look for the missing index beyond the blanks that follow.
+            while (word.ends_with('/'))
+                word.pop_back();
             text += " " + word;
         }
         return text;
@@ -121,7 +124,7 @@ private:
         for (std::size_t i = 0; good && i <= word.size(); ++i) {
             const char c = i < word.size() ? word[i] : '/';
             if (c == '/') {
-                good = digits > 0 || (parts == 2 && i < word.size()) || (parts == 2 && i == word.size());
+                good = digits > 0 || parts == 2;
                 parts += i < word.size();
                 digits = 0;
             } else if (c == '-') {

@@ -72,7 +72,7 @@ void add_images(const fs::path& material_file, std::set<fs::path>& files) {
     ObjLines lines(material_file, "material file (MTL)");
     while (const auto line = lines.next())
         if (is_texture_keyword(line->keyword))
-            if (const auto file = find_named_file(material_file.parent_path(), texture_name(line->rest)))
+            if (const auto file = find_named_file(material_file.parent_path(), parse_texture(line->rest).name))
                 files.insert(*file);
 }
 
@@ -108,45 +108,52 @@ std::vector<fs::path> find_material_files(const fs::path& folder, const std::str
     return files;
 }
 
-std::string texture_name(const std::string& rest) {
+ObjTexture parse_texture(const std::string& statement) {
     struct Option {
-        const char* name;
-        int least, most;  // words after it; those beyond the least only if they are numbers
+        std::string_view name;
+        int words;  // after it, at most; beyond the first only numbers
     };
-    static constexpr std::array<Option, 13> options = {{{"-blendu", 1, 1},
-                                                        {"-blendv", 1, 1},
-                                                        {"-boost", 1, 1},
-                                                        {"-bm", 1, 1},
-                                                        {"-cc", 1, 1},
-                                                        {"-clamp", 1, 1},
-                                                        {"-colorspace", 1, 1},
-                                                        {"-imfchan", 1, 1},
-                                                        {"-mm", 2, 2},
-                                                        {"-o", 1, 3},
-                                                        {"-s", 1, 3},
-                                                        {"-t", 1, 3},
-                                                        {"-texres", 1, 1}}};
-    const ObjLine line{0, {}, rest};
-    std::size_t at = 0;
-    for (;;) {
-        std::size_t next = at;
-        const std::string word(line.next_word(next));
+    static constexpr std::array<Option, 14> options = {{{"-blendu", 1},
+                                                        {"-blendv", 1},
+                                                        {"-boost", 1},
+                                                        {"-bm", 1},
+                                                        {"-cc", 1},
+                                                        {"-clamp", 1},
+                                                        {"-colorspace", 1},
+                                                        {"-imfchan", 1},
+                                                        {"-mm", 2},
+                                                        {"-o", 3},
+                                                        {"-s", 3},
+                                                        {"-t", 3},
+                                                        {"-texres", 1},
+                                                        {"-type", 1}}};
+    const ObjLine line{0, {}, statement};
+    ObjTexture texture;
+    for (std::size_t at = 0;;) {
+        const std::size_t before = at;
+        const std::string_view word = line.next_word(at);
         const auto option =
-            std::find_if(options.begin(), options.end(), [&](const Option& o) { return word == o.name; });
-        if (option == options.end() && word != "-type")
-            break;
-        const int least = word == "-type" ? 1 : option->least, most = word == "-type" ? 1 : option->most;
-        for (int i = 0; i < most; ++i) {
-            std::size_t after = next;
-            const std::string_view value = line.next_word(after);
-            if (i < least || obj_number(value))
-                next = after;
+            std::find_if(options.begin(), options.end(), [&](const Option& o) { return o.name == word; });
+        if (option == options.end()) {
+            const std::size_t start = std::min(line.rest.find_first_not_of(" \t", before), line.rest.size());
+            texture.name = line.rest.substr(start);
+            return texture;
         }
-        at = next;
+        for (int i = 0; i < option->words; ++i) {
+            std::size_t after = at;
+            const std::string_view value = line.next_word(after);
+            const auto number = obj_number(value);
+            if (i > 0 && !number)
+                break;
+            at = after;
+            if (word == "-clamp")
+                texture.clamp = value == "on";
+            if (number && i < 2 && word == "-s")
+                texture.scale[i] = static_cast<float>(*number);
+            if (number && i < 2 && word == "-o")
+                texture.offset[i] = static_cast<float>(*number);
+        }
     }
-    std::size_t start = at;
-    const std::string_view first = line.next_word(start);
-    return first.empty() ? std::string() : rest.substr(static_cast<std::size_t>(first.data() - line.rest.data()));
 }
 
 std::vector<fs::path> files_of_obj(const fs::path& model) {

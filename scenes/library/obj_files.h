@@ -1,6 +1,8 @@
 #pragma once
 /// Which other files an OBJ names, found although their names are not quite right: backslashes, another case, a folder
 /// of the machine they were made on.
+#include <glm/glm.hpp>
+
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,8 +20,14 @@ std::optional<std::filesystem::path> find_named_file(const std::filesystem::path
 /// Those that are not there are left out.
 std::vector<std::filesystem::path> find_material_files(const std::filesystem::path& folder, const std::string& names);
 
-/// What a texture statement ("-s 2 2 1 wood.tga") names, its options left out.
-std::string texture_name(const std::string& rest);
+/// A texture statement: "-s 2 2 1 wood.tga".
+struct ObjTexture {
+    std::string name;               ///< as written; empty if there is none
+    glm::vec2 scale{1}, offset{0};  ///< of texture coordinates, -s and -o
+    bool clamp = false;
+};
+
+ObjTexture parse_texture(const std::string& statement);
 
 /// The MTL files that an OBJ names and the images that those name, as far as they are there.
 std::vector<std::filesystem::path> files_of_obj(const std::filesystem::path& model);

@@ -66,8 +66,7 @@ private:
         to.name = from.values.name;
         to.double_sided = true;
         const std::string colour_map = from.gives("map_Kd") ? "map_Kd" : "map_Ka";
-        const tinyobj::texture_option_t& placing =
-            colour_map == "map_Kd" ? from.values.diffuse_texopt : from.values.ambient_texopt;
+        const ObjTexture placing = from.gives(colour_map) ? from.textures.at(colour_map) : ObjTexture{};
         std::optional<fs::path> colour_file;
         if (used) {
             colour_file = texture_file(from, colour_map);
@@ -75,8 +74,8 @@ private:
         }
         if (options_.shading)
             shade(from, used, colour_file, to);
-        out_.uv_scale.emplace_back(placing.scale[0], placing.scale[1]);
-        out_.uv_offset.emplace_back(placing.origin_offset[0], placing.origin_offset[1]);
+        out_.uv_scale.push_back(placing.scale);
+        out_.uv_offset.push_back(placing.offset);
         out_.textured.push_back(to.base_colour_texture != no_index || to.emission_texture != no_index ||
                                 to.alpha_mask != no_index);
         out_.materials.push_back(std::move(to));
@@ -147,8 +146,8 @@ private:
     std::optional<fs::path> texture_file(const MtlMaterial& from, const std::string& statement) {
         if (!from.gives(statement))
             return std::nullopt;
-        const std::string& written = written_name(from, statement);
-        const auto file = find_named_file(fs::path(from.file).parent_path(), texture_name(written));
+        const std::string& written = from.textures.at(statement).name;
+        const auto file = find_named_file(fs::path(from.file).parent_path(), written);
         if (!file) {
             notes_.add(from.where(statement), "no file \"" + written + "\": left out");
             return std::nullopt;
@@ -156,12 +155,9 @@ private:
         return read(*file, from.where(statement)) == no_index ? std::nullopt : file;
     }
 
-    static const std::string& written_name(const MtlMaterial& from, const std::string& statement) {
-        const tinyobj::material_t& m = from.values;
-        return statement == "map_Kd"   ? m.diffuse_texname
-               : statement == "map_Ka" ? m.ambient_texname
-               : statement == "map_Ke" ? m.emissive_texname
-                                       : m.alpha_texname;
+    static bool clamps(const MtlMaterial& from) {
+        const auto colour = from.textures.find(from.gives("map_Kd") ? "map_Kd" : "map_Ka");
+        return colour != from.textures.end() && colour->second.clamp;
     }
 
     /// Index into images_; no_index, with a note, if the file is no image.
@@ -181,7 +177,7 @@ private:
     }
 
     std::uint32_t use_texture(const fs::path& file, const MtlMaterial& from) {
-        const bool clamp = from.values.diffuse_texopt.clamp;
+        const bool clamp = clamps(from);
         Image& image = images_[image_of_file_.at(file)];
         const auto [entry, added] = image.textures.try_emplace(clamp, static_cast<std::uint32_t>(out_.textures.size()));
         if (added) {
@@ -202,7 +198,7 @@ private:
             return no_index;
         const fs::path& file = own ? *own : *colour_file;
         const bool grey = own.has_value();
-        const bool clamp = from.values.diffuse_texopt.clamp;
+        const bool clamp = clamps(from);
         const auto [entry, added] = mask_of_file_.try_emplace({file, grey, clamp}, no_index);
         if (!added)
             return entry->second;

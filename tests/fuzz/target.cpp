@@ -43,8 +43,8 @@ void check_refusal(const std::string& line) {
 }  // namespace
 
 std::span<const Target> targets() {
-    static const std::array all = {frame_data_target, manifest_target, scene_target,       path_target,
-                                   model_target,      exr_target,      foreign_exr_target, stream_target};
+    static const std::array all = {frame_data_target, manifest_target, scene_target,       path_target,  model_target,
+                                   obj_target,        exr_target,      foreign_exr_target, stream_target};
     return all;
 }
 

@@ -41,6 +41,7 @@ extern const Target manifest_target;
 extern const Target scene_target;
 extern const Target path_target;
 extern const Target model_target;
+extern const Target obj_target;
 extern const Target exr_target;
 extern const Target foreign_exr_target;
 extern const Target stream_target;
