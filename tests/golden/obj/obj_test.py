@@ -133,7 +133,7 @@ class Obj(unittest.TestCase):
         shutil.rmtree(self.root, ignore_errors=True)
 
     def render(self, scene, out, seed=1, spp=16, frames="0-1"):
-        PROGRAMS.run("render", scene, "--frames", frames, "--size", "384x192", "--spp", spp, "--seed", seed, "--small",
+        PROGRAMS.run("render", scene, "--frames", frames, "--size", "512x256", "--spp", spp, "--seed", seed, "--small",
                      "right", "--aovs", "depth,motion,normal,ids", "--out", self.root / out)
         return [read_frame(file) for file in sorted((self.root / out / "centre").glob("frame.*.exr"))]
 
@@ -148,13 +148,15 @@ class Obj(unittest.TestCase):
         obj, = self.render(self.obj, "obj", seed=1, spp=64, frames="0")
         again, = self.render(self.obj, "again", seed=2, spp=64, frames="0")
         glb, = self.render(self.glb, "glb", seed=3, spp=64, frames="0")
+        surface = obj["object_id"] > 0  # the sun's disc in the sky would be all of the noise
         for channel in "RGB":
-            noise, difference = obj[channel] - again[channel], obj[channel] - glb[channel]
+            noise = (obj[channel] - again[channel])[surface]
+            difference = (obj[channel] - glb[channel])[surface]
             z = difference.mean() / (difference.std() / np.sqrt(difference.size))
             ratio = difference.std() / noise.std()
             print(f"{channel}: z {z:.2f}, difference {ratio:.3f} times the noise")
             self.assertLess(abs(z), 4)
-            # The deviations of 73,728 pixels' worth of noise agree within a few percent, fat tails allowed for.
+            # The deviations of some 57,000 pixels' noise agree within a few percent, fat tails allowed for.
             self.assertTrue(0.9 < ratio < 1.1)
 
     def test_a_stream_plays_with_the_objs_depth(self):
