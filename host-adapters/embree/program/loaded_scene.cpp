@@ -7,8 +7,7 @@
 namespace equistream::embree_host {
 
 LoadedScene::LoadedScene(const SceneDescription& description, const PathOptions& options, unsigned threads)
-    : description_(description), model_(load_model(description)),
-      moving_(find_moving_instances(model_, description)) {
+    : description_(description), model_(load_model(description)), moving_(find_moving_instances(model_, description)) {
     textures_.emplace(model_);
     shading_.emplace(model_);
     const auto bvh_start = Clock::now();

@@ -1,6 +1,6 @@
 #pragma once
-/// A scene's geometry and materials as read from glTF 2.0 / GLB or Wavefront OBJ / MTL. Host and client both use it: the client asks for
-/// geometry and alpha masks only. Everything is owned by the SceneModel; concurrent reads are safe.
+/// A scene's geometry and materials as read from glTF 2.0 / GLB or Wavefront OBJ / MTL. Host and client both use it:
+/// the client asks for geometry and alpha masks only. Everything is owned by the SceneModel; concurrent reads are safe.
 #include <glm/glm.hpp>
 
 #include <cstdint>
@@ -12,7 +12,8 @@ namespace equistream {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
-/// One glTF primitive, or what one material of an OBJ's object or group covers: an indexed triangle list. `normals` and `uvs` are empty or as long as `positions`.
+/// One glTF primitive, or what one material of an OBJ's object or group covers: an indexed triangle list. `normals` and
+/// `uvs` are empty or as long as `positions`.
 struct Mesh {
     std::string name;
     std::vector<glm::vec3> positions;

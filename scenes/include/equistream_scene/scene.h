@@ -75,7 +75,8 @@ struct SceneDescription {
     double frames_per_second = 30;
     std::vector<MovingObject> moving;
     std::string fingerprint;  ///< hash of the description's, the paths', the sky image's and the model's bytes
-    /// Hash of what depth comes from: the model's bytes, files it names included, its unit, and the moving objects' paths.
+    /// Hash of what depth comes from: the model's bytes, files it names included, its unit, and the moving objects'
+    /// paths.
     std::string geometry_fingerprint;
 };
 

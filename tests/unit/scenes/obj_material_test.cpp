@@ -135,8 +135,7 @@ TEST_F(ObjMaterial, TexturesAreFoundHoweverTheyAreWritten) {
     EXPECT_EQ(note("map_Kd gone.tga\n"), "m.mtl:2: no file \"gone.tga\": left out");
     write("broken.png", "not an image");
     expect_contains(note("map_Kd broken.png\n"), "broken.png: expected an image (PNG, JPEG, TGA, BMP, DDS or TIFF)");
-    EXPECT_EQ(note("map_bump a.png\nmap_Bump b.png\n").find("m.mtl:2: map_bump is not used (and 1 more)"),
-              0u);
+    EXPECT_EQ(note("map_bump a.png\nmap_Bump b.png\n").find("m.mtl:2: map_bump is not used (and 1 more)"), 0u);
 }
 
 TEST_F(ObjMaterial, MasksComeFromMapDOrTheColoursOwnAlpha) {

@@ -189,7 +189,8 @@ TEST_P(LeafyDescriptions, LeafBeforeTheLeftEye) {
     EXPECT_TRUE(hidden(25, 149));
 }
 
-INSTANTIATE_TEST_SUITE_P(Paper, Descriptions, ::testing::Values("sponza-crytek", "san-miguel", "kitchen", "sibenik", "voxel-city"),
+INSTANTIATE_TEST_SUITE_P(Paper, Descriptions,
+                         ::testing::Values("sponza-crytek", "san-miguel", "kitchen", "sibenik", "voxel-city"),
                          [](const auto& scene) { return test_name(scene.param); });
 INSTANTIATE_TEST_SUITE_P(Paper, LeafyDescriptions, ::testing::Values("san-miguel"),
                          [](const auto& scene) { return test_name(scene.param); });
