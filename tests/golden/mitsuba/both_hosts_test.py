@@ -3,8 +3,10 @@
 usage: both_hosts_test.py BIN_DIR
 """
 
+import json
 import pathlib
 import shutil
+import struct
 import sys
 import tempfile
 import unittest
@@ -32,6 +34,7 @@ class BothHosts:
     def setUpClass(cls):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_hosts_"))
         scene = PROGRAMS.scene(cls.scene_name, cls.root / "scene")
+        cls.change(scene)
         cls.frames = {}
         for host in ("embree", "mitsuba"):
             PROGRAMS.run("render", scene, "--host", host, "--frames", cls.frame, "--size", f"{WIDTH}x{HEIGHT}", "--spp", 2,
@@ -40,6 +43,10 @@ class BothHosts:
         ours, theirs = cls.frames["embree"], cls.frames["mitsuba"]
         cls.same = np.logical_and.reduce([ours[name] == theirs[name] for name in ("object_id", "material_id", "instance_id")])
         cls.same_surface = cls.same & (ours["object_id"] > 0)
+
+    @classmethod
+    def change(cls, scene):
+        """What one of them does to its scene before it is rendered."""
 
     @classmethod
     def tearDownClass(cls):
@@ -89,6 +96,28 @@ class Pavilion(BothHosts, unittest.TestCase):
 
 class MovingObjects(BothHosts, unittest.TestCase):
     scene_name, frame = "motion", 14
+
+
+class MovingLamps(BothHosts, unittest.TestCase):
+    """What shines is no instance in Mitsuba: its vertices move."""
+
+    scene_name, frame = "motion", 14
+
+    @classmethod
+    def change(cls, scene):
+        model = scene.with_suffix(".glb")
+        data = model.read_bytes()
+        length = struct.unpack_from("<I", data, 12)[0]
+        gltf = json.loads(data[20:20 + length])
+        moving = {entry["object"] for entry in json.loads(scene.read_text())["moving"]}
+        for node in gltf["nodes"]:
+            if node["name"] in moving:
+                for primitive in gltf["meshes"][node["mesh"]]["primitives"]:
+                    gltf["materials"][primitive["material"]]["emissiveFactor"] = [0.5, 0.4, 0.3]
+        text = json.dumps(gltf).encode()
+        text += b" " * (-len(text) % 4)
+        rest = data[20 + length:]
+        model.write_bytes(data[:8] + struct.pack("<II", 20 + len(text) + len(rest), len(text)) + b"JSON" + text + rest)
 
 
 class FlatView(BothHosts, unittest.TestCase):
