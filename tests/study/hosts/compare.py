@@ -30,6 +30,7 @@ def arguments():
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--seeds", type=int, default=4, help="independent renders of each host, at least 2")
     parser.add_argument("--frame", type=int, default=0)
+    parser.add_argument("--variant", default="llvm_ad_rgb", help="Mitsuba's; scalar_rgb starts sooner on many thousand shapes")
     parser.add_argument("--require", default="", help="of depth, motion, ids, colour: what must agree for exit 0")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the frames; else they are removed")
     settings = parser.parse_args()
@@ -80,7 +81,7 @@ def compare(programs, scene, settings):
     save_pictures(settings.out, scene.stem, colours_a, colours_b, exposure)
     if not colour["passes"]:
         save_failures(settings.out, scene.stem, t)
-    result = {"scene": scene.stem, "settings": {"size": settings.size, "spp": settings.spp, "seeds": settings.seeds, "frame": settings.frame},
+    result = {"scene": scene.stem, "settings": {"size": settings.size, "spp": settings.spp, "seeds": settings.seeds, "frame": settings.frame, "variant": settings.variant},
               "geometry": geometry, "colour": colour, "seconds": {"embedded": round(middle - start, 1), "mitsuba": round(end - middle, 1)}}
     (settings.out / f"{scene.stem}.json").write_text(json.dumps(result, indent=1) + "\n")
     return result

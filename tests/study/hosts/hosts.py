@@ -7,10 +7,6 @@ import numpy as np
 import OpenEXR
 
 AOVS = "depth,motion,normal,ids"
-# What the embedded host leaves out of the light on purpose Mitsuba does not.
-OPTIONS = {"embree": ["--unbiased"], "mitsuba": []}
-
-
 class Failed(Exception):
     pass
 
@@ -41,10 +37,12 @@ def read_frame(file):
 
 def frames(programs, host, scene, work, settings):
     """(planes of the first seed, colours of all seeds: seeds x height x width x 3). The hosts draw other random numbers from the same seeds."""
+    # What the embedded host leaves out of the light on purpose Mitsuba does not.
+    options = {"embree": ["--unbiased"], "mitsuba": ["--variant", settings.variant]}[host]
     planes, colours = None, []
     for seed in range(1, settings.seeds + 1):
         out = work / f"{host}-{seed}"
-        programs.run("render", scene, "--host", host, *OPTIONS[host], "--frames", settings.frame, "--size", f"{settings.width}x{settings.height}",
+        programs.run("render", scene, "--host", host, *options, "--frames", settings.frame, "--size", f"{settings.width}x{settings.height}",
                      "--spp", settings.spp, "--seed", seed, "--aovs", AOVS, "--overwrite", "--out", out)
         frame = read_frame(out / "centre" / f"frame.{settings.frame:04d}.exr")
         planes = planes or frame
