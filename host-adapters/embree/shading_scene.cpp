@@ -34,8 +34,8 @@ glm::vec3 facing(const glm::vec3& n, const glm::vec3& towards) {
 }
 
 glm::vec3 guarded_normal(const glm::vec3& n, const glm::vec3& geometric, const glm::vec3& viewer) {
-    const auto v = visible_normal<float>({n.x, n.y, n.z}, {geometric.x, geometric.y, geometric.z},
-                                         {viewer.x, viewer.y, viewer.z});
+    const auto v =
+        visible_normal<float>({n.x, n.y, n.z}, {geometric.x, geometric.y, geometric.z}, {viewer.x, viewer.y, viewer.z});
     return {v.x, v.y, v.z};
 }
 

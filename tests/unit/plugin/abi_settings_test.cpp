@@ -62,7 +62,8 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::output_dir, nullptr, "output_dir: expected a folder, found NULL");
     expect(&S::output_dir, "", "output_dir: expected a folder, found an empty name");
     expect(&S::aovs, nullptr, "aovs: expected groups such as \"depth,motion\", \"all\" or \"none\", found NULL");
-    expect(&S::aovs, "depht", "aovs: expected albedo, depth, motion, normal, ids, specular, all or none, found \"depht\"");
+    expect(&S::aovs, "depht",
+           "aovs: expected albedo, depth, motion, normal, ids, specular, all or none, found \"depht\"");
     const std::string name(256, 'x');
     expect(&S::scene_name, name.c_str(), "scene_name: expected at most 255 bytes, found 256");
     EXPECT_FALSE(std::filesystem::exists(output)) << "a refused sequence leaves nothing behind";
