@@ -116,6 +116,22 @@ class BadInput(unittest.TestCase):
         model.write_bytes(data)
         self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2, model.name, "texture")
 
+    def test_sky_images(self):
+        def change(text):
+            return json.dumps(json.loads(text) | {"sky": {"image": "sky.exr"}})
+
+        scene = self.scene_with(change)
+        sky = scene.parent / "sky.exr"
+        words = ["render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"]
+        self.assert_refused(run(*words), 2, f"{scene}:1", "sky.exr", "found none")
+        whole = next((self.root / "good").rglob("frame.0000.exr")).read_bytes()
+        for content in (b"", b"no image", whole[: len(whole) // 2]):
+            sky.write_bytes(content)
+            self.assert_refused(run(*words), 2, sky, "sky image")
+        sky.write_bytes(whole)  # a sphere of ours is a sky as it is
+        result = run(*words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_nothing_in_the_scene(self):
         made = run("scene", "generate", "empty", "--out", self.out / "scene")
         self.assertEqual(made.returncode, 0, made.stderr)
