@@ -4,6 +4,8 @@
 #include <equistream/formatted.h>
 #include <equistream_mitsuba/convert.h>
 
+#include <nlohmann/json.hpp>
+
 #include <cstdio>
 
 namespace equistream {
@@ -13,8 +15,21 @@ struct ConvertArguments {
     std::string scene, out;
     std::string camera = "perspective";
     std::string size;
+    bool json = false;
     MitsubaSettings settings;
 };
+
+void print_json(const MitsubaReport& report, const std::vector<std::string>& notes) {
+    nlohmann::ordered_json json;
+    json["triangles"] = report.triangles;
+    json["shapes"] = report.shapes;
+    json["instances"] = report.instances;
+    json["groups"] = report.groups;
+    json["images"] = report.images;
+    json["bytes"] = report.bytes;
+    json["notes"] = notes;
+    std::printf("%s\n", json.dump(2).c_str());
+}
 
 void convert(const ConvertArguments& arguments) {
     MitsubaSettings settings = arguments.settings;
@@ -31,9 +46,11 @@ void convert(const ConvertArguments& arguments) {
     const SceneDescription scene = load_scene(arguments.scene);
     const SceneModel model = load_model(scene);
     const MitsubaReport report = write_mitsuba_scene(model, scene, out, settings);
-    for (const std::string& note : model.notes)
-        std::fprintf(stderr, "note: %s\n", note.c_str());
-    for (const std::string& note : report.notes)
+    std::vector<std::string> notes = model.notes;
+    notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+    if (arguments.json)
+        return print_json(report, notes);
+    for (const std::string& note : notes)
         std::fprintf(stderr, "note: %s\n", note.c_str());
     std::printf("%s: %llu triangles, %zu shapes, %zu instances of %zu groups, %zu images, %.1f MB\n",
                 out.string().c_str(), static_cast<unsigned long long>(report.triangles), report.shapes,
@@ -70,6 +87,7 @@ ConvertCommand add_convert_command(CLI::App& app) {
         "no instances of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
         "variants");
     command->add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
+    command->add_flag("--json", arguments->json, "report as JSON, notes included");
     return {command, [arguments] { convert(*arguments); }};
 }
 

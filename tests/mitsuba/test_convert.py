@@ -297,6 +297,14 @@ def test_the_camera_looks_where_the_path_does(tmp_path, scalar):
         assert np.abs(np.ravel(ray.o) - [3, 4, 5]).max() < 2e-3
 
 
+def test_the_report_counts_what_is_there(tmp_path, scalar):
+    done("scene", "generate", "furnace", "--out", tmp_path)
+    report = json.loads(done("scene", "convert", tmp_path / "furnace.json", tmp_path / "out.xml", "--json").stdout)
+    assert (report["triangles"], report["shapes"], report["instances"], report["groups"], report["images"]) == (54144, 0, 6, 3, 0)
+    assert report["bytes"] == sum(path.stat().st_size for path in (tmp_path / "out.files").iterdir())
+    assert any("thindielectric" in note for note in report["notes"])
+
+
 class TestBadInput:
     @pytest.fixture
     def scene(self, tmp_path):
