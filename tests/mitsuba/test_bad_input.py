@@ -94,6 +94,11 @@ def test_poses_that_are_none(variant, name, matrix, found):
         assert f"equirect: {name}: expected" in text and found in text
 
 
+def test_neighbour_poses_of_a_stock_camera(variant):
+    text = refusal(integrator(to_world_next=mi.ScalarTransform4f().scale(2)))
+    assert "equirect_aov: to_world_next: expected a rotation and a translation, found scale or shear" in text
+
+
 def test_light_tracing_is_refused(variant):
     lit = {**ROOM, "lamp": sphere((0, 0, -1), 0.1, emitter={"type": "area", "radiance": 1.0})}
     traced = {"type": "scene", "sensor": sensor(8, 4), "integrator": {"type": "ptracer"}, **lit}

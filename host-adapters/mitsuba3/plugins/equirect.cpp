@@ -118,6 +118,7 @@ Limits:
 #include "camera_frame.h"
 #include "refusal.h"
 #include "registration.h"
+#include "rigid_pose.h"
 
 #include <equistream/omnidirectional_stereo.h>
 
@@ -332,22 +333,6 @@ private:
             equistream::mitsuba_host::refuse("equirect: %s: expected %s, found %g", property, expected, found);
     }
 
-    static void check_pose(const field<AffineTransform4f, ScalarAffineTransform4f>& pose, const char* property) {
-        const auto& m = pose.scalar().matrix;
-        for (size_t i = 0; i < 4; ++i)
-            for (size_t j = 0; j < 4; ++j)
-                if (!dr::isfinite(m(i, j)))
-                    equistream::mitsuba_host::refuse("equirect: %s: expected finite numbers, found %g in row %u",
-                                                     property, m(i, j), i + 1);
-        if (pose.scalar().has_scale())
-            equistream::mitsuba_host::refuse(
-                "equirect: %s: expected a rotation and a translation, found scale or shear", property);
-        const ScalarVector3f x(m(0, 0), m(1, 0), m(2, 0)), y(m(0, 1), m(1, 1), m(2, 1)), z(m(0, 2), m(1, 2), m(2, 2));
-        if (dr::dot(dr::cross(x, y), z) < 0)
-            equistream::mitsuba_host::refuse("equirect: %s: expected a rotation and a translation, found a mirroring",
-                                             property);
-    }
-
     /// Called whenever a parameter may have changed.
     void update() {
         check(m_eye < eyes.size(), "eye", "an index from 0 to 4", m_eye);
@@ -370,9 +355,9 @@ private:
             m_previous = m_to_world.scalar();
         if (!m_has_next)
             m_next = m_to_world.scalar();
-        check_pose(m_to_world, "to_world");
-        check_pose(m_previous, "to_world_previous");
-        check_pose(m_next, "to_world_next");
+        equistream::mitsuba_host::require_rigid(m_to_world.scalar(), "equirect", "to_world");
+        equistream::mitsuba_host::require_rigid(m_previous.scalar(), "equirect", "to_world_previous");
+        equistream::mitsuba_host::require_rigid(m_next.scalar(), "equirect", "to_world_next");
         // Or every new pose would be a new kernel.
         dr::make_opaque(m_to_world, m_previous, m_next);
     }

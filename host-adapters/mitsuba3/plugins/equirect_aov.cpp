@@ -97,6 +97,7 @@ of geometry planes are 0.
 #include "pixel_geometry.h"
 #include "refusal.h"
 #include "registration.h"
+#include "rigid_pose.h"
 
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
@@ -140,10 +141,9 @@ public:
         using Matrices = DynamicBuffer<Float>;
         m_tables = {dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Ids>(1), dr::zeros<Matrices>(1),
                     dr::zeros<Matrices>(1)};
-        dr::make_opaque(m_tables);
         m_has_previous = props.has_property("to_world_previous");
         m_has_next = props.has_property("to_world_next");
-        dr::make_opaque(m_previous, m_next);
+        take_up();
     }
 
     void traverse(TraversalCallback* cb) override {
@@ -168,12 +168,7 @@ public:
             m_next = m_next.value().update();
             m_has_next = true;
         }
-        m_checked_for = (uint32_t)-1;
-        check_ids("object_id", m_tables.object_id);
-        check_ids("material_id", m_tables.material_id);
-        check_ids("instance_id", m_tables.instance_id);
-        // Or every new table would be a new kernel.
-        dr::make_opaque(m_previous, m_next, m_tables);
+        take_up();
     }
 
     std::vector<std::string> aov_names() const override {
@@ -250,6 +245,18 @@ private:
     template <typename... Values>
     [[noreturn]] static void refuse(const char* format, const Values&... values) {
         equistream::mitsuba_host::refuse(format, values...);
+    }
+
+    /// Called whenever a pose or a table may have changed.
+    void take_up() {
+        equistream::mitsuba_host::require_rigid(m_previous.scalar(), "equirect_aov", "to_world_previous");
+        equistream::mitsuba_host::require_rigid(m_next.scalar(), "equirect_aov", "to_world_next");
+        m_checked_for = (uint32_t)-1;
+        check_ids("object_id", m_tables.object_id);
+        check_ids("material_id", m_tables.material_id);
+        check_ids("instance_id", m_tables.instance_id);
+        // Or every new table would be a new kernel.
+        dr::make_opaque(m_previous, m_next, m_tables);
     }
 
     void choose_planes(const std::string& groups) {
