@@ -20,6 +20,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace equistream::files {
 
@@ -117,8 +119,14 @@ struct ForeignExr::State {
     const Imf::Header& header(int part = 0) const { return input->header(part); }
     std::optional<glm::dmat4> matrix(const char* name) const;
 
+    /// One channel over its part's data window to put it into.
     template <typename Sample>
-    Image<Sample> read(const ForeignChannel& channel, Imf::PixelType type, Sample outside) const;
+    Image<Sample> add_slice(const ForeignChannel& channel, Imf::PixelType type, Imf::FrameBuffer& buffer) const;
+    void decode(int part, const Imf::FrameBuffer& buffer, const std::string& what) const;
+    template <typename Sample>
+    Image<Sample> shown(const ForeignChannel& channel, Image<Sample> whole, Sample outside) const;
+
+    std::map<std::pair<int, std::string>, FloatImage> decoded;  ///< by part and name, over the data window
 };
 
 void ForeignExr::State::open() {
@@ -201,35 +209,45 @@ void ForeignExr::State::list_channels(int part) {
 }
 
 template <typename Sample>
-Image<Sample> ForeignExr::State::read(const ForeignChannel& channel, Imf::PixelType type, Sample outside) const {
+Image<Sample> ForeignExr::State::add_slice(const ForeignChannel& channel, Imf::PixelType type,
+                                           Imf::FrameBuffer& buffer) const {
     const Imf::Header& part_header = header(channel.part_index);
     const Imf::Channel* stored = part_header.channels().findChannel(channel.name.c_str());
     if (stored == nullptr || stored->xSampling != 1 || stored->ySampling != 1)
         refuse("channel " + channel.name + " without subsampling", "one with");
     const Box data = box_of(part_header.dataWindow());
     Image<Sample> whole(int(data.width), int(data.height), 1);
+    // OpenEXR counts from the origin of coordinates, which the buffer need not hold.
+    char* const origin =
+        reinterpret_cast<char*>(whole.samples().data()) - (data.y * data.width + data.x) * std::int64_t(sizeof(Sample));
+    buffer.insert(channel.name, Imf::Slice(type, origin, sizeof(Sample), sizeof(Sample) * std::size_t(data.width)));
+    return whole;
+}
+
+void ForeignExr::State::decode(int part, const Imf::FrameBuffer& buffer, const std::string& what) const {
+    const Box data = box_of(header(part).dataWindow());
     try {
-        Imf::FrameBuffer buffer;
-        // OpenEXR counts from the origin of coordinates, which the buffer need not hold.
-        char* const origin = reinterpret_cast<char*>(whole.samples().data()) -
-                             (data.y * data.width + data.x) * std::int64_t(sizeof(Sample));
-        buffer.insert(channel.name, Imf::Slice(type, origin, sizeof(Sample), sizeof(Sample) * std::size_t(data.width)));
-        Imf::InputPart pixels(*input, channel.part_index);
+        Imf::InputPart pixels(*input, part);
         pixels.setFrameBuffer(buffer);
         pixels.readPixels(int(data.y), int(data.y + data.height - 1));
     } catch (const std::exception& problem) {
-        refuse("channel " + channel.name + " whole", problem.what());
+        refuse(what + " whole", problem.what());
     }
-    const Box shown = box_of(part_header.displayWindow());
-    if (shown.x == data.x && shown.y == data.y && shown.width == data.width && shown.height == data.height)
+}
+
+template <typename Sample>
+Image<Sample> ForeignExr::State::shown(const ForeignChannel& channel, Image<Sample> whole, Sample outside) const {
+    const Box data = box_of(header(channel.part_index).dataWindow());
+    const Box window = box_of(header(channel.part_index).displayWindow());
+    if (window.x == data.x && window.y == data.y && window.width == data.width && window.height == data.height)
         return whole;
-    Image<Sample> image(int(shown.width), int(shown.height), 1, outside);
-    const std::int64_t first_x = std::max(shown.x, data.x),
-                       last_x = std::min(shown.x + shown.width, data.x + data.width);
-    for (std::int64_t y = std::max(shown.y, data.y); y < std::min(shown.y + shown.height, data.y + data.height); ++y)
+    Image<Sample> image(int(window.width), int(window.height), 1, outside);
+    const std::int64_t first_x = std::max(window.x, data.x),
+                       last_x = std::min(window.x + window.width, data.x + data.width);
+    for (std::int64_t y = std::max(window.y, data.y); y < std::min(window.y + window.height, data.y + data.height); ++y)
         if (first_x < last_x)
             std::copy_n(whole.pixel(int(first_x - data.x), int(y - data.y)), last_x - first_x,
-                        image.pixel(int(first_x - shown.x), int(y - shown.y)));
+                        image.pixel(int(first_x - window.x), int(y - window.y)));
     return image;
 }
 
@@ -298,12 +316,31 @@ std::string ForeignExr::software() const {
     return {};
 }
 
+void ForeignExr::decode(const std::vector<ForeignChannel>& channels) {
+    std::map<int, Imf::FrameBuffer> buffers;
+    for (const ForeignChannel& channel : channels)
+        if (!state_->decoded.contains({channel.part_index, channel.name}))
+            state_->decoded.emplace(std::pair(channel.part_index, channel.name),
+                                    state_->add_slice<float>(channel, Imf::FLOAT, buffers[channel.part_index]));
+    for (const auto& [part, buffer] : buffers)
+        state_->decode(part, buffer, "part " + std::to_string(part));
+}
+
 FloatImage ForeignExr::read(const ForeignChannel& channel, float outside) const {
-    return state_->read<float>(channel, Imf::FLOAT, outside);
+    const auto found = state_->decoded.find({channel.part_index, channel.name});
+    if (found != state_->decoded.end())
+        return state_->shown(channel, found->second, outside);
+    Imf::FrameBuffer buffer;
+    FloatImage whole = state_->add_slice<float>(channel, Imf::FLOAT, buffer);
+    state_->decode(channel.part_index, buffer, "channel " + channel.name);
+    return state_->shown(channel, std::move(whole), outside);
 }
 
 IdImage ForeignExr::read_ids(const ForeignChannel& channel) const {
-    return state_->read<std::uint32_t>(channel, Imf::UINT, 0);
+    Imf::FrameBuffer buffer;
+    IdImage whole = state_->add_slice<std::uint32_t>(channel, Imf::UINT, buffer);
+    state_->decode(channel.part_index, buffer, "channel " + channel.name);
+    return state_->shown(channel, std::move(whole), std::uint32_t{0});
 }
 
 }  // namespace equistream::files

@@ -1,5 +1,6 @@
 #include <equistream/aov.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/sequence_writer.h>
 #include <equistream_files/import.h>
 
@@ -25,6 +26,8 @@ public:
             borrowed.push_back(&file);
         const ChannelMap map = map_channels(borrowed, plan_.files.stems, view_.view, plan_.conventions);
         require_same_planes(map, files.front());
+        for (std::size_t set = 0; set < files.size(); ++set)
+            files[set].decode(channels_of(map, int(set)));
         FrameInfo info = writer_.manifest().shared;
         info.index = found.index;
         info.time_s = double(found.index) / plan_.frames_per_second;
@@ -51,13 +54,25 @@ private:
             manifest.planes.push_back(plane.plane);
         manifest.command = settings_.command;
         manifest.single_part = false;
-        std::string deciding;
+        std::string deciding = identity_of(plan_.conventions) + "\n";
+        for (int i = 0; i < 9; ++i)
+            deciding += formatted("%.17g ", plan_.colour_to_rec709[i / 3][i % 3]);
         for (const Finding& finding : plan_.findings)
             if (&finding != &plan_.findings.front())  // how many frames there are decides no pixel
                 deciding += finding.found + "\n" + finding.taken_for + "\n";
         deciding += path_fingerprint(plan_.path);
         manifest.fingerprint = sequence_fingerprint(manifest, deciding);
         return sequence;
+    }
+
+    /// Ids that are stored as such are read as such.
+    static std::vector<ForeignChannel> channels_of(const ChannelMap& map, int set) {
+        std::vector<ForeignChannel> channels;
+        for (const MappedPlane& plane : map.planes)
+            for (const ForeignChannel& channel : plane.channels)
+                if (plane.set == set && !(channel.is_id && find_aov(plane.plane)->type == SampleType::id))
+                    channels.push_back(channel);
+        return channels;
     }
 
     void require_same_planes(const ChannelMap& map, const ForeignExr& file) const {
@@ -84,8 +99,8 @@ private:
             info.head = in_our_world(plan_.path.at(info.time_s));
             conversion.camera_pose = camera_at(info, info.time_s);
             const double step_s = 1 / plan_.frames_per_second;
-            const bool first = info.index == plan_.files.frames.front().index;
-            const bool last = info.index == plan_.files.frames.back().index;
+            const bool first = info.index == plan_.first_in_source;
+            const bool last = info.index == plan_.last_in_source;
             conversion.previous = camera_at(info, info.time_s - (first ? 0 : step_s));
             conversion.next = camera_at(info, info.time_s + (last ? 0 : step_s));
             return;

@@ -48,6 +48,10 @@ private:
     }
 
     void keep_frames_asked_for() {
+        if (!plan_.files.frames.empty()) {
+            plan_.first_in_source = plan_.files.frames.front().index;
+            plan_.last_in_source = plan_.files.frames.back().index;
+        }
         std::erase_if(plan_.files.frames, [&](const FileSets::Frame& frame) {
             return frame.index < settings_.first_frame || frame.index > settings_.last_frame;
         });
@@ -139,6 +143,9 @@ private:
                     expected_found("--depth planar", "a perspective camera", "a sphere, which has no axis"));
             c.depth = DepthKind::radial;  // Cycles measures panoramas along the ray
         }
+        // Of Mitsuba's sensors ours alone is a sphere, and it measures from its centre unless it is told otherwise.
+        if (sphere && !settings_.overrides.near_plane_m)
+            c.near_plane_m = 0;
     }
 
     void choose_rate() {
@@ -169,12 +176,12 @@ private:
 
     void choose_colour() {
         if (settings_.colour_space != "auto") {
-            plan_.colour_to_rec709 = to_rec709(named_chromaticities(settings_.colour_space));
+            plan_.colour_to_rec709 = to_rec709(named_chromaticities(settings_.colour_space), "--colour-space");
             say("colour", settings_.colour_space + " to linear Rec.709", "--colour-space");
             return;
         }
         const auto stored = file().chromaticities();
-        plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities));
+        plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities), file().file().string());
         const bool other = plan_.colour_to_rec709 != glm::dmat3(1);
         say(stored ? "chromaticities" : "no chromaticities", other ? "converted to linear Rec.709" : "linear Rec.709",
             stored ? "attribute" : "the default; --colour-space tells it");

@@ -1,9 +1,11 @@
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream_files/source_conventions.h>
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 namespace equistream::files {
 
@@ -91,6 +93,16 @@ std::string motion_text(const MotionConvention& motion) {
     constexpr const char* ends[] = {"to-previous", "from-previous", "to-next", "from-next"};
     constexpr const char* units[] = {"pixels", "normalised", "ndc"};
     return std::string(ends[int(motion.ends)]) + "," + units[int(motion.unit)] + (motion.y_up ? ",y-up" : ",y-down");
+}
+
+std::string identity_of(const SourceConventions& c) {
+    const auto motion = [](const auto& m) { return m ? motion_text(*m) : std::string("none"); };
+    return c.name +
+           formatted("\ndepth %d %.17g %.17g miss %.17g %.17g", int(c.depth), c.depth_scale_m, c.near_plane_m,
+                     c.miss_value.value_or(std::numeric_limits<double>::quiet_NaN()), c.miss_above) +
+           "\nmotion " + motion(c.backward) + " " + motion(c.forward) +
+           formatted("\nnormals %d %d\nworld %d %d %.17g %d", int(c.normals), int(c.normals_encoded), int(c.mirrored),
+                     int(c.z_up), c.forward_at, int(c.column_vectors));
 }
 
 std::vector<std::string> preset_names() {

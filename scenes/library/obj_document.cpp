@@ -33,9 +33,11 @@ public:
         tinyobj::callback_t callbacks;
         callbacks.vertex_cb = [](void* self, float x, float y, float z, float) { of(self).add_position({x, y, z}); };
         callbacks.normal_cb = [](void* self, float x, float y, float z) {
-            of(self).out_.normals.emplace_back(x, y, z);
+            of(self).out_.normals.push_back(of(self).finite(glm::vec3(x, y, z), "vn"));
         };
-        callbacks.texcoord_cb = [](void* self, float x, float y, float) { of(self).out_.uvs.emplace_back(x, y); };
+        callbacks.texcoord_cb = [](void* self, float x, float y, float) {
+            of(self).out_.uvs.push_back(of(self).finite(glm::vec2(x, y), "vt"));
+        };
         callbacks.index_cb = [](void* self, tinyobj::index_t* corners, int count) {
             of(self).add_face({corners, static_cast<std::size_t>(count)});
         };
@@ -105,37 +107,36 @@ private:
     std::string face_statement(const ObjLine& line) {
         std::string text = "f";
         for (std::size_t at = 0; at < line.rest.size();) {
-            std::string word(line.next_word(at));
+            const std::string_view word = line.next_word(at);
             if (word.empty() || word.front() == '#')
                 break;
-            check_corner(word);
-            // tinyobjloader would look for the missing index beyond the blanks that follow.
-            while (word.ends_with('/'))
-                word.pop_back();
-            text += " " + word;
+            text += " ";
+            text += checked_corner(word);
         }
         return text;
     }
 
-    /// "12", "12/5", "12//7" or "12/5/7", each with a sign or without.
-    void check_corner(const std::string& word) const {
-        std::size_t parts = 1, digits = 0;
-        bool good = true;
-        for (std::size_t i = 0; good && i <= word.size(); ++i) {
-            const char c = i < word.size() ? word[i] : '/';
+    /// "12", "12/5", "12//7" or "12/5/7", each with a sign or without. Slashes with nothing behind them are common;
+    /// tinyobjloader would look for the missing index beyond the blanks that follow: the result is without them.
+    std::string_view checked_corner(std::string_view word) const {
+        const std::string_view corner = word.substr(0, word.find_last_not_of('/') + 1);
+        std::size_t part = 1, digits = 0;
+        bool good = std::count(word.begin(), word.end(), '/') <= 2;
+        for (std::size_t i = 0; good && i <= corner.size(); ++i) {
+            const char c = i < corner.size() ? corner[i] : '/';
             if (c == '/') {
-                good = digits > 0 || parts == 2;
-                parts += i < word.size();
+                good = digits > 0 || part == 2;
+                ++part;
                 digits = 0;
             } else if (c == '-') {
-                good = digits == 0 && (i == 0 || word[i - 1] == '/');
+                good = digits == 0 && (i == 0 || corner[i - 1] == '/');
             } else {
                 good = c >= '0' && c <= '9' && ++digits <= index_digits;
             }
         }
-        // A last slash with nothing after it is common.
-        if (!(good || word.ends_with('/')) || parts > 3)
-            throw InputError(expected_found(where(), "corners like 1, 1/2, 1//3 or 1/2/3 after f", word));
+        if (!good)
+            throw InputError(expected_found(where(), "corners like 1, 1/2, 1//3 or 1/2/3 after f", std::string(word)));
+        return corner;
     }
 
     void set_smoothing_group(const ObjLine& line) {
@@ -147,6 +148,17 @@ private:
         smoothing_group_ = word == "on"                             ? 1
                            : number && *number > 0 && *number < 1e9 ? static_cast<std::uint32_t>(*number)
                                                                     : 0;
+    }
+
+    /// Numbers that are none once they are floats count as 0 too.
+    template <typename Vector>
+    Vector finite(Vector v, const char* keyword) {
+        for (int i = 0; i < v.length(); ++i)
+            if (!std::isfinite(v[i])) {
+                notes_.add(where(), std::string("a number of ") + keyword + " is none: taken as 0");
+                v[i] = 0;
+            }
+        return v;
     }
 
     void add_position(const glm::vec3& p) {

@@ -1,6 +1,7 @@
 #include <equistream_scene/sky_image.h>
 
 #include <equistream/error.h>
+#include <equistream/rec709.h>
 
 #include <OpenImageIO/imageio.h>
 
@@ -52,6 +53,27 @@ void check_header(const OIIO::ImageSpec& spec, const std::string& where) {
                                         "orientation " + std::to_string(orientation)));
 }
 
+/// From the primaries that the file names. What they have beyond Rec.709's triangle would be negative: cut off.
+void to_rec709_pixels(const OIIO::ImageSpec& spec, const std::string& where, FloatImage& image) {
+    const OIIO::ParamValue* stored = spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+    if (stored == nullptr)
+        return;
+    Chromaticities from;
+    for (int i = 0; i < 8; ++i)
+        from[static_cast<std::size_t>(i / 2)][i % 2] = static_cast<const float*>(stored->data())[i];
+    const glm::dmat3 matrix = to_rec709(from, where);
+    if (matrix == glm::dmat3(1))
+        return;
+    tbb::parallel_for(0, image.height(), [&](int y) {
+        for (int x = 0; x < image.width(); ++x) {
+            float* p = image.pixel(x, y);
+            const glm::dvec3 rgb = glm::max(matrix * glm::dvec3(p[0], p[1], p[2]), glm::dvec3(0));
+            for (int c = 0; c < 3; ++c)
+                p[c] = static_cast<float>(rgb[c]);
+        }
+    });
+}
+
 void check_pixels(const FloatImage& image, const std::string& where) {
     for (int y = 0; y < image.height(); ++y)
         for (int x = 0; x < image.width(); ++x)
@@ -80,6 +102,8 @@ FloatImage read_sky_image(const std::filesystem::path& file) {
         for (std::size_t i = 0; i < image.samples().size(); i += 3)
             image.samples()[i + 1] = image.samples()[i + 2] = image.samples()[i];
     check_pixels(image, where);
+    if (channels == 3)
+        to_rec709_pixels(spec, where, image);
     return image;
 }
 

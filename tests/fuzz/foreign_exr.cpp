@@ -17,9 +17,12 @@ void read(Bytes bytes) {
     settings.camera = "equirect";
     files::ImportPlan plan = files::make_plan(settings);
     require(!plan.table().empty(), "there is something to say");
-    const files::ForeignExr file(settings.sources.front());
+    files::ForeignExr file(settings.sources.front());
     const int width = width_of(plan.camera), height = height_of(plan.camera);
     for (const files::PlannedView& view : plan.views) {
+        for (const files::MappedPlane& plane : view.map.planes)
+            if (!plane.channels.front().is_id)
+                file.decode(plane.channels);
         const files::Conversion conversion{plan.conventions, plan.camera, {}, {}, {}, plan.colour_to_rec709};
         const Frame frame = files::convert_frame({&file}, view.map, conversion, {}, plan.notes);
         for (const auto& [name, plane] : frame.planes)

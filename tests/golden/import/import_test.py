@@ -255,6 +255,17 @@ class Import(unittest.TestCase):
         for original, file in zip(self.view, found):
             self.assert_same(original, file, self.COLOUR + ["depth.Z", "normal.Y", "object_id"])
 
+    def test_mitsubas_depth_on_a_sphere_starts_at_its_centre(self):
+        """Its only spherical sensor is ours: nothing is cut off unless near_clip says so."""
+        frame = read_frame(self.sphere[0])
+        hit = np.isfinite(frame["depth.Z"])
+        for near, options in ((0, []), (0.25, ["--near", 0.25])):
+            file = self.work / f"{near}" / "m.0000.exr"
+            depth = np.where(hit, np.where(hit, frame["depth.Z"], 0) - near, 0)
+            write(file, {c: frame[c] for c in "RGBA"} | {"dd.T": depth}, {"generatedBy": "Mitsuba version 3.9.1"})
+            _, found = self.imported(file, *options, "--overwrite")
+            self.assert_same(self.sphere[0], found[0], self.COLOUR + ["depth.Z"])
+
     def test_one_file_an_aov_and_told_conventions(self):
         """Normalised and NDC motion the other way round, depth in centimetres, encoded normals, ids as integers."""
         for i, file in enumerate(self.sphere):
@@ -337,6 +348,47 @@ class Import(unittest.TestCase):
         other = run("import", self.work, "--exposure", 2, "--out", self.work / "out")
         self.assertEqual(other.returncode, 2)
         self.assertIn("exposure", other.stderr)
+
+    def test_a_second_run_with_other_conventions_is_refused(self):
+        """Whatever decides a pixel: frames of two conventions in one folder would be told apart by nothing."""
+        frame = read_frame(self.sphere[0])
+        hit = np.isfinite(frame["depth.Z"])
+        planes = {c: frame[c] for c in "RGB"} | {"Z": np.where(hit, frame["depth.Z"], 1e10)}
+        planes |= {f"normal.{c}": frame[f"normal.{c}"] for c in "XYZ"} | {"motion.X": frame["backward.u"], "motion.Y": frame["backward.v"]}
+        for i in (0, 1):
+            write(self.work / f"a.{i:04}.exr", planes)
+        words = [self.work / "a.####.exr", "--out", self.work / "out", "--miss", 0, "--backward", "to-previous"]
+        self.assertEqual(run("import", *words, "--frames", 0).returncode, 0)
+        for other in (["--backward", "from-previous"], ["--backward", "ndc"], ["--backward", "y-up"], ["--normals", "camera"], ["--normals-encoded"],
+                      ["--miss-above", 5], ["--depth-scale", 1.0000001], ["--near", 1e-7], ["--mirrored"], ["--up", "z"], ["--forward-at", 0.25],
+                      ["--colour-space", "acescg"]):
+            changed = [word for word in words if other[0] != "--backward" or word not in ("--backward", "to-previous")]
+            result = run("import", *changed, *other)
+            self.assertEqual(result.returncode, 2, f"{other}: {result.stdout}")
+            self.assertIn("fingerprint", result.stderr)
+        self.assertFalse((self.work / "out" / "centre" / "frame.0001.exr").exists())
+        self.assertEqual(run("import", *words).returncode, 0)
+
+    def test_frames_imported_by_parts_are_those_of_one_import(self):
+        """What is missed moves with the camera: the neighbours are the source's, not those of --frames."""
+        for i, file in enumerate(self.sphere):
+            frame = read_frame(file)
+            planes = {c: frame[c] for c in "RGB"} | {"Z": np.full((HEIGHT, WIDTH), 1e10)}
+            planes |= {f"{name}.{c}": np.zeros((HEIGHT, WIDTH)) for name in ("backward", "forward") for c in "XY"}
+            write(self.work / f"a.{i:04}.exr", planes)
+        head = self.work / "head.csv"
+        head.write_text("".join(f"{i / 30!r},0,1,0,{float(np.cos(0.02 * i))!r},0,{float(np.sin(0.02 * i))!r},0\n" for i in FRAMES))
+        words = [self.work / "a.####.exr", "--path", head, "--backward", "to-previous", "--forward", "to-next"]
+        _, whole = self.imported(*words)
+        for i in FRAMES:
+            self.assertEqual(run("import", *words, "--frames", i, "--out", self.work / "parts").returncode, 0)
+            self.assert_same(whole[i], self.work / "parts" / "centre" / f"frame.{i:04}.exr", ["backward.u", "forward.u"], 0)
+        # The camera turns to the left by 0.04 a frame; ends have no neighbour.
+        pixels = 0.04 * WIDTH / (2 * np.pi)
+        for i, (back, forth) in enumerate([(0, pixels), (-pixels, pixels), (-pixels, 0)]):
+            found = read_frame(whole[i])
+            np.testing.assert_allclose(found["backward.u"], back, atol=1e-4)
+            np.testing.assert_allclose(found["forward.u"], forth, atol=1e-4)
 
     def test_result_encodes_and_plays(self):
         for i, file in enumerate(self.sphere):

@@ -64,6 +64,24 @@ TEST_F(SkyImageFile, GreyIsRepeatedAndAlphaLeftAlone) {
     EXPECT_EQ(rgba.pixel(0, 0)[2], 3);
 }
 
+TEST_F(SkyImageFile, PrimariesThatTheFileNamesBecomeRec709) {
+    OIIO::ImageSpec acescg(2, 1, 3, OIIO::TypeDesc::FLOAT);
+    const float primaries[8] = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};
+    acescg.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), primaries);
+    const FloatImage image = read_sky_image(save("acescg.exr", acescg, {0.2f, 0.4f, 0.6f, 0, 1, 0}));
+    // The matrix that colour-science publishes for ACEScg to linear Rec.709 by Bradford's method.
+    const double expected[3] = {1.705051 * 0.2 - 0.621792 * 0.4 - 0.083259 * 0.6,
+                                -0.130257 * 0.2 + 1.140805 * 0.4 - 0.010548 * 0.6,
+                                -0.024004 * 0.2 - 0.128969 * 0.4 + 1.152972 * 0.6};
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(image.pixel(0, 0)[c], expected[c], 1e-4) << c;
+    EXPECT_EQ(image.pixel(1, 0)[0], 0) << "a green beyond Rec.709's";
+    EXPECT_NEAR(image.pixel(1, 0)[1], 1.140805, 1e-4);
+    const float line[8] = {0.1f, 0.1f, 0.2f, 0.2f, 0.3f, 0.3f, 0.32168f, 0.33767f};
+    acescg.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), line);
+    expect_contains(error(save("line.exr", acescg, ramp(6))), "expected chromaticities that span a triangle");
+}
+
 TEST_F(SkyImageFile, BadPixelsAreNamed) {
     for (const auto& [value, name] :
          {std::pair{-1.0f, "-1.0"}, {std::nanf(""), "nan"}, {std::numeric_limits<float>::infinity(), "inf"}}) {

@@ -158,6 +158,23 @@ TEST_F(ObjModel, NormalsAreTheFilesOrSmoothedByGroupOrNone) {
     EXPECT_TRUE(load(walls + "s 1\n" + up, {.shading = false}).meshes[0].normals.empty());
 }
 
+TEST_F(ObjModel, NumbersThatAreNoneAsFloatsCountAsZero) {
+    write("m.mtl", "newmtl a\nmap_Kd a.tga\n");
+    // The second is 0 times infinity to a reader that scales by powers of ten.
+    const std::string uvs = "vt 1e300 0.25\nvt 0e9999 0.5\nvt 0.5 -1e300\n";
+    write("a.tga", std::string("\0\0\3\0\0\0\0\0\0\0\0\0\1\0\1\0\10\0\200", 19));  // one grey texel
+    const SceneModel model =
+        load("mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\n" + uvs + "vn 1e300 0 1\nf 1/1/1 2/2/1 3/3/1\n");
+    ASSERT_EQ(model.meshes[0].uvs.size(), 3u);
+    EXPECT_EQ(model.meshes[0].uvs[0], glm::vec2(0, 0.75f));
+    EXPECT_EQ(model.meshes[0].uvs[1], glm::vec2(0, 0.5f));
+    EXPECT_EQ(model.meshes[0].uvs[2], glm::vec2(0.5f, 1));
+    EXPECT_EQ(model.meshes[0].normals[0], glm::vec3(0, 0, 1));
+    ASSERT_EQ(model.notes.size(), 2u);
+    expect_contains(model.notes[0], "model.obj:6: a number of vt is none: taken as 0");
+    expect_contains(model.notes[1], "model.obj:9: a number of vn is none: taken as 0");
+}
+
 TEST_F(ObjModel, TheUnitScalesModelsAndIsPartOfTheGeometrysFingerprint) {
     write("model.obj", std::string(square) + "f 1 2 3 4\n");
     const auto describe = [&](const std::string& unit) {
@@ -185,7 +202,8 @@ TEST_F(ObjModel, WhatGeometryWouldSufferFromIsAnErrorWithItsLine) {
     EXPECT_EQ(error(std::string(square) + "f 1 2 -5\n"), "model.obj:5: " + so_far + "-5");
     EXPECT_EQ(error(std::string(square) + "f 0 1 2\n"), "model.obj:5: " + so_far + "0");
     const std::string corner = "model.obj:5: expected corners like 1, 1/2, 1//3 or 1/2/3 after f, found ";
-    for (const char* bad : {"4294967297", "1.5", "1/2/3/4", "x", "--1", "1-2", "/1"})
+    for (const char* bad :
+         {"4294967297", "1.5", "1/2/3/4", "x", "--1", "1-2", "/1", "x/", "4294967297/", "1/x/", "1/2/3/", "/", "//"})
         EXPECT_EQ(error(std::string(square) + "f 1 2 " + bad + "\n"), corner + bad);
     EXPECT_EQ(error(std::string("v 0 0 0\nv \0 1 2\n", 16)), "model.obj:2: expected text, found a zero byte");
     EXPECT_EQ(error("v 0 0 0\n"), "model.obj: expected at least one triangle, found none");

@@ -12,11 +12,8 @@
 
 namespace equistream::files {
 
-/// Linear RGB with these primaries to linear Rec.709 (Bradford adaptation where the white differs).
-glm::dmat3 to_rec709(const Chromaticities& from);
 /// "rec709", "rec2020", "acescg", "aces2065-1"; throws InputError with the accepted names.
 Chromaticities named_chromaticities(const std::string& name);
-extern const Chromaticities rec709_chromaticities;
 
 /// World from camera as ours (+Y up, looking along -Z), of a file's worldToCamera. `taken_for` tells how it was read.
 Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventions, std::string& taken_for);

@@ -2,10 +2,10 @@
 /// Any flat EXR file: its channels by name, its size, and the attributes that tell of cameras, colour and views. Files
 /// are taken for hostile: sizes are held to image.h's limits and to the file's own length before anything is allocated.
 #include <equistream/image.h>
+#include <equistream/rec709.h>
 
 #include <glm/glm.hpp>
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -22,9 +22,6 @@ struct ForeignChannel {
     int part_index = 0;
     bool is_id = false;  ///< stored as unsigned integers
 };
-
-/// x and y of the primaries red, green, blue and of white.
-using Chromaticities = std::array<glm::dvec2, 4>;
 
 /// Throws InputError naming the file for what is no flat EXR (deep data), too large, or cut.
 class ForeignExr {
@@ -45,6 +42,8 @@ public:
     std::optional<glm::dmat4> world_to_ndc() const;
     std::string software() const;  ///< what wrote the file, if it says; printable
 
+    /// Decodes these once for all, four bytes a pixel each, for read(): blocks of a file hold all of its channels.
+    void decode(const std::vector<ForeignChannel>& channels);
     /// One channel over the display window; `outside` where the file has no pixels. Subsampled channels are refused.
     FloatImage read(const ForeignChannel& channel, float outside) const;
     IdImage read_ids(const ForeignChannel& channel) const;

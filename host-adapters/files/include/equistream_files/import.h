@@ -52,7 +52,9 @@ struct PlannedView {
 };
 
 struct ImportPlan {
-    FileSets files;
+    FileSets files;  ///< of the frames that were asked for
+    /// Where there is no neighbour: frames imported by parts are those of one import.
+    std::int64_t first_in_source = 0, last_in_source = 0;
     SourceConventions conventions;
     Camera camera;
     glm::dmat3 colour_to_rec709{1};

@@ -56,6 +56,9 @@ struct SourceConventions {
     std::map<std::string, std::vector<std::string>> channels;
 };
 
+/// Everything that decides a pixel, exactly: other conventions give other texts. Which channels are meant is not in it.
+std::string identity_of(const SourceConventions& conventions);
+
 std::vector<std::string> preset_names();
 /// Throws InputError naming the presets that are known.
 SourceConventions preset(const std::string& name);

@@ -1,0 +1,57 @@
+#pragma once
+/// Linear Rec.709, which all colours here are in: what colours of other primaries are in it.
+#include <equistream/error.h>
+
+#include <glm/glm.hpp>
+
+#include <array>
+#include <cmath>
+
+namespace equistream {
+
+/// x and y of the primaries red, green, blue and of white.
+using Chromaticities = std::array<glm::dvec2, 4>;
+
+inline constexpr Chromaticities rec709_chromaticities = {
+    glm::dvec2{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, {0.3127, 0.3290}};
+
+namespace primaries {
+
+inline glm::dvec3 xyz_of(const glm::dvec2& xy) {
+    return {xy.x / xy.y, 1, (1 - xy.x - xy.y) / xy.y};
+}
+
+/// Columns are the primaries, scaled so that (1, 1, 1) is white.
+inline glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
+    const glm::dmat3 columns(xyz_of(c[0]), xyz_of(c[1]), xyz_of(c[2]));
+    const glm::dvec3 scale = glm::inverse(columns) * xyz_of(c[3]);
+    return {columns[0] * scale.x, columns[1] * scale.y, columns[2] * scale.z};
+}
+
+/// Lam's cone response matrix, as the ICC uses it.
+inline glm::dmat3 bradford(const glm::dvec2& from_white, const glm::dvec2& to_white) {
+    const glm::dmat3 cones =
+        glm::transpose(glm::dmat3(0.8951, 0.2664, -0.1614, -0.7502, 1.7135, 0.0367, 0.0389, -0.0685, 1.0296));
+    const glm::dvec3 gain = (cones * xyz_of(to_white)) / (cones * xyz_of(from_white));
+    return glm::inverse(cones) * glm::dmat3({gain.x, 0, 0}, {0, gain.y, 0}, {0, 0, gain.z}) * cones;
+}
+
+}  // namespace primaries
+
+/// Linear RGB with these primaries to linear Rec.709 (Bradford adaptation where the white differs); exactly the unit
+/// matrix where they are Rec.709's. Throws InputError naming `where` for primaries that span no colours.
+inline glm::dmat3 to_rec709(const Chromaticities& from, const std::string& where) {
+    bool same = true;
+    for (std::size_t i = 0; i < from.size(); ++i)
+        same = same && glm::length(from[i] - rec709_chromaticities[i]) < 1e-4;
+    if (same)
+        return glm::dmat3(1);
+    const glm::dmat3 matrix = glm::inverse(primaries::rgb_to_xyz(rec709_chromaticities)) *
+                              primaries::bradford(from[3], rec709_chromaticities[3]) * primaries::rgb_to_xyz(from);
+    for (int i = 0; i < 9; ++i)
+        if (!(std::abs(matrix[i / 3][i % 3]) < 1e6))
+            throw InputError(expected_found(where, "chromaticities that span a triangle around white", "others"));
+    return matrix;
+}
+
+}  // namespace equistream
