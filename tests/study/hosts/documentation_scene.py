@@ -30,10 +30,10 @@ FRAMES = 4
 FRAMES_PER_SECOND = 30
 # Where the head is, what it looks at in the first and last frame; in the scene's own units, +Y up. `unit_m` makes a scene's size that of a room.
 SCENES = {
-    "cbox": {"file": "cbox.xml", "unit_m": 1.25, "from": ((-0.30, 0.05, 0.85), (0, -0.3, 0)), "to": ((-0.22, 0.05, 0.80), (0.05, -0.3, 0)),
+    "cbox": {"file": "cbox.xml", "unit_m": 1.25, "from": ((0.05, 0.3, 0.95), (0, -0.4, 0)), "to": ((0.13, 0.3, 0.9), (0, -0.4, 0)),
              "picture": True},
     # Its licence (CC BY-NC) keeps its pictures out of the repository.
-    "lego": {"file": "lego/scene.xml", "unit_m": 1.0, "from": ((-1.2, 0.5, 1.2), (0.4, 0.45, 0.5)), "to": ((-1.15, 0.5, 1.15), (0.4, 0.45, 0.5)),
+    "lego": {"file": "lego/scene.xml", "unit_m": 1.0, "from": ((0.0, 0.55, 0.75), (0.4, 0.42, 0.5)), "to": ((0.03, 0.55, 0.68), (0.4, 0.42, 0.5)),
              "picture": False},
 }
 
@@ -138,7 +138,7 @@ def main():
     parser.add_argument("--scenes", required=True, type=pathlib.Path, help="the tutorials' folder of scenes")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for renders, streams and views; not in the repository")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba")
-    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="640x360", help="of an eye")
     parser.add_argument("--sphere-size", default="1920x960")
     parser.add_argument("--fov", type=float, default=90)
