@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Scenes of Mitsuba's own documentation, rendered as a sphere by Mitsuba and played back to two eyes: docs/results/mitsuba/NAME.{json,jpg}.
+"""Scenes of Mitsuba's own documentation, rendered as a sphere by Mitsuba and played back to two eyes: docs/results/mitsuba/documentation/NAME.{json,jpg}.
 
     documentation_scene.py --bin build/release/bin --scenes TUTORIALS/scenes --work FOLDER [NAME ...]
 
@@ -137,7 +137,7 @@ def main():
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--scenes", required=True, type=pathlib.Path, help="the tutorials' folder of scenes")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for renders, streams and views; not in the repository")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba/documentation")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="640x360", help="of an eye")
     parser.add_argument("--sphere-size", default="1920x960")

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/mitsuba.md, between its markers, from the JSON files that compare.py wrote, and from nothing else.
+"""Writes the tables of docs/results/mitsuba.md, between its markers, from the JSON files of docs/results/mitsuba, and from nothing else.
 
-    report.py [--results docs/results/mitsuba/hosts] [--page docs/results/mitsuba.md]
+    report.py [--results docs/results/mitsuba] [--page docs/results/mitsuba.md]
+
+hosts/ is compare.py's, near-plane.json near_plane.py's, documentation/ documentation_scene.py's, time.json tests/mitsuba/time_ratio.py's.
 
 A table NAME stands between `<!-- table NAME -->` and `<!-- end -->`; text around markers is left alone.
 """
@@ -53,22 +55,64 @@ def colour(results):
                   "RMS noise, %"], rows)
 
 
-TABLES = {"geometry": geometry, "colour": colour}
+def hosts_tables(folder):
+    results = [json.loads(file.read_text()) for file in (folder / "hosts").glob("*.json")]
+    results.sort(key=lambda r: ORDER.index(r["scene"]) if r["scene"] in ORDER else len(ORDER))
+    return {"geometry": geometry(results), "colour": colour(results)}
+
+
+def near_plane(folder):
+    rows = []
+    for name, where in json.loads((folder / "near-plane.json").read_text())["of"].items():
+        inside, edges, misses = where["inside_surfaces"], where["edges"], where["misses"]
+        rows.append([name, small(inside["median_error_m"]), percent(inside["share_within_1e-4"]), small(edges["worst_error_m"]),
+                     percent(edges["share_within_1e-4"]), misses["value"][0]])
+    return {"near-plane": table(["depth of", "inside surfaces: median error, m", "within 1e-4, %", "edges: worst error, m", "within 1e-4, %",
+                                 "a miss is"], rows)}
+
+
+METHODS = {"surface": "played with the exported geometry's depth", "sphere": "played with rotation only"}
+
+
+def noise_free(eye):
+    figures = eye["noise_free"]["display"]
+    return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
+
+
+def documentation(folder):
+    rows = []
+    for file in sorted((folder / "documentation").glob("*.json")):
+        result = json.loads(file.read_text())
+        for method, score in result["systems"].items():
+            eyes = score["eyes"]
+            rows.append([result["scene"], METHODS[method], *(noise_free(eyes[e]) for e in ("left", "right")),
+                         *(f"{eyes[e]['psnr_db']:.2f}" for e in ("left", "right"))])
+        ceiling = result["ceiling"]["eyes"]
+        rows.append([result["scene"], "truth, another seed (ceiling)", "-", "-", *(f"{ceiling[e]['psnr_db']:.2f}" for e in ("left", "right"))])
+    return {"documentation": table(["scene", "eyes", "noise-free dB, left", "right", "PSNR dB, left", "right"], rows)}
+
+
+def times(folder):
+    rows = []
+    for variant, cases in json.loads((folder / "time.json").read_text())["variants"].items():
+        for name, case in cases.items():
+            low, high = case["ratio_interval_95"]
+            rows.append([variant, name, f"{case['ratio']:.3f} [{low:.3f}, {high:.3f}]", f"{case['processor_ratio']:.3f}"])
+    return {"time": table(["variant", "sensor, integrator", "time a path, ratio [95 %]", "processor time a path, ratio"], rows)}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--results", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba/hosts")
+    parser.add_argument("--results", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba")
     parser.add_argument("--page", type=pathlib.Path, default=REPOSITORY / "docs/results/mitsuba.md")
     settings = parser.parse_args()
-    results = [json.loads(file.read_text()) for file in settings.results.glob("*.json")]
-    results.sort(key=lambda r: ORDER.index(r["scene"]) if r["scene"] in ORDER else len(ORDER))
     page = settings.page.read_text()
-    for name, make in TABLES.items():
-        pattern = re.compile(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", re.S)
-        if not pattern.search(page):
-            raise SystemExit(f"report.py: {settings.page}: expected a table {name} between markers, found none")
-        page = pattern.sub(lambda m: m.group(1) + make(results) + "\n" + m.group(2), page)
+    for tables in (hosts_tables, near_plane, documentation, times):
+        for name, text in tables(settings.results).items():
+            pattern = re.compile(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", re.S)
+            if not pattern.search(page):
+                raise SystemExit(f"report.py: {settings.page}: expected a table {name} between markers, found none")
+            page = pattern.sub(lambda m: m.group(1) + text + "\n" + m.group(2), page)
     settings.page.write_text(page)
 
 
