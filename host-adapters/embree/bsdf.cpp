@@ -4,6 +4,7 @@
 #include <equistream_embree/ggx.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace equistream::embree_host {
 float dielectric_f0(float index_of_refraction) {
@@ -27,8 +28,19 @@ float entering(float f0, float cosine) {
 
 }  // namespace
 
+float pane_reflectance(float f0, float cosine) {
+    if (f0 <= 0)
+        return 0;
+    const float index = (1 + std::sqrt(f0)) / (1 - std::sqrt(f0));
+    const float refracted = std::sqrt(1 - (1 - cosine * cosine) / (index * index));
+    const float across = (cosine - index * refracted) / (cosine + index * refracted);
+    const float along = (index * cosine - refracted) / (index * cosine + refracted);
+    const float side = 0.5f * (across * across + along * along);
+    return 2 * side / (1 + side);
+}
+
 glm::vec3 straight_transmittance(const SurfaceParameters& p, float cosine) {
-    return p.base_colour * ((1 - p.metallic) * entering(p.dielectric_f0, cosine) * p.transmission);
+    return p.base_colour * ((1 - p.metallic) * (1 - pane_reflectance(p.dielectric_f0, cosine)) * p.transmission);
 }
 
 Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
@@ -40,7 +52,12 @@ Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
 
     glm::vec3 specular_albedo;
     float below;  // share of light that reaches the dielectric's inside
-    if (alpha_ == 0) {
+    if (glass) {
+        const float pane = pane_reflectance(p.dielectric_f0, cos_viewer);
+        const glm::vec3 metal = p.base_colour + (1.0f - p.base_colour) * schlick_weight(cos_viewer);
+        specular_albedo = glm::vec3(dielectric * pane) + p.metallic * metal;
+        below = 1 - pane;
+    } else if (alpha_ == 0) {
         specular_albedo = fresnel(cos_viewer);
         below = entering(p.dielectric_f0, cos_viewer);
     } else {
@@ -53,6 +70,7 @@ Bsdf::Bsdf(const SurfaceParameters& p, float cos_viewer, float alpha_floor) {
     }
     diffuse_ = p.base_colour * (dielectric * below * (1 - p.transmission));
     straight_ = glass ? straight_transmittance(p, cos_viewer) : glm::vec3(0);
+    mirrored_ = specular_albedo;
     choose_probabilities(specular_albedo);
 }
 
@@ -90,7 +108,7 @@ BsdfSample Bsdf::sample_specular(const glm::vec3& viewer, const glm::vec2& u) co
     BsdfSample s;
     if (alpha_ == 0) {
         s.direction = {-viewer.x, -viewer.y, viewer.z};
-        s.weight = fresnel(viewer.z) / p_specular_;
+        s.weight = mirrored_ / p_specular_;
         s.kind = BsdfSample::Kind::mirror;
         return s;
     }

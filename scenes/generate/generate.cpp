@@ -26,7 +26,7 @@ constexpr Generator table[] = {
     {"furnace", "a white furnace: every pixel of a correct render is 1", furnace_options, make_furnace},
     {"motion", "a glowing room with two moving objects, for motion vectors at the seam and the poles", {}, make_motion},
     {"materials",
-     "a room of what every renderer means the same by: matt, mirrors, clear panes, textures, masks, lamps",
+     "a room of what every renderer means the same by: matt, mirrors, panes of glass, textures, masks, lamps",
      {},
      make_materials},
     {"empty", "a model with nothing in it, which programs must refuse", {}, make_empty},

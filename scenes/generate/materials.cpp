@@ -88,10 +88,12 @@ void add_things(SceneBuilder& scene) {
     scene.object("ball", {ball}, moved({-0.9f, -1, -2.2f}));
     const auto mirror = scene.mesh("mirror", card(1.4f, 2), scene.material(metal("mirror", glm::vec3(1), 0)));
     scene.object("mirror", {mirror}, upright({1.9f, -0.3f, -2.4f}, -0.6f));
-    Material tinted = glass("tinted glass", 1);
+    Material tinted = glass("tinted glass");
     tinted.base_colour = {0.5f, 0.8f, 0.95f};
     const auto pane = scene.mesh("pane", card(1, 1.6f), scene.material(tinted));
     scene.object("pane", {pane}, upright({0.3f, -0.5f, -1.6f}, 0.3f));
+    const auto window = scene.mesh("window", card(1.6f, 1.6f), scene.material(glass("clear glass")));
+    scene.object("window", {window}, upright({-2.2f, -0.2f, 0.4f}, 0.5f));  // seen aslant, lamp and tiles in it
     const auto cut = scene.masked_material("stencil", stencil(), 1);
     scene.at(cut).index_of_refraction = 1;
     const auto letter = scene.mesh("stencil", card(1.2f, 1.6f), cut);
@@ -109,8 +111,8 @@ PosePath::Key key(double time_s, glm::dvec3 position_m, double turn_rad) {
 
 }  // namespace
 
-/// Only what every renderer means the same by: Lambert, perfect mirrors, panes that tint and do not reflect, textures,
-/// masks, lamps, a sky.
+/// Only what every renderer means the same by: Lambert, perfect mirrors, panes of glass, textures, masks, lamps, a
+/// sky.
 GeneratedScene make_materials(const GeneratorValues&) {
     SceneBuilder scene;
     add_room(scene);

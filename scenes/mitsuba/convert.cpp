@@ -43,7 +43,8 @@ void add_note(MitsubaReport& report, std::size_t count, const std::string& text)
 void add_notes(MitsubaReport& report, const MaterialNotes& notes) {
     add_note(report, notes.principled, "metal-rough materials became principled, which is near but not the same");
     add_note(report, notes.metals, "metals became conductors, whose reflectance is near but not the same");
-    add_note(report, notes.panes, "kinds of glass became thindielectric, whose reflectance is near but not the same");
+    add_note(report, notes.mixed_glass,
+             "kinds of glass became a blend of thindielectric with opaque materials, near but not the same");
 }
 
 std::string document_text(const pugi::xml_document& document) {

@@ -45,12 +45,6 @@ double distance_from_schlick(const ComplexIndex& index, double f0) {
 
 }  // namespace
 
-double pane_index_of_refraction(double index_of_refraction) {
-    const double pane = normal_reflectance(index_of_refraction);
-    const double side = std::sqrt(pane / (2 - pane));
-    return (1 + side) / (1 - side);
-}
-
 /// With the reflectance at normal incidence fixed, eta may lie between two values and gives k.
 ComplexIndex schlick_conductor(double f0) {
     const double r = std::clamp(f0, 0.0, 0.9999), root = std::sqrt(r);
@@ -186,10 +180,10 @@ void Materials::add_glass(pugi::xml_node parent, const Material& material, const
     if (material.transmission < 1)
         blend(material.transmission, [&](pugi::xml_node first) { add_principled(first, material, ""); });
     node = add_plugin(node, "bsdf", "thindielectric", own_id);
-    add_float(node, "int_ior", pane_index_of_refraction(material.index_of_refraction));
+    add_float(node, "int_ior", material.index_of_refraction);
     add_float(node, "ext_ior", 1);
     add_base_colour(node, material, "specular_transmittance");
-    notes_.panes += material.index_of_refraction != 1;
+    notes_.mixed_glass += material.metallic > 0 || material.transmission < 1;
 }
 
 void Materials::add_base_colour(pugi::xml_node parent, const Material& material, const char* name) {

@@ -6,9 +6,9 @@ namespace equistream::mitsuba_xml {
 
 /// How often our materials became something that is near, but not the same.
 struct MaterialNotes {
-    std::size_t principled = 0;  ///< metal-rough: principled
-    std::size_t metals = 0;      ///< Fresnel's equations for Schlick's, light lost by rough metals not given back
-    std::size_t panes = 0;       ///< glass: Fresnel's equations for Schlick's
+    std::size_t principled = 0;   ///< metal-rough: principled
+    std::size_t metals = 0;       ///< Fresnel's equations for Schlick's, light lost by rough metals not given back
+    std::size_t mixed_glass = 0;  ///< partly transmitting or metallic: blended with principled and conductor
 };
 
 class Materials {
@@ -45,10 +45,6 @@ private:
     MaterialNotes notes_;
     bool any_straight_ = false;
 };
-
-/// The index of refraction at which a pane, reflections between its sides included, reflects at normal incidence what
-/// one side of our glass does: ((n - 1) / (n + 1))^2.
-double pane_index_of_refraction(double index_of_refraction);
 
 /// A conductor's complex index of refraction whose reflectance follows Schlick's curve from `f0` at normal incidence
 /// (below 1) to 1: both agree at normal incidence, and as well as they can on the way.

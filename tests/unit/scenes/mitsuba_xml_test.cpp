@@ -10,15 +10,6 @@
 namespace equistream::mitsuba_xml {
 namespace {
 
-TEST(Pane, ReflectsStraightOnWhatOneSideOfOurGlassDoes) {
-    for (const double ior : {1.0, 1.1, 1.33, 1.5, 2.4}) {
-        const double n = pane_index_of_refraction(ior);
-        const double side = std::pow((n - 1) / (n + 1), 2);
-        EXPECT_NEAR(2 * side / (1 + side), std::pow((ior - 1) / (ior + 1), 2), 1e-12) << ior;
-    }
-    EXPECT_DOUBLE_EQ(pane_index_of_refraction(1), 1);
-}
-
 /// Fresnel's equations with a complex index, as textbooks have them.
 double reflectance(const ComplexIndex& index, double cosine) {
     const std::complex<double> n(index.eta, index.k), c(cosine, 0);

@@ -7,7 +7,9 @@
 ///   diffuse    Lambert, scaled by 1 - albedo of the dielectric specular lobe towards the viewer. The sum never
 ///              exceeds 1 and is 1 for white. Albedo scaling is not reciprocal; a unidirectional tracer can afford it.
 ///   glass      KHR_materials_transmission without a volume is thin-walled: light goes straight on, tinted by the base
-///              colour. All real scenes' glass is smooth, so transmission is never rough.
+///              colour, through a pane with two sides that reflect by Fresnel's equations and between each other (where
+///              glTF suggests one side and Schlick's curve). All real scenes' glass is smooth: transmission is never
+///              rough.
 ///
 /// Directions are local: +Z is the shading normal, on the viewer's side. Values are plain; everything is thread-safe.
 #include <glm/glm.hpp>
@@ -67,12 +69,17 @@ private:
     float f90_ = 1;
     glm::vec3 specular_scale_{1};  // multiple scattering
     glm::vec3 straight_{0};
+    glm::vec3 mirrored_{0};  // towards cos_viewer, where alpha_ is 0
     float alpha_ = 0;  // 0: mirror
     float p_diffuse_ = 0, p_specular_ = 0, p_straight_ = 0;
 };
 
 /// Below this roughness a surface is a mirror.
 inline constexpr float mirror_roughness = 0.03f;
+
+/// Unpolarised reflectance of a thin pane in air, reflections between its sides included: 2 R / (1 + R) with R of one
+/// side by Fresnel's equations. `f0` is one side's at normal incidence, below 1; `cosine` above 0.
+float pane_reflectance(float f0, float cosine);
 
 /// What thin glass lets straight through at this cosine between its shading normal and the ray.
 glm::vec3 straight_transmittance(const SurfaceParameters& parameters, float cosine);
