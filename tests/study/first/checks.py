@@ -12,7 +12,9 @@ import subprocess
 import sys
 
 from results import REPOSITORY
-from steps import machine, versions, write_whole
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import machine, versions, write_whole  # noqa: E402
 
 TESTS = r"^golden\.(depth|motion|furnace|metrics|orientation)$"
 # unittest's dots stand before what a test prints.

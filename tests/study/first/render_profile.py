@@ -8,10 +8,13 @@ import argparse
 import json
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 from results import REPOSITORY
-from steps import machine, versions, write_whole
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import machine, versions, write_whole  # noqa: E402
 
 FRAMES = {"sponza-crytek": 60, "san-miguel": 0}
 

@@ -20,7 +20,8 @@ import pathlib
 import sys
 import time
 
-from steps import Failed, Steps, machine, versions, write_whole
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import Failed, Steps, machine, versions, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = (1, 2)

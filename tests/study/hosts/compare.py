@@ -20,6 +20,11 @@ from PIL import Image
 import agreement
 import hosts
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import machine, versions  # noqa: E402
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -82,6 +87,9 @@ def compare(programs, scene, settings):
     if not colour["passes"]:
         save_failures(settings.out, scene.stem, t)
     result = {"scene": scene.stem, "settings": {"size": settings.size, "spp": settings.spp, "seeds": settings.seeds, "frame": settings.frame, "variant": settings.variant},
+              "command": f"tests/study/hosts/compare.py {scene.name} --size {settings.size} --spp {settings.spp} --seeds {settings.seeds} "
+                         f"--frame {settings.frame} --variant {settings.variant} --out FOLDER",
+              "versions": versions(programs.program, REPOSITORY), "machine": machine(),
               "geometry": geometry, "colour": colour, "seconds": {"embedded": round(middle - start, 1), "mitsuba": round(end - middle, 1)}}
     (settings.out / f"{scene.stem}.json").write_text(json.dumps(result, indent=1) + "\n")
     return result

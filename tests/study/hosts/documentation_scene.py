@@ -22,7 +22,7 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(REPOSITORY / "tests/study/first"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from steps import Failed, Steps, machine, versions, write_whole  # noqa: E402
 
 SEEDS = (1, 2)
