@@ -141,6 +141,7 @@ private:
 
     FloatImage normals() const {
         const FloatImage n[] = {channel(0), channel(1), channel(2)};
+        const bool turn = conversion_.pose_is_known || conventions_.normals != NormalSpace::world;
         const glm::dquat up = glm::angleAxis(conventions_.z_up ? -pi / 2 : 0.0, glm::dvec3(1, 0, 0));
         return filled(3, [&](int x, int y, float* out) {
             glm::dvec3 normal(*n[0].pixel(x, y), *n[1].pixel(x, y), *n[2].pixel(x, y));
@@ -156,7 +157,7 @@ private:
             normal =
                 conventions_.normals == NormalSpace::world ? up * normal : conversion_.camera_pose.orientation * normal;
             const glm::dvec3 ray = pose_.orientation * direction_of(conversion_.camera, x + 0.5, y + 0.5);
-            if (glm::dot(normal, ray) > 0)
+            if (turn && glm::dot(normal, ray) > 0)
                 normal = -normal;
             out[0] = float(normal.x), out[1] = float(normal.y), out[2] = float(normal.z);
         });

@@ -95,6 +95,7 @@ private:
     }
 
     void find_poses(const ForeignExr& file, FrameInfo& info, Conversion& conversion) const {
+        conversion.pose_is_known = !plan_.path.empty() || plan_.poses_in_attributes;
         if (!plan_.path.empty()) {
             info.head = in_our_world(plan_.path.at(info.time_s));
             conversion.camera_pose = camera_at(info, info.time_s);

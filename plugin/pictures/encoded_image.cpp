@@ -21,7 +21,16 @@ struct Signature {
 constexpr std::array signatures = {Signature{"\x89PNG", "png"}, Signature{"\xff\xd8", "jpeg"}, Signature{"DDS ", "dds"},
                                    Signature{"BM", "bmp"},      Signature{"II*", "tiff"},      Signature{"MM", "tiff"}};
 
-const char* format_of(std::span<const std::uint8_t> bytes, const std::string& name) {
+/// libjpeg fills what a cut file lacks with grey and calls it a warning: look for the end marker before it does.
+bool is_cut_jpeg(std::span<const std::uint8_t> bytes) {
+    constexpr std::array<std::uint8_t, 2> begin = {0xff, 0xd8}, end = {0xff, 0xd9};
+    return bytes.size() > 1 && std::equal(begin.begin(), begin.end(), bytes.begin()) &&
+           std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) == bytes.end();
+}
+
+}  // namespace
+
+const char* image_format(std::span<const std::uint8_t> bytes, const std::string& name) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const Signature& signature : signatures)
         if (text.starts_with(signature.bytes))
@@ -32,15 +41,6 @@ const char* format_of(std::span<const std::uint8_t> bytes, const std::string& na
     return extension == ".tga" ? "targa" : nullptr;
 }
 
-/// libjpeg fills what a cut file lacks with grey and calls it a warning: look for the end marker before it does.
-bool is_cut_jpeg(std::span<const std::uint8_t> bytes) {
-    constexpr std::array<std::uint8_t, 2> begin = {0xff, 0xd8}, end = {0xff, 0xd9};
-    return bytes.size() > 1 && std::equal(begin.begin(), begin.end(), bytes.begin()) &&
-           std::find_end(bytes.begin(), bytes.end(), end.begin(), end.end()) == bytes.end();
-}
-
-}  // namespace
-
 EncodedImage::EncodedImage(std::span<const std::uint8_t> bytes, const std::string& name, const std::string& where)
     : where_(where),
       // IOMemReader only reads, but its constructor takes a plain pointer.
@@ -49,7 +49,7 @@ EncodedImage::EncodedImage(std::span<const std::uint8_t> bytes, const std::strin
         fail(*damage, "a whole PNG image");
     if (is_cut_jpeg(bytes))
         fail("one without its end", "a whole JPEG image");
-    const char* format = format_of(bytes, name);
+    const char* format = image_format(bytes, name);
     if (!format)
         fail("other data");
     input_ = OIIO::ImageInput::create(format);

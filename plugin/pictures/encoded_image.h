@@ -12,6 +12,10 @@
 
 namespace equistream {
 
+/// OpenImageIO's name of the format ("png", "jpeg", "targa", ...): by the first bytes, else by the extension of `name`
+/// for a TGA, which has no signature. Null for what EncodedImage does not open.
+const char* image_format(std::span<const std::uint8_t> bytes, const std::string& name);
+
 class EncodedImage {
 public:
     /// `bytes` are borrowed. `name` is what the file was called: its extension tells a TGA, which has no signature.

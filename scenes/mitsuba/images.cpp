@@ -13,18 +13,16 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 namespace equistream::mitsuba_xml {
 namespace {
 
-/// The extension that the first bytes announce; empty for what Mitsuba cannot be given as it is.
-const char* extension_of(std::span<const std::uint8_t> encoded) {
-    static constexpr std::uint8_t png[] = {0x89, 'P', 'N', 'G'}, jpeg[] = {0xff, 0xd8};
-    if (encoded.size() >= sizeof png && std::memcmp(encoded.data(), png, sizeof png) == 0)
-        return ".png";
-    if (encoded.size() >= sizeof jpeg && std::memcmp(encoded.data(), jpeg, sizeof jpeg) == 0)
-        return ".jpg";
-    return "";
+/// The extension of what Mitsuba is given as it is; empty for other images.
+const char* extension_of(const Texture& texture) {
+    const char* format = image_format(texture.encoded, texture.name);
+    const std::string_view known = format ? format : "";
+    return known == "png" ? ".png" : known == "jpeg" ? ".jpg" : "";
 }
 
 EncodedImage open(const SceneModel& model, const Texture& texture) {
@@ -148,7 +146,7 @@ void Images::set_tiles(Job& job) {
 
 std::string Images::colour(std::uint32_t texture, const glm::vec3& factor) {
     const std::string name = "texture-" + std::to_string(texture);
-    const std::string extension = extension_of(model_.textures[texture].encoded);
+    const std::string extension = extension_of(model_.textures[texture]);
     if (factor == glm::vec3(1) && !extension.empty())
         return add(name, {Kind::as_it_is, name + extension, texture, no_index, factor, 0, {}});
     const std::string tinted = factor == glm::vec3(1) ? name : name + "-times-" + factor_text(factor);

@@ -3,6 +3,8 @@
 #include "ply.h"
 #include "xml.h"
 
+#include <equistream/rec709.h>
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -19,10 +21,6 @@ constexpr double least_cosine_of_lights = 0.9986;
 /// Apart enough for floats, and less than any ray's offset from the surface that it leaves.
 double gap_between_sides(double coordinate_m) {
     return 1e-5 * (1 + coordinate_m);
-}
-
-double luminance(const glm::dvec3& c) {
-    return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
 }
 
 std::string mesh_file(const std::string& name) {

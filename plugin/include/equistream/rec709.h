@@ -1,5 +1,5 @@
 #pragma once
-/// Linear Rec.709, which all colours here are in: what colours of other primaries are in it.
+/// Linear Rec.709, which all colours here are in: what colours of other primaries are in it, and luminance.
 #include <equistream/error.h>
 
 #include <glm/glm.hpp>
@@ -14,6 +14,13 @@ using Chromaticities = std::array<glm::dvec2, 4>;
 
 inline constexpr Chromaticities rec709_chromaticities = {
     glm::dvec2{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, {0.3127, 0.3290}};
+
+/// Y of a vec3 or dvec3.
+template <typename Colour>
+auto luminance(const Colour& c) {
+    using T = typename Colour::value_type;
+    return T(0.2126) * c.x + T(0.7152) * c.y + T(0.0722) * c.z;
+}
 
 namespace primaries {
 

@@ -10,8 +10,8 @@ namespace equistream {
 inline constexpr std::int64_t most_sky_pixels = std::int64_t{1} << 27;
 
 /// RGB of a file that holds radiance as floating-point numbers (OpenEXR, Radiance HDR, whatever else OpenImageIO reads
-/// as such), grey repeated, in linear Rec.709: converted where the file names other primaries. InputError names the file if it cannot be read, is no lat-long image or too large, or holds
-/// a pixel that is not finite or negative.
+/// as such), grey repeated, in linear Rec.709: converted where the file names other primaries. InputError names the
+/// file if it cannot be read, is no lat-long image or too large, or holds a pixel that is not finite or negative.
 FloatImage read_sky_image(const std::filesystem::path& file);
 
 }  // namespace equistream

@@ -369,6 +369,17 @@ class Import(unittest.TestCase):
         self.assertFalse((self.work / "out" / "centre" / "frame.0001.exr").exists())
         self.assertEqual(run("import", *words).returncode, 0)
 
+    def test_normals_of_an_unknown_camera_stay_as_they_face(self):
+        """Seen from behind in a world that is turned half round: no guessed pose may turn them."""
+        frame = read_frame(self.sphere[0])
+        turned = {f"normal.{c}": sign * frame[f"normal.{c}"] for c, sign in zip("XYZ", (-1, 1, -1))}
+        write(self.work / "a.0000.exr", {c: frame[c] for c in "RGB"} | {"Z": np.where(np.isfinite(frame["depth.Z"]), frame["depth.Z"], 1e10)} | turned)
+        result = run("import", self.work / "a.0000.exr", "--out", self.work / "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = read_frame(self.work / "out" / "centre" / "frame.0000.exr")
+        for name, plane in turned.items():
+            np.testing.assert_allclose(found[name], plane, atol=3e-7, err_msg=name)
+
     def test_frames_imported_by_parts_are_those_of_one_import(self):
         """What is missed moves with the camera: the neighbours are the source's, not those of --frames."""
         for i, file in enumerate(self.sphere):

@@ -181,6 +181,8 @@ TEST_F(SceneTest, SkyImagesAreFoundAsModelsAreAndFingerprinted) {
     expect_contains(error(with_sky("{}")), "scene.json:2: expected one of radiance and image");
     expect_contains(error(with_sky(R"({"radiance": 1, "scale": 2})")), "expected an image to go with it as sky.scale");
     expect_contains(error(with_sky(R"({"image": "dawn.exr", "scale": -1})")), "sky.scale");
+    expect_contains(error(with_sky(R"({"image": "dawn.exr", "scale": [1, 1, 1e13]})")),
+                    "scene.json:2: expected numbers up to 1e12 as sky.scale");
 }
 
 TEST_F(SceneTest, FingerprintFollowsEveryByte) {

@@ -1,5 +1,7 @@
 #pragma once
 /// Small geometry that shading needs: frames, sampled directions, ray origins off a surface, packed unit vectors.
+#include <equistream/rec709.h>
+
 #include <glm/glm.hpp>
 
 #include <bit>
@@ -10,9 +12,6 @@ namespace equistream::embree_host {
 
 inline constexpr float pi_f = 3.14159265358979f;
 
-inline float luminance(const glm::vec3& c) {
-    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
-}
 inline float largest(const glm::vec3& c) {
     return c.x > c.y ? (c.x > c.z ? c.x : c.z) : (c.y > c.z ? c.y : c.z);
 }

@@ -32,6 +32,7 @@ struct Conversion {
     Pose camera_pose;                    ///< as the source's camera looks; convert_frame turns a sphere's by forward_at
     std::optional<Pose> previous, next;  ///< the same of the neighbours, where they are known: misses move by them
     glm::dmat3 colour_to_rec709{1};
+    bool pose_is_known = false;  ///< else normals in world space stay as they face
 };
 
 /// The pose that the frame gets: a sphere whose middle is not where the camera looks is turned instead of resampled.
