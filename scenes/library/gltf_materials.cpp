@@ -2,9 +2,11 @@
 #include "gltf_document.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -31,6 +33,9 @@ glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwis
         return otherwise;
     return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
 }
+
+/// Reflects 99.6 %.
+constexpr double largest_index = 1000;
 
 /// A number of a material extension, or the extension's default.
 double extension_number(const tinygltf::Material& material, const char* extension, const char* key, double otherwise) {
@@ -84,7 +89,7 @@ private:
             to.emission_texture = use_texture(from.emissiveTexture, where, coordinates);
             to.transmission =
                 static_cast<float>(extension_number(from, "KHR_materials_transmission", "transmissionFactor", 0));
-            to.index_of_refraction = static_cast<float>(extension_number(from, "KHR_materials_ior", "ior", 1.5));
+            to.index_of_refraction = index_of_refraction(from, where);
             require_finite(to, where);
         }
         to.double_sided = from.doubleSided;
@@ -92,6 +97,14 @@ private:
             to.alpha_mask = use_mask(from, where, coordinates);
         out_.materials.push_back(std::move(to));
         out_.texture_coordinate_sets.push_back(coordinates);
+    }
+
+    /// The extension writes 0 for infinity; Fresnel's equations want a number.
+    static float index_of_refraction(const tinygltf::Material& from, const std::string& where) {
+        const double index = extension_number(from, "KHR_materials_ior", "ior", 1.5);
+        if (!(index == 0 || index >= 1))
+            throw InputError(expected_found(where, "an ior of 0 or from 1", formatted("%g", index)));
+        return static_cast<float>(index == 0 ? largest_index : std::min(index, largest_index));
     }
 
     static void require_finite(const Material& m, const std::string& where) {

@@ -195,6 +195,8 @@ TEST(Bsdf, PanesReflectByFresnelsEquationsOnBothSides) {
                 << index << " " << angle;
         }
     EXPECT_EQ(pane_reflectance(0, 0.01f), 0);
+    // The largest index that models are read with.
+    EXPECT_NEAR(pane_reflectance(dielectric_f0(1000), 1), 2 * 0.996008 / 1.996008, 1e-4);
 }
 
 TEST(Bsdf, MirrorsGlassAndSharpMetalsAreSharp) {

@@ -179,6 +179,14 @@ TEST_F(ModelTest, MaterialsAndExtensionValues) {
     expect_near(model.materials[1].emission, {16, 8, 4});
     EXPECT_EQ(model.materials[1].index_of_refraction, 1.5f);
     EXPECT_EQ(model.meshes[0].material, 1u);
+
+    auto& ior = builder.json["materials"][0]["extensions"]["KHR_materials_ior"]["ior"];
+    ior = 0;
+    EXPECT_EQ(load(builder).materials[0].index_of_refraction, 1000) << "the extension's word for infinity";
+    for (const double bad : {-1.0, 0.5}) {
+        ior = bad;
+        expect_contains(input_error([&] { load(builder); }), "expected an ior of 0 or from 1, found ");
+    }
 }
 
 namespace {

@@ -70,7 +70,7 @@ private:
     glm::vec3 specular_scale_{1};  // multiple scattering
     glm::vec3 straight_{0};
     glm::vec3 mirrored_{0};  // towards cos_viewer, where alpha_ is 0
-    float alpha_ = 0;  // 0: mirror
+    float alpha_ = 0;        // 0: mirror
     float p_diffuse_ = 0, p_specular_ = 0, p_straight_ = 0;
 };
 
