@@ -141,7 +141,7 @@ FileSets find_files(const std::vector<std::string>& sources) {
             if (const auto file = frames.find(index); file != frames.end())
                 frame.files.push_back(file->second);
             else if (found.missing.size() < most_missing_named)
-                found.missing.push_back("frame " + std::to_string(index) + " of " + found.stems[set]);
+                found.missing.push_back({index, "frame " + std::to_string(index) + " of " + found.stems[set]});
             ++set;
         }
         if (frame.files.size() == sets.size())
@@ -149,7 +149,7 @@ FileSets find_files(const std::vector<std::string>& sources) {
     }
     for (auto index = indices.begin(); index != indices.end() && std::next(index) != indices.end(); ++index)
         for (std::int64_t gap = *index + 1; gap < *std::next(index) && found.missing.size() < most_missing_named; ++gap)
-            found.missing.push_back("frame " + std::to_string(gap));
+            found.missing.push_back({gap, "frame " + std::to_string(gap)});
     return found;
 }
 

@@ -52,16 +52,18 @@ private:
             plan_.first_in_source = plan_.files.frames.front().index;
             plan_.last_in_source = plan_.files.frames.back().index;
         }
-        std::erase_if(plan_.files.frames, [&](const FileSets::Frame& frame) {
+        const auto is_outside = [&](const auto& frame) {
             return frame.index < settings_.first_frame || frame.index > settings_.last_frame;
-        });
+        };
+        std::erase_if(plan_.files.frames, is_outside);
+        std::erase_if(plan_.files.missing, is_outside);
         if (plan_.files.frames.empty())
             throw InputError(
                 expected_found(settings_.sources.front(), "whole frames (in the range asked for)", "none"));
         if (!plan_.files.missing.empty()) {
             std::string names;
             for (std::size_t i = 0; i < std::min<std::size_t>(plan_.files.missing.size(), 5); ++i)
-                names += (i == 0 ? "" : ", ") + plan_.files.missing[i];
+                names += (i == 0 ? "" : ", ") + plan_.files.missing[i].text;
             plan_.notes.push_back("missing and left out: " + names +
                                   (plan_.files.missing.size() > 5 ? " and more" : ""));
         }

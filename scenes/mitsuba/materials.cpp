@@ -8,9 +8,6 @@
 namespace equistream::mitsuba_xml {
 namespace {
 
-/// Below this our tracer takes a surface for a mirror (host-adapters/embree, bsdf.h).
-constexpr float mirror_roughness = 0.03f;
-
 double normal_reflectance(double index_of_refraction) {
     const double r = (index_of_refraction - 1) / (index_of_refraction + 1);
     return r * r;

@@ -15,6 +15,13 @@
 namespace equistream {
 namespace {
 
+/// Decoders quote names out of damaged files, which are in no encoding.
+std::string printable(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) > 126; }, '?');
+    return text;
+}
+
 std::string size_text(const OIIO::ImageSpec& spec) {
     return std::to_string(spec.width) + "x" + std::to_string(spec.height) + " with " + std::to_string(spec.nchannels) +
            " channels";
@@ -30,7 +37,7 @@ int colour_channels(const OIIO::ImageSpec& spec, const std::string& where) {
     std::string found;
     for (const std::string& name : names)
         found += (found.empty() ? "" : ", ") + name;
-    throw InputError(expected_found(where, "channels R, G and B, or one alone, in a sky image", found));
+    throw InputError(expected_found(where, "channels R, G and B, or one alone, in a sky image", printable(found)));
 }
 
 void check_header(const OIIO::ImageSpec& spec, const std::string& where) {
@@ -90,14 +97,14 @@ FloatImage read_sky_image(const std::filesystem::path& file) {
     const std::string where = file.string();
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where);
     if (!input)
-        throw InputError(expected_found(where, "a readable sky image", OIIO::geterror()));
+        throw InputError(expected_found(where, "a readable sky image", printable(OIIO::geterror())));
     const OIIO::ImageSpec& spec = input->spec();
     check_header(spec, where);
     const int channels = colour_channels(spec, where);
     FloatImage image(spec.width, spec.height, 3);
     constexpr auto stride = static_cast<OIIO::stride_t>(3 * sizeof(float));
     if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, image.samples().data(), stride))
-        throw InputError(expected_found(where, "a whole sky image", input->geterror()));
+        throw InputError(expected_found(where, "a whole sky image", printable(input->geterror())));
     if (channels == 1)
         for (std::size_t i = 0; i < image.samples().size(); i += 3)
             image.samples()[i + 1] = image.samples()[i + 2] = image.samples()[i];

@@ -340,6 +340,7 @@ class Import(unittest.TestCase):
             write(self.work / f"a.{i:04}.exr", {c: read_frame(self.sphere[i])[c] for c in "RGB"})
         said, found = self.imported(self.work)
         self.assertIn("missing and left out: frame 1", said)
+        self.assertNotIn("missing", run("import", self.work, "--frames", "2-9", "--dry-run").stdout)
         first = found[0].stat().st_mtime_ns
         write(self.work / "a.0001.exr", {c: read_frame(self.sphere[1])[c] for c in "RGB"})
         self.imported(self.work)

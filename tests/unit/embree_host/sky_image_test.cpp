@@ -100,6 +100,9 @@ TEST_F(SkyImageFile, WhatIsNoSkyIsRefused) {
                     "floating-point radiance (.exr, .hdr), found pixels of type uint8");
     expect_contains(error(save("two.exr", OIIO::ImageSpec(2, 1, 2, OIIO::TypeDesc::FLOAT), ramp(4))),
                     "expected channels R, G and B");
+    OIIO::ImageSpec odd(2, 1, 3, OIIO::TypeDesc::FLOAT);
+    odd.channelnames = {"R\x9b", "G", "B"};  // to a terminal the beginning of a control sequence
+    expect_contains(error(save("odd.exr", odd, ramp(6))), "R?");
     OIIO::ImageSpec cube = small;
     cube.attribute("textureformat", "CubeFace Environment");
     expect_contains(error(save("cube.exr", cube, ramp(24))),

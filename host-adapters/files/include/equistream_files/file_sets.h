@@ -13,8 +13,12 @@ struct FileSets {
         std::int64_t index = 0;
         std::vector<std::filesystem::path> files;  ///< as many as stems
     };
-    std::vector<Frame> frames;         ///< ascending
-    std::vector<std::string> missing;  ///< "frame 7", "frame 12 of depth"
+    struct Missing {
+        std::int64_t index = 0;
+        std::string text;  ///< "frame 7", "frame 12 of depth"
+    };
+    std::vector<Frame> frames;  ///< ascending
+    std::vector<Missing> missing;
 };
 
 /// Sources are folders, files, or patterns whose run of # stands for the frame's number. Throws InputError.
