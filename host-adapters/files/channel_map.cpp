@@ -67,7 +67,7 @@ const std::vector<Rule>& rules() {
          {"", "rgba", "rgb", "combined", "beauty", "color", "colour", "c", "img", "image", "result", "composite"}},
         {"albedo", {"albedo", "alb", "denoising albedo", "diffcol", "diffuse_albedo", "basecolor", "diffuse_color"}},
         {"depth", {"depth", "z", "zdepth", "distance", "dd"}},
-        {"normal", {"normal", "normals", "n", "ns", "nn", "sh_normal", "shading_normal", "denoising normal"}},
+        {"normal", {"normal", "normals", "n", "ns", "nn", "sh_normal", "shading_normal"}},
         {"backward", {"backward", "motion_backward", "motionvector", "motion", "velocity", "vector", "mv"}},
         {"forward", {"forward", "motion_forward"}},
         {"object_id", {"object_id", "objectid", "indexob", "object_index"}},

@@ -128,6 +128,8 @@ class Import(unittest.TestCase):
                   "Normal.X": normal[..., 0], "Normal.Y": normal[..., 1], "Normal.Z": normal[..., 2],
                   "Vector.X": back, "Vector.Y": -frame["backward.v"], "Vector.Z": -forth, "Vector.W": frame["forward.v"],
                   "IndexOB.X": frame["object_id"].astype(float), "Mist.Z": frame["A"], "CryptoObject00.R": frame["R"]}
+        # In camera space, averaged, and through mirrors: not the normal, though its name comes first.
+        layers |= {f"Denoising Normal.{c}": frame["A"] for c in "XYZ"}
         return {f"ViewLayer.{name}": plane for name, plane in layers.items()}
 
     def test_cycles_sphere(self):
