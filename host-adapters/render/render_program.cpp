@@ -32,8 +32,11 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     const Timeline timeline = make_timeline(options, scene);
     host.load(options, timeline);
     report.load_s = seconds_since(start);
+    std::vector<Stream> streams;
+    if (host.wants_frames())
+        streams = open_streams(options, scene, timeline.path, {host.record(), command});
+    host.begin();
     if (host.wants_frames()) {
-        const std::vector<Stream> streams = open_streams(options, scene, timeline.path, {host.record(), command});
         std::signal(SIGINT, note_interrupt);
         std::signal(SIGTERM, note_interrupt);
         SequenceRenderer({options, timeline, streams, interrupted}, host, report).run();

@@ -3,10 +3,12 @@
 #include "one_line.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <mitsuba/core/fresolver.h>
 #include <mitsuba/core/transform.h>
 
+#include <algorithm>
 #include <optional>
 
 namespace equistream::mitsuba_host {
@@ -112,6 +114,20 @@ void replace_sensors(const SceneRequest& request, EditedXml& xml) {
     }
 }
 
+/// Whether lamps are to be looked through: of this integrator or of one nested in it.
+bool hides_emitters(const ParserState& state, std::size_t node) {
+    const Properties& props = state[node].props;
+    if (props.has_property("hide_emitters") && props.type("hide_emitters") == Properties::Type::Bool) {
+        const bool hides = props.get<bool>("hide_emitters");
+        props.mark_queried("hide_emitters", false);
+        if (hides)
+            return true;
+    }
+    const std::vector<Child> nested = children(state[node], state, ObjectType::Integrator);
+    return std::any_of(nested.begin(), nested.end(),
+                       [&](const Child& child) { return hides_emitters(state, child.node); });
+}
+
 void wrap_integrator(const SceneRequest& request, EditedXml& xml) {
     ParserState& state = xml.state;
     const std::vector<Child> theirs = children(state.root(), state, ObjectType::Integrator);
@@ -121,13 +137,28 @@ void wrap_integrator(const SceneRequest& request, EditedXml& xml) {
         theirs.empty() ? add_node(state, ObjectType::Integrator, Properties("path")) : theirs.front().node;
     if (request.max_depth > 0)
         state[nested].props.set("max_depth", request.max_depth, false);
+    xml.hides_emitters = hides_emitters(state, nested);
     Properties ours("equirect_aov");
+    ours.set("hide_emitters", xml.hides_emitters);
     ours.set_id(our_integrator_id);
     ours.set("aovs", request.aovs);
     ours.set("integrator", Reference(nested));
     // Adding nodes moves the root, so it comes first.
     const std::size_t node = add_node(state, ObjectType::Integrator, std::move(ours));
     state.root().props.set(our_integrator_id, Reference(node));
+}
+
+/// Shapes and materials are told apart by their ids, which XML need not give.
+void name_the_nameless(ParserState& state) {
+    for (std::size_t i = 0; i < state.nodes.size(); ++i) {
+        SceneNode& node = state.nodes[i];
+        if ((node.type != ObjectType::Shape && node.type != ObjectType::BSDF) || !node.props.id().empty())
+            continue;
+        std::string id = std::string(node.props.plugin_name()) + "-" + std::to_string(i);
+        while (state.id_to_index.find(id) != state.id_to_index.end())
+            id += "-";
+        node.props.set_id(id);
+    }
 }
 
 std::map<std::string, std::string> find_groups(const ParserState& state) {
@@ -156,6 +187,21 @@ std::vector<std::filesystem::path> named_files(const ParserState& state) {
     return files;
 }
 
+/// Spectra are read from their files while the XML is parsed, and the files' names are lost.
+std::string spectra_text(const ParserState& state) {
+    std::string text;
+    for (const SceneNode& node : state.nodes)
+        for (const auto& property : node.props.filter(Properties::Type::Spectrum)) {
+            const auto spectrum = node.props.get<Properties::Spectrum>(property.name());
+            for (const auto* numbers : {&spectrum.wavelengths, &spectrum.values})
+                for (const double number : *numbers)
+                    text += in_words(number) + " ";
+            text += "\n";
+            node.props.mark_queried(property.name(), false);
+        }
+    return text;
+}
+
 }  // namespace
 
 std::string our_sensor_id(std::size_t index) {
@@ -166,7 +212,7 @@ EditedXml read_and_edit(const SceneRequest& request, const std::string& variant)
     std::error_code error;
     if (!std::filesystem::is_regular_file(request.xml, error))
         throw InputError(expected_found(request.xml.string(), "a scene in Mitsuba's XML", "no such file"));
-    EditedXml xml{mitsuba::parser::ParserConfig(variant), {}, {}, {}};
+    EditedXml xml{mitsuba::parser::ParserConfig(variant), {}, {}, false, {}};
     // Shapes keep their own ids, names and places in the tables of the AOV integrator.
     xml.config.merge_meshes = false;
     mitsuba::FileResolver& resolver = *mitsuba::file_resolver();
@@ -179,11 +225,13 @@ EditedXml read_and_edit(const SceneRequest& request, const std::string& variant)
             throw std::runtime_error(expected_found(request.xml.string(), "a <scene> as root", "another element"));
         mitsuba::parser::transform_upgrade(xml.config, xml.state);
         mitsuba::parser::transform_resolve(xml.config, xml.state);
-        xml.group_of_instance = find_groups(xml.state);
         xml.sensor.files = named_files(xml.state);
+        xml.sensor.spectra = spectra_text(xml.state);
         replace_sensors(request, xml);
         wrap_integrator(request, xml);
         mitsuba::parser::transform_merge_equivalent(xml.config, xml.state);
+        name_the_nameless(xml.state);
+        xml.group_of_instance = find_groups(xml.state);
     } catch (const InputError&) {
         throw;
     } catch (const std::exception& problem) {

@@ -16,6 +16,7 @@ struct EditedXml {
     mitsuba::parser::ParserConfig config;
     mitsuba::parser::ParserState state;
     XmlSensor sensor;
+    bool hides_emitters = false;                           ///< lamps are looked through
     std::map<std::string, std::string> group_of_instance;  ///< by their ids
 };
 

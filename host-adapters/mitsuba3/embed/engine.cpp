@@ -2,6 +2,7 @@
 
 #include "invoke_variant.h"
 #include "one_line.h"
+#include "version_check.h"
 
 #include <equistream/error.h>
 
@@ -91,16 +92,6 @@ const KnownVariant& find_variant(const std::string& name) {
     throw InputError(expected_found("--variant", "one of " + known_variants(), "'" + name + "'"));
 }
 
-/// The release in the first line of what libmitsuba says of itself.
-std::string release_of_library() {
-    const std::string build = mitsuba::util::info_build(1), before = "Mitsuba version ";
-    const std::size_t at = build.find(before);
-    if (at == std::string::npos)
-        return {};
-    const std::size_t begin = at + before.size();
-    return build.substr(begin, build.find_first_of(" \n(", begin) - begin);
-}
-
 }  // namespace
 
 std::string known_variants() {
@@ -111,7 +102,7 @@ std::string known_variants() {
 }
 
 std::string Engine::release() {
-    return release_of_library();
+    return release_in(mitsuba::util::info_build(1));
 }
 
 Engine::Engine(const EngineOptions& options) {

@@ -1,12 +1,12 @@
 #pragma once
 /// EmbeddedScene for one variant of Mitsuba. Included only by the sources that instantiate it.
 #include "edited_xml.h"
+#include "hit_integrator.h"
 #include "parameters.h"
 #include "variant_arrays.h"
 
 #include <equistream_mitsuba/embedded_scene.h>
 
-#include <mitsuba/core/plugin.h>
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/bsdf.h>
 #include <mitsuba/render/film.h>
@@ -63,6 +63,7 @@ private:
     mitsuba::ref<Integrator> with_aovs_, colour_alone_, hits_;
     std::vector<std::vector<Shape*>> members_;  // of groups_
     XmlSensor xml_sensor_;
+    bool hides_emitters_ = false;
     std::vector<ShapeSummary> shapes_;
     std::vector<ShapeGroup> groups_;
 };
@@ -70,7 +71,7 @@ private:
 template <typename Float, typename Spectrum>
 VariantScene<Float, Spectrum>::VariantScene(mitsuba::ref<mitsuba::Object> root, const EditedXml& xml,
                                             const SceneRequest& request)
-    : scene_(dynamic_cast<Scene*>(root.get())), xml_sensor_(xml.sensor) {
+    : scene_(dynamic_cast<Scene*>(root.get())), xml_sensor_(xml.sensor), hides_emitters_(xml.hides_emitters) {
     if (!scene_)
         throw std::runtime_error("expected a scene of this variant");
     find_sensors(request.sensors.size());
@@ -100,10 +101,7 @@ void VariantScene<Float, Spectrum>::find_integrators() {
         throw std::runtime_error("equirect_aov: expected to show its nested integrator");
     // Mitsuba's alpha is 1 where a ray meets the sky; ours says whether it met a surface.
     if (scene_->environment() != nullptr)
-        hits_ = dynamic_cast<Integrator*>(
-            mitsuba::PluginManager::instance()
-                ->create_object<mitsuba::Integrator<Float, Spectrum>>(mitsuba::Properties("depth"))
-                .get());
+        hits_ = new HitIntegrator<Float, Spectrum>(hides_emitters_);
 }
 
 template <typename Float, typename Spectrum>
@@ -139,6 +137,7 @@ ShapeSummary VariantScene<Float, Spectrum>::summary(Shape& shape) const {
         result.to_world = Arrays::rows_of(*to_world);
     if (const mitsuba::Object* bsdf = parameters.object("bsdf"))
         result.bsdf = bsdf->id(), result.is_invisible = bsdf->class_name() == "Null";
+    result.is_invisible |= hides_emitters_ && shape.is_emitter();
     return result;
 }
 

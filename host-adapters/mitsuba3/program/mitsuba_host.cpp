@@ -21,8 +21,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Samples a pass may take: each is a lane of the vectorised variants and needs memory of its own.
-constexpr std::uint64_t samples_of_a_pass = std::uint64_t{1} << 23;
+/// Samples a pass may take: each is a lane of the vectorised variants and needs memory of its own. An interrupt waits
+/// for the end of a pass, and scalar variants are slow.
+std::uint64_t samples_of_a_pass(const std::string& variant) {
+    return std::uint64_t{1} << (variant.starts_with("scalar") ? 20 : 23);
+}
 
 /// Where plugins/ may lie: beside the folder of programs in a build tree and in a Python package, below lib where
 /// installed.
@@ -103,12 +106,16 @@ void MitsubaHost::load(const RenderOptions&, const Timeline& timeline) {
     source_->prepare(timeline);
 }
 
+void MitsubaHost::begin() {
+    source_->begin();
+}
+
 HostRecord MitsubaHost::record() const {
     const std::string plugins =
         content_fingerprint({plugin_root_ / "plugins/equirect.so", plugin_root_ / "plugins/equirect_aov.so"}, "");
     // The code is part of the name: frames of plugins or of a program that have changed since are not resumed.
     return {std::string("equistream-mitsuba ") + es_version() + ", mitsuba " + Engine::release() + " " +
-                engine_->variant() + ", code " + code_identity() + " plugins " + plugins.substr(0, 8),
+                engine_->variant() + ", code " + code_identity() + " plugins " + plugins.substr(0, 8) + source_->code(),
             host_options_.max_bounces ? " bounces " + std::to_string(*host_options_.max_bounces) : ""};
 }
 
@@ -141,7 +148,8 @@ void MitsubaHost::render(const FrameTask& task) {
                                            world.to_world(pose(task.head_next))});
 
     FramePlanes planes(stream.size.width, stream.size.height, stream.wants_geometry() ? rendered_aovs_ : "none");
-    const auto most = static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass / stream.pixels()));
+    const auto most =
+        static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass(engine_->variant()) / stream.pixels()));
     std::uint32_t pass = 0;
     for (std::uint32_t done = 0; done < options_.spp; ++pass) {
         if (*task.stop)

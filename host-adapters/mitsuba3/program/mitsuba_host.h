@@ -14,6 +14,7 @@ public:
     void add_options(CLI::App& app) override;
     const SceneDescription& describe(const render_command::RenderOptions& options) override;
     void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
+    void begin() override;
     bool wants_frames() const override { return !host_options_.scene_only; }
     render_command::HostRecord record() const override;
     void move_to(const render_command::FrameTimes& times) override;

@@ -94,8 +94,8 @@ void OwnScene::read_placements() {
 
 /// Kept below --out, because converting a large scene takes longer than reading what came of it.
 fs::path OwnScene::converted(const LoadContext& context) {
-    const std::string program = content_fingerprint({own_folder() / "equistream-scene"}, "");
-    const fs::path folder = context.options.out / ".mitsuba" / (description_.fingerprint + "-" + program);
+    converter_ = content_fingerprint({own_folder() / "equistream-scene"}, "");
+    const fs::path folder = context.options.out / ".mitsuba" / (description_.fingerprint + "-" + converter_);
     const fs::path xml = folder / "scene.xml";
     std::error_code error;
     if (fs::exists(xml, error))  // written last

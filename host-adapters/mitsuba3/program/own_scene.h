@@ -17,6 +17,7 @@ public:
     void prepare(const render_command::Timeline&) override {}
     void move_to(const render_command::FrameTimes& times) override;
     std::string figures() const override { return figures_; }
+    std::string code() const override { return " converter " + converter_.substr(0, 8); }
 
 private:
     /// A shape of Mitsuba's and the instance that it is.
@@ -39,6 +40,7 @@ private:
     std::unique_ptr<EmbeddedScene> scene_;
     std::vector<MovingShape> moving_;
     std::vector<std::uint8_t> moves_;
+    std::string converter_;  // fingerprint of the program that converts
     std::string figures_;
 };
 

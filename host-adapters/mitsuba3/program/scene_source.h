@@ -26,9 +26,13 @@ public:
     virtual const WorldMap& world() const = 0;
     /// Once the frames are known.
     virtual void prepare(const render_command::Timeline& timeline) = 0;
+    /// Once the frames that are there are found to be this scene's.
+    virtual void begin() {}
     virtual void move_to(const render_command::FrameTimes& times) = 0;
     /// Such as "converted in 0.4 s, 1.2 M triangles".
     virtual std::string figures() const = 0;
+    /// Names code outside of this process that decides pixels: " converter 0123abcd"; empty where there is none.
+    virtual std::string code() const { return {}; }
 };
 
 /// By the file's extension: .xml is the user's own.

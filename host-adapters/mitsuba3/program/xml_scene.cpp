@@ -4,8 +4,11 @@
 
 #include <equistream/bound.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/sequence.h>
 #include <equistream_scene/write_glb.h>
+
+#include <unistd.h>
 
 #include <cstdio>
 
@@ -16,12 +19,14 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string parameters_text(const HostOptions& host) {
-    std::string text =
-        "sensor " + std::to_string(host.sensor) + " up " + host.up + " unit " + std::to_string(host.unit_m);
+    std::string text = "sensor " + std::to_string(host.sensor) + " up " + host.up + " unit " + in_words(host.unit_m);
     for (const std::string& definition : host.definitions)
         text += "\n" + definition;
     return text;
 }
+
+constexpr const char* model_name = "scene.glb";
+constexpr const char* description_name = "scene.json";
 
 }  // namespace
 
@@ -47,7 +52,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     description_.camera_path = PosePath({{0, world_.pose(sensor.to_world)}}, request.xml.string());
     if (sensor.count == 0 && context.options.path.empty())
         std::fprintf(stderr, "equistream render: note: the XML has no sensor; the head stands at its origin\n");
-    description_.fingerprint = content_fingerprint(scene_->xml_sensor().files, parameters_text(context.host));
+    description_.fingerprint = content_fingerprint(sensor.files, parameters_text(context.host) + "\n" + sensor.spectra);
 }
 
 void XmlScene::prepare(const render_command::Timeline& timeline) {
@@ -55,9 +60,12 @@ void XmlScene::prepare(const render_command::Timeline& timeline) {
         geometry_model(*scene_, world_, {timeline.path, head_box_radius_eye(description_.lean_m, ipd_m_)});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
+    prepared_ = out_ / (".scene." + std::to_string(getpid()));
     std::error_code error;
-    fs::create_directories(out_, error);
-    const fs::path model = out_ / "scene.glb", description = out_ / "scene.json";
+    fs::create_directories(prepared_, error);
+    if (error)
+        throw InputError(expected_found(out_.string(), "a folder that can be written", error.message()));
+    const fs::path model = prepared_ / model_name, description = prepared_ / description_name;
     description_.camera_path = timeline.path;
     description_.frames_per_second = timeline.frames_per_second;
     description_.model = model;
@@ -71,6 +79,18 @@ void XmlScene::prepare(const render_command::Timeline& timeline) {
     std::snprintf(text, sizeof text, "%zu shapes, %.2f M triangles in scene.glb", scene_->shapes().size(),
                   static_cast<double>(triangles) * 1e-6);
     figures_ = text;
+}
+
+/// Not before: a run that is refused must leave the geometry of the frames that are there.
+void XmlScene::begin() {
+    for (const char* name : {model_name, description_name})
+        fs::rename(prepared_ / name, out_ / name);
+}
+
+XmlScene::~XmlScene() {
+    std::error_code error;
+    if (!prepared_.empty())
+        fs::remove_all(prepared_, error);
 }
 
 }  // namespace equistream::mitsuba_host

@@ -1,7 +1,7 @@
 #pragma once
 /// What a renderer is to `equistream render`. The command asks in the order of RenderHost's functions: describe once,
-/// load once, then for each frame that is missing move_to and, for each stream, render. All calls come from one thread.
-/// Errors: InputError until rendering has begun, WorkError after.
+/// load and begin once, then for each frame that is missing move_to and, for each stream, render. All calls come from
+/// one thread. Errors: InputError until rendering has begun, WorkError after.
 #include <equistream_render/options.h>
 #include <equistream_render/timeline.h>
 
@@ -66,6 +66,9 @@ public:
     virtual const SceneDescription& describe(const RenderOptions& options) = 0;
     /// Readies the rest. Fingerprints of what describe returned may be filled in only now.
     virtual void load(const RenderOptions& options, const Timeline& timeline) = 0;
+    /// Called when the frames in --out, if there are any, are found to be of these settings: from here on files of a
+    /// host's own may be put beside them.
+    virtual void begin() {}
     /// False when loading was all that was asked for.
     virtual bool wants_frames() const { return true; }
     virtual HostRecord record() const = 0;

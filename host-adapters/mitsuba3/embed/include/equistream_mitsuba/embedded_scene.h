@@ -61,6 +61,7 @@ struct XmlSensor {
     Matrix34 to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< from its camera frame: +X left, +Y up, +Z forward
     int count = 0;                                          ///< sensors in the XML; with none this one is the default
     std::vector<std::filesystem::path> files;  ///< the XML's and those it includes and names, as far as they exist
+    std::string spectra;                       ///< what was read from files of spectra
 };
 
 /// Where a camera is at the frame and at its neighbours.
@@ -70,12 +71,12 @@ struct CameraPlacement {
 
 /// A shape of the scene, in the order of the integrator's tables.
 struct ShapeSummary {
-    std::string id, class_name;
-    int group = -1;             ///< of an instance: index of its shape group in groups()
-    Matrix34 to_world{};        ///< of an instance and of shapes that are not meshes
-    bool is_mesh = false;       ///< vertices are known, in world space (in the group's, below a group)
-    std::string bsdf;           ///< id of its material
-    bool is_invisible = false;  ///< only there to bound a medium
+    std::string id, class_name;  ///< ids are unique, given or not
+    int group = -1;              ///< of an instance: index of its shape group in groups()
+    Matrix34 to_world{};         ///< of an instance and of shapes that are not meshes
+    bool is_mesh = false;        ///< vertices are known, in world space (in the group's, below a group)
+    std::string bsdf;            ///< id of its material
+    bool is_invisible = false;   ///< only there to bound a medium, or a lamp that is looked through
 };
 
 struct ShapeGroup {

@@ -1,0 +1,110 @@
+"""XML as people write it: nothing has an id, materials are inline, lamps are hidden, spectra lie in files.
+
+usage: plain_xml_test.py BIN_DIR
+"""
+
+import pathlib
+import shutil
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from independent import *
+
+PROGRAMS = Programs(sys.argv.pop(1))
+SIZE = ["--size", "128x64"]
+SENSOR = """<sensor type="perspective"><transform name="to_world"><lookat origin="0,0,6" target="0,0,0" up="0,1,0"/></transform>
+  <film type="hdrfilm"/></sensor>"""
+
+
+def placed(kind, inside="", **move):
+    scale = f'<scale value="{move.pop("scale")}"/>' if "scale" in move else ""
+    shift = " ".join(f'{axis}="{value}"' for axis, value in move.items())
+    return f'<shape type="{kind}">{inside}<transform name="to_world">{scale}<translate {shift}/></transform></shape>'
+
+
+def mask(first, second, repeats):
+    return f"""<bsdf type="mask"><texture type="checkerboard" name="opacity"><float name="color0" value="{first}"/><float name="color1" value="{second}"/>
+      <transform name="to_uv"><scale x="{repeats}" y="{repeats}"/></transform></texture><bsdf type="diffuse"/></bsdf>"""
+
+
+class PlainXml(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_plain_xml_"))
+        self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
+
+    def render(self, *parts, integrator='<integrator type="path"/>', out="out", options=()):
+        (self.root / "scene.xml").write_text(f'<scene version="3.0.0">{integrator}{SENSOR}{"".join(parts)}</scene>')
+        PROGRAMS.run("render", self.root / "scene.xml", "--host", "mitsuba", *SIZE, "--spp", 4, *options, "--out", self.root / out)
+        return read_frame(self.root / out / "centre/frame.0000.exr")
+
+    def cast(self):
+        PROGRAMS.run("render", self.root / "out/scene.json", *SIZE, "--spp", 1, "--aovs", "depth,ids", "--out", self.root / "glb")
+        return read_frame(self.root / "glb/centre/frame.0000.exr")
+
+    def assert_same_geometry(self, frame, objects):
+        cast = self.cast()
+        self.assertEqual(len(np.unique(frame["object_id"])), objects)
+        same = frame["object_id"] == cast["object_id"]
+        self.assertGreater(same.mean(), 0.99)
+        a, b = (f["depth.Z"][same] for f in (frame, cast))
+        hit = np.isfinite(a)
+        self.assertTrue((hit == np.isfinite(b)).all())
+        self.assertGreater((np.abs(a[hit] - b[hit]) <= 1e-4 * a[hit]).mean(), 0.999)
+
+    def test_instances_and_masks_without_ids_are_told_apart(self):
+        groups = "".join(f'<shape type="shapegroup" id="{name}"><shape type="{kind}"><bsdf type="diffuse"/></shape></shape>'
+                         for name, kind in (("boxes", "cube"), ("balls", "sphere")))
+        frame = self.render(groups, '<emitter type="constant"/>', placed("instance", '<ref id="boxes"/>', x=-3, y=0),
+                            placed("instance", '<ref id="balls"/>', x=3, y=0), placed("instance", '<ref id="boxes"/>', x=0, y=3.5),
+                            placed("rectangle", mask(0, 1, 1), x=-1, y=-2), placed("rectangle", mask(1, 0, 3), x=2, y=-2, z=1),
+                            placed("rectangle", scale=9, x=0, y=0, z=-4))
+        self.assert_same_geometry(frame, 7)
+
+    def test_lamps_that_are_looked_through_are_no_surfaces(self):
+        lamp = placed("rectangle", '<emitter type="area"><rgb name="radiance" value="3"/></emitter>', x=0, y=0)
+        hidden = '<integrator type="path"><boolean name="hide_emitters" value="true"/></integrator>'
+        nested = f'<integrator type="moment">{hidden}</integrator>'
+        for i, integrator in enumerate((hidden, nested)):
+            frame = self.render(lamp, placed("rectangle", scale=9, x=0, y=0, z=-4), integrator=integrator, options=["--overwrite"])
+            self.assertAlmostEqual(frame["depth.Z"][32, 64], 10, delta=0.02)
+            self.assertEqual(frame["object_id"][32, 64], 2)
+            if i == 0:
+                self.assertAlmostEqual(self.cast()["depth.Z"][32, 64], 10, delta=0.02)
+        self.assertAlmostEqual(self.render(lamp, out="seen")["depth.Z"][32, 64], 6, delta=0.02)
+
+    def test_sky_in_the_holes_of_a_mask_is_sky(self):
+        """Alpha says whether a ray met a surface: 0 in the holes, also before a sky, and 1 beside them."""
+        frame = self.render('<emitter type="constant"/>', placed("rectangle", mask(0, 1, 1), scale=3, x=0, y=0))
+        holes = np.isinf(frame["depth.Z"])
+        front = (slice(20, 44), slice(52, 76))
+        deep = [np.roll(holes, shift, (0, 1)) for shift in ((0, 1), (0, -1), (1, 0), (-1, 0), (0, 0))]
+        inside, outside = (np.all(deep, 0)[front], ~np.any(deep, 0)[front])
+        self.assertGreater(inside.sum(), 20)
+        self.assertGreater(outside.sum(), 20)
+        self.assertEqual(frame["A"][front][inside].max(), 0)
+        self.assertEqual(frame["A"][front][outside].min(), 1)
+
+    def test_a_refused_run_leaves_the_geometry_of_the_frames_that_are_there(self):
+        self.render(placed("cube", x=0, y=0))
+        files = [self.root / "out/scene.glb", self.root / "out/scene.json"]
+        before = [file.read_bytes() for file in files]
+        with self.assertRaisesRegex(RuntimeError, "(?s)exit 2.*as in the frames there"):
+            self.render(placed("sphere", x=0, y=0))
+        self.assertEqual([file.read_bytes() for file in files], before)
+        self.assertEqual(sorted(file.name for file in (self.root / "out").iterdir()), ["centre", "scene.glb", "scene.json"])
+
+    def test_a_spectrum_that_changed_makes_another_scene(self):
+        wall = placed("rectangle", '<bsdf type="diffuse"><spectrum name="reflectance" filename="grey.spd"/></bsdf>', x=0, y=0)
+        spectrum = self.root / "grey.spd"
+        spectrum.write_text("400 0.2\n700 0.2\n")
+        self.render(wall)
+        self.render(wall)
+        spectrum.write_text("400 0.8\n700 0.8\n")
+        with self.assertRaisesRegex(RuntimeError, "(?s)exit 2.*fingerprint"):
+            self.render(wall)
+
+
+if __name__ == "__main__":
+    unittest.main()
