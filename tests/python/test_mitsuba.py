@@ -103,6 +103,70 @@ def test_sequences_encode_and_reproject(em, scene, run, tmp_path):
     np.testing.assert_allclose(view.depth_m, ball(eye, pose, (1, 0, -4), 1), rtol=1e-4)
 
 
+def small_sequence(em, scene, folder, **changes):
+    path = es.PosePath([(0, es.Pose()), (0.3, es.Pose((0.3, 0, 0)))])
+    settings = dict(path=path, frames=range(2), fps=10, spp=2, aovs="depth,motion", camera=es.EquirectCamera(32, 16)) | changes
+    return em.render_sequence(scene, settings.pop("path"), folder, settings.pop("camera"), **settings)
+
+
+def test_frames_of_anything_else_are_refused_even_where_all_are_there(em, scene, tmp_path):
+    import mitsuba as mi
+    folder = tmp_path / "centre"
+    small_sequence(em, scene, folder)
+    stamps = [(folder / f"frame.000{i}.exr").stat().st_mtime_ns for i in range(2)]
+    small_sequence(em, scene, folder)
+    aside = es.PosePath([(0, es.Pose((0, 1, 0))), (0.3, es.Pose((0.3, 0, 0)))])
+    other = mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": [1, 0, -5], "radius": 1}, "sky": {"type": "constant"}})
+    for changes in (dict(path=aside), dict(spp=4), dict(seed=1), dict(integrator={"type": "direct"}), dict(scene=other), dict(path=aside, frames=range(3))):
+        with pytest.raises(es.InputError, match="choose another folder or overwrite"):
+            small_sequence(em, changes.pop("scene", scene), folder, **changes)
+    assert [(folder / f"frame.000{i}.exr").stat().st_mtime_ns for i in range(2)] == stamps
+    assert small_sequence(em, other, folder, overwrite=True).indices == [0, 1]
+
+
+def test_the_same_scene_is_known_again_by_another_process(em):
+    code = '''
+import mitsuba as mi; mi.set_variant('llvm_ad_rgb')
+import equistream as es, equistream.mitsuba as em
+renderer = em.Renderer(mi.load_dict(mi.cornell_box()), es.EquirectCamera(8, 4))
+print(em._fingerprint(renderer, es.PosePath([(0, es.Pose())])))
+'''
+    first, second = python(code), python(code)
+    assert first.stdout == second.stdout and len(first.stdout.strip()) == 32, first.stderr
+
+
+def test_motion_does_not_depend_on_which_frames_are_asked_for(em, scene, tmp_path):
+    whole = small_sequence(em, scene, tmp_path / "whole", frames=range(4))
+    part = small_sequence(em, scene, tmp_path / "part", frames=[1, 2])
+    for index in (1, 2):
+        for plane in ("backward", "forward"):
+            np.testing.assert_allclose(part.read(index)[plane], whole.read(index)[plane], atol=1e-4)
+            assert np.abs(part.read(index)[plane]).max() > 0.1
+    assert np.abs(whole.read(0)["backward"]).max() < 1e-3 and np.abs(whole.read(3)["forward"]).max() < 1e-3
+
+
+def test_every_frame_and_eye_has_noise_of_its_own(em, tmp_path):
+    import mitsuba as mi
+    lit = mi.load_dict(mi.cornell_box())
+    still = es.PosePath([(0, es.Pose((0, 0, 0.5)))])
+    left, right = (small_sequence(em, lit, tmp_path / eye, path=still, eye=eye, ipd_m=0.0) for eye in ("left", "right"))
+    np.testing.assert_allclose(left[0]["depth"], right[1]["depth"])
+    lit_up = np.isfinite(left[0]["depth"]) & (left[0]["colour"][..., :3].max(-1) > 0)
+    assert lit_up.mean() > 0.5
+    for other in (left[1], right[0]):
+        assert (left[0]["colour"][..., :3] == other["colour"][..., :3]).all(-1)[lit_up].mean() < 0.1
+
+
+def test_a_scene_that_has_our_integrator(em):
+    import mitsuba as mi
+    described = mi.cornell_box()
+    described["integrator"] = {"type": "equirect_aov", "aovs": "depth", "nested": {"type": "path", "max_depth": 1}}
+    frame = em.render_frame(mi.load_dict(described), es.Pose((0, 0, 0.5)), es.EquirectCamera(32, 16), spp=2, aovs="depth,ids")
+    assert (np.isfinite(frame["depth"]) == (frame["object_id"] > 0)).all() and frame["object_id"].max() > 3
+    # One bounce at most, as its own nested integrator says: light is seen and nothing that it falls on.
+    assert (frame["colour"][..., :3].max(-1) > 0).mean() < 0.1
+
+
 def test_motion_of_the_camera(em, scene):
     camera = es.EquirectCamera(128, 64)
     here, before = es.Pose((0.1, 0, 0)), es.Pose((0, 0, 0))

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 
 import equistream as es
 import numpy as np
@@ -130,3 +131,23 @@ maps = open('/proc/self/maps').read()
 print('_core' in maps, [name for name in ('embree', 'OpenImageIO', 'pugixml', 'tinygltf') if name in maps])"""
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said.strip() == "True []"
+
+
+def test_a_second_thread_is_refused(eyes):
+    """It works without Python's lock: two threads in one engine would write one picture."""
+    frame = next(es.open_feed(eyes, depth=True))
+    wide = es.PerspectiveCamera(1024, 1024)
+    reproject, problems = es.Reprojector("sphere", fill="none", reference=True), []
+
+    def look():
+        try:
+            reproject(frame, wide, frame.main.info.camera_pose)
+        except es.InputError as problem:
+            problems.append(str(problem))
+    threads = [threading.Thread(target=look) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert problems == ["Reprojector: expected one thread at a time, found a second one"] * len(problems) and problems
+    assert reproject(frame, wide, frame.main.info.camera_pose).rgb.mean() > 0

@@ -167,17 +167,24 @@ class SequenceWriter:
         self._closed = False
 
     def keeps(self, index: int) -> bool:
-        """Whether this frame is there and stays; what it was made with is checked by the first write."""
+        """Whether this frame is there and stays; what it was made with is checked by `begin` or the first write."""
         return not self._overwrite and (self.folder / _core.frame_file_name(index)).exists()
 
-    def write(self, frame: Frame) -> None:
+    def begin(self, info: FrameInfo, planes: Iterable[str]) -> None:
+        """Opens the folder for frames with these settings and planes, before there is one; refuses it if it holds others."""
         if self._closed:
             raise InputError(f"{self.folder}: expected an open SequenceWriter, found one that was closed")
+        if self._writer is None:
+            names = plane_names(planes)
+            names = [name for name in AOVS if name in names]
+            self._writer = _core.SequenceWriter(self.folder, info, names, self._overwrite, self._fingerprint)
+            self._shared, self._planes = copy.copy(info), names
+
+    def write(self, frame: Frame) -> None:
         planes = checked_planes(frame)
         names = [name for name, _ in planes]
-        if self._writer is None:
-            self._writer = _core.SequenceWriter(self.folder, frame.info, names, self._overwrite, self._fingerprint)
-            self._shared, self._planes = copy.copy(frame.info), names
+        self.begin(frame.info, names)
+        assert self._writer is not None
         assert self._shared is not None
         for what, before, now in (("planes", self._planes, names), *(
                 (name, getattr(self._shared, name), getattr(frame.info, name)) for name in _shared_fields)):

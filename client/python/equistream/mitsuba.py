@@ -13,7 +13,9 @@ Renderer, render_frame and render_sequence turn a scene, whatever sensor and int
 
 from __future__ import annotations
 
-import os
+import hashlib
+import math
+import re
 from pathlib import Path
 from typing import Any, Iterable, Optional, Union
 
@@ -116,9 +118,7 @@ class Renderer:
             raise InputError(f"Renderer: expected an EquirectCamera or PerspectiveCamera, found {type(camera).__name__}")
         self.scene, self.camera, self.aovs = scene, camera, aovs
         self.planes = _core.planes_of_groups(aovs)
-        nested = integrator if integrator is not None else scene.integrator()
-        if nested is None or nested.class_name() == "EquirectAOVIntegrator" if not isinstance(nested, dict) else False:
-            nested = {"type": "path"}
+        nested = integrator if integrator is not None else _colour_of(scene.integrator())
         self.integrator = mi.load_dict({"type": "equirect_aov", "aovs": aovs, "nested": nested})
         self.sensor = mi.load_dict(self._sensor(near_clip, sampler))
         self._parameters = (mi.traverse(self.sensor), mi.traverse(self.integrator))
@@ -139,6 +139,11 @@ class Renderer:
         return sensor | {"type": "equirect", "longitude_min": float(west), "longitude_max": float(east),
                          "latitude_min": float(south), "latitude_max": float(north)}
 
+    @property
+    def host(self) -> str:
+        """What its frames say of who rendered them."""
+        return f"mitsuba {mi.__version__} {mi.variant()}"
+
     def _place(self, pose: Pose, previous: Pose, following: Pose) -> None:
         sensor, integrator = self._parameters
         neighbours = sensor if isinstance(self.camera, EquirectCamera) else integrator
@@ -153,13 +158,14 @@ class Renderer:
               info: Optional[FrameInfo] = None) -> Frame:
         """The frame of a camera at `pose` (see eye_pose for a head's eyes); neighbours' poses give motion, none means no movement.
 
-        `info` gives what else the frame is to say of itself (index, time, head, scene, ...).
+        `info` gives what else the frame is to say of itself (index, time, head, scene, ...). Each index and eye has noise of
+        its own, all from `seed`.
         """
         if spp < 1:
             raise InputError(f"spp: expected at least 1, found {spp}")
         self._place(pose, previous if previous is not None else pose, next if next is not None else pose)
-        image = mi.render(self.scene, sensor=self.sensor, integrator=self.integrator, spp=spp, seed=seed)
-        described = frame_info(self.camera, like=info, seed=seed, samples_per_pixel=spp, host=f"mitsuba {mi.__version__} {mi.variant()}")
+        described = frame_info(self.camera, like=info, seed=seed, samples_per_pixel=spp, host=self.host)
+        image = mi.render(self.scene, sensor=self.sensor, integrator=self.integrator, spp=spp, seed=_seed_of(described))
         described.camera_pose = pose
         if info is None:
             described.head = pose
@@ -167,6 +173,54 @@ class Renderer:
 
     def __repr__(self) -> str:
         return f"Renderer({self.camera!r}, aovs='{self.aovs}', {mi.variant()})"
+
+
+def _colour_of(integrator: Any) -> Any:
+    """What renders colour: of our own integrator the nested one."""
+    if integrator is None:
+        return {"type": "path"}
+    if integrator.class_name() != "EquirectAovIntegrator":
+        return integrator
+    nested: list[Any] = []
+
+    class Nested(mi.TraversalCallback):  # type: ignore[misc]
+        def put(self, name: str, value: Any, *_: Any) -> None:
+            if isinstance(value, mi.Integrator):
+                nested.append(value)
+
+    integrator.traverse(Nested())
+    return nested[0]
+
+
+def _lasting(name: str) -> str:
+    """What has no name is called by its address."""
+    return re.sub(r"object_\d+", "object", name)
+
+
+def _seed_of(info: FrameInfo) -> int:
+    words = hashlib.blake2b(f"{info.seed} {info.index} {info.eye}".encode(), digest_size=4)
+    return int.from_bytes(words.digest(), "little")
+
+
+def _fingerprint(renderer: Renderer, path: PosePath) -> str:
+    """Names what decides the pixels besides what frames say of themselves: the plugins, the scene, the integrator, the path."""
+    digest = hashlib.blake2b(digest_size=16)
+    for plugin in sorted(PLUGINS.glob("*.so")):
+        digest.update(plugin.read_bytes())
+    facts = []
+    for what in (renderer.scene, renderer.integrator):
+        facts += [line.encode() for line in str(what).splitlines()]
+        for name, value in mi.traverse(what):
+            try:
+                held = np.ascontiguousarray(getattr(value, "matrix", value)).tobytes()
+            except (TypeError, ValueError):
+                held = repr(value).encode()
+            facts.append(_lasting(name).encode() + hashlib.blake2b(held).digest())
+    for fact in sorted(facts):  # Mitsuba gives shapes another order in every process
+        digest.update(hashlib.blake2b(fact).digest())
+    for time_s, pose in path.keys:
+        digest.update(f"{time_s!r} {pose.position_m.tolist()} {pose.orientation.tolist()}".encode())
+    return digest.hexdigest()
 
 
 def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camera] = None, *, aovs: str = DEFAULT_AOVS, spp: int = 16,
@@ -187,8 +241,9 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
                     integrator: Any = None, exposure: float = 1.0, lean_m: float = 0.0, overwrite: bool = False) -> Sequence:
     """Renders frames along a head's path into a folder (`OUT/centre`, say) that `equistream encode` and `play` take.
 
-    Frame N is at N / fps seconds; a neighbour beyond the first or last frame asked for means no movement. Frames that are there
-    are kept. `name` is the scene's.
+    Frame N is at N / fps seconds; at the path's ends a missing neighbour means no movement, whichever frames are asked for.
+    Frames that are there are kept if scene, path and settings are those they were made with; else the folder is refused, or
+    with `overwrite` emptied. `name` is the scene's.
     """
     numbers = sorted(set(frames))
     if not numbers or numbers[0] < 0:
@@ -198,27 +253,32 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     def camera_pose_at(index: int) -> Pose:
         return eye_pose(camera, path.at(index / fps), eye, ipd_m, lock)
 
-    with SequenceWriter(folder, overwrite=overwrite) as writer:
+    def described(index: int) -> FrameInfo:
+        return frame_info(camera, camera_pose_at(index), index=index, time_s=index / fps, frames_per_second=fps, eye=eye, ipd_m=ipd_m,
+                          lock=lock, scene=name, exposure=exposure, lean_m=lean_m, head=path.at(index / fps), seed=seed,
+                          samples_per_pixel=spp, host=renderer.host)
+
+    last = math.floor(path.duration_s * fps + 1e-6)
+    with SequenceWriter(folder, overwrite=overwrite, fingerprint=_fingerprint(renderer, path)) as writer:
+        writer.begin(described(numbers[0]), renderer.planes)
         for index in numbers:
             if writer.keeps(index):
                 continue
-            info = frame_info(camera, index=index, time_s=index / fps, frames_per_second=fps, eye=eye, ipd_m=ipd_m, lock=lock, scene=name,
-                              exposure=exposure, lean_m=lean_m, head=path.at(index / fps))
-            before, after = max(index - 1, numbers[0]), min(index + 1, numbers[-1])
-            writer.write(renderer.frame(camera_pose_at(index), previous=camera_pose_at(before), next=camera_pose_at(after), spp=spp, seed=seed, info=info))
+            before, after = max(index - 1, 0), index + 1 if index < last else index
+            writer.write(renderer.frame(camera_pose_at(index), previous=camera_pose_at(before), next=camera_pose_at(after), spp=spp, seed=seed,
+                                        info=described(index)))
     return Sequence(folder)
 
 
 def depth_source(scene: Any) -> DepthFunction:
     """Distances by Mitsuba's own rays, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
     _require_variant()
-    renderers: dict[tuple[Any, ...], Renderer] = {}
+    renderers: dict[Camera, Renderer] = {}
 
     def cast(camera: Camera, pose: Pose) -> NDArray[np.float32]:
-        key = (repr(camera),)
-        if key not in renderers:
-            renderers[key] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"})
-        return renderers[key].frame(pose, spp=1)["depth"]
+        if camera not in renderers:
+            renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"})
+        return renderers[camera].frame(pose, spp=1)["depth"]
 
     return cast
 

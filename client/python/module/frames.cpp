@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "parts.h"
+#include "waiting.h"
 
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
@@ -87,12 +88,17 @@ public:
     void write(const FrameInfo& info, const PlanesIn& planes) {
         const Frame frame = make_frame(info, planes);
         SequenceWriter& writer = open();
-        const nb::gil_scoped_release release;
-        check(frame);
-        writer.write(frame);
+        waiting_.run([&] {
+            check(frame);
+            writer.write(frame);
+        });
     }
     FrameInfo shared() const { return open().manifest().shared; }
-    void close() { writer_.reset(); }
+    /// Refused while another thread writes.
+    void close() {
+        waiting_.run([] {});
+        writer_.reset();
+    }
 
 private:
     SequenceWriter& open() const {
@@ -100,6 +106,7 @@ private:
             throw InputError(expected_found("SequenceWriter", "an open one", "one that was closed"));
         return *writer_;
     }
+    Waiting waiting_{"SequenceWriter"};
     std::unique_ptr<SequenceWriter> writer_;
 };
 

@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "parts.h"
+#include "waiting.h"
 
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
@@ -45,9 +46,8 @@ public:
         EyePicture picture;
         ByteImage origin_before_fill;
         std::vector<std::pair<std::string, std::int64_t>> filled;
-        {
+        waiting_.run([&] {
             const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
-            const nb::gil_scoped_release release;
             engine_->set_source(source.view());
             engine_->reproject(eye, picture);
             origin_before_fill = picture.origin;
@@ -55,7 +55,7 @@ public:
                 rung->set_small(small ? std::optional(small->view()) : std::nullopt);
                 filled.emplace_back(rung->name(), rung->fill(eye, picture));
             }
-        }
+        });
         nb::dict counts;
         for (const auto& [name, count] : filled)
             counts[name.c_str()] = count;
@@ -64,6 +64,7 @@ public:
     }
 
 private:
+    Waiting waiting_{"Reprojector"};
     std::unique_ptr<Engine> engine_;
     std::vector<std::unique_ptr<FillRung>> ladder_;
 };

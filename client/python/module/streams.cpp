@@ -69,7 +69,7 @@ public:
     std::string truncation() const { return reader_->truncation(); }
 
 private:
-    Waiting waiting_;
+    Waiting waiting_{"stream"};
     std::unique_ptr<StreamReader> reader_;
 };
 
@@ -114,7 +114,7 @@ public:
     std::string truncation() const { return feed_->truncation(); }
 
 private:
-    Waiting waiting_;
+    Waiting waiting_{"stream"};
     std::unique_ptr<FrameFeed> feed_;
 };
 

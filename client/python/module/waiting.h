@@ -7,11 +7,15 @@
 
 #include <atomic>
 #include <functional>
+#include <string>
 
 namespace equistream::python {
 
 class Waiting {
 public:
+    /// `what` is there for one thread at a time; it outlives this.
+    explicit Waiting(const char* what) : what_(what) {}
+
     /// What a source that waits asks now and then: whether Python wants it to stop.
     std::function<bool()> question() {
         return [this] { return is_interrupted(); };
@@ -21,7 +25,7 @@ public:
     template <typename Work>
     void run(const Work& work) {
         if (busy_.exchange(true))
-            throw InputError("stream: expected one thread at a time, found a second one");
+            throw InputError(std::string(what_) + ": expected one thread at a time, found a second one");
         const Idle idle_again{busy_};
         try {
             const nanobind::gil_scoped_release release;
@@ -55,6 +59,7 @@ private:
         return interrupted_;
     }
 
+    const char* what_;
     std::atomic<bool> busy_ = false;
     bool interrupted_ = false;
     Clock::time_point last_asked_;
