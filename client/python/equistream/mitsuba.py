@@ -122,6 +122,7 @@ class Renderer:
         self.integrator = mi.load_dict({"type": "equirect_aov", "aovs": aovs, "nested": nested})
         self.sensor = mi.load_dict(self._sensor(near_clip, sampler))
         self._parameters = (mi.traverse(self.sensor), mi.traverse(self.integrator))
+        self._number_shapes()
 
     def _sensor(self, near_clip: Optional[float], sampler: str) -> dict[str, Any]:
         camera = self.camera
@@ -138,6 +139,23 @@ class Renderer:
         south, north = np.degrees(camera.latitudes)
         return sensor | {"type": "equirect", "longitude_min": float(west), "longitude_max": float(east),
                          "latitude_min": float(south), "latitude_max": float(north)}
+
+    def _number_shapes(self) -> None:
+        """Mitsuba gives shapes another order in every process: ids that are to last go by what shapes are."""
+        shapes = self.scene.shapes()
+        facts = [(_lasting(shape.id()), str(shape)) for shape in shapes]
+        ranks = {i: rank + 1 for rank, i in enumerate(sorted(range(len(shapes)), key=facts.__getitem__))}
+        tables = {"object_id": [ranks[i] for i in range(len(shapes))]}
+        tables["instance_id"] = tables["object_id"]
+        if shapes and all(shape.class_name() != "Instance" for shape in shapes):
+            materials = [(_lasting(shape.bsdf().id()), str(shape.bsdf())) for shape in shapes]
+            known = sorted(set(materials))
+            tables["material_id"] = [known.index(material) + 1 for material in materials]
+        parameters = self._parameters[1]
+        for name, _ in list(parameters):
+            if shapes and name.rsplit(".", 1)[-1] in tables:
+                parameters[name] = tables[name.rsplit(".", 1)[-1]]
+        parameters.update()
 
     @property
     def host(self) -> str:
@@ -208,7 +226,7 @@ def _fingerprint(renderer: Renderer, path: PosePath) -> str:
     for plugin in sorted(PLUGINS.glob("*.so")):
         digest.update(plugin.read_bytes())
     facts = []
-    for what in (renderer.scene, renderer.integrator):
+    for what in (renderer.scene, _colour_of(renderer.integrator)):
         facts += [line.encode() for line in str(what).splitlines()]
         for name, value in mi.traverse(what):
             try:
