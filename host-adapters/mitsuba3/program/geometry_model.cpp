@@ -16,24 +16,29 @@ namespace {
 constexpr double share = 0.25 / 16;
 constexpr std::size_t most_notes = 20;
 
-/// Positions along the path, between its keys too.
-std::vector<glm::dvec3> stations(const PosePath& path) {
-    constexpr int between = 8;
+std::vector<glm::dvec3> positions(const PosePath& path) {
     std::vector<glm::dvec3> points;
-    for (std::size_t i = 0; i < path.keys().size(); ++i) {
-        points.push_back(path.keys()[i].pose.position_m);
-        if (i + 1 == path.keys().size())
-            continue;
-        for (int k = 1; k < between; ++k)
-            points.push_back(glm::mix(points.back(), path.keys()[i + 1].pose.position_m, 1.0 / (between - k + 1)));
-    }
+    for (const PosePath::Key& key : path.keys())
+        points.push_back(key.pose.position_m);
     return points;
+}
+
+/// To the nearest point of straight lines between `stations`.
+double distance_m(const std::vector<glm::dvec3>& stations, const glm::dvec3& point) {
+    double nearest = 1e30;
+    for (std::size_t i = 0; i < stations.size(); ++i) {
+        const glm::dvec3 from = stations[i], along = stations[std::min(i + 1, stations.size() - 1)] - from;
+        const double length2 = glm::dot(along, along);
+        const double at = length2 > 0 ? std::clamp(glm::dot(point - from, along) / length2, 0.0, 1.0) : 0;
+        nearest = std::min(nearest, glm::length(from + at * along - point));
+    }
+    return nearest;
 }
 
 class Exporter {
 public:
     Exporter(EmbeddedScene& scene, const WorldMap& world, const HeadBox& box)
-        : scene_(scene), world_(world), radius_m_(box.radius_m), stations_(stations(box.path)) {
+        : scene_(scene), world_(world), radius_m_(box.radius_m), stations_(positions(box.path)) {
         Material surface;
         surface.name = "surface";
         surface.metallic = 0;
@@ -145,8 +150,7 @@ private:
         for (const glm::vec3& position : mesh.positions) {
             const glm::dvec3 p(place * glm::dvec4(position, 1));
             size = std::max(size, glm::length(p - first));
-            for (const glm::dvec3& station : stations_)
-                nearest = std::min(nearest, glm::length(p - station));
+            nearest = std::min(nearest, distance_m(stations_, p));
         }
         const double scale = std::max({glm::length(glm::dvec3(place[0])), glm::length(glm::dvec3(place[1])),
                                        glm::length(glm::dvec3(place[2])), 1e-30});

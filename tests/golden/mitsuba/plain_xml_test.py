@@ -86,6 +86,14 @@ class PlainXml(unittest.TestCase):
         self.assertEqual(frame["A"][front][inside].max(), 0)
         self.assertEqual(frame["A"][front][outside].min(), 1)
 
+    def test_a_ball_is_as_fine_as_the_paths_nearest_point_wants(self):
+        """Wherever that lies between two keys."""
+        keys = {"long": ((0, -160), (1, 160)), "cut": ((0, -160), (0.46875, -10), (1, 160))}
+        for name, times in keys.items():
+            (self.root / f"{name}.csv").write_text("".join(f"{t},{x},0,0,1,0,0,0\n" for t, x in times))
+            self.render(placed("sphere", x=-10, y=0, z=-8), out=name, options=["--path", self.root / f"{name}.csv", "--frames", "0"])
+        self.assertEqual(*((self.root / name / "scene.glb").read_bytes() for name in keys))
+
     def test_a_refused_run_leaves_the_geometry_of_the_frames_that_are_there(self):
         self.render(placed("cube", x=0, y=0))
         files = [self.root / "out/scene.glb", self.root / "out/scene.json"]
