@@ -1,4 +1,4 @@
-#include <equistream_mitsuba/convert.h>
+#include <equistream_mitsuba_xml/convert.h>
 
 #include "camera.h"
 #include "shapes.h"

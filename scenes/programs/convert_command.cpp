@@ -2,7 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream_mitsuba/convert.h>
+#include <equistream_mitsuba_xml/convert.h>
 
 #include <nlohmann/json.hpp>
 
