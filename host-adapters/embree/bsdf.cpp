@@ -2,6 +2,7 @@
 
 #include <equistream_embree/directions.h>
 #include <equistream_embree/ggx.h>
+#include <equistream_scene/shading_model.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,8 @@
 #include "scene_builder.h"
 
+#include <equistream/srgb.h>
+
 #include <cassert>
-#include <cmath>
 
 namespace equistream::generate {
 
@@ -93,7 +94,7 @@ Material glowing(const std::string& name, glm::vec3 radiance, std::uint32_t text
 
 glm::vec3 linear_from_srgb(glm::vec3 display) {
     for (int c = 0; c < 3; ++c)
-        display[c] = display[c] <= 0.04045f ? display[c] / 12.92f : std::pow((display[c] + 0.055f) / 1.055f, 2.4f);
+        display[c] = srgb_to_linear(display[c]);
     return display;
 }
 

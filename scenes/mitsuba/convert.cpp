@@ -7,6 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/image.h>
 #include <equistream/sequence.h>
+#include <equistream_scene/shading_model.h>
 
 #include <sstream>
 
@@ -16,8 +17,8 @@ using namespace mitsuba_xml;
 
 namespace {
 
-/// Our tracer's eight scatterings; Mitsuba counts the ray from the camera too.
-constexpr const char* max_depth = "9";
+/// Mitsuba counts the ray from the camera too.
+constexpr std::uint32_t max_depth = default_max_bounces + 1;
 
 MitsubaSettings completed(MitsubaSettings settings) {
     const bool sphere = settings.camera == MitsubaCamera::equirect;
@@ -87,7 +88,7 @@ MitsubaReport write_mitsuba_scene(const SceneModel& model, const SceneDescriptio
     add_sensor(root, scene, settings, 10 * sun_distance_m(bounds));
     // path takes what a mask cut away, and glass, for opaque where it asks whether a light is seen.
     add_integer(add_plugin(root, "integrator", materials.any_straight() ? "volpath" : "path", "integrator"),
-                "max_depth", max_depth);
+                "max_depth", std::to_string(max_depth).c_str());
 
     images.write();
     shapes.write_meshes(folder);

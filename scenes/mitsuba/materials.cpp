@@ -2,16 +2,13 @@
 
 #include "xml.h"
 
+#include <equistream_scene/shading_model.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace equistream::mitsuba_xml {
 namespace {
-
-double normal_reflectance(double index_of_refraction) {
-    const double r = (index_of_refraction - 1) / (index_of_refraction + 1);
-    return r * r;
-}
 
 double schlick(double f0, double cosine) {
     return f0 + (1 - f0) * std::pow(1 - cosine, 5);
@@ -146,8 +143,7 @@ void Materials::add_metal(pugi::xml_node parent, const Material& material, const
 void Materials::add_principled(pugi::xml_node parent, const Material& material, const std::string& id) {
     pugi::xml_node node = add_plugin(parent, "bsdf", "principled", id);
     add_base_colour(node, material, "base_color");
-    const double reflected = std::sqrt(normal_reflectance(material.index_of_refraction));
-    add_float(node, "eta", (1 + reflected) / (1 - reflected));
+    add_float(node, "eta", material.index_of_refraction);
     if (material.metallic_roughness_texture == no_index) {
         add_float(node, "metallic", material.metallic);
         add_float(node, "roughness", material.transmission > 0 ? 0 : material.roughness);

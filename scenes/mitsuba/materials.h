@@ -4,10 +4,6 @@
 
 namespace equistream::mitsuba_xml {
 
-/// Below this our tracer takes a surface for a mirror: the value in its bsdf.h, which is not the scene library's to
-/// include (a test compares them).
-inline constexpr float mirror_roughness = 0.03f;
-
 /// How often our materials became something that is near, but not the same.
 struct MaterialNotes {
     std::size_t principled = 0;   ///< metal-rough: principled

@@ -4,6 +4,8 @@ import itertools
 import json
 import os
 import pathlib
+import resource
+import signal
 import subprocess
 
 import numpy as np
@@ -26,15 +28,14 @@ def scalar():
     return choose("scalar_rgb")
 
 
-def equistream(*words):
-    return subprocess.run([BIN / "equistream", *(str(w) for w in words)], capture_output=True, text=True)
+def equistream(*words, **how):
+    return subprocess.run([BIN / "equistream", *(str(w) for w in words)], capture_output=True, text=True, **how)
 
 
 def done(*words):
     result = equistream(*words)
     assert result.returncode == 0, result.stderr
     return result
-
 
 
 def load(file, **parameters):
@@ -312,8 +313,8 @@ class TestBadInput:
         return tmp_path / "orientation.json"
 
     @staticmethod
-    def refused(code, *words):
-        result = equistream("scene", "convert", *words)
+    def refused(code, *words, **how):
+        result = equistream("scene", "convert", *words, **how)
         assert result.returncode == code and result.stderr.count("\n") == 1, result.stderr
         return result.stderr
 
@@ -349,13 +350,21 @@ class TestBadInput:
         assert {path.name: path.read_bytes() for path in (tmp_path / "out.files").iterdir()} == files
         assert sorted(path.name for path in tmp_path.iterdir()) == before
 
-    def test_a_full_disk_leaves_nothing(self, scene, tmp_path):
-        disk = tmp_path / "disk"
-        disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode != 0:
-            pytest.skip("no right to mount a small disk")
-        try:
-            assert "cannot be written" in self.refused(1, scene, disk / "out.xml")
-            assert list(disk.iterdir()) == []
-        finally:
-            subprocess.run(["umount", disk], check=True)
+    @pytest.mark.parametrize("limit", [0, 256, 65536])
+    def test_a_write_that_fails_leaves_nothing(self, scene, tmp_path, limit):
+        """A limit on files' sizes fails a write where a full disk does, at the start or in the middle, and needs no rights."""
+        def files_end_early():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        out = tmp_path / "new"
+        out.mkdir()
+        assert "cannot be written" in self.refused(1, scene, out / "out.xml", preexec_fn=files_end_early)
+        assert list(out.iterdir()) == []
+        # Where mounting is allowed, a disk that is really full too.
+        if limit and subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={limit}", "tmpfs", out], stderr=subprocess.DEVNULL).returncode == 0:
+            try:
+                assert "cannot be written" in self.refused(1, scene, out / "out.xml")
+                assert list(out.iterdir()) == []
+            finally:
+                subprocess.run(["umount", out], check=True)

@@ -1,11 +1,15 @@
 import os
 import pathlib
+import re
 import subprocess
 import sys
+import threading
 
+import equistream
 import pytest
 
 BIN = pathlib.Path(os.environ["EQUISTREAM_BIN"])
+SOURCE = pathlib.Path(os.environ["EQUISTREAM_SOURCE"])
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "golden"))  # independent.py
 
 
@@ -14,6 +18,32 @@ def program(*words):
     result = subprocess.run([BIN / "equistream", *(str(w) for w in words)], capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     return result.stdout
+
+
+def refusals_of_four_threads(call):
+    """What threads that make one call at once were told, each that was refused."""
+    problems = []
+
+    def look():
+        try:
+            call()
+        except equistream.InputError as problem:
+            problems.append(str(problem))
+
+    threads = [threading.Thread(target=look) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return problems
+
+
+def python_md(section):
+    """The blocks of code below a heading of docs/python.md."""
+    sections = re.split(r"^## ", (SOURCE / "docs/python.md").read_text(), flags=re.M)
+    found = [text for text in sections if text.startswith(section + "\n")]
+    assert len(found) == 1, section
+    return re.findall(r"```python\n(.*?)```", found[0], re.S)
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,9 @@ import sys
 import equistream as es
 import numpy as np
 import pytest
+from PIL import Image
+
+from conftest import SOURCE, python_md
 
 PACKAGE = pathlib.Path(es.__file__).parent
 CASE = """
@@ -211,3 +215,21 @@ def test_missing_and_wrong_mitsuba_are_told(tmp_path):
     assert "found none (gone)" in result.stderr.splitlines()[-1]
     result = python("import equistream.mitsuba as em; import equistream as es; em.to_world(es.Pose())")
     assert "expected a variant" in result.stderr.splitlines()[-1]
+
+
+def test_python_md(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = python_md("Mitsuba")
+    assert len(blocks) == 1
+    exec(compile(blocks[0], "docs/python.md", "exec"), {"es": es, "np": np})
+    assert len(list((tmp_path / "cornell" / "centre").glob("*.exr"))) == 2
+
+
+def test_example(tmp_path):
+    result = subprocess.run([sys.executable, SOURCE / "client/python/examples/reproject.py", tmp_path / "eyes.png"],
+                            capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stderr
+    decibels = float(re.search(r"render of it: ([0-9.]+) dB", result.stdout).group(1))
+    assert decibels > 28, result.stdout
+    picture = np.asarray(Image.open(tmp_path / "eyes.png"))
+    assert picture.shape == (544, 1536, 3) and picture[300:, :768].mean() > 20

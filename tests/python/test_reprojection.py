@@ -2,12 +2,13 @@
 
 import subprocess
 import sys
-import threading
 
 import equistream as es
 import numpy as np
 import pytest
 from PIL import Image
+
+from conftest import refusals_of_four_threads
 
 CAMERA = es.PerspectiveCamera(96, 64, np.radians(80))
 
@@ -137,17 +138,7 @@ def test_a_second_thread_is_refused(eyes):
     """It works without Python's lock: two threads in one engine would write one picture."""
     frame = next(es.open_feed(eyes, depth=True))
     wide = es.PerspectiveCamera(1024, 1024)
-    reproject, problems = es.Reprojector("sphere", fill="none", reference=True), []
-
-    def look():
-        try:
-            reproject(frame, wide, frame.main.info.camera_pose)
-        except es.InputError as problem:
-            problems.append(str(problem))
-    threads = [threading.Thread(target=look) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    reproject = es.Reprojector("sphere", fill="none", reference=True)
+    problems = refusals_of_four_threads(lambda: reproject(frame, wide, frame.main.info.camera_pose))
     assert problems == ["Reprojector: expected one thread at a time, found a second one"] * len(problems) and problems
     assert reproject(frame, wide, frame.main.info.camera_pose).rgb.mean() > 0

@@ -5,12 +5,13 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 
 import equistream as es
 import numpy as np
 import pytest
+
+from conftest import refusals_of_four_threads
 
 
 def test_pictures(stream, sphere):
@@ -86,18 +87,7 @@ def test_ctrl_c_ends_a_wait_for_a_silent_source():
 
 def test_a_second_thread_is_refused(tmp_path):
     reader = es.open_stream(make_long_video(tmp_path))
-    problems = []
-
-    def read():
-        try:
-            list(reader)
-        except es.InputError as problem:
-            problems.append(str(problem))
-    threads = [threading.Thread(target=read) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    problems = refusals_of_four_threads(lambda: list(reader))
     assert any("one thread at a time" in p for p in problems)
 
 

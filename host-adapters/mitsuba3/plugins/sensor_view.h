@@ -2,6 +2,7 @@
 /// What the AOV integrator knows of a sensor: its image formula and its poses, read from the parameters that the sensor
 /// exposes, because plugins cannot include each other's classes.
 #include "camera_frame.h"
+#include "parameters.h"
 #include "refusal.h"
 
 #include <equistream/image_motion.h>
@@ -10,34 +11,9 @@
 #include <mitsuba/render/film.h>
 #include <mitsuba/render/sensor.h>
 
-#include <map>
 #include <string>
 
 namespace equistream::mitsuba_host {
-
-/// Values by name, as one object exposes them; nothing below it.
-class ExposedValues : public mitsuba::TraversalCallback {
-public:
-    /// The value, if there is one with this name and type. It lives as long as the object.
-    template <typename T>
-    const T* find(const std::string& name) const {
-        const auto at = values_.find(name);
-        return at != values_.end() && *at->second.type == typeid(T) ? static_cast<const T*>(at->second.value) : nullptr;
-    }
-
-protected:
-    void put_value(std::string_view name, void* value, uint32_t, const std::type_info& type) override {
-        values_[std::string(name)] = {value, &type};
-    }
-    void put_object(std::string_view, mitsuba::Object*, uint32_t) override {}
-
-private:
-    struct Value {
-        void* value = nullptr;
-        const std::type_info* type = nullptr;
-    };
-    std::map<std::string, Value> values_;
-};
 
 template <typename Float, typename Spectrum>
 struct SensorView {
@@ -64,8 +40,7 @@ struct SensorView {
     SensorView(Sensor* sensor)
         : size(sensor->film()->size()), crop_size(sensor->film()->crop_size()),
           crop_offset(sensor->film()->crop_offset()) {
-        ExposedValues values;
-        sensor->traverse(&values);
+        const Parameters values(*sensor);
         const std::string kind(sensor->class_name());
         if (kind == "EquirectSensor")
             read_sphere(values);
@@ -111,13 +86,13 @@ private:
     }
 
     template <typename T>
-    static const T& value(const ExposedValues& values, const char* name) {
+    static const T& value(const Parameters& values, const char* name) {
         if (const T* found = values.find<T>(name))
             return *found;
         refuse("equirect_aov: expected the sensor to expose \"%s\", found nothing of that name and type", name);
     }
 
-    void read_sphere(const ExposedValues& values) {
+    void read_sphere(const Parameters& values) {
         to_world = value<AffineTransform4f>(values, "to_world");
         to_world_previous = value<AffineTransform4f>(values, "to_world_previous");
         to_world_next = value<AffineTransform4f>(values, "to_world_next");
@@ -138,7 +113,7 @@ private:
             pole_merge = {pi, pi};
     }
 
-    void read_perspective(const ExposedValues& values) {
+    void read_perspective(const Parameters& values) {
         sphere = false;
         to_world = to_world_previous = to_world_next = value<AffineTransform4f>(values, "to_world");
         const Float fov = value<Float>(values, "x_fov") * Float(pi / 180);

@@ -5,6 +5,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream_scene/shading_model.h>
 
 #include <nlohmann/json.hpp>
 
@@ -17,8 +18,6 @@ namespace equistream::mitsuba_host {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::uint32_t default_max_bounces = 8;
 
 glm::mat4 matrix_from(const nlohmann::json& numbers) {
     glm::mat4 matrix;

@@ -19,6 +19,7 @@ from PIL import Image
 
 import agreement
 import hosts
+from independent import srgb
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from steps import machine, versions  # noqa: E402
@@ -43,14 +44,9 @@ def arguments():
     return settings
 
 
-def display(linear):
-    x = np.clip(linear, 0, 1)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-
-
 def save_pictures(out, name, a, b, exposure):
     """Embedded host, Mitsuba, their difference four times over around grey."""
-    left, right = display(a.mean(0) * exposure), display(b.mean(0) * exposure)
+    left, right = srgb(a.mean(0) * exposure), srgb(b.mean(0) * exposure)
     apart = np.clip(0.5 + 4 * (right - left), 0, 1)
     sheet = np.concatenate([left, right, apart], 0)
     Image.fromarray((255 * sheet + 0.5).astype(np.uint8)).save(out / f"{name}-colour.png")

@@ -2,11 +2,16 @@
 
 import pathlib
 import subprocess
+import sys
 
 import numpy as np
-import OpenEXR
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
+from independent import colour_of, read_frame  # noqa: E402
 
 AOVS = "depth,motion,normal,ids"
+
+
 class Failed(Exception):
     pass
 
@@ -26,15 +31,6 @@ class Programs:
         return result.stdout
 
 
-def read_frame(file):
-    """All channels of all parts by name, as float64 or unsigned arrays."""
-    channels = {}
-    for part in OpenEXR.File(str(file), separate_channels=True).parts:
-        for name, channel in part.channels.items():
-            channels[name] = channel.pixels if channel.pixels.dtype == np.uint32 else channel.pixels.astype(np.float64)
-    return channels
-
-
 def frames(programs, host, scene, work, settings):
     """(planes of the first seed, colours of all seeds: seeds x height x width x 3). The hosts draw other random numbers from the same seeds."""
     # What the embedded host leaves out of the light on purpose Mitsuba does not.
@@ -46,5 +42,5 @@ def frames(programs, host, scene, work, settings):
                      "--spp", settings.spp, "--seed", seed, "--aovs", AOVS, "--overwrite", "--out", out)
         frame = read_frame(out / "centre" / f"frame.{settings.frame:04d}.exr")
         planes = planes or frame
-        colours.append(np.stack([frame[c] for c in "RGB"], -1))
+        colours.append(colour_of(frame))
     return planes, np.array(colours)

@@ -11,6 +11,7 @@ form. A pixel counts as an edge if any of its eight neighbours sees another surf
 import argparse
 import json
 import pathlib
+import sys
 
 import matplotlib
 
@@ -20,8 +21,11 @@ import mitsuba as mi
 import numpy as np
 from matplotlib.colors import LogNorm
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import machine, versions  # noqa: E402
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-WIDTH, HEIGHT, FOV_DEG, NEAR_CLIP_M, SPP = 480, 270, 70, 1.0, 16
+WIDTH, HEIGHT, FOV_DEG, NEAR_CLIP_M, SPP, SEED = 480, 270, 70, 1.0, 16, 1
 EYE_M = np.array([0, 1.6, 0])
 FLOOR_HALF_M = 20.0
 BALLS = (((-1.1, 1.5, -3.0), 0.7), ((0.2, 1.0, -5.5), 1.0), ((1.3, 1.7, -2.2), 0.4))  # centre, radius in metres
@@ -70,7 +74,7 @@ def edges(surface):
 def channel(of_scene, integrator, name):
     """One AOV of a render, or its last channel."""
     loaded = mi.load_dict(integrator)
-    image = np.array(mi.render(of_scene, integrator=loaded, spp=SPP, seed=1), dtype=np.float64)
+    image = np.array(mi.render(of_scene, integrator=loaded, spp=SPP, seed=SEED), dtype=np.float64)
     names = list(loaded.aov_names())
     return image[..., image.shape[-1] - len(names) + names.index(name) if name else 0]
 
@@ -134,7 +138,8 @@ def main():
     truth, surface = true_depth()
     options.out.mkdir(parents=True, exist_ok=True)
     result = {"command": f"tests/study/hosts/near_plane.py --plugins BUILD --variant {options.variant}", "near_clip_m": NEAR_CLIP_M,
-              "size": [WIDTH, HEIGHT], "spp": SPP, "mitsuba": mi.__version__,
+              "size": [WIDTH, HEIGHT], "spp": SPP, "seed": SEED,
+              "versions": {**versions(options.plugins / "bin/equistream", REPOSITORY), "mitsuba": mi.__version__}, "machine": machine(),
               "of": {name: figures(depth, truth, surface) for name, depth in depths.items()}}
     file = options.out / "near-plane.json"
     file.write_text(json.dumps(result, indent=1) + "\n")

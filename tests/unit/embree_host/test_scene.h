@@ -3,6 +3,8 @@
 #include <equistream_embree/path_tracer.h>
 #include <equistream_embree/surfaces.h>
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <memory>
 
@@ -44,6 +46,14 @@ struct MeanRadiance {
     glm::dvec3 mean{0};
     double standard_error = 0;  ///< of the green channel
 };
+
+/// Whether two estimates agree within three standard errors, which have to be small enough to tell anything.
+inline testing::AssertionResult same_mean(const MeanRadiance& a, const MeanRadiance& b) {
+    const double sigma = std::hypot(a.standard_error, b.standard_error), apart = std::abs(a.mean.y - b.mean.y);
+    if (apart <= 3 * sigma && sigma < 0.02 * b.mean.y)
+        return testing::AssertionSuccess();
+    return testing::AssertionFailure() << a.mean.y << " and " << b.mean.y << ", standard error " << sigma;
+}
 
 class TestScene {
 public:

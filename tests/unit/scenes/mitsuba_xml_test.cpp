@@ -2,8 +2,6 @@
 #include "lights.h"
 #include "materials.h"
 
-#include <equistream_embree/bsdf.h>
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,10 +9,6 @@
 
 namespace equistream::mitsuba_xml {
 namespace {
-
-TEST(Mirrors, BeginWhereOurTracersDo) {
-    EXPECT_EQ(mirror_roughness, embree_host::mirror_roughness);
-}
 
 /// Fresnel's equations with a complex index, as textbooks have them.
 double reflectance(const ComplexIndex& index, double cosine) {

@@ -2,8 +2,9 @@
 /// How a surface scatters light: glTF's metallic-roughness model plus thin glass.
 ///
 ///   specular   GGX with height-correlated Smith shadowing and Schlick's Fresnel, sampled by visible normals; below
-///              roughness 0.03 a perfect mirror. Scaled by 1 + F0 (1 - E) / E (E: albedo of the white lobe) for the
-///              light that single scattering loses (Turquin 2019), so that a white metal reflects everything.
+///              mirror_roughness (shading_model.h) a perfect mirror. Scaled by 1 + F0 (1 - E) / E (E: albedo of the
+///              white lobe) for the light that single scattering loses (Turquin 2019), so that a white metal reflects
+///              everything.
 ///   diffuse    Lambert, scaled by 1 - albedo of the dielectric specular lobe towards the viewer. The sum never
 ///              exceeds 1 and is 1 for white. Albedo scaling is not reciprocal; a unidirectional tracer can afford it.
 ///   glass      KHR_materials_transmission without a volume is thin-walled: light goes straight on, tinted by the base
@@ -73,9 +74,6 @@ private:
     float alpha_ = 0;        // 0: mirror
     float p_diffuse_ = 0, p_specular_ = 0, p_straight_ = 0;
 };
-
-/// Below this roughness a surface is a mirror.
-inline constexpr float mirror_roughness = 0.03f;
 
 /// Unpolarised reflectance of a thin pane in air, reflections between its sides included: 2 R / (1 + R) with R of one
 /// side by Fresnel's equations. `f0` is one side's at normal incidence, below 1; `cosine` above 0.

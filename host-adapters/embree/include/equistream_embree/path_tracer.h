@@ -20,6 +20,7 @@
 #include <equistream_embree/stage_clock.h>
 
 #include <equistream/equistream.h>
+#include <equistream_scene/shading_model.h>
 
 #include <cstdint>
 #include <span>
@@ -28,9 +29,9 @@
 namespace equistream::embree_host {
 
 struct PathOptions {
-    std::uint32_t max_bounces = 8;  ///< scatterings, not counting straight passes through glass
-    bool next_event = true;         ///< false: lights are found by BSDF sampling alone (slow; for tests)
-    bool unbiased = false;          ///< true: nothing of the above; caustics are found by chance, as bright pixels
+    std::uint32_t max_bounces = default_max_bounces;  ///< scatterings, not counting straight passes through glass
+    bool next_event = true;  ///< false: lights are found by BSDF sampling alone (slow; for tests)
+    bool unbiased = false;   ///< true: nothing of the above; caustics are found by chance, as bright pixels
 };
 
 /// Everything a Worker reads. All borrowed.
