@@ -57,8 +57,8 @@ void write_difference(const PicturePair& pair, const std::string& eye, const std
 /// What one pair contributes besides its score.
 struct FrameSums {
     FrameScore score;
-    NoiseFreeBlocks linear;
-    NoiseFreeBlocks display;
+    NoiseFreeBlocks linear, display;
+    NoiseFreeBlocks gaps_linear, gaps_display;
     int width = 0;
     int height = 0;
 };
@@ -78,9 +78,10 @@ public:
         const FloatImage picture_display = display_values(picture, transform_);
         const FloatImage truth_display = display_values(truth, transform_);
         const EightBit coded{quantise_8bit(picture_display.view()), quantise_8bit(truth_display.view())};
-        sums.score = score_8bit(pair, truth, coded, histograms);
+        const ByteImage mask = read_gaps(pair, sums.width, sums.height);
+        sums.score = score_8bit(pair, truth, {coded, mask}, histograms);
         if (!pair.second_picture.empty())
-            compare_runs(pair, {picture_display.view(), truth_display.view()}, picture, truth, sums);
+            compare_runs(pair, {{picture_display.view(), truth_display.view()}, mask}, {picture, truth}, sums);
         return sums;
     }
 
@@ -88,17 +89,25 @@ private:
     struct EightBit {
         ByteImage picture, truth;
     };
+    struct MaskedPair {
+        const EightBit& coded;
+        const ByteImage& mask;  ///< empty without gap masks
+    };
 
-    FrameScore score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const EightBit& coded,
+    static ByteImage read_gaps(const PicturePair& pair, int width, int height) {
+        if (pair.gaps.empty())
+            return {};
+        ByteImage mask = read_mask(pair.gaps);
+        require_size(pair.gaps, mask.width(), mask.height(), width, height);
+        return mask;
+    }
+
+    FrameScore score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const MaskedPair& masked,
                           Histograms& histograms) const {
-        const auto& [picture, truth] = coded;
+        const auto& [picture, truth] = masked.coded;
+        const ByteImage& mask = masked.mask;
         FrameScore score;
         score.frame = pair.frame;
-        ByteImage mask;
-        if (!pair.gaps.empty()) {
-            mask = read_mask(pair.gaps);
-            require_size(pair.gaps, mask.width(), mask.height(), truth.width(), truth.height());
-        }
         const ErrorPlane errors = squared_errors(picture.view(), truth.view());
         score.error = total_error(errors);
         histograms.local().add(errors);
@@ -118,8 +127,17 @@ private:
         return score;
     }
 
-    void compare_runs(const PicturePair& pair, const PictureAndTruth& display, const ScoredPicture& picture,
-                      const ScoredPicture& truth, FrameSums& sums) const {
+    struct FirstRun {
+        PictureAndTruth display;
+        const ByteImage& mask;
+    };
+    struct FirstFiles {
+        const ScoredPicture& picture;
+        const ScoredPicture& truth;
+    };
+
+    void compare_runs(const PicturePair& pair, const FirstRun& first, const FirstFiles& files, FrameSums& sums) const {
+        const auto& [picture, truth] = files;
         const ScoredPicture second = read_scored_picture(pair.second_picture, options_.exposure);
         const ScoredPicture second_truth = read_scored_picture(pair.second_truth, options_.exposure);
         require_size(pair.second_picture, second.samples.width(), second.samples.height(), sums.width, sums.height);
@@ -128,12 +146,19 @@ private:
         require_independent({picture, truth}, {second, second_truth});
         const FloatImage display_2 = display_values(second, transform_);
         const FloatImage truth_display_2 = display_values(second_truth, transform_);
-        sums.display = noise_free_blocks(display, {display_2.view(), truth_display_2.view()});
+        const PictureAndTruth second_display{display_2.view(), truth_display_2.view()};
+        sums.display = noise_free_blocks(first.display, second_display);
         const FloatImage linear = exposed_linear(picture, transform_);
         const FloatImage truth_linear = exposed_linear(truth, transform_);
         const FloatImage linear_2 = exposed_linear(second, transform_);
         const FloatImage truth_linear_2 = exposed_linear(second_truth, transform_);
-        sums.linear = noise_free_blocks({linear.view(), truth_linear.view()}, {linear_2.view(), truth_linear_2.view()});
+        const PictureAndTruth first_linear{linear.view(), truth_linear.view()};
+        const PictureAndTruth second_linear{linear_2.view(), truth_linear_2.view()};
+        sums.linear = noise_free_blocks(first_linear, second_linear);
+        if (first.mask.empty())
+            return;
+        sums.gaps_display = noise_free_blocks(first.display, second_display, first.mask.view());
+        sums.gaps_linear = noise_free_blocks(first_linear, second_linear, first.mask.view());
     }
 
     const EyePairs& eye_;
@@ -168,7 +193,7 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     score.width = frames.front().width;
     score.height = frames.front().height;
     ErrorHistogram histogram;
-    NoiseFreeBlocks linear, display;
+    NoiseFreeBlocks linear, display, gaps_linear, gaps_display;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const FrameSums& frame = frames[i];
         require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
@@ -182,6 +207,10 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
             linear.add(frame.linear);
             display.add(frame.display);
         }
+        if (frame.gaps_display.samples > 0) {
+            gaps_linear.add(frame.gaps_linear);
+            gaps_display.add(frame.gaps_display);
+        }
     }
     for (const ErrorHistogram& part : histograms)
         histogram.add(part);
@@ -189,6 +218,10 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     if (display.samples > 0) {
         score.noise_free_linear = noise_free_error(linear);
         score.noise_free_display = noise_free_error(display);
+    }
+    if (gaps_display.samples > 0) {
+        score.gaps_noise_free_linear = noise_free_error(gaps_linear);
+        score.gaps_noise_free_display = noise_free_error(gaps_display);
     }
     return score;
 }

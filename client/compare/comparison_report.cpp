@@ -133,6 +133,9 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
         json["gaps"] = {{"fraction", eye.pooled.gap_error.samples / error.samples},
                         {"psnr_db", finite_or_null(eye.pooled.gap_error.psnr_db())},
                         {"ssim", mean_or_null(eye.pooled.similarity.masked)}};
+    if (eye.gaps_noise_free_linear)
+        json["gaps"]["noise_free"] = {{"linear", noise_free_json(*eye.gaps_noise_free_linear)},
+                                      {"display", noise_free_json(*eye.gaps_noise_free_display)}};
     if (eye.noise_free_linear)
         json["noise_free"] = {{"linear", noise_free_json(*eye.noise_free_linear)},
                               {"display", noise_free_json(*eye.noise_free_display)}};
@@ -159,9 +162,15 @@ std::string comparison_table(const std::vector<EyeScore>& eyes, const Comparison
     std::string text = aligned(score_rows(eyes, options));
     if (eyes.front().noise_free_display) {
         std::vector<std::vector<std::string>> rows{{"eye", "noise-free, display", "noise-free, linear"}};
-        for (const EyeScore& eye : eyes)
+        if (any_gaps(eyes))
+            rows.front().emplace_back("noise-free, display, in gaps");
+        for (const EyeScore& eye : eyes) {
             rows.push_back(
                 {eye.eye, noise_free_text(*eye.noise_free_display), noise_free_text(*eye.noise_free_linear)});
+            if (any_gaps(eyes))
+                rows.back().push_back(eye.gaps_noise_free_display ? noise_free_text(*eye.gaps_noise_free_display)
+                                                                  : "-");
+        }
         text += "\n" + aligned(rows) + "95 % confidence intervals in brackets\n";
     }
     return text;

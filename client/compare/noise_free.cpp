@@ -20,6 +20,15 @@ void add_to(std::vector<double>& sums, const std::vector<double>& more) {
     std::transform(sums.begin(), sums.end(), more.begin(), sums.begin(), std::plus<>());
 }
 
+std::int64_t counted_pixels(int width, int height, ImageView<const std::uint8_t> mask) {
+    if (mask.data == nullptr)
+        return std::int64_t{width} * height;
+    std::int64_t count = 0;
+    for (int y = 0; y < height; ++y)
+        count += std::count_if(mask.row(y), mask.row(y) + width, [](std::uint8_t value) { return value != 0; });
+    return count;
+}
+
 /// 97.5 % quantile of Student's t for one degree of freedom and more. From 3 up Abramowitz and Stegun 26.7.5, which is
 /// within 1 %; below, between the exact values for 1, 2 and 3.
 double student_quantile(double freedom) {
@@ -44,7 +53,8 @@ void NoiseFreeBlocks::add(const NoiseFreeBlocks& other) {
     samples += other.samples;
 }
 
-NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2) {
+NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
+                                  ImageView<const std::uint8_t> mask) {
     const int width = run_1.picture.width;
     const int height = run_1.picture.height;
     for ([[maybe_unused]] const auto& view : {run_1.picture, run_1.truth, run_2.picture, run_2.truth})
@@ -54,7 +64,7 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
     NoiseFreeBlocks blocks;
     blocks.product.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0);
     blocks.imbalance = blocks.product;
-    blocks.samples = std::int64_t{3} * width * height;
+    blocks.samples = 3 * counted_pixels(width, height, mask);
     tbb::parallel_for(0, rows, [&](int block_row) {
         const int y_end = std::min(height, (block_row + 1) * noise_free_block);
         for (int y = block_row * noise_free_block; y < y_end; ++y) {
@@ -62,11 +72,14 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
             const float* t1 = run_1.truth.row(y);
             const float* a2 = run_2.picture.row(y);
             const float* t2 = run_2.truth.row(y);
+            const std::uint8_t* counts = mask.data == nullptr ? nullptr : mask.row(y);
             for (int column = 0; column < columns; ++column) {
                 const int i_end = 3 * std::min(width, (column + 1) * noise_free_block);
                 float product = 0;
                 float imbalance = 0;
                 for (int i = 3 * column * noise_free_block; i < i_end; ++i) {
+                    if (counts != nullptr && counts[i / 3] == 0)
+                        continue;
                     const float d1 = a1[i] - t1[i];
                     const float d2 = a2[i] - t2[i];
                     product += d1 * d2;

@@ -88,6 +88,10 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     EXPECT_FALSE(score.noise_free_linear->only_bounded());
     const auto json = comparison_json({score}, {});
     EXPECT_NEAR(json["eyes"]["view"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+    EXPECT_FALSE(score.gaps_noise_free_linear);
+    pairs.pairs[0].gaps = make_png("gaps.png", 255);
+    const auto with_gaps = comparison_json({compare_eye(pairs, {})}, {});
+    EXPECT_NEAR(with_gaps["eyes"]["view"]["gaps"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
 }
 
 TEST_F(Comparison, RunsThatShareTheirNoiseHaveNoNoiseFreeError) {

@@ -162,6 +162,24 @@ TEST(NoiseFree, NoErrorIsOnlyBounded) {
     EXPECT_GE(bounded, 92);  // one-sided 97.5 %
 }
 
+TEST(NoiseFree, AMaskLeavesTheOtherPixelsOut) {
+    FloatImage truth(width, height, 3, 0.25f);
+    FloatImage picture = truth;
+    ByteImage mask(width, height, 1);
+    std::int64_t inside = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const bool masked = (x * 7 + y * 3) % 5 == 0;
+            *mask.pixel(x, y) = masked ? 255 : 0;
+            inside += masked ? 1 : 0;
+            std::fill_n(picture.pixel(x, y), 3, masked ? 0.5f : 1.0f);
+        }
+    const PictureAndTruth run{picture.view(), truth.view()};
+    const NoiseFreeError result = noise_free_error(noise_free_blocks(run, run, mask.view()));
+    EXPECT_EQ(result.samples, 3 * inside);
+    EXPECT_NEAR(result.mean_square, 0.0625, 1e-9);
+}
+
 TEST(NoiseFree, IdenticalPicturesHaveNoErrorAndNoSpread) {
     const FloatImage image(40, 40, 3, 0.5f);
     const NoiseFreeError result =

@@ -26,7 +26,7 @@ inline constexpr int noise_free_block = 32;
 struct NoiseFreeBlocks {
     std::vector<double> product;    ///< sum of D1 D2 in each block
     std::vector<double> imbalance;  ///< sum of (D1^2 - D2^2) / 2 in each block
-    std::int64_t samples = 0;       ///< three a pixel
+    std::int64_t samples = 0;       ///< three a pixel that counts
 
     void add(const NoiseFreeBlocks& other);
 };
@@ -36,7 +36,9 @@ struct PictureAndTruth {
     ImageView<const float> picture;
     ImageView<const float> truth;
 };
-NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2);
+/// With `mask` (1 channel) only pixels where it is not 0 count.
+NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
+                                  ImageView<const std::uint8_t> mask = {});
 
 /// Mean square error with its 95 % confidence interval. The estimate and its lower end may be negative.
 struct NoiseFreeError {

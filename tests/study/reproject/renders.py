@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""What the reprojection study is made of: path-traced eyes (the truth) and the spheres that are turned into them.
+
+    renders.py --bin build/release/bin --work FOLDER [SCENE ...]
+
+One frame a scene, two seeds, equal samples everywhere. Truth: both eyes at 63 mm where the path's head is ("stereo"), and
+where it is 0.25 m aside ("moved"). Sources: a sphere at the head's centre with its hidden layer, patches and small right
+eye; the paper's sphere at the left eye with its small right eye; a sphere of twice the width at the centre. The head box of
+the scene's description is widened to 0.25 m, so that the moved head stands on its surface. Interrupted runs go on.
+"""
+
+import argparse
+import json
+import pathlib
+import shutil
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from steps import Failed, Steps  # noqa: E402
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+SEEDS = (1, 2)
+# Scene -> the frame that is studied: san-miguel's has a leaf before the left eye.
+FRAMES = {"kitchen": 30, "san-miguel": 2, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30}
+LEAN_M = 0.25
+MOVE_M = (0.20, 0.09, -0.12)  # 0.25 m, in the head's axes
+EYE = "960x540"
+HEADS = ("stereo", "moved")
+
+SPHERES = {
+    "centre": {"size": "1920x960", "options": ["--eye", "centre", "--small", "right", "--layers", "--patches"]},
+    "left": {"size": "1920x960", "options": ["--eye", "left", "--small", "right"]},
+    "centre-3840": {"size": "3840x1920", "options": ["--eye", "centre"]},
+}
+
+
+def rotated(orientation_wxyz, v):
+    """v turned by a unit quaternion."""
+    w, *q = orientation_wxyz
+
+    def cross(a, b):
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    t = [2 * c for c in cross(q, v)]
+    return [v[i] + w * t[i] + cross(q, t)[i] for i in range(3)]
+
+
+class SceneRenders:
+    def __init__(self, work, programs, scene, spp):
+        self.name = scene
+        self.frame = FRAMES[scene]
+        self.spp = spp
+        self.work = (pathlib.Path(work) / scene).resolve()
+        if REPOSITORY in self.work.parents:
+            raise Failed(f"--work: expected a folder outside the repository, found {work}")
+        self.work.mkdir(parents=True, exist_ok=True)
+        self.steps = Steps(self.work, programs, {str(REPOSITORY) + "/": "", str(self.work) + "/": ""}, {"frame": self.frame})
+        self.scene = self.widened_description()
+
+    def widened_description(self):
+        """The scene's description with the study's head box."""
+        folder = REPOSITORY / "scenes/descriptions"
+        description = json.loads((folder / f"{self.name}.json").read_text())
+        description["head_box"] = {"lean_m": LEAN_M}
+        target = self.work / "scene" / f"{self.name}.json"
+        target.parent.mkdir(exist_ok=True)
+        target.write_text(json.dumps(description, indent=1) + "\n")
+        shutil.copy(folder / description["camera"]["path"], target.parent)
+        return target
+
+    def render(self, name, seed, *options):
+        folder = f"renders/{name}-{seed}"
+        done = self.steps.run(f"render-{name}-seed{seed}", "render", self.scene, "--frames", self.frame, "--spp", self.spp, "--seed", seed,
+                              *options, "--json", "--progress", "none", "--out", folder, fresh=folder)
+        return {"name": name, "seed": seed, **done}
+
+    def moved_head(self):
+        """CSV of the head 0.25 m aside, from the pose that the stereo truth was rendered at."""
+        head = json.loads((self.work / "renders/truth-stereo-1/left/manifest.json").read_text())["first_frame"]["head"]
+        position = [a + b for a, b in zip(head["position_m"], rotated(head["orientation_wxyz"], MOVE_M))]
+        file = self.work / "scene/moved.csv"
+        pose = [*position, *head["orientation_wxyz"]]
+        keys = [",".join(repr(v) for v in [time_s, *pose]) for time_s in (0.0, 60.0)]
+        file.write_text("\n".join(["time_s,x,y,z,qw,qx,qy,qz", *keys]) + "\n")
+        return file
+
+    def truth(self, head, seed):
+        # This path stands still; the frame's time is the sphere's, so that moving objects are where they were.
+        path = ["--path", self.moved_head()] if head == "moved" else []
+        return self.render(f"truth-{head}", seed, "--camera", "perspective", "--eye", "both", "--size", EYE, "--aovs", "depth", *path)
+
+    def sphere(self, name, seed):
+        sphere = SPHERES[name]
+        aovs = "all" if name == "centre" and seed == SEEDS[0] else "depth"
+        return self.render(name, seed, "--size", sphere["size"], "--aovs", aovs, *sphere["options"])
+
+    def all(self, names):
+        made = [self.truth(head, seed) for head in HEADS for seed in SEEDS] if "truth" in names else []
+        return made + [self.sphere(name, seed) for name in SPHERES for seed in SEEDS if name in names]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
+    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for renders; not in the repository")
+    parser.add_argument("--spp", type=int, default=16)
+    parser.add_argument("--only", default="truth,left,centre-3840,centre", help="truth and spheres, a comma-separated list")
+    options = parser.parse_args()
+    for scene in options.scenes:
+        if scene not in FRAMES:
+            raise Failed(f"SCENE: expected one of {', '.join(FRAMES)}, found {scene}")
+        SceneRenders(options.work, options.bin, scene, options.spp).all(options.only.split(","))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Failed as failure:
+        sys.exit(f"renders.py: {failure}")
+    except KeyboardInterrupt:
+        sys.exit("renders.py: interrupted; run it again to go on")
