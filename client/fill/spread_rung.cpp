@@ -100,7 +100,9 @@ private:
         for (const Pixel& p : layer)
             colours.push_back(mean_around(p));
         for (std::size_t i = 0; i < layer.size(); ++i) {
-            std::ranges::copy(colours[i], picture_.rgb.pixel(layer[i].x, layer[i].y));
+            std::uint8_t* rgba = picture_.rgba.pixel(layer[i].x, layer[i].y);
+            std::ranges::transform(colours[i], rgba, [](float c) { return std::uint8_t(c + 0.5f); });
+            rgba[3] = 255;
             picture_.origin.pixel(layer[i].x, layer[i].y)[0] = std::uint8_t(PixelOrigin::neighbours);
         }
     }
@@ -115,7 +117,7 @@ private:
             const float weight = likeness(p, n);
             sum += weight;
             for (std::size_t c = 0; c < 3; ++c)
-                mean[c] += weight * picture_.rgb.pixel(n.x, n.y)[c];
+                mean[c] += weight * float(picture_.rgba.pixel(n.x, n.y)[c]);
         }
         for (float& c : mean)
             c /= sum;

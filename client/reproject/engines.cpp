@@ -16,19 +16,12 @@ namespace {
 
 constexpr std::array<std::string_view, 2> names = {"sphere", "surface"};
 
-void prepare(const EyeView& eye, EyePicture& picture) {
-    if (picture.rgb.width() != eye.camera.width || picture.rgb.height() != eye.camera.height) {
-        picture.rgb = FloatImage(eye.camera.width, eye.camera.height, 3);
-        picture.origin = ByteImage(eye.camera.width, eye.camera.height, 1);
-    }
-    std::ranges::fill(picture.rgb.samples(), 0.0f);
-    std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::gap));
-}
-
 void copy(const SourceView& source, EyePicture& picture) {
     for (int y = 0; y < source.rgb.height; ++y)
-        std::transform(source.rgb.row(y), source.rgb.row(y) + 3 * source.rgb.width, picture.rgb.pixel(0, y),
-                       [](std::uint8_t byte) { return float(byte) * (1 / 255.0f); });
+        for (int x = 0; x < source.rgb.width; ++x) {
+            std::copy_n(source.rgb.pixel(x, y), 3, picture.rgba.pixel(x, y));
+            picture.rgba.pixel(x, y)[3] = 255;
+        }
     std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
 }
 
@@ -37,18 +30,19 @@ public:
     FastEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
     std::string_view name() const override { return names[surface_ ? 1 : 0]; }
-    bool needs_depth(const Pose& source, const Pose& eye) const override {
-        return surface_ && !same_position(source, eye);
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
+        const bool moved = surface_ && !same_position(source, eye);
+        return {.source = moved, .eye = moved};
     }
     void set_source(const SourceView& source) override { source_ = source; }
     void reproject(const EyeView& eye, EyePicture& picture) const override {
         assert(source_.rgb.data != nullptr);
-        prepare(eye, picture);
+        picture.reset(eye.camera);
         LookUpOptions options;
         options.tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
         if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
             copy(source_, picture);
-        else if (needs_depth(source_.pose, eye.pose))
+        else if (needs_depth(source_.pose, eye.pose).any())
             look_up_by_surface(source_, eye, options, picture);
         else
             look_up_by_direction(source_, eye, options, picture);
@@ -61,6 +55,26 @@ private:
 };
 
 }  // namespace
+
+void EyePicture::reset(const PerspectiveCamera& camera) {
+    if (origin.width() != camera.width || origin.height() != camera.height) {
+        rgba = ByteImage(camera.width, camera.height, 4);
+        origin = ByteImage(camera.width, camera.height, 1);
+    } else {
+        std::ranges::fill(rgba.samples(), std::uint8_t{0});
+        std::ranges::fill(origin.samples(), std::uint8_t(PixelOrigin::gap));
+    }
+    reliability = {};
+    depth_m = {};
+}
+
+ByteImage EyePicture::rgb() const {
+    ByteImage rgb(rgba.width(), rgba.height(), 3);
+    for (int y = 0; y < rgba.height(); ++y)
+        for (int x = 0; x < rgba.width(); ++x)
+            std::copy_n(rgba.pixel(x, y), 3, rgb.pixel(x, y));
+    return rgb;
+}
 
 std::int64_t EyePicture::count(PixelOrigin which) const {
     return std::ranges::count(origin.samples(), std::uint8_t(which));

@@ -1,8 +1,9 @@
 #include "look_up.h"
 
-#include "depth_agreement.h"
 #include "eye_rays.h"
 #include "source_lookup.h"
+
+#include <equistream/depth_agreement.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -27,7 +28,7 @@ struct Span {
 
 /// The pixels of a row that are still to be coloured, from the first to the last.
 Span open_span(const LookUpOptions& options, const EyePicture& picture, int y) {
-    Span span{0, picture.rgb.width()};
+    Span span{0, picture.origin.width()};
     if (!options.only_gaps)
         return span;
     const std::uint8_t* origin = picture.origin.pixel(0, y);
@@ -39,7 +40,7 @@ Span open_span(const LookUpOptions& options, const EyePicture& picture, int y) {
 }
 
 /// Weighted mean of the four samples; the weights need not add up to one.
-inline void mix(ImageView<const std::uint8_t> rgb, const Taps& taps, float* out) {
+inline void mix(ImageView<const std::uint8_t> rgb, const Taps& taps, std::uint8_t* rgba) {
     float sum = 0, r = 0, g = 0, b = 0;
     for (int k = 0; k < 4; ++k) {
         const std::uint8_t* sample = rgb.pixel(taps.x[k], taps.y[k]);
@@ -49,10 +50,11 @@ inline void mix(ImageView<const std::uint8_t> rgb, const Taps& taps, float* out)
         g += w * float(sample[1]);
         b += w * float(sample[2]);
     }
-    const float scale = 1 / (255 * sum);
-    out[0] = r * scale;
-    out[1] = g * scale;
-    out[2] = b * scale;
+    const float scale = 1 / sum;
+    rgba[0] = std::uint8_t(r * scale + 0.5f);
+    rgba[1] = std::uint8_t(g * scale + 0.5f);
+    rgba[2] = std::uint8_t(b * scale + 0.5f);
+    rgba[3] = 255;
 }
 
 /// Below this share of the four samples' weight what is left lies too far to one side of the point to stand for it.
@@ -110,24 +112,24 @@ private:
     FloatImage inverse_planar_;
 };
 
-/// Runs `colour_pixel(x, y, out)` -> coloured? over the open pixels of all rows, on all cores.
+/// Runs `colour_pixel(x, y, rgba)` -> coloured? over the open pixels of all rows, on all cores.
 template <typename MapRow, typename ColourPixel>
 std::int64_t over_open_pixels(const LookUpOptions& options, EyePicture& picture, const MapRow& map_row,
                               const ColourPixel& colour_pixel) {
     std::atomic<std::int64_t> coloured{0};
-    tbb::parallel_for(tbb::blocked_range<int>(0, picture.rgb.height(), 8), [&](const tbb::blocked_range<int>& rows) {
-        MappedRow mapped{std::vector<PixelPosition>(std::size_t(picture.rgb.width())),
-                         std::vector<float>(std::size_t(picture.rgb.width()))};
+    tbb::parallel_for(tbb::blocked_range<int>(0, picture.origin.height(), 8), [&](const tbb::blocked_range<int>& rows) {
+        MappedRow mapped{std::vector<PixelPosition>(std::size_t(picture.origin.width())),
+                         std::vector<float>(std::size_t(picture.origin.width()))};
         std::int64_t count = 0;
         for (int y = rows.begin(); y < rows.end(); ++y) {
             const Span span = open_span(options, picture, y);
             map_row(y, span, mapped);
             std::uint8_t* origin = picture.origin.pixel(0, y);
-            float* rgb = picture.rgb.pixel(0, y);
+            std::uint8_t* rgba = picture.rgba.pixel(0, y);
             for (int x = span.begin; x < span.end; ++x) {
                 if (options.only_gaps && origin[x] != std::uint8_t(PixelOrigin::gap))
                     continue;
-                const bool found = colour_pixel(x, y, mapped, rgb + 3 * x);
+                const bool found = colour_pixel(x, y, mapped, rgba + 4 * x);
                 origin[x] = std::uint8_t(found ? options.mark : PixelOrigin::gap);
                 count += found ? 1 : 0;
             }
@@ -145,10 +147,10 @@ std::int64_t by_direction(const Lookup& lookup, const SourceView& source, const 
         for (int x = span.begin; x < span.end; ++x)
             mapped.position[x] = lookup.project(rays.direction(x, y));
     };
-    const auto colour_pixel = [&](int x, int, const MappedRow& mapped, float* out) {
+    const auto colour_pixel = [&](int x, int, const MappedRow& mapped, std::uint8_t* rgba) {
         if (!lookup.contains(mapped.position[x]))
             return false;
-        mix(source.rgb, lookup.taps(mapped.position[x]), out);
+        mix(source.rgb, lookup.taps(mapped.position[x]), rgba);
         return true;
     };
     return over_open_pixels(options, picture, map_row, colour_pixel);
@@ -172,13 +174,13 @@ std::int64_t by_surface(const Lookup& lookup, const SourceView& source, const Ey
             mapped.distance_m[x] = std::sqrt(dot(d, d)) / inverse;
         }
     };
-    const auto colour_pixel = [&](int x, int y, const MappedRow& mapped, float* out) {
+    const auto colour_pixel = [&](int x, int y, const MappedRow& mapped, std::uint8_t* rgba) {
         if (!lookup.contains(mapped.position[x]))
             return false;
         Taps taps = lookup.taps(mapped.position[x]);
         if (!test.keep_same_surface(taps, mapped.distance_m[x], x, y))
             return false;
-        mix(source.rgb, taps, out);
+        mix(source.rgb, taps, rgba);
         return true;
     };
     return over_open_pixels(options, picture, map_row, colour_pixel);
@@ -193,7 +195,7 @@ std::int64_t with_lookup(const Camera& camera, const Run& run) {
 
 [[maybe_unused]] bool fits(const SourceView& source) {
     return source.rgb.width == width_of(source.camera) && source.rgb.height == height_of(source.camera) &&
-           source.rgb.channels == 3;
+           source.rgb.channels >= 3;
 }
 
 }  // namespace

@@ -46,23 +46,23 @@ public:
     ReferenceEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
     std::string_view name() const override { return surface_ ? "surface" : "sphere"; }
-    bool needs_depth(const Pose& source, const Pose& eye) const override {
-        return surface_ && !same_position(source, eye);
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
+        const bool moved = surface_ && !same_position(source, eye);
+        return {.source = moved, .eye = moved};
     }
     void set_source(const SourceView& source) override { source_ = source; }
 
     void reproject(const EyeView& eye, EyePicture& picture) const override {
-        picture.rgb = FloatImage(eye.camera.width, eye.camera.height, 3);
-        picture.origin = ByteImage(eye.camera.width, eye.camera.height, 1);
+        picture.reset(eye.camera);
         for (int y = 0; y < eye.camera.height; ++y)
             for (int x = 0; x < eye.camera.width; ++x)
-                if (colour(eye, x, y, picture.rgb.pixel(x, y)))
+                if (colour(eye, x, y, picture.rgba.pixel(x, y)))
                     *picture.origin.pixel(x, y) = std::uint8_t(PixelOrigin::source);
     }
 
 private:
-    bool colour(const EyeView& eye, int x, int y, float* out) const {
-        const bool moved = needs_depth(source_.pose, eye.pose);
+    bool colour(const EyeView& eye, int x, int y, std::uint8_t* rgba) const {
+        const bool moved = needs_depth(source_.pose, eye.pose).any();
         const glm::dvec3 ray = eye.pose.orientation * eye.camera.direction(x + 0.5, y + 0.5);
         glm::dvec3 from_source = ray;
         double distance_m = 1;
@@ -83,10 +83,10 @@ private:
         if (moved)
             for (Tap& tap : *taps)
                 tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
-        return mix(*taps, out);
+        return mix(*taps, rgba);
     }
 
-    bool mix(const std::array<Tap, 4>& taps, float* out) const {
+    bool mix(const std::array<Tap, 4>& taps, std::uint8_t* rgba) const {
         double sum = 0;
         glm::dvec3 rgb(0);
         for (const Tap& tap : taps) {
@@ -97,7 +97,8 @@ private:
         if (!(sum > 0.1))
             return false;
         for (int c = 0; c < 3; ++c)
-            out[c] = float(rgb[c] / sum / 255);
+            rgba[c] = std::uint8_t(rgb[c] / sum + 0.5);
+        rgba[3] = 255;
         return true;
     }
 

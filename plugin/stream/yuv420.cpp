@@ -19,9 +19,7 @@ namespace equistream {
 
 namespace {
 
-constexpr double kr = 0.2126, kb = 0.0722, kg = 1 - kr - kb;
-constexpr double luma_scale = 219.0 / 255, chroma_scale = 224.0 / 255;
-constexpr double cb_divisor = 2 * (1 - kb), cr_divisor = 2 * (1 - kr);
+using namespace bt709;
 
 constexpr int fraction_bits = 16;
 constexpr int fixed(double value) {
@@ -91,8 +89,8 @@ EQUISTREAM_ALSO_FOR_AVX2
 void rgb_row(const std::uint8_t* luma, const int* cb, const int* cr, int width, std::uint8_t* rgb) {
     constexpr int gain = fixed(1 / luma_scale);
     constexpr int red = fixed(cr_divisor / chroma_scale), blue = fixed(cb_divisor / chroma_scale);
-    constexpr int green_cb = fixed(-kb * cb_divisor / kg / chroma_scale);
-    constexpr int green_cr = fixed(-kr * cr_divisor / kg / chroma_scale);
+    constexpr int green_cb = fixed(green_from_cb / chroma_scale);
+    constexpr int green_cr = fixed(green_from_cr / chroma_scale);
     constexpr int half = 1 << (chroma_bits - 1);
     for (int x = 0; x < width; ++x) {
         const int base = ((luma[x] - 16) * gain << tap_bits) + half;

@@ -37,7 +37,7 @@ void ours(benchmark::State& state) {
         yaw += 0.02;
         const Pose pose{{}, glm::angleAxis(yaw, glm::dvec3(0, 1, 0))};
         engine->reproject({.camera = {view_width, view_height, pi / 2}, .pose = pose}, picture);
-        benchmark::DoNotOptimize(picture.rgb.samples().data());
+        benchmark::DoNotOptimize(picture.rgba.samples().data());
     }
 }
 
@@ -114,7 +114,7 @@ void v360(benchmark::State& state, bool turning) {
 }
 
 void copy(benchmark::State& state) {
-    bench::copy_bytes(state, std::size_t{view_width} * view_height * 3);
+    bench::copy_bytes(state, std::size_t{view_width} * view_height * 4);
 }
 
 BENCHMARK(ours)->Name("rotate_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);

@@ -50,12 +50,12 @@ void reproject(benchmark::State& state, const char* engine_name) {
     EyePicture picture;
     for (auto _ : state) {
         engine->reproject({.camera = view, .pose = stage.eye_pose, .depth_m = stage.eye_depth_m.view()}, picture);
-        benchmark::DoNotOptimize(picture.rgb.samples().data());
+        benchmark::DoNotOptimize(picture.rgba.samples().data());
     }
 }
 
 void copy(benchmark::State& state) {
-    bench::copy_bytes(state, std::size_t{view.width} * view.height * 3 * sizeof(float));
+    bench::copy_bytes(state, std::size_t{view.width} * view.height * 4);
 }
 
 BENCHMARK_CAPTURE(reproject, surface, "surface")

@@ -4,8 +4,8 @@
 /// `sphere`   rotation only: the eye's pixel takes the colour of its direction; the eye's position is ignored.
 /// `surface`  the eye's own depth gives the point that the pixel sees; its direction from the source's centre gives
 ///            the colour. Of the four samples around it those whose own depth shows another surface are left out
-///            (see depth_agreement.h for the tolerance); where none is left the source did not see the point: a gap.
-///            From the source's own position this is `sphere`; for the source's very view it returns its input.
+///            (equistream/depth_agreement.h has the tolerance); where none is left the source did not see the point: a
+///            gap. From the source's own position this is `sphere`; for the source's very view it returns its input.
 ///
 /// Any source camera works. Directions that a source does not cover are gaps.
 #include <equistream_client/view.h>
@@ -23,13 +23,20 @@ struct EngineOptions {
     bool reference = false;
 };
 
+/// Whose depth a reprojection cannot do without.
+struct DepthNeeds {
+    bool source = false, eye = false;
+
+    bool any() const { return source || eye; }
+};
+
 /// set_source, then reproject for any number of eyes, from any number of threads.
 class Engine {
 public:
     virtual ~Engine() = default;
     virtual std::string_view name() const = 0;
-    /// Whether depth of the source and of this eye are needed (they are not for an eye at the source's position).
-    virtual bool needs_depth(const Pose& source, const Pose& eye) const = 0;
+    /// For an eye at the source's position, nobody's.
+    virtual DepthNeeds needs_depth(const Pose& source, const Pose& eye) const = 0;
     /// Borrows the view's pixels until the next call.
     virtual void set_source(const SourceView& source) = 0;
     /// Sizes and overwrites `picture`. Missing depth, where it is needed, is a programmer error.

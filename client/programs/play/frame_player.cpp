@@ -29,8 +29,11 @@ ImageView<const float> view_of(const FloatImage& image) {
 }
 
 SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
-    return {picture.rgb.view(), picture.info.camera, picture.info.camera_pose, view_of(depth_m),
-            box_radius_m(picture.info)};
+    return {.rgb = picture.rgb.view(),
+            .camera = picture.info.camera,
+            .pose = picture.info.camera_pose,
+            .depth_m = view_of(depth_m),
+            .box_radius_m = box_radius_m(picture.info)};
 }
 
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
@@ -132,7 +135,7 @@ void FramePlayer::check_exact_depth(const ReceivedFrame& first) {
     offer_exact_depth(first);
     for (const Eye eye : {Eye::left, Eye::right}) {
         const PlayedEye view = eye_of(first, eye);
-        if (engine_->needs_depth(first.main.info.camera_pose, view.info.camera_pose) &&
+        if (engine_->needs_depth(first.main.info.camera_pose, view.info.camera_pose).eye &&
             !exact_->holds(view.info.camera, view.info.camera_pose))
             throw InputError(expected_found("--depth exact",
                                             "--scene S, or a rendered depth plane of this very " +
@@ -190,16 +193,17 @@ FramePlayer::Depths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedF
             depth_m = FloatImage(width_of(camera), height_of(camera), 1);
         depth_->cast(camera, pose, depth_m.view());
     };
-    bool any = false;
+    DepthNeeds needs;
     for (PlayedEye* eye : {&played.left, &played.right}) {
-        if (!engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose))
-            continue;
-        cast(eye->info.camera, eye->info.camera_pose, eye->depth_m);
-        any = true;
+        const DepthNeeds own = engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose);
+        if (own.eye)
+            cast(eye->info.camera, eye->info.camera_pose, eye->depth_m);
+        needs = {needs.source || own.source, needs.eye || own.eye};
     }
-    if (!any)
+    if (!needs.any())
         return depths;
-    cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
+    if (needs.source)
+        cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
     const bool fill_wants_it = std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
     if (frame.small && fill_wants_it)
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);

@@ -31,7 +31,7 @@ public:
     explicit PngViews(fs::path folder) : folder_(std::move(folder)) { require_writable_folder(folder_); }
     void write(const FinishedView& view) override {
         const fs::path file = folder_ / frame_file_name(view.info.index, "png");
-        write_picture(file, quantise_8bit(view.picture.rgb.view()).view());
+        write_picture(file, view.picture.rgb().view());
         bytes_ += size_of(file);
     }
     void finish() override {}
@@ -47,7 +47,7 @@ class ExrViews : public ViewWriter {
 public:
     explicit ExrViews(fs::path folder) : folder_(std::move(folder)) { require_writable_folder(folder_); }
     void write(const FinishedView& view) override {
-        const FloatImage linear = display_.to_linear(view.picture.rgb.view(), view.info.exposure);
+        const FloatImage linear = display_.to_linear(widen_8bit(view.picture.rgb().view()).view(), view.info.exposure);
         Frame frame;
         frame.info = view.info;
         frame.planes["colour"] = with_alpha(linear, view.picture.origin);
@@ -91,7 +91,7 @@ public:
     void write(const FinishedView& view) override {
         if (!writer_)
             open(view);
-        writer_->write(TrackRole::main, quantise_8bit(view.picture.rgb.view()).view(), view.info);
+        writer_->write(TrackRole::main, view.picture.rgb().view(), view.info);
     }
     void finish() override {
         if (writer_)
@@ -105,7 +105,7 @@ private:
         settings.crf = video_crf;
         settings.frames_per_second = view.info.frames_per_second;
         settings.scene = view.info.scene;
-        settings.tracks = {{TrackRole::main, view.picture.rgb.width(), view.picture.rgb.height()}};
+        settings.tracks = {{TrackRole::main, view.picture.rgba.width(), view.picture.rgba.height()}};
         writer_ = std::make_unique<StreamWriter>(file_.string(), settings);
     }
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._core import FrameInfo, InputError, PerspectiveCamera, Pose
+from ._core import DepthNeeds, FrameInfo, InputError, PerspectiveCamera, Pose
 from .arrays import as_depth, as_plane
 from .cameras import Camera
-from .colour import quantise_8bit, to_display
+from .colour import to_display
 from .frames import Frame
 from .streams import FeedFrame, FeedPicture, Picture
 
@@ -22,7 +22,7 @@ DepthFunction = Callable[[Camera, Pose], ArrayLike]
 AnyPicture = Union[Frame, FeedPicture, Picture]
 AnySource = Union[AnyPicture, FeedFrame]
 
-ORIGINS = ("gap", "source", "small", "neighbours")
+ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
 
 
@@ -30,8 +30,8 @@ ORIGINS = ("gap", "source", "small", "neighbours")
 class EyePicture:
     """What one eye sees."""
 
-    rgb: NDArray[np.float32]
-    """Display-referred sRGB in [0, 1], rows x columns x 3; 0 where nothing is known."""
+    rgba: NDArray[np.uint8]
+    """Display-referred sRGB, rows x columns x 4; alpha is 255 where there is colour, all are 0 where nothing is known."""
     origin: NDArray[np.uint8]
     """Who gave each pixel its colour: index into ORIGINS."""
     gaps: NDArray[np.bool_]
@@ -44,9 +44,9 @@ class EyePicture:
     """The eye's own depth, where the method needed it."""
 
     @property
-    def rgb_8bit(self) -> NDArray[np.uint8]:
-        """What `equistream play` writes into a PNG, bit for bit."""
-        return quantise_8bit(self.rgb)
+    def rgb(self) -> NDArray[np.uint8]:
+        """The colours alone: what `equistream play` writes into a PNG, bit for bit."""
+        return np.ascontiguousarray(self.rgba[:, :, :3])
 
     def __repr__(self) -> str:
         return (f"EyePicture({self.camera.width}x{self.camera.height}, {int(self.gaps.sum())} gaps, "
@@ -114,8 +114,8 @@ class Reprojector:
         self._core = _core.Reprojector(method, fill, error_budget_px, reference)
         self.method, self.fill = method, fill
 
-    def needs_depth(self, source: Pose, eye: Pose) -> bool:
-        """Whether depth of the source and of this eye are needed."""
+    def needs_depth(self, source: Pose, eye: Pose) -> DepthNeeds:
+        """Whose depth is needed: `.source`'s, this `.eye`'s; true if anybody's."""
         return self._core.needs_depth(source, eye)
 
     def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
@@ -136,13 +136,15 @@ class Reprojector:
         eye_depth = None
         if needed:
             cast = depth if depth is not None else _ExactDepth(frame, [v for v in (main, second) if v is not None])
-            eye_depth = _cast(cast, camera, pose, "the eye's depth")
-            main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
+            if needed.eye:
+                eye_depth = _cast(cast, camera, pose, "the eye's depth")
+            if needed.source:
+                main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
             if second is not None and self._core.fill_wants_depth():
                 second.depth_m = _cast(cast, second.info.camera, second.info.camera_pose, "the small view's depth")
-        rgb, origin, before_fill, filled = self._core.reproject(
-            main.core(needed), None if second is None else second.core(needed), camera, pose, eye_depth)
-        return EyePicture(rgb, origin, before_fill == 0, filled, camera, pose, None if eye_depth is None else eye_depth[:, :, 0])
+        rgba, origin, before_fill, filled = self._core.reproject(
+            main.core(bool(needed)), None if second is None else second.core(bool(needed)), camera, pose, eye_depth)
+        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, None if eye_depth is None else eye_depth[:, :, 0])
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"

@@ -30,14 +30,14 @@ for name in ("left", "right"):
 # %% The same eye rendered, for comparison
 truth = em.render_frame(scene, views["left"].pose, eye, spp=64, aovs="none")
 shown = es.to_display(truth["colour"], info.exposure)
-error = shown.astype(float) - views["left"].rgb_8bit
+error = shown.astype(float) - views["left"].rgb
 print(f"left eye against a render of it: {10 * np.log10(255**2 / np.mean(error**2)):.1f} dB")
 
 # %% The picture: the sphere, its distances; both eyes, what the sphere had not seen (white), and the render
 strip = np.zeros((256 + 288, 4 * 384, 3), np.uint8)
 strip[:256, :512] = es.to_display(sphere["colour"], info.exposure)[::2, ::2]
 strip[:256, 512:1024] = es.false_colour(sphere["depth"])[::2, ::2]
-for column, picture in enumerate((views["left"].rgb_8bit, views["right"].rgb_8bit, 255 * np.repeat(views["right"].gaps[..., None], 3, 2), shown)):
+for column, picture in enumerate((views["left"].rgb, views["right"].rgb, 255 * np.repeat(views["right"].gaps[..., None], 3, 2), shown)):
     strip[256:, column * 384:(column + 1) * 384] = picture
 if len(sys.argv) > 1:
     from PIL import Image

@@ -25,7 +25,11 @@ struct Source {
     double box_radius_m = 0;
 
     SourceView view() const {
-        return {view_of(rgb), camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}, box_radius_m};
+        return {.rgb = view_of(rgb),
+                .camera = camera,
+                .pose = pose,
+                .depth_m = depth_m ? view_of(*depth_m) : ImageView<const float>{},
+                .box_radius_m = box_radius_m};
     }
 };
 
@@ -35,12 +39,12 @@ public:
         : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
           ladder_(make_fill_ladder(fill)) {}
 
-    bool needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
         return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
     }
 
-    /// The eye's picture: rgb, origin, gaps before any fill, and how many pixels each rung filled.
+    /// The eye's picture: rgba, origin, gaps before any fill, and how many pixels each rung filled.
     nb::tuple reproject(const Source& source, const std::optional<Source>& small, const PerspectiveCamera& camera,
                         const Pose& pose, const std::optional<ArrayIn<float>>& depth_m) {
         EyePicture picture;
@@ -59,7 +63,7 @@ public:
         nb::dict counts;
         for (const auto& [name, count] : filled)
             counts[name.c_str()] = count;
-        return nb::make_tuple(to_array(std::move(picture.rgb)), to_array(std::move(picture.origin)),
+        return nb::make_tuple(to_array(std::move(picture.rgba)), to_array(std::move(picture.origin)),
                               to_array(std::move(origin_before_fill)), counts);
     }
 
@@ -80,6 +84,14 @@ void bind_reprojection(nb::module_& m) {
                 new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m};
             },
             nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"));
+    nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
+        .def_ro("source", &DepthNeeds::source)
+        .def_ro("eye", &DepthNeeds::eye)
+        .def("__bool__", &DepthNeeds::any, "Whether anybody's.")
+        .def("__repr__", [](const DepthNeeds& needs) {
+            const auto word = [](bool value) { return std::string(value ? "True" : "False"); };
+            return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";
+        });
     nb::class_<Reprojector>(m, "Reprojector")
         .def(nb::init<const std::string&, const std::string&, double, bool>(), nb::arg("method"), nb::arg("fill"),
              nb::arg("error_budget_px"), nb::arg("reference"))

@@ -72,7 +72,8 @@ struct Rendered {
     FloatImage depth_m;
 
     SourceView source(double box_radius_m = 0) const {
-        return {rgb.view(), camera, pose, depth_m.view(), box_radius_m};
+        return {
+            .rgb = rgb.view(), .camera = camera, .pose = pose, .depth_m = depth_m.view(), .box_radius_m = box_radius_m};
     }
 };
 
@@ -91,6 +92,14 @@ inline Rendered render(const Distance& distance, const Colour& colour, const Cam
         }
     return out;
 }
+
+/// What an eye's picture shows, in [0, 1]; rounding to 8 bits took at most `half_a_step`.
+inline FloatImage displayed(const EyePicture& picture) {
+    return widen_8bit(picture.rgb().view());
+}
+inline constexpr double half_a_step = 1 / 510.0;
+/// Two roundings of nearly the same value may be one step apart.
+inline constexpr double one_step = 1.01 / 255;
 
 /// Of any sample; infinite if one is NaN.
 inline double worst_difference(const FloatImage& a, const FloatImage& b) {
