@@ -1,0 +1,203 @@
+/// The bound measured (DESIGN.md, "one bound"; bound.h): for random eyes in the head box, how far from where it belongs
+/// does an engine show what it shows? A pixel that an engine coloured shows the surface that the source's centre sees
+/// in some direction q; a ray cast along q says where that surface really is, and the angle at the eye between it and
+/// the pixel's own ray is the shift. Prints JSON: per engine, quantiles of the shift in pixels of the eye's view (at
+/// its centre), and the share of pixels within the budget.
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream_cli/program.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/ray_depth.h>
+#include <equistream_scene/embree_rays.h>
+
+#include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <random>
+
+namespace equistream {
+namespace {
+
+struct Options {
+    std::string scene, model, engines = "surface,gather,mesh,splat", size = "480x270", sphere = "1920x960";
+    std::int64_t frame = 0;
+    int eyes = 64;
+    double lean_m = -1;
+    std::uint64_t seed = 1;
+};
+
+/// Casts along directions that no camera has; the geometry is always the scene's own.
+class Truth {
+public:
+    explicit Truth(const SceneDescription& scene)
+        : model_(load_model(scene, {.shading = false})),
+          bvh_(model_, {.moving_instances = find_moving_instances(model_, scene)}) {
+        if (!scene.moving.empty())
+            throw InputError(expected_found(scene.file.string(), "a scene that stands still", "moving objects"));
+    }
+    double distance_m(const glm::dvec3& from, const glm::dvec3& direction) const {
+        RTCRayHit query = embree_ray_hit(glm::vec3(from), glm::vec3(direction));
+        bvh_.intersect1(query);
+        return query.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::numeric_limits<double>::infinity()
+                                                           : double(query.ray.tfar);
+    }
+
+private:
+    SceneModel model_;
+    Bvh bvh_;
+};
+
+glm::dvec3 random_direction(std::mt19937_64& generator) {
+    std::normal_distribution<double> normal;
+    return glm::normalize(glm::dvec3(normal(generator), normal(generator), normal(generator)));
+}
+
+/// Uniform in the ball, turned any way.
+Pose random_eye(const glm::dvec3& centre, double radius_m, std::mt19937_64& generator) {
+    std::uniform_real_distribution<double> uniform;
+    std::normal_distribution<double> normal;
+    const double r = radius_m * std::cbrt(uniform(generator));
+    const glm::dvec3 position = centre + r * random_direction(generator);
+    const glm::dquat turn(normal(generator), normal(generator), normal(generator), normal(generator));
+    return {position, glm::normalize(turn)};
+}
+
+FloatImage cast(DepthSource& source, const Camera& camera, const Pose& pose) {
+    FloatImage depth_m(width_of(camera), height_of(camera), 1);
+    source.cast(camera, pose, depth_m.view());
+    return depth_m;
+}
+
+/// What one eye shows: the pixel's ray and how far along it the engine believes its surface is.
+double shift_rad(const Truth& truth, const glm::dvec3& source_centre, const Pose& eye, const glm::dvec3& shown_m) {
+    const glm::dvec3 from_source = shown_m - source_centre;
+    const glm::dvec3 direction = glm::normalize(from_source);
+    const double distance_m = truth.distance_m(source_centre, direction);
+    const glm::dvec3 ray = glm::normalize(shown_m - eye.position_m);
+    const glm::dvec3 seen =
+        std::isinf(distance_m) ? direction : glm::normalize(source_centre + distance_m * direction - eye.position_m);
+    return std::atan2(glm::length(glm::cross(ray, seen)), glm::dot(ray, seen));
+}
+
+class Measurement {
+public:
+    explicit Measurement(const Options& options)
+        : options_(options), scene_(load_scene(options.scene)),
+          depth_(options.model.empty() ? scene_ : load_scene(options.model)), truth_(scene_) {
+        const double time_s = double(options.frame) / scene_.frames_per_second;
+        source_pose_ = {scene_.camera_path.at(time_s).position_m, {1, 0, 0, 0}};
+        const cli::Size sphere = cli::parse_size(options.sphere);
+        sphere_ = {sphere.width, sphere.height, {}};
+        const cli::Size size = cli::parse_size(options.size);
+        eye_camera_ = {size.width, size.height, pi / 2};
+        box_radius_m_ = head_box_radius_centre(options.lean_m >= 0 ? options.lean_m : scene_.lean_m, default_ipd_m);
+        sphere_depth_ = cast(depth_, sphere_, source_pose_);
+        rgb_ = ByteImage(sphere.width, sphere.height, 3, 128);
+    }
+
+    nlohmann::json measure(const std::string& name) {
+        const auto engine = make_engine(name);
+        engine->set_source({.rgb = rgb_.view(),
+                            .camera = sphere_,
+                            .pose = source_pose_,
+                            .depth_m = sphere_depth_.view(),
+                            .box_radius_m = box_radius_m_});
+        std::mt19937_64 generator(options_.seed);
+        std::vector<float> shifts_px;
+        std::int64_t pixels = 0;
+        for (int i = 0; i < options_.eyes; ++i) {
+            const Pose eye = random_eye(source_pose_.position_m, box_radius_m_, generator);
+            add_shifts(*engine, eye, shifts_px);
+            pixels += std::int64_t(eye_camera_.width) * eye_camera_.height;
+        }
+        return summary(name, std::move(shifts_px), pixels);
+    }
+
+private:
+    void add_shifts(const Engine& engine, const Pose& pose, std::vector<float>& shifts_px) {
+        const FloatImage eye_depth = cast(depth_, eye_camera_, pose);
+        EyePicture picture;
+        const bool given = engine.needs_depth(source_pose_, pose).eye;
+        engine.reproject({eye_camera_, pose, given ? eye_depth.view() : ImageView<const float>{}}, picture);
+        const ImageView<const float> shown_m = given ? eye_depth.view() : std::as_const(picture.depth_m).view();
+        const std::size_t columns = std::size_t(eye_camera_.width);
+        std::vector<float> found(columns * std::size_t(eye_camera_.height), -1.0f);
+        tbb::parallel_for(0, eye_camera_.height, [&](int y) {
+            trace_thread_init();
+            for (int x = 0; x < eye_camera_.width; ++x) {
+                if (*picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::source))
+                    continue;
+                const double depth_m = std::min<double>(shown_m.pixel(x, y)[0], 1e7);
+                const glm::dvec3 ray = pose.orientation * eye_camera_.direction(x + 0.5, y + 0.5);
+                const double shift = shift_rad(truth_, source_pose_.position_m, pose, pose.position_m + depth_m * ray);
+                found[std::size_t(y) * columns + std::size_t(x)] = float(shift * eye_camera_.focal_px());
+            }
+        });
+        std::ranges::copy_if(found, std::back_inserter(shifts_px), [](float shift) { return shift >= 0; });
+    }
+
+    nlohmann::json summary(const std::string& name, std::vector<float> shifts_px, std::int64_t pixels) const {
+        std::ranges::sort(shifts_px);
+        const auto quantile = [&](double q) {
+            return shifts_px.empty() ? 0.0f : shifts_px[std::size_t(q * double(shifts_px.size() - 1))];
+        };
+        const double budget_px = EngineOptions{}.error_budget_px;
+        const auto within = std::ranges::upper_bound(shifts_px, float(budget_px)) - shifts_px.begin();
+        return {{"engine", name},
+                {"pixels", pixels},
+                {"coloured", shifts_px.size()},
+                {"budget_px", budget_px},
+                {"within_budget", double(within) / double(std::max<std::size_t>(shifts_px.size(), 1))},
+                {"shift_px",
+                 {{"p50", quantile(0.5)}, {"p99", quantile(0.99)}, {"p999", quantile(0.999)}, {"max", quantile(1)}}}};
+    }
+
+    Options options_;
+    SceneDescription scene_;
+    RayDepth depth_;
+    Truth truth_;
+    Pose source_pose_;
+    EquirectCamera sphere_;
+    PerspectiveCamera eye_camera_;
+    double box_radius_m_ = 0;
+    FloatImage sphere_depth_;
+    ByteImage rgb_;
+};
+
+void run(const Options& options) {
+    Measurement measurement(options);
+    nlohmann::json results = nlohmann::json::array();
+    for (std::size_t start = 0; start <= options.engines.size();) {
+        const std::size_t comma = std::min(options.engines.find(',', start), options.engines.size());
+        results.push_back(measurement.measure(options.engines.substr(start, comma - start)));
+        start = comma + 1;
+    }
+    std::printf("%s\n", results.dump(1).c_str());
+}
+
+}  // namespace
+}  // namespace equistream
+
+int main(int argc, char** argv) {
+    using namespace equistream;
+    Options options;
+    return cli::run_program(
+        argc, argv,
+        {"measured_shift", "Measures how far engines displace what random eyes of the head box see",
+         "equistream_measured_shift scenes/descriptions/sibenik.json --frame 30"},
+        [&](CLI::App& app) {
+            app.add_option("SCENE", options.scene, "Scene description whose geometry is the truth")->required();
+            app.add_option("--model", options.model, "Client model that gives depth instead (equistream model)");
+            app.add_option("--engines", options.engines, "Comma-separated")->capture_default_str();
+            app.add_option("--frame", options.frame, "Of the scene's path")->capture_default_str();
+            app.add_option("--size", options.size, "Of an eye, 90 degrees wide")->capture_default_str();
+            app.add_option("--sphere-size", options.sphere, "Of the source")->capture_default_str();
+            app.add_option("--eyes", options.eyes, "How many")->check(CLI::Range(1, 100000))->capture_default_str();
+            app.add_option("--lean", options.lean_m, "Head box in metres instead of the scene's");
+            app.add_option("--seed", options.seed, "Of the eyes")->capture_default_str();
+            return [&options] { run(options); };
+        });
+}
