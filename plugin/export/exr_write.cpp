@@ -40,11 +40,11 @@ exr_pixel_type_t exr_type(SampleType type) {
 
 template <typename T>
 void check_shape(const AovInfo& aov, const Image<T>& image, const FrameInfo& info) {
-    if (image.width() != width_of(info.camera) || image.height() != height_of(info.camera) ||
+    if (image.width() != picture_width(info) || image.height() != picture_height(info) ||
         image.channels() != static_cast<int>(aov.channels.size()))
         throw InputError(expected_found("plane " + std::string(aov.name),
-                                        std::to_string(width_of(info.camera)) + "x" +
-                                            std::to_string(height_of(info.camera)) + " with " +
+                                        std::to_string(picture_width(info)) + "x" +
+                                            std::to_string(picture_height(info)) + " with " +
                                             std::to_string(aov.channels.size()) + " channels",
                                         std::to_string(image.width()) + "x" + std::to_string(image.height()) +
                                             " with " + std::to_string(image.channels())));
@@ -71,7 +71,7 @@ void append_channels(const Frame& frame, const AovInfo& aov, std::vector<Channel
         else
             source.real = real->second.samples().data() + c;
         source.pixel_stride = static_cast<std::ptrdiff_t>(aov.channels.size());
-        source.row_stride = source.pixel_stride * width_of(frame.info.camera);
+        source.row_stride = source.pixel_stride * picture_width(frame.info);
         channels.push_back(source);
     }
 }
@@ -117,7 +117,7 @@ void write_header(const ExrSession& session, const std::vector<Part>& parts, con
     for (const Part& part : parts) {
         int index = 0;
         session.check(exr_add_part(context, part.name, EXR_STORAGE_SCANLINE, &index), "adding a part");
-        session.check(exr_initialize_required_attr_simple(context, index, width_of(info.camera), height_of(info.camera),
+        session.check(exr_initialize_required_attr_simple(context, index, picture_width(info), picture_height(info),
                                                           EXR_COMPRESSION_ZIP),
                       "setting the size");
         for (const ChannelSource& channel : part.channels)
@@ -135,8 +135,8 @@ void write_header(const ExrSession& session, const std::vector<Part>& parts, con
 class ChunkEncoder {
 public:
     ChunkEncoder(const ExrSession& session, const Part& part, int part_index, const FrameInfo& info)
-        : session_(session), part_(part), part_index_(part_index), width_(width_of(info.camera)),
-          height_(height_of(info.camera)) {}
+        : session_(session), part_(part), part_index_(part_index), width_(picture_width(info)),
+          height_(picture_height(info)) {}
     ~ChunkEncoder() {
         if (initialised_)
             exr_encoding_destroy(session_.context(), &pipeline_);
@@ -244,7 +244,7 @@ private:
 };
 
 std::int64_t write_part(const ExrSession& session, const Part& part, int part_index, const FrameInfo& info) {
-    const int chunk_count = (height_of(info.camera) + rows_per_chunk - 1) / rows_per_chunk;
+    const int chunk_count = (picture_height(info) + rows_per_chunk - 1) / rows_per_chunk;
     std::vector<std::vector<std::uint8_t>> chunks(static_cast<std::size_t>(chunk_count));
     std::atomic<std::int64_t> bad_pixels{0};
     for_each_index(

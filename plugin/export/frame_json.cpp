@@ -21,4 +21,11 @@ nlohmann::json camera_to_json(const Camera& camera) {
     return json;
 }
 
+nlohmann::json patches_to_json(const PatchAtlas& atlas) {
+    nlohmann::json offsets = nlohmann::json::array();
+    for (const glm::dvec3& offset : atlas.offsets_m)
+        offsets.push_back({offset.x, offset.y, offset.z});
+    return {{"side", atlas.block_side}, {"columns", atlas.columns}, {"rows", atlas.rows}, {"offsets_m", offsets}};
+}
+
 }  // namespace equistream

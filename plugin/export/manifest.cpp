@@ -109,6 +109,34 @@ Camera camera_from_json(const Section& in) {
     return EquirectCamera{width, height, {longitudes[0], longitudes[1], latitudes[0], latitudes[1]}};
 }
 
+/// Its slots are all unused.
+PatchAtlas patches_from_json(const Section& in, const Camera& camera) {
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    if (!sphere)
+        in.refuse("side", "patches of an equirect camera");
+    PatchAtlas atlas;
+    atlas.sphere_width = sphere->width;
+    atlas.sphere_height = sphere->height;
+    atlas.range = sphere->range;
+    atlas.block_side = in.whole<int>("side", min_patch_side, max_patch_side);
+    atlas.columns = in.whole<int>("columns", 1, max_patch_slots);
+    atlas.rows = in.whole<int>("rows", 1, max_patch_slots / atlas.columns);
+    const json& offsets = in.at("offsets_m");
+    const auto is_number = [](const json& v) { return v.is_number(); };
+    const auto is_offset = [&](const json& v) {
+        return v.is_array() && v.size() == 3 && std::all_of(v.begin(), v.end(), is_number);
+    };
+    if (!offsets.is_array() || offsets.size() > std::size_t{max_patch_offsets} ||
+        !std::all_of(offsets.begin(), offsets.end(), is_offset))
+        in.refuse("offsets_m", "a list of at most " + std::to_string(max_patch_offsets) + " times three numbers");
+    for (const json& o : offsets)
+        atlas.offsets_m.emplace_back(o[0].get<double>(), o[1].get<double>(), o[2].get<double>());
+    atlas.slots.resize(static_cast<std::size_t>(atlas.columns) * static_cast<std::size_t>(atlas.rows));
+    if (const auto problem = patch_atlas_problem(atlas))
+        in.refuse("offsets_m", "patches that fit together: " + *problem);
+    return atlas;
+}
+
 json to_json(const Manifest& manifest) {
     const FrameInfo& info = manifest.shared;
     json document = {{"format", format_name},
@@ -133,6 +161,8 @@ json to_json(const Manifest& manifest) {
                      {"planes", manifest.planes},
                      {"command", manifest.command},
                      {"fingerprint", manifest.fingerprint}};
+    if (info.patches)
+        document["patches"] = patches_to_json(*info.patches);
     if (manifest.single_part)
         document["single_part"] = *manifest.single_part;
     return document;
@@ -164,6 +194,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.host = in.text("host");
     if (document.contains("geometry_fingerprint"))  // earlier sequences have none
         info.geometry_fingerprint = in.text("geometry_fingerprint");
+    if (document.contains("patches"))
+        info.patches = patches_from_json(in.section("patches"), info.camera);
     for (const json& plane : in.at("planes")) {
         if (!plane.is_string())
             in.refuse("planes", "a list of plane names");

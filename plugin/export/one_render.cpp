@@ -19,11 +19,13 @@ std::vector<Setting> settings_of(const FrameInfo& info) {
     const std::string size = size_text(width_of(info.camera), height_of(info.camera));
     const std::string samples = std::to_string(info.samples_per_pixel), seed = std::to_string(info.seed);
     const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
+    const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
     return {{size + " pixels", size},
             {"camera " + camera, camera},
             {"spp " + samples, samples},
             {"seed " + seed, seed},
-            {"host " + host, host}};
+            {"host " + host, host},
+            {"patches " + patches, patches}};
 }
 
 }  // namespace

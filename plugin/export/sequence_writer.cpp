@@ -1,3 +1,5 @@
+#include "frame_json.h"
+
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/sequence_writer.h>
@@ -40,6 +42,8 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
     } else {
         list.emplace_back("fov_x_rad", in_words(std::get<PerspectiveCamera>(info.camera).fov_x_rad));
     }
+    if (info.patches)
+        list.emplace_back("patches", patches_to_json(*info.patches).dump());
     return list;
 }
 

@@ -2,9 +2,11 @@
 /// A frame: one camera pose plus planes. This is what travels from a host to files, streams and the client.
 #include <equistream/camera.h>
 #include <equistream/image.h>
+#include <equistream/patches.h>
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace equistream {
@@ -28,9 +30,19 @@ struct FrameInfo {
     std::string host;   ///< renderer name and version; at most 255 bytes
     /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said. At most 255 bytes.
     std::string geometry_fingerprint;
+    /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
+    std::optional<PatchAtlas> patches;
 };
 
-/// Planes keyed by AovInfo::name. All planes have the camera's width and height; a Frame owns its planes.
+/// Size of a frame's picture: the camera's, or the atlas's.
+inline int picture_width(const FrameInfo& info) {
+    return info.patches ? info.patches->width() : width_of(info.camera);
+}
+inline int picture_height(const FrameInfo& info) {
+    return info.patches ? info.patches->height() : height_of(info.camera);
+}
+
+/// Planes keyed by AovInfo::name. All planes have the picture's width and height; a Frame owns its planes.
 struct Frame {
     FrameInfo info;
     std::map<std::string, FloatImage, std::less<>> planes;

@@ -1,4 +1,5 @@
 // Damaged files give one clear line that names them; a full disk leaves nothing behind.
+#include "../atlas_fixture.h"
 #include "frame_fixture.h"
 
 #include <equistream/error.h>
@@ -41,6 +42,27 @@ TEST_F(ExrHostile, truncated_at_every_step) {
     }
     put_bytes(cut, bytes);
     EXPECT_TRUE(reads(cut));
+}
+
+TEST_F(ExrHostile, flipped_bytes_of_an_atlas_never_crash) {
+    Frame frame;
+    frame.info = test_info(500, 243);
+    frame.info.patches = random_atlas(3, 2, 1);
+    frame.planes["colour"] = FloatImage(48, 32, 4);
+    const auto whole = folder / "whole.exr", damaged = folder / "damaged.exr";
+    write_exr(whole, frame);
+    const std::string bytes = file_bytes(whole);
+    const std::size_t from = bytes.find("equistream:sphereSize"), to = bytes.find("equistream:pixelCentres");
+    ASSERT_LT(from, to);
+    std::mt19937 random(17);
+    int refused = 0;
+    for (int round = 0; round < 2000; ++round) {
+        std::string copy = bytes;
+        copy[from + random() % (to - from)] = round % 2 == 0 ? static_cast<char>(random()) : "0:-, 99x"[random() % 8];
+        put_bytes(damaged, copy);
+        refused += reads(damaged) ? 0 : 1;
+    }
+    EXPECT_GT(refused, 500);
 }
 
 TEST_F(ExrHostile, flipped_bytes_never_crash) {

@@ -1,4 +1,5 @@
 // What is written comes back: by our own reader, and by OpenImageIO's (the OpenEXR C++ library) as an independent one.
+#include "../atlas_fixture.h"
 #include "../stream/frame_info_matcher.h"
 #include "frame_fixture.h"
 
@@ -36,6 +37,19 @@ TEST_F(ExrRoundTrip, every_plane_and_attribute_is_exact) {
         expect_same_planes(frame.planes, back.planes);
         expect_same_planes(frame.ids, back.ids);
     }
+}
+
+TEST_F(ExrRoundTrip, atlases_of_patches_are_exact) {
+    Frame frame = test_frame(48, 32);
+    frame.info.camera = EquirectCamera{500, 243, {-2.5, 3.0, -0.7, 1.1}};
+    frame.info.patches = random_atlas(3, 2, 1);
+    frame.info.patches->range = {-2.5, 3.0, -0.7, 1.1};
+    write_exr(folder / "a.exr", frame);
+    expect_same_info(frame.info, read_exr(folder / "a.exr").info);
+    expect_same_planes(frame.planes, read_exr(folder / "a.exr").planes);
+    frame.info.patches->columns = 4;
+    frame.info.patches->slots.resize(8);
+    EXPECT_THROW(write_exr(folder / "b.exr", frame), InputError);  // its planes are smaller
 }
 
 /// OpenEXRCore takes other ways for parts of exactly three or four channels.

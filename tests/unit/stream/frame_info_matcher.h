@@ -5,6 +5,20 @@
 
 namespace equistream {
 
+inline void expect_same_atlas(const PatchAtlas& a, const PatchAtlas& b) {
+    EXPECT_EQ(a.sphere_width, b.sphere_width);
+    EXPECT_EQ(a.sphere_height, b.sphere_height);
+    EXPECT_EQ(a.block_side, b.block_side);
+    EXPECT_EQ(a.range.longitude_min, b.range.longitude_min);
+    EXPECT_EQ(a.range.longitude_max, b.range.longitude_max);
+    EXPECT_EQ(a.range.latitude_min, b.range.latitude_min);
+    EXPECT_EQ(a.range.latitude_max, b.range.latitude_max);
+    EXPECT_EQ(a.offsets_m, b.offsets_m);
+    EXPECT_EQ(a.columns, b.columns);
+    EXPECT_EQ(a.rows, b.rows);
+    EXPECT_EQ(a.slots, b.slots);
+}
+
 /// Every field bit for bit.
 inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.index, b.index);
@@ -36,6 +50,9 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.scene, b.scene);
     EXPECT_EQ(a.host, b.host);
     EXPECT_EQ(a.geometry_fingerprint, b.geometry_fingerprint);
+    ASSERT_EQ(a.patches.has_value(), b.patches.has_value());
+    if (a.patches)
+        expect_same_atlas(*a.patches, *b.patches);
 }
 
 }  // namespace equistream

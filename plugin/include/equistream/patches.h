@@ -1,0 +1,179 @@
+#pragma once
+/// Server-predicted patches: what the eyes of the head box see and the sphere's centre does not, rendered from places
+/// beside the centre and packed into one picture, the atlas.
+///
+/// Each of `offsets_m` is the centre of an auxiliary sphere: an equirect grid of the main sphere's size, range and axes.
+/// A *patch* is one block of block_side x block_side pixels of such a grid; the atlas shows patches in *slots*, row by
+/// row. Pixel (x, y) of a slot that shows block (bx, by) of auxiliary sphere k is pixel (bx side + x, by side + y) of
+/// that sphere: its ray starts at offsets_m[k] and its depth is the distance from there. Blocks at the right and lower
+/// border may reach beyond the grid, where the image formula goes on: round the seam, over the pole.
+///
+/// A block keeps its slot for as long as it stays chosen, so that video of the atlas codes well; pictures keep what a
+/// slot showed last while nobody uses it. Everything here is a plain value; all functions are pure and thread-safe.
+#include <equistream/camera.h>
+#include <equistream/image.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+/// What any reader accepts before it allocates.
+inline constexpr int max_patch_offsets = 64;
+inline constexpr int max_patch_slots = 12288;
+inline constexpr int min_patch_side = 4, max_patch_side = 64;
+
+struct PatchAtlas {
+    /// Which patch a slot shows; unused slots are all 0.
+    struct Slot {
+        std::uint8_t offset_index = 0;  ///< in offsets_m
+        std::uint16_t block_x = 0, block_y = 0;
+        bool used = false;
+
+        bool operator==(const Slot& other) const {
+            return used == other.used && offset_index == other.offset_index && block_x == other.block_x &&
+                   block_y == other.block_y;
+        }
+    };
+
+    int sphere_width = 0, sphere_height = 0;
+    int block_side = 16;  ///< pixels
+    LongitudeLatitudeRange range;
+    /// From the sphere's centre, in the sphere camera's axes. Streams carry single precision.
+    std::vector<glm::dvec3> offsets_m;
+    int columns = 0, rows = 0;  ///< of slots
+    std::vector<Slot> slots;    ///< columns * rows, row by row
+
+    /// Of the atlas picture.
+    int width() const { return columns * block_side; }
+    int height() const { return rows * block_side; }
+    /// Of each auxiliary sphere.
+    int block_columns() const { return (sphere_width + block_side - 1) / block_side; }
+    int block_rows() const { return (sphere_height + block_side - 1) / block_side; }
+    EquirectCamera sphere() const { return {sphere_width, sphere_height, range}; }
+    std::size_t used_slots() const {
+        return static_cast<std::size_t>(
+            std::count_if(slots.begin(), slots.end(), [](const Slot& slot) { return slot.used; }));
+    }
+    /// The slot that a pixel of the atlas picture belongs to.
+    const Slot& slot_at(int x, int y) const {
+        return slots[static_cast<std::size_t>(y / block_side) * static_cast<std::size_t>(columns) +
+                     static_cast<std::size_t>(x / block_side)];
+    }
+};
+
+/// Where a pixel of the atlas looks from and to, in the sphere camera's axes.
+struct PatchRay {
+    glm::dvec3 origin_m;   ///< from the sphere's centre
+    glm::dvec3 direction;  ///< unit
+};
+
+/// Continuous coordinates on the auxiliary sphere of continuous atlas coordinates (u, v) that lie in the slot of pixel
+/// (x, y): up to its border, which belongs to two slots.
+inline PixelCoordinates<double> patch_sphere_pixel(const PatchAtlas& atlas, int x, int y, double u, double v) {
+    const PatchAtlas::Slot& slot = atlas.slot_at(x, y);
+    const int side = atlas.block_side;
+    return {u - x / side * side + slot.block_x * side, v - y / side * side + slot.block_y * side};
+}
+
+/// The ray of the same point. What an unused slot looks at means nothing.
+inline PatchRay patch_ray(const PatchAtlas& atlas, int x, int y, double u, double v) {
+    const PixelCoordinates<double> at = patch_sphere_pixel(atlas, x, y, u, v);
+    const glm::dvec3 origin =
+        atlas.offsets_m.empty() ? glm::dvec3(0) : atlas.offsets_m[atlas.slot_at(x, y).offset_index];
+    return {origin, atlas.sphere().direction(at.u, at.v)};
+}
+
+/// What is wrong with an atlas that somebody else made, in the form "expected ..., found ..."; nothing if it is sound.
+inline std::optional<std::string> patch_atlas_problem(const PatchAtlas& a) {
+    const auto differs = [](const std::string& expected, auto found) {
+        return std::optional("expected " + expected + ", found " + std::to_string(found));
+    };
+    if (a.block_side < min_patch_side || a.block_side > max_patch_side)
+        return differs("patches of " + std::to_string(min_patch_side) + " to " + std::to_string(max_patch_side) +
+                           " pixels a side",
+                       a.block_side);
+    if (a.sphere_width < 1 || a.sphere_width > max_image_side || a.sphere_height < 1 ||
+        a.sphere_height > max_image_side)
+        return differs("a sphere of 1 to " + std::to_string(max_image_side) + " pixels a side",
+                       std::max(a.sphere_width, a.sphere_height));
+    if (!(a.range.longitude_span() > 0 && a.range.latitude_span() > 0))
+        return differs("ascending longitudes and latitudes",
+                       std::min(a.range.longitude_span(), a.range.latitude_span()));
+    if (a.offsets_m.empty() || a.offsets_m.size() > static_cast<std::size_t>(max_patch_offsets))
+        return differs("1 to " + std::to_string(max_patch_offsets) + " offsets", a.offsets_m.size());
+    for (const glm::dvec3& offset : a.offsets_m)
+        if (!(std::abs(offset.x) < 1e6 && std::abs(offset.y) < 1e6 && std::abs(offset.z) < 1e6))
+            return differs("offsets of less than 1e6 m", std::abs(offset.x) + std::abs(offset.y) + std::abs(offset.z));
+    if (a.columns < 1 || a.rows < 1 || a.columns > max_patch_slots || a.rows > max_patch_slots / a.columns)
+        return differs("1 to " + std::to_string(max_patch_slots) + " slots",
+                       static_cast<double>(a.columns) * static_cast<double>(a.rows));
+    if (a.width() > max_image_side || a.height() > max_image_side)
+        return differs("an atlas of at most " + std::to_string(max_image_side) + " pixels a side",
+                       std::max(a.width(), a.height()));
+    if (a.slots.size() != static_cast<std::size_t>(a.columns) * static_cast<std::size_t>(a.rows))
+        return differs(std::to_string(a.columns) + " x " + std::to_string(a.rows) + " slots", a.slots.size());
+    for (const PatchAtlas::Slot& slot : a.slots) {
+        if (!slot.used)
+            continue;
+        if (slot.offset_index >= a.offsets_m.size())
+            return differs("an offset below " + std::to_string(a.offsets_m.size()), slot.offset_index);
+        if (slot.block_x >= a.block_columns() || slot.block_y >= a.block_rows())
+            return differs("a block of " + std::to_string(a.block_columns()) + " x " + std::to_string(a.block_rows()),
+                           std::max(slot.block_x, slot.block_y));
+    }
+    return std::nullopt;
+}
+
+/// Which slot shows a block: the way back from a pixel of an auxiliary sphere to the atlas. Two bytes for each block of
+/// each auxiliary sphere; of a block that is in two slots the first counts.
+class PatchIndex {
+public:
+    /// The atlas must be sound (patch_atlas_problem); it is not kept.
+    explicit PatchIndex(const PatchAtlas& atlas)
+        : block_columns_(atlas.block_columns()), block_rows_(atlas.block_rows()), side_(atlas.block_side),
+          columns_(atlas.columns), slots_(atlas.offsets_m.size() * blocks(), nobody) {
+        for (std::size_t i = atlas.slots.size(); i-- > 0;)
+            if (const PatchAtlas::Slot& slot = atlas.slots[i]; slot.used)
+                slots_[at(slot.offset_index, slot.block_x, slot.block_y)] = static_cast<std::uint16_t>(i);
+    }
+
+    /// -1 where no slot shows the block.
+    int slot_of(int offset_index, int block_x, int block_y) const {
+        const std::uint16_t slot = slots_[at(offset_index, block_x, block_y)];
+        return slot == nobody ? -1 : slot;
+    }
+
+    struct AtlasPixel {
+        int x, y;
+    };
+
+    /// The atlas pixel that shows pixel (x, y), within the grid, of auxiliary sphere `offset_index`.
+    std::optional<AtlasPixel> atlas_pixel(int offset_index, int x, int y) const {
+        const int slot = slot_of(offset_index, x / side_, y / side_);
+        if (slot < 0)
+            return std::nullopt;
+        return AtlasPixel{slot % columns_ * side_ + x % side_, slot / columns_ * side_ + y % side_};
+    }
+
+private:
+    static constexpr std::uint16_t nobody = 0xffff;
+    static_assert(max_patch_slots < nobody);
+
+    std::size_t blocks() const { return static_cast<std::size_t>(block_columns_) * static_cast<std::size_t>(block_rows_); }
+    std::size_t at(int offset_index, int block_x, int block_y) const {
+        return static_cast<std::size_t>(offset_index) * blocks() +
+               static_cast<std::size_t>(block_y) * static_cast<std::size_t>(block_columns_) +
+               static_cast<std::size_t>(block_x);
+    }
+
+    int block_columns_, block_rows_, side_, columns_;
+    std::vector<std::uint16_t> slots_;
+};
+
+}  // namespace equistream
