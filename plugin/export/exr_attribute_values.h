@@ -1,5 +1,6 @@
 #pragma once
-/// One EXR attribute at a time, written and read; what is read is checked, and every complaint names file and attribute.
+/// One EXR attribute at a time, written and read; what is read is checked, and every complaint names file and
+/// attribute.
 #include "exr_session.h"
 
 #include <equistream/camera.h>

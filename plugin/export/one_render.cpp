@@ -20,12 +20,8 @@ std::vector<Setting> settings_of(const FrameInfo& info) {
     const std::string samples = std::to_string(info.samples_per_pixel), seed = std::to_string(info.seed);
     const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
     const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
-    return {{size + " pixels", size},
-            {"camera " + camera, camera},
-            {"spp " + samples, samples},
-            {"seed " + seed, seed},
-            {"host " + host, host},
-            {"patches " + patches, patches}};
+    return {{size + " pixels", size}, {"camera " + camera, camera}, {"spp " + samples, samples},
+            {"seed " + seed, seed},   {"host " + host, host},       {"patches " + patches, patches}};
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ PatchAtlas unpack_patch_table(std::span<const std::uint8_t> bytes, const Equirec
     const std::size_t offset_count = bytes[1];
     atlas.columns = bytes[2] | bytes[3] << 8;
     atlas.rows = bytes[4] | bytes[5] << 8;
-    if (offset_count > std::size_t{max_patch_offsets} || atlas.columns * atlas.rows > max_patch_slots)
+    if (offset_count > std::size_t{max_patch_offsets} || std::int64_t{atlas.columns} * atlas.rows > max_patch_slots)
         throw WorkError(expected_found(place,
                                        "at most " + std::to_string(max_patch_offsets) + " offsets and " +
                                            std::to_string(max_patch_slots) + " slots",

@@ -2,11 +2,11 @@
 /// Server-predicted patches: what the eyes of the head box see and the sphere's centre does not, rendered from places
 /// beside the centre and packed into one picture, the atlas.
 ///
-/// Each of `offsets_m` is the centre of an auxiliary sphere: an equirect grid of the main sphere's size, range and axes.
-/// A *patch* is one block of block_side x block_side pixels of such a grid; the atlas shows patches in *slots*, row by
-/// row. Pixel (x, y) of a slot that shows block (bx, by) of auxiliary sphere k is pixel (bx side + x, by side + y) of
-/// that sphere: its ray starts at offsets_m[k] and its depth is the distance from there. Blocks at the right and lower
-/// border may reach beyond the grid, where the image formula goes on: round the seam, over the pole.
+/// Each of `offsets_m` is the centre of an auxiliary sphere: an equirect grid of the main sphere's size, range and
+/// axes. A *patch* is one block of block_side x block_side pixels of such a grid; the atlas shows patches in *slots*,
+/// row by row. Pixel (x, y) of a slot that shows block (bx, by) of auxiliary sphere k is pixel (bx side + x, by side +
+/// y) of that sphere: its ray starts at offsets_m[k] and its depth is the distance from there. Blocks at the right and
+/// lower border may reach beyond the grid, where the image formula goes on: round the seam, over the pole.
 ///
 /// A block keeps its slot for as long as it stays chosen, so that video of the atlas codes well; pictures keep what a
 /// slot showed last while nobody uses it. Everything here is a plain value; all functions are pure and thread-safe.
@@ -165,7 +165,9 @@ private:
     static constexpr std::uint16_t nobody = 0xffff;
     static_assert(max_patch_slots < nobody);
 
-    std::size_t blocks() const { return static_cast<std::size_t>(block_columns_) * static_cast<std::size_t>(block_rows_); }
+    std::size_t blocks() const {
+        return static_cast<std::size_t>(block_columns_) * static_cast<std::size_t>(block_rows_);
+    }
     std::size_t at(int offset_index, int block_x, int block_y) const {
         return static_cast<std::size_t>(offset_index) * blocks() +
                static_cast<std::size_t>(block_y) * static_cast<std::size_t>(block_columns_) +

@@ -93,10 +93,8 @@ TEST(Patches, UnsoundAtlasesAreToldApart) {
     EXPECT_NE(problem([](PatchAtlas& a) { a.rows = max_patch_slots / 4 + 1; }), "none");
     EXPECT_EQ(problem([](PatchAtlas& a) { a.slots.pop_back(); }), "expected 4 x 3 slots, found 11");
     EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {7, 0, 0, true}; }), "expected an offset below 7, found 7");
-    EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {0, 32, 0, true}; }),
-              "expected a block of 32 x 16, found 32");
-    EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {0, 0, 16, true}; }),
-              "expected a block of 32 x 16, found 16");
+    EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {0, 32, 0, true}; }), "expected a block of 32 x 16, found 32");
+    EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {0, 0, 16, true}; }), "expected a block of 32 x 16, found 16");
     EXPECT_EQ(problem([](PatchAtlas& a) { a.slots[5] = {255, 9999, 9999, false}; }), "none");
 }
 
