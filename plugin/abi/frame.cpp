@@ -4,6 +4,7 @@
 #include "struct_size.h"
 
 #include <equistream/aov.h>
+#include <equistream/bound.h>
 #include <equistream/plane_values.h>
 
 #include <cmath>
@@ -28,10 +29,14 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         return camera_pose(shared.camera, head, shared.eye, shared.ipd_m, shared.lock);
     };
     const FramePoses poses{pose(settings.head_previous), pose(settings.head), pose(settings.head_next)};
+    const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.lean_m, shared.ipd_m)};
     return new es_frame{handle.shared,
                         frame_info(*handle.shared, settings, poses.here),
                         FrameRays(shared.camera, poses.here, shared.seed, settings.index),
-                        Film(shared.camera, poses, shared.samples_per_pixel, handle.shared->manifest().planes),
+                        Film(shared.camera, poses,
+                             {shared.samples_per_pixel, handle.shared->manifest().planes, handle.tiles.tile_side,
+                              handle.tiles.hidden_layer}),
+                        handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
                         {}};
 }
@@ -57,14 +62,30 @@ bool usable(const es_frame* frame, const es_tile* tile, const void* data, const 
     return false;
 }
 
+/// Pixels that answers are of. Those of a hidden layer are known once it has been searched; until then there are none,
+/// and asking for them is a misuse.
+TilePixels pixels_of(const es_frame& frame, const es_tile& tile, const char* call) {
+    static const std::vector<std::uint32_t> none;
+    if (!frame.hidden)
+        return {tile};
+    const HiddenLayer::Found* found = frame.hidden->found(tile);
+    if (found == nullptr)
+        keep_misuse(&frame, expected_found(call, "a tile whose probe rays are answered",
+                                           "tile " + std::to_string(tile.id)));
+    return {tile, found == nullptr ? &none : &found->pixels};
+}
+
 template <typename MakeRay>
-void fill_rays(const es_tile& tile, es_ray* rays, MakeRay make_ray) {
-    std::uint32_t pixel = 0;
-    for (int y = tile.y; y < tile.y + tile.height; ++y)
-        for (int x = tile.x; x < tile.x + tile.width; ++x, ++pixel) {
-            rays[pixel] = make_ray(x, y);
-            rays[pixel].pixel = pixel;
-        }
+std::uint32_t fill_rays(const es_frame& frame, const TilePixels& pixels, es_ray* rays, MakeRay make_ray) {
+    const HiddenLayer::Found* const found = frame.hidden ? frame.hidden->found(pixels.tile) : nullptr;
+    for (std::uint32_t i = 0; i < pixels.count(); ++i) {
+        const auto at = pixels.at(i);
+        rays[i] = make_ray(at.x, at.y);
+        rays[i].pixel = found == nullptr ? i : found->pixels[i];
+        if (found != nullptr)
+            rays[i].t_min = found->begin_m[i];
+    }
+    return pixels.count();
 }
 
 AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
@@ -131,14 +152,37 @@ es_status es_frame_next_tile(es_frame* frame, es_tile* tile) {
     return status != ES_OK ? status : more ? ES_OK : ES_DONE;
 }
 
-void es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays) {
+uint32_t es_tile_probe_rays(es_frame* frame, const es_tile* tile, es_ray* rays) {
+    std::uint32_t count = 0;
     guarded(nullptr, [&] {
-        if (usable(frame, tile, rays, "es_tile_geometry_rays"))
-            fill_rays(*tile, rays, [&](int x, int y) { return frame->rays.geometry(x, y); });
+        if (usable(frame, tile, rays, "es_tile_probe_rays") && frame->hidden)
+            count = frame->hidden->ask(*tile, frame->rays, rays);
+    });
+    return count;
+}
+
+void es_tile_put_distances(es_frame* frame, const es_tile* tile, const float* distances_m) {
+    guarded(nullptr, [&] {
+        if (!usable(frame, tile, distances_m, "es_tile_put_distances"))
+            return;
+        if (!frame->hidden || !frame->hidden->tell(*tile, frame->rays, distances_m))
+            keep_misuse(frame, expected_found("es_tile_put_distances", "answers to es_tile_probe_rays",
+                                              "none asked for in tile " + std::to_string(tile->id)));
     });
 }
 
-void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays) {
+uint32_t es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays) {
+    std::uint32_t count = 0;
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, rays, "es_tile_geometry_rays"))
+            count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_geometry_rays"), rays,
+                              [&](int x, int y) { return frame->rays.geometry(x, y); });
+    });
+    return count;
+}
+
+uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays) {
+    std::uint32_t count = 0;
     guarded(nullptr, [&] {
         if (!usable(frame, tile, rays, "es_tile_colour_rays"))
             return;
@@ -147,20 +191,23 @@ void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sa
                                               "below " + std::to_string(frame->info.samples_per_pixel),
                                               std::to_string(sample)));
         else
-            fill_rays(*tile, rays, [&](int x, int y) { return frame->rays.colour(x, y, sample); });
+            count = fill_rays(*frame, pixels_of(*frame, *tile, "es_tile_colour_rays"), rays,
+                              [&](int x, int y) { return frame->rays.colour(x, y, sample); });
     });
+    return count;
 }
 
 void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_surface* surfaces) {
     guarded(nullptr, [&] {
         if (usable(frame, tile, surfaces, "es_tile_put_surfaces"))
-            frame->film.put_surfaces(*tile, surfaces);
+            frame->film.put_surfaces(pixels_of(*frame, *tile, "es_tile_put_surfaces"), surfaces);
     });
 }
 
 void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba) {
     guarded(nullptr, [&] {
-        if (usable(frame, tile, rgba, "es_tile_put_radiance") && !frame->film.add_radiance(*tile, rgba))
+        if (usable(frame, tile, rgba, "es_tile_put_radiance") &&
+            !frame->film.add_radiance(pixels_of(*frame, *tile, "es_tile_put_radiance"), rgba))
             keep_misuse(frame, expected_found("es_tile_put_radiance: tile " + std::to_string(tile->id),
                                               std::to_string(frame->info.samples_per_pixel) + " passes", "one more"));
     });

@@ -1,9 +1,10 @@
 #pragma once
 /// The opaque handles of equistream.h.
 #include "film/film.h"
+#include "film/hidden_layer.h"
 #include "film/rays.h"
 
-#include <equistream/sequence_writer.h>
+#include "settings.h"
 
 #include <memory>
 #include <mutex>
@@ -11,6 +12,7 @@
 
 struct es_sequence {
     std::shared_ptr<equistream::SequenceWriter> shared;
+    equistream::TileSettings tiles;
 };
 
 struct es_frame {
@@ -18,6 +20,7 @@ struct es_frame {
     equistream::FrameInfo info;
     equistream::FrameRays rays;
     equistream::Film film;
+    std::unique_ptr<equistream::HiddenLayer> hidden;  ///< null in sequences of the first surfaces
 
     /// The first misuse of a call that returns nothing; es_frame_end reports it.
     mutable std::mutex misuse_mutex;

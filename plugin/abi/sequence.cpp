@@ -20,7 +20,8 @@ es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** s
     return guarded(error, [&] {
         if (sequence == nullptr)
             throw InputError(expected_found("es_sequence_open: sequence", "a pointer", "NULL"));
-        *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings))};
+        *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings)),
+                                    checked_tile_settings(settings)};
     });
 }
 

@@ -1,5 +1,6 @@
 #include "settings.h"
 
+#include "film/film.h"
 #include "struct_size.h"
 
 #include <equistream/aov_groups.h>
@@ -128,9 +129,20 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.scene = checked_text("scene_name", s.scene_name, 255);
     info.host = checked_text("host_name", s.host_name, 255);
     info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, 255);
+    const std::string layer = checked_tile_settings(settings).hidden_layer ? " hidden layer" : "";
     checked.manifest.fingerprint =
-        sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536));
+        sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + layer);
     return checked;
+}
+
+TileSettings checked_tile_settings(const es_sequence_settings* settings) {
+    const es_sequence_settings s = whole_struct(settings, "es_sequence_settings", sequence_settings_sizes);
+    const int layer = stored_value(s.layer);
+    require(layer == ES_LAYER_FIRST || layer == ES_LAYER_HIDDEN, "layer", "ES_LAYER_FIRST or ES_LAYER_HIDDEN",
+            std::to_string(layer));
+    require(s.tile_side >= 0 && s.tile_side <= max_image_side, "tile_side", "0 to " + std::to_string(max_image_side),
+            std::to_string(s.tile_side));
+    return {layer == ES_LAYER_HIDDEN, s.tile_side == 0 ? default_tile_side : s.tile_side};
 }
 
 FrameSettings checked_settings(const es_frame_settings* settings) {

@@ -6,8 +6,16 @@
 
 namespace equistream {
 
+/// How a sequence is rendered, which its files do not say.
+struct TileSettings {
+    bool hidden_layer = false;
+    int tile_side = 0;
+};
+
 /// Throws InputError.
 SequenceSettings checked_settings(const es_sequence_settings* settings);
+/// Throws InputError.
+TileSettings checked_tile_settings(const es_sequence_settings* settings);
 
 struct FrameSettings {
     std::int64_t index = 0;

@@ -9,7 +9,7 @@ namespace equistream {
 void require_plane_values(const AovInfo& aov, ImageView<const float> plane) {
     if (aov.name == "colour")
         return;
-    const bool is_depth = aov.name == "depth";
+    const bool is_depth = aov.name == "depth" || aov.name == "virtual_depth";
     for (int y = 0; y < plane.height; ++y) {
         const float* row = plane.row(y);
         for (int i = 0; i < plane.width * plane.channels; ++i)

@@ -1,14 +1,14 @@
 #include "film.h"
 
+#include "carry_on_colour.h"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace equistream {
 namespace {
-
-/// 32 x 32 pixels: enough rays to be worth a call, few enough to keep every core busy to the end.
-constexpr int tile_side = 32;
 
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
@@ -22,26 +22,31 @@ glm::dvec3 vector3(const float* v) {
     return {v[0], v[1], v[2]};
 }
 
-void store(glm::dvec2 motion, float* to) {
-    to[0] = static_cast<float>(motion.x);
-    to[1] = static_cast<float>(motion.y);
+/// Of a point seen at `pixel`, or of something infinitely far away there where `position_there_m` is none.
+void store_motion(const Motion& motion, glm::dvec2 pixel, const float* position_there_m, float* to) {
+    const bool near = position_there_m != nullptr && is_finite(position_there_m, 3);
+    const glm::dvec2 moved = near ? motion.of_point(pixel, vector3(position_there_m)) : motion.of_direction(pixel);
+    to[0] = static_cast<float>(moved.x);
+    to[1] = static_cast<float>(moved.y);
 }
 
 }  // namespace
 
-Film::Film(const Camera& camera, const FramePoses& poses, std::uint32_t samples_per_pixel,
-           std::vector<std::string> planes)
-    : camera_(camera), width_(width_of(camera)), height_(height_of(camera)),
-      tiles_across_(static_cast<std::uint32_t>((width_ + tile_side - 1) / tile_side)),
-      tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side - 1) / tile_side)),
-      samples_per_pixel_(samples_per_pixel), backward_(camera, poses.here, poses.previous),
-      forward_(camera, poses.here, poses.next), plane_names_(std::move(planes)) {}
+Film::Film(const Camera& camera, const FramePoses& poses, FilmSettings settings)
+    : camera_(camera), width_(width_of(camera)), height_(height_of(camera)), tile_side_(settings.tile_side),
+      tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
+      tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
+      samples_per_pixel_(settings.samples_per_pixel), backward_(camera, poses.here, poses.previous),
+      forward_(camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
+      has_holes_(settings.has_holes) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
     progress_.resize(tile_count_);
     radiance_sum_ = FloatImage(width_, height_, 4);
     left_out_ = IdImage(width_, height_, 1);
+    if (has_holes_)
+        answered_ = ByteImage(width_, height_, 1);
     for (const std::string& name : plane_names_) {
         const AovInfo aov = *find_aov(name);
         const int channels = static_cast<int>(aov.channels.size());
@@ -57,10 +62,10 @@ void Film::start_film() {
 es_tile Film::tile(std::uint32_t id) const {
     es_tile tile{};
     tile.id = id;
-    tile.x = static_cast<int>(id % tiles_across_) * tile_side;
-    tile.y = static_cast<int>(id / tiles_across_) * tile_side;
-    tile.width = std::min(tile_side, width_ - tile.x);
-    tile.height = std::min(tile_side, height_ - tile.y);
+    tile.x = static_cast<int>(id % tiles_across_) * tile_side_;
+    tile.y = static_cast<int>(id / tiles_across_) * tile_side_;
+    tile.width = std::min(tile_side_, width_ - tile.x);
+    tile.height = std::min(tile_side_, height_ - tile.y);
     tile.pixel_count = static_cast<std::uint32_t>(tile.width * tile.height);
     tile.sample_count = samples_per_pixel_;
     return tile;
@@ -96,34 +101,34 @@ std::uint32_t* Film::id_target(const char* name) {
     return found == ids_.end() || whole_.contains(name) ? nullptr : found->second.samples().data();
 }
 
-void Film::put_surfaces(const es_tile& tile, const es_surface* surfaces) {
+void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
     float* const depth = real_target("depth");
     float* const backward = real_target("backward");
     float* const forward = real_target("forward");
     float* const normal = real_target("normal");
     float* const albedo = real_target("albedo");
     float* const specular = real_target("specular");
+    float* const virtual_depth = real_target("virtual_depth");
+    float* const virtual_backward = real_target("virtual_backward");
+    float* const virtual_forward = real_target("virtual_forward");
     std::uint32_t* const object = id_target("object_id");
     std::uint32_t* const material = id_target("material_id");
     std::uint32_t* const instance = id_target("instance_id");
-    const es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0};
-    for (std::uint32_t i = 0; i < tile.pixel_count; ++i) {
-        const int x = tile.x + static_cast<int>(i) % tile.width;
-        const int y = tile.y + static_cast<int>(i) / tile.width;
+    const es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
+    for (std::uint32_t i = 0; i < pixels.count(); ++i) {
+        const int x = pixels.at(i).x, y = pixels.at(i).y;
         const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * width_ + x;
         const bool hit = surfaces[i].distance_m >= 0 && std::isfinite(surfaces[i].distance_m);
         const es_surface& s = hit ? surfaces[i] : miss;
         const glm::dvec2 pixel(x + 0.5, y + 0.5);
         if (depth)
             depth[at] = s.distance_m;
+        const float* const previous_m = hit ? s.position_previous_m : nullptr;
+        const float* const next_m = hit ? s.position_next_m : nullptr;
         if (backward)
-            store(hit && is_finite(s.position_previous_m, 3) ? backward_.of_point(pixel, vector3(s.position_previous_m))
-                                                             : backward_.of_direction(pixel),
-                  backward + 2 * at);
+            store_motion(backward_, pixel, previous_m, backward + 2 * at);
         if (forward)
-            store(hit && is_finite(s.position_next_m, 3) ? forward_.of_point(pixel, vector3(s.position_next_m))
-                                                         : forward_.of_direction(pixel),
-                  forward + 2 * at);
+            store_motion(forward_, pixel, next_m, forward + 2 * at);
         if (normal)
             copy3(is_finite(s.normal, 3) ? s.normal : miss.normal, normal + 3 * at);
         if (albedo)
@@ -136,15 +141,31 @@ void Film::put_surfaces(const es_tile& tile, const es_surface* surfaces) {
             instance[at] = s.instance_id;
         if (specular)
             specular[at] = is_finite(&s.specular, 1) ? s.specular : 0;
+        const bool shows_other = s.virtual_distance_m > 0;
+        const bool ends = std::isfinite(s.virtual_distance_m);
+        if (virtual_depth)
+            virtual_depth[at] = shows_other ? s.virtual_distance_m : s.distance_m;
+        if (virtual_backward)
+            store_motion(backward_, pixel, !shows_other ? previous_m : ends ? s.virtual_previous_m : nullptr,
+                         virtual_backward + 2 * at);
+        if (virtual_forward)
+            store_motion(forward_, pixel, !shows_other ? next_m : ends ? s.virtual_next_m : nullptr,
+                         virtual_forward + 2 * at);
     }
-    progress_[tile.id].surfaces = true;
+    progress_[pixels.tile.id].surfaces = true;
 }
 
-bool Film::add_radiance(const es_tile& tile, const float* rgba) {
+bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
+    const es_tile& tile = pixels.tile;
     TileProgress& progress = progress_[tile.id];
     if (progress.colour_passes >= samples_per_pixel_)
         return false;
     ++progress.colour_passes;
+    if (pixels.listed != nullptr) {
+        for (std::uint32_t i = 0; i < pixels.count(); ++i)
+            add_sample(pixels.at(i), rgba + 4 * i);
+        return true;
+    }
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
         float* sum = radiance_sum_.pixel(tile.x, y);
         for (int x = 0; x < tile.width; ++x, sum += 4, rgba += 4) {
@@ -157,6 +178,17 @@ bool Film::add_radiance(const es_tile& tile, const float* rgba) {
         }
     }
     return true;
+}
+
+void Film::add_sample(glm::ivec2 pixel, const float* rgba) {
+    *answered_.pixel(pixel.x, pixel.y) = 1;
+    if (!is_finite(rgba, 4)) {
+        ++*left_out_.pixel(pixel.x, pixel.y);
+        return;
+    }
+    float* const sum = radiance_sum_.pixel(pixel.x, pixel.y);
+    for (int c = 0; c < 4; ++c)
+        sum[c] += rgba[c];
 }
 
 bool Film::wants(const std::string& name) const {
@@ -208,9 +240,24 @@ std::int64_t Film::left_out_samples() const {
     return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
+void Film::leave_holes() {
+    FloatImage& colour = real_.at("colour");
+    const auto* sphere = std::get_if<EquirectCamera>(&camera_);
+    carry_on_colour(colour, answered_, sphere != nullptr && sphere->range.closes());
+    const auto depth = real_.find("depth");
+    if (depth == real_.end())
+        return;
+    const auto answered = answered_.samples();
+    for (std::size_t pixel = 0; pixel < answered.size(); ++pixel)
+        if (answered[pixel] == 0)
+            depth->second.samples()[pixel] = std::numeric_limits<float>::quiet_NaN();
+}
+
 void Film::finish(Frame& frame) {
     if (!whole_.contains("colour"))
         real_["colour"] = averaged_colour();
+    if (has_holes_)
+        leave_holes();
     frame.planes = std::move(real_);
     frame.ids = std::move(ids_);
 }

@@ -20,22 +20,44 @@ struct FramePoses {
     Pose previous, here, next;
 };
 
+/// 32 x 32 pixels: enough rays to be worth a call, few enough to keep every core busy to the end.
+inline constexpr int default_tile_side = 32;
+
+struct FilmSettings {
+    std::uint32_t samples_per_pixel = 1;
+    std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them
+    int tile_side = default_tile_side;
+    bool has_holes = false;  ///< pixels that nobody answers for are no part of the picture (finish)
+};
+
+/// Which pixels of a tile answers are of, row by row: those listed, or all.
+struct TilePixels {
+    const es_tile& tile;
+    const std::vector<std::uint32_t>* listed = nullptr;  ///< within the tile
+
+    std::uint32_t count() const {
+        return listed == nullptr ? tile.pixel_count : static_cast<std::uint32_t>(listed->size());
+    }
+    glm::ivec2 at(std::uint32_t i) const {
+        const auto pixel = static_cast<int>(listed == nullptr ? i : (*listed)[i]);
+        return {tile.x + pixel % tile.width, tile.y + pixel / tile.width};
+    }
+};
+
 /// Tiles may be filled by any number of threads, each tile by one at a time; the rest is for one thread.
 class Film {
 public:
-    /// `planes` are names of the AOV catalogue, colour among them.
-    Film(const Camera& camera, const FramePoses& poses, std::uint32_t samples_per_pixel,
-         std::vector<std::string> planes);
+    Film(const Camera& camera, const FramePoses& poses, FilmSettings settings);
 
     /// Hands out each tile once.
     std::optional<es_tile> next_tile();
     /// Whether `tile` is one of ours, unchanged.
     bool knows(const es_tile& tile) const;
 
-    void put_surfaces(const es_tile& tile, const es_surface* surfaces);
+    void put_surfaces(const TilePixels& pixels, const es_surface* surfaces);
     /// Adds one colour pass. Samples that are not finite are left out of their pixel's mean.
     /// Returns false, adding nothing, when the tile has had all its passes.
-    bool add_radiance(const es_tile& tile, const float* rgba);
+    bool add_radiance(const TilePixels& pixels, const float* rgba);
 
     /// Whole planes; they take the place of what tiles say of them. The image must have the right shape.
     void put_plane(const std::string& name, FloatImage image);
@@ -47,7 +69,8 @@ public:
     std::optional<std::string> missing() const;
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
-    /// Moves the planes into `frame`, averaging colour.
+    /// Moves the planes into `frame`, averaging colour. In holes alpha is 0, depth NaN and colour carried on from
+    /// around them.
     void finish(Frame& frame);
 
 private:
@@ -57,13 +80,16 @@ private:
     };
     es_tile tile(std::uint32_t id) const;
     void start_film();
+    void add_sample(glm::ivec2 pixel, const float* rgba);
     FloatImage averaged_colour() const;
+    void leave_holes();
     float* real_target(const char* name);
     std::uint32_t* id_target(const char* name);
 
     Camera camera_;
     int width_;
     int height_;
+    int tile_side_;
     std::uint32_t tiles_across_;
     std::uint32_t tile_count_;
     std::uint32_t samples_per_pixel_;
@@ -76,6 +102,8 @@ private:
 
     std::atomic<std::uint32_t> next_tile_{0};
     std::once_flag film_started_;
+    bool has_holes_;
+    ByteImage answered_;  ///< where pixels may be holes: 1 where one had an answer
     std::vector<TileProgress> progress_;
     FloatImage radiance_sum_;
     IdImage left_out_;  ///< colour samples that were not finite, per pixel

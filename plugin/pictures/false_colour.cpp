@@ -1,3 +1,4 @@
+#include <equistream/aov.h>
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/picture.h>
@@ -95,9 +96,9 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
         throw InputError(
             expected_found("frame " + std::to_string(frame.info.index), "a plane '" + plane + "'", "none"));
     const FloatImage& image = found->second;
-    if (plane == "depth")
+    if (plane == "depth" || plane == "virtual_depth")
         return depth_picture(image, head_box_radius(frame.info.eye, frame.info.lean_m, frame.info.ipd_m));
-    if (plane == "backward" || plane == "forward")
+    if (find_aov(plane) && find_aov(plane)->unit == "pixel")
         return motion_picture(image);
     if (plane == "normal")
         return map_plane(image, [](const float* n) {

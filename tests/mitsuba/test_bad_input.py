@@ -6,7 +6,7 @@ import pytest
 from conftest import film, planes, pose, scene, sensor, sphere
 
 ROOM = {"room": sphere(radius=2.0)}
-GROUPS = "albedo, depth, motion, normal, ids, specular, all or none"
+GROUPS = "albedo, depth, motion, normal, ids, specular, virtual, all or none"
 
 
 def message_of(error):

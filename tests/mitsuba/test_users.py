@@ -62,7 +62,7 @@ def test_mitsubas_command_line_says_what_is_wrong(tmp_path):
     (tmp_path / "scene.xml").write_text(XML.replace("depth, motion, ids", "depht"))
     done = command_line("-m", "scalar_rgb", "-a", BUILD, tmp_path / "scene.xml")
     assert done.returncode != 0
-    assert 'expected albedo, depth, motion, normal, ids, specular, all or none, found "depht"' in done.stdout + done.stderr
+    assert 'expected albedo, depth, motion, normal, ids, specular, virtual, all or none, found "depht"' in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_rgb"])

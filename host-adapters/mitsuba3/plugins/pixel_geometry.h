@@ -76,15 +76,15 @@ private:
     };
 
     Float* put_plane(const std::string& plane, const Seen& seen, Float* out) const {
-        if (plane == "depth")
+        if (plane == "depth" || plane == "virtual_depth")
             *out++ = seen.distance;
         else if (plane == "albedo")
             out = put_three(albedo(seen), out);
         else if (plane == "normal")
             out = put_three(normal(seen), out);
-        else if (plane == "backward")
+        else if (plane == "backward" || plane == "virtual_backward")
             out = put_motion(seen, tables_.moved_previous, view_.to_world_previous, out);
-        else if (plane == "forward")
+        else if (plane == "forward" || plane == "virtual_forward")
             out = put_motion(seen, tables_.moved_next, view_.to_world_next, out);
         else if (plane == "object_id")
             out = put_id(seen, tables_.object_id, seen.shape + 1u, out);

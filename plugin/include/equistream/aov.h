@@ -47,6 +47,9 @@ inline constexpr std::string_view object_id[] = {"object_id"};
 inline constexpr std::string_view material_id[] = {"material_id"};
 inline constexpr std::string_view instance_id[] = {"instance_id"};
 inline constexpr std::string_view specular[] = {"specular"};
+inline constexpr std::string_view virtual_depth[] = {"virtual_depth.Z"};
+inline constexpr std::string_view virtual_backward[] = {"virtual_backward.u", "virtual_backward.v"};
+inline constexpr std::string_view virtual_forward[] = {"virtual_forward.u", "virtual_forward.v"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -67,6 +70,13 @@ inline constexpr AovInfo aov_table[] = {
     {"instance_id", "ids", aov_channels::instance_id, SampleType::id, true, "", "from 1; 0 for a miss"},
     {"specular", "specular", aov_channels::specular, SampleType::real, true, "",
      "1 where most of what the surface sends on leaves as a sharp reflection or refraction, else 0"},
+    {"virtual_depth", "virtual", aov_channels::virtual_depth, SampleType::real, true, "m",
+     "distance along the pixel-centre ray at which a sharp reflection or refraction appears to lie; +inf for one "
+     "without end; depth elsewhere"},
+    {"virtual_backward", "virtual", aov_channels::virtual_backward, SampleType::real, true, "pixel",
+     "from this pixel to where what appears in it was in the previous frame"},
+    {"virtual_forward", "virtual", aov_channels::virtual_forward, SampleType::real, true, "pixel",
+     "from this pixel to where what appears in it will be in the next frame"},
 };
 
 /// All planes, colour first.

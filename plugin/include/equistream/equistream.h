@@ -29,7 +29,7 @@
 extern "C" {
 #endif
 
-#define ES_ABI_VERSION 2u
+#define ES_ABI_VERSION 3u
 
 typedef enum es_status {
     ES_OK = 0,
@@ -45,6 +45,9 @@ typedef struct es_error {
 typedef enum es_camera_kind { ES_EQUIRECT = 0, ES_PERSPECTIVE = 1 } es_camera_kind;
 typedef enum es_eye { ES_EYE_CENTRE = 0, ES_EYE_LEFT = 1, ES_EYE_RIGHT = 2 } es_eye;
 typedef enum es_axis_lock { ES_LOCK_WORLD = 0, ES_LOCK_PATH = 1 } es_axis_lock;
+/* Which surface along each pixel's ray a sequence shows: the first, or the next one behind it that an eye of the head
+ * box sees past the first (docs/conventions.md, "Hidden layer"). */
+typedef enum es_layer { ES_LAYER_FIRST = 0, ES_LAYER_HIDDEN = 1 } es_layer;
 
 /* World from head. */
 typedef struct es_pose {
@@ -78,6 +81,8 @@ typedef struct es_sequence_settings {
     int32_t single_part;     /* non-zero: EXR with one part and a plain Z besides */
     /* Names the geometry alone, at most 255 bytes: a client refuses another one's. May be NULL. */
     const char* geometry_fingerprint;
+    es_layer layer;
+    int32_t tile_side; /* pixels that a tile is wide and high at most, 1 to 32,768; 0: 32 */
 } es_sequence_settings;
 
 typedef struct es_frame_settings {
@@ -91,7 +96,7 @@ typedef struct es_frame_settings {
 typedef struct es_tile {
     uint32_t id;
     int32_t x, y, width, height;
-    uint32_t pixel_count;  /* width * height; pixels run row by row, top down */
+    uint32_t pixel_count;  /* width * height; pixels run row by row, top down. No call asks for more rays than that */
     uint32_t sample_count; /* colour passes */
 } es_tile;
 
@@ -114,6 +119,10 @@ typedef struct es_surface {
     float albedo[3];
     uint32_t object_id, material_id, instance_id; /* from 1 */
     float specular; /* 1 where most of what the surface sends on leaves as a sharp reflection or refraction, else 0 */
+    /* Of what is seen sharply in the surface: how far along the ray it appears to lie (virtual_image.h), +inf where it
+     * has no end, and where it will appear to lie from the neighbouring frames. 0: the surface itself is seen. */
+    float virtual_distance_m;
+    float virtual_previous_m[3], virtual_next_m[3];
 } es_surface;
 
 typedef enum es_sample_type { ES_FLOAT32 = 0, ES_UINT32 = 1 } es_sample_type;
@@ -150,14 +159,20 @@ ES_API es_status es_frame_begin(es_sequence* sequence, const es_frame_settings* 
                                 es_error* error);
 /* Hands out each tile once: ES_OK, then ES_DONE. */
 ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
-/* Fills pixel_count rays through the pixel centres. */
-ES_API void es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
-/* Fills pixel_count jittered rays of colour pass `sample` (0 .. sample_count - 1). */
-ES_API void es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);
-/* pixel_count answers to the geometry rays. A distance that is negative or not finite is a miss. */
+/* Of a hidden layer, before any other ray of the tile: fills rays of which the film must know how far they go (to the
+ * nearest surface between t_min and t_max) and returns how many; to be answered by es_tile_put_distances and asked
+ * again until there are none. Other sequences have none. */
+ES_API uint32_t es_tile_probe_rays(es_frame* frame, const es_tile* tile, es_ray* rays);
+/* As many distances as there were probe rays, each from its ray's origin; +inf (or negative, NaN) for a miss. */
+ES_API void es_tile_put_distances(es_frame* frame, const es_tile* tile, const float* distances_m);
+/* Fills rays through the pixel centres and returns how many: pixel_count; of a hidden layer those alone that it has. */
+ES_API uint32_t es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
+/* Fills jittered rays of colour pass `sample` (0 .. sample_count - 1), for the same pixels, and returns how many. */
+ES_API uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);
+/* As many answers as there were geometry rays. A distance that is negative or not finite is a miss. */
 ES_API void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_surface* surfaces);
-/* pixel_count RGBA samples of one colour pass (A: 1 where a surface was hit), added to the film (box filter). Samples
- * that are not finite are left out of their pixel's mean. */
+/* As many RGBA samples as there were colour rays (A: 1 where a surface was hit), added to the film (box filter).
+ * Samples that are not finite are left out of their pixel's mean. */
 ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba);
 /* Hands over a whole plane; it takes the place of what tiles say of it. Not while tiles are being filled. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);

@@ -17,9 +17,10 @@ ByteImage read_picture(const std::filesystem::path& file);
 void write_picture(const std::filesystem::path& file, ImageView<const std::uint8_t> picture);
 
 /// A false-colour picture of one plane of a frame, by what the plane means:
-///   colour, albedo   the display transform            depth    near warm, far cold, by w = B / (r - B) on a log scale;
-///   misses black backward/forward hue = direction, brightness = length   normal   (n + 1) / 2        ids   one colour
-///   an id
+///   colour, albedo         the display transform
+///   depth, virtual_depth   near warm, far cold, by w = B / (r - B) on a log scale; misses and what is not there black
+///   motion, also virtual   hue = direction, brightness = length
+///   normal                 (n + 1) / 2               ids   one colour an id
 /// Throws InputError for a plane the frame does not have.
 ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const DisplayTransform& display);
 

@@ -43,7 +43,7 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     };
     using S = es_sequence_settings;
     expect(&S::struct_size, std::size_t{8}, "es_sequence_settings.struct_size: expected at least 176, found 8");
-    expect(&S::abi_version, 1u, "abi_version: expected 2, found 1");
+    expect(&S::abi_version, 1u, "abi_version: expected 3, found 1");
     expect(&S::spp, 0u, "spp: expected 1 to 1048576, found 0");
     expect(&S::spp, 1048577u, "spp: expected 1 to 1048576, found 1048577");
     expect(&S::camera, stored<es_camera_kind>(7), "camera: expected ES_EQUIRECT or ES_PERSPECTIVE, found 7");
@@ -52,6 +52,8 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::height, -1, "height: expected 1 to 32768, found -1");
     expect(&S::eye, stored<es_eye>(-1), "eye: expected ES_EYE_CENTRE, ES_EYE_LEFT or ES_EYE_RIGHT, found -1");
     expect(&S::lock, stored<es_axis_lock>(2), "lock: expected ES_LOCK_WORLD or ES_LOCK_PATH, found 2");
+    expect(&S::layer, stored<es_layer>(2), "layer: expected ES_LAYER_FIRST or ES_LAYER_HIDDEN, found 2");
+    expect(&S::tile_side, -1, "tile_side: expected 0 to 32768, found -1");
     expect(&S::ipd_m, nan, "ipd_m: expected from 0 to 10, found nan");
     expect(&S::lean_m, -0.1, "lean_m: expected from 0 to 1000, found -0.1");
     expect(&S::frames_per_second, 0.0, "frames_per_second: expected from 0.001 to 1000, found 0");
@@ -63,7 +65,7 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::output_dir, "", "output_dir: expected a folder, found an empty name");
     expect(&S::aovs, nullptr, "aovs: expected groups such as \"depth,motion\", \"all\" or \"none\", found NULL");
     expect(&S::aovs, "depht",
-           "aovs: expected albedo, depth, motion, normal, ids, specular, all or none, found \"depht\"");
+           "aovs: expected albedo, depth, motion, normal, ids, specular, virtual, all or none, found \"depht\"");
     const std::string name(256, 'x');
     expect(&S::scene_name, name.c_str(), "scene_name: expected at most 255 bytes, found 256");
     EXPECT_FALSE(std::filesystem::exists(output)) << "a refused sequence leaves nothing behind";
@@ -88,7 +90,8 @@ TEST_F(AbiSettings, a_host_of_the_first_header_keeps_working) {
     EXPECT_EQ(geometry_with(first - 1, first - 1),
               "es_sequence_settings.struct_size: expected at least 176, found 175");
     EXPECT_EQ(geometry_with(first, first), "") << "fields that the host does not know of are 0";
-    EXPECT_EQ(geometry_with(today - 1, today - 1), "") << "half a field is none";
+    EXPECT_EQ(geometry_with(first + 7, first + 7), "") << "half a field is none";
+    EXPECT_EQ(geometry_with(first + 8, first + 8), "g1") << "a host of the second header";
     EXPECT_EQ(geometry_with(today, today), "g1");
     EXPECT_EQ(geometry_with(today + 16, today + 16), "g1") << "a host of a later header";
 }

@@ -176,7 +176,7 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
             ADD_FAILURE() << wrong;
         } catch (const InputError& error) {
             EXPECT_NE(
-                std::string(error.what()).find("expected albedo, depth, motion, normal, ids, specular, all or none"),
+                std::string(error.what()).find("expected albedo, depth, motion, normal, ids, specular, virtual, all or none"),
                 std::string::npos)
                 << error.what();
         }

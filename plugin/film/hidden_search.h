@@ -1,0 +1,51 @@
+#pragma once
+/// Whether something lies behind a pixel's first surface that an eye of the head box sees past it, and how far: found
+/// by asking for distances, one ray after another.
+///
+/// Along the ray, surfaces that differ from the first one by more than the error budget e in w = B / (r - B) are tried
+/// in turn, the nearest first, the sky last. One counts if an eye sees it: eyes stand on the rim of the disc of radius
+/// B across the ray (on an octagon around it, so that no straight edge uncovers more than they do) and halfway out.
+/// What no eye sees, such as the back of a closed object, is passed. docs/conventions.md, "Hidden layer".
+#include <equistream/equistream.h>
+
+#include <glm/glm.hpp>
+
+#include <cstdint>
+
+namespace equistream {
+
+/// What all pixels of a frame share.
+struct HeadBox {
+    glm::dvec3 centre_m{0};  ///< the camera's place
+    double radius_m = 0;     ///< B; nothing is hidden from a single point
+};
+
+/// Surfaces behind the first one that are tried at most.
+inline constexpr int most_surfaces_behind = 8;
+
+/// One pixel's search; a plain value.
+class HiddenSearch {
+public:
+    bool is_done() const { return step_ == Step::found || step_ == Step::none; }
+    /// Where along the pixel's ray a ray begins that meets the hidden surface and nothing before it: half-way in w
+    /// between it and what is in front. NaN where there is none.
+    float begin_m() const;
+
+    /// The next ray to trace, given the pixel's own; not when done.
+    es_ray question(const es_ray& pixel_ray, const HeadBox& box) const;
+    /// How far that ray goes: +inf for a miss.
+    void answer(float distance_m, const es_ray& pixel_ray, const HeadBox& box);
+
+private:
+    enum class Step : std::uint8_t { first, behind, seen, found, none };
+
+    void look_behind(double step_w, const HeadBox& box);
+    double distance_from_eye_m(const es_ray& pixel_ray, const HeadBox& box) const;
+
+    float front_m_ = 0;   ///< the last surface that was passed
+    float behind_m_ = 0;  ///< of the ray that looks behind it; then the surface tried
+    std::uint8_t surfaces_ = 0, eye_ = 0;
+    Step step_ = Step::first;
+};
+
+}  // namespace equistream
