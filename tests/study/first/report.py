@@ -11,29 +11,16 @@ has no marker for a table yet, the table is added at the end.
 import argparse
 import json
 import pathlib
-import re
+import sys
 
 import results
 
-
-def cell(value, digits=2, missing="-"):
-    return missing if value is None else f"{value:.{digits}f}"
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < 2 else "--:" for i in range(len(head))) + "|"]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from pages import cell, noise_free_text, place, table  # noqa: E402
 
 
 def noise_free_cell(entry, eye, scale="display"):
-    figures = entry["noise_free"]["eyes"][eye][scale]
-    if figures["mean_square"] == 0 and figures["mean_square_low"] == figures["mean_square_high"]:
-        return "identical"
-    if figures["db_low"] is None:
-        return "none found"
-    if figures["only_bounded"]:
-        return f"> {figures['db_low']:.1f}"
-    return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
+    return noise_free_text(entry["noise_free"]["eyes"][eye][scale])
 
 
 def system_cell(entry):
@@ -143,14 +130,6 @@ def checks_text(file):
     for test, printed in result["printed"].items():
         lines += ["", f"{test}: passed", *("  " + line for line in printed)]
     return "```\n" + "\n".join(lines) + "\n```"
-
-
-def place(page, name, scene, text):
-    marker = f"<!-- table {name} {scene} -->"
-    block = f"{marker}\n{text}\n<!-- end -->"
-    if marker not in page:
-        return page.rstrip("\n") + f"\n\n{block}\n"
-    return re.sub(re.escape(marker) + r".*?<!-- end -->", lambda _: block, page, flags=re.S)
 
 
 def main():

@@ -1,0 +1,39 @@
+"""Tables of result pages: written between markers, from JSON alone."""
+
+import re
+
+
+def cell(value, digits=2, missing="-"):
+    return missing if value is None else f"{value:.{digits}f}"
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < 2 else "--:" for i in range(len(head))) + "|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def noise_free_text(figures):
+    """dB with its 95 % interval, of one entry that `compare --second` wrote."""
+    if figures["mean_square"] == 0 and figures["mean_square_low"] == figures["mean_square_high"]:
+        return "identical"
+    if figures["db_low"] is None:
+        return "none found"
+    if figures["only_bounded"]:
+        return f"> {figures['db_low']:.1f}"
+    return f"{figures['db']:.2f} [{figures['db_low']:.2f}, {figures['db_high']:.2f}]"
+
+
+def noise_free_short(figures):
+    """dB alone; a bound where the interval reaches zero error."""
+    if figures["only_bounded"]:
+        return "-" if figures["db_low"] is None else f"> {figures['db_low']:.1f}"
+    return f"{figures['db']:.1f}"
+
+
+def place(page, name, scene, text):
+    """Puts `text` between `<!-- table NAME SCENE -->` and `<!-- end -->`; at the end where there is no such marker yet."""
+    marker = f"<!-- table {name} {scene} -->"
+    block = f"{marker}\n{text}\n<!-- end -->"
+    if marker not in page:
+        return page.rstrip("\n") + f"\n\n{block}\n"
+    return re.sub(re.escape(marker) + r".*?<!-- end -->", lambda _: block, page, flags=re.S)
