@@ -25,8 +25,16 @@ std::span<const std::string_view> fill_rung_names() {
     return names;
 }
 
-std::vector<std::unique_ptr<FillRung>> make_fill_ladder(const std::string& list) {
-    std::vector<std::unique_ptr<FillRung>> ladder;
+FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture) {
+    FilledCounts filled;
+    Gaps gaps(picture.origin.view());
+    for (const auto& rung : ladder)
+        filled.emplace_back(rung->name(), rung->fill(eye, picture, gaps));
+    return filled;
+}
+
+FillLadder make_fill_ladder(const std::string& list) {
+    FillLadder ladder;
     if (list == "none")
         return ladder;
     for (const std::string_view name : split_at_commas(list))

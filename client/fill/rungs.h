@@ -7,19 +7,19 @@ class SmallRung : public FillRung {
 public:
     std::string_view name() const override { return "small"; }
     bool wants_depth() const override { return true; }
-    void set_small(const std::optional<SourceView>& small) override { small_ = small; }
-    std::int64_t fill(const EyeView& eye, EyePicture& picture) const override;
+    void set_frame(const FillInputs& inputs) override { small_ = inputs.small; }
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
-    std::optional<SourceView> small_;
+    const SourceView* small_ = nullptr;
 };
 
 class SpreadRung : public FillRung {
 public:
     std::string_view name() const override { return "spread"; }
     bool wants_depth() const override { return false; }
-    void set_small(const std::optional<SourceView>&) override {}
-    std::int64_t fill(const EyeView& eye, EyePicture& picture) const override;
+    void set_frame(const FillInputs&) override {}
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 };
 
 }  // namespace equistream

@@ -22,7 +22,7 @@ constexpr float same_surface_likeness = 0.1f;
 /// depend on the order within it.
 class Spreader {
 public:
-    Spreader(const EyeView& eye, EyePicture& picture) : eye_(eye), picture_(picture) {}
+    Spreader(const EyeView& eye, EyePicture& picture, const Gaps& gaps) : eye_(eye), picture_(picture), gaps_(gaps) {}
 
     /// First within surfaces only, so that a foreground does not grow into the background that it uncovered; then
     /// whatever is left, from any neighbour.
@@ -67,10 +67,10 @@ private:
 
     std::vector<Pixel> all_open() const {
         std::vector<Pixel> pixels;
-        for (int y = 0; y < picture_.origin.height(); ++y)
-            for (int x = 0; x < picture_.origin.width(); ++x)
-                if (open({x, y}))
-                    pixels.push_back({x, y});
+        for (const GapSpan& span : gaps_.spans())
+            for (int x = span.begin; x < span.end; ++x)
+                if (open({x, span.y}))
+                    pixels.push_back({x, span.y});
         return pixels;
     }
 
@@ -126,13 +126,16 @@ private:
 
     const EyeView& eye_;
     EyePicture& picture_;
+    const Gaps& gaps_;
     bool across_surfaces_ = false;
 };
 
 }  // namespace
 
-std::int64_t SpreadRung::fill(const EyeView& eye, EyePicture& picture) const {
-    return Spreader(eye, picture).run();
+std::int64_t SpreadRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    const std::int64_t filled = Spreader(eye, picture, gaps).run();
+    gaps.narrow(picture.origin.view());
+    return filled;
 }
 
 }  // namespace equistream

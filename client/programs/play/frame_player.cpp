@@ -223,12 +223,13 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const Depths& d
         *figures = {std::int64_t(eye->gaps.samples().size()), eye->picture.count(PixelOrigin::gap), {}};
 
     start = Clock::now();
-    for (const auto& rung : ladder_) {
-        rung->set_small(frame.small ? std::optional(source_view(*frame.small, depths.small)) : std::nullopt);
-        for (auto [eye, figures] :
-             {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
-            figures->filled.emplace_back(rung->name(), rung->fill(eye->view(), eye->picture));
-    }
+    const SourceView main = source_view(frame.main, depths.main);
+    const std::optional<SourceView> small =
+        frame.small ? std::optional(source_view(*frame.small, depths.small)) : std::nullopt;
+    for (const auto& rung : ladder_)
+        rung->set_frame({.main = &main, .small = small ? &*small : nullptr});
+    for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
+        figures->filled = fill_gaps(ladder_, eye->view(), eye->picture);
     played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
 }
 

@@ -61,7 +61,7 @@ private:
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
     ExactDepth* exact_ = nullptr;  ///< depth_, where that is exact
-    std::vector<std::unique_ptr<FillRung>> ladder_;
+    FillLadder ladder_;
 };
 
 }  // namespace equistream::play

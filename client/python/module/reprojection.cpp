@@ -49,16 +49,17 @@ public:
                         const Pose& pose, const std::optional<ArrayIn<float>>& depth_m) {
         EyePicture picture;
         ByteImage origin_before_fill;
-        std::vector<std::pair<std::string, std::int64_t>> filled;
+        FilledCounts filled;
         waiting_.run([&] {
             const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
             engine_->set_source(source.view());
             engine_->reproject(eye, picture);
             origin_before_fill = picture.origin;
-            for (const auto& rung : ladder_) {
-                rung->set_small(small ? std::optional(small->view()) : std::nullopt);
-                filled.emplace_back(rung->name(), rung->fill(eye, picture));
-            }
+            const SourceView main = source.view();
+            const std::optional<SourceView> second = small ? std::optional(small->view()) : std::nullopt;
+            for (const auto& rung : ladder_)
+                rung->set_frame({.main = &main, .small = second ? &*second : nullptr});
+            filled = fill_gaps(ladder_, eye, picture);
         });
         nb::dict counts;
         for (const auto& [name, count] : filled)
@@ -70,7 +71,7 @@ public:
 private:
     Waiting waiting_{"Reprojector"};
     std::unique_ptr<Engine> engine_;
-    std::vector<std::unique_ptr<FillRung>> ladder_;
+    FillLadder ladder_;
 };
 
 }  // namespace

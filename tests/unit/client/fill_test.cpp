@@ -43,8 +43,9 @@ TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
     const EyePicture before = c.picture;
     const auto ladder = make_fill_ladder("small,spread");
     ASSERT_EQ(ladder.size(), 2u);
+    const SourceView small_view = c.small.source(0.063);
     for (const auto& rung : ladder)
-        rung->set_small(c.small.source(0.063));
+        rung->set_frame({.small = &small_view});
     const std::int64_t by_small = ladder[0]->fill(c.eye, c.picture);
     EXPECT_GT(by_small, gaps * 9 / 10);
     EXPECT_EQ(c.picture.count(PixelOrigin::small), by_small);
@@ -95,7 +96,7 @@ TEST(Fill, WithoutDepthTheSmallViewIsLookedUpByDirection) {
     const auto ladder = make_fill_ladder("small");
     SourceView small = c.small.source();
     small.depth_m = {};
-    ladder[0]->set_small(small);
+    ladder[0]->set_frame({.small = &small});
     EyeView eye = c.eye;
     eye.depth_m = {};
     EXPECT_GT(ladder[0]->fill(eye, c.picture), 300);
@@ -105,7 +106,7 @@ TEST(Fill, WithoutDepthTheSmallViewIsLookedUpByDirection) {
 TEST(Fill, WithoutASmallViewTheRungFillsNothing) {
     Case c;
     const auto ladder = make_fill_ladder("small");
-    ladder[0]->set_small(std::nullopt);
+    ladder[0]->set_frame({});
     EXPECT_EQ(ladder[0]->fill(c.eye, c.picture), 0);
 }
 
