@@ -1,4 +1,7 @@
-#include "rungs.h"
+#include "geometry_rung.h"
+#include "picture_rungs.h"
+#include "push_pull_rung.h"
+#include "spread_rung.h"
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
@@ -9,14 +12,27 @@ namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> names = {"small", "spread"};
+constexpr std::array<std::string_view, 7> names = {"patches",  "hidden",   "earlier", "small",
+                                                   "geometry", "pushpull", "spread"};
 
 std::unique_ptr<FillRung> make_rung(std::string_view name) {
+    if (name == "patches")
+        return std::make_unique<PatchesRung>();
+    if (name == "hidden")
+        return std::make_unique<HiddenRung>();
+    if (name == "earlier")
+        return std::make_unique<EarlierRung>();
     if (name == "small")
         return std::make_unique<SmallRung>();
+    if (name == "geometry")
+        return std::make_unique<GeometryRung>();
+    if (name == "pushpull")
+        return std::make_unique<PushPullRung>();
     if (name == "spread")
         return std::make_unique<SpreadRung>();
-    throw InputError(expected_found("--fill", "none, or a list of small and spread", "'" + std::string(name) + "'"));
+    throw InputError(expected_found("--fill",
+                                    "none, or a list of patches, hidden, earlier, small, geometry, pushpull and spread",
+                                    "'" + std::string(name) + "'"));
 }
 
 }  // namespace

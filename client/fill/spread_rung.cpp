@@ -1,4 +1,4 @@
-#include "rungs.h"
+#include "spread_rung.h"
 
 #include <algorithm>
 #include <array>

@@ -3,17 +3,7 @@
 
 namespace equistream {
 
-class SmallRung : public FillRung {
-public:
-    std::string_view name() const override { return "small"; }
-    bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override { small_ = inputs.small; }
-    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
-
-private:
-    const SourceView* small_ = nullptr;
-};
-
+/// The nearest filled neighbours.
 class SpreadRung : public FillRung {
 public:
     std::string_view name() const override { return "spread"; }

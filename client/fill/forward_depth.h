@@ -1,0 +1,26 @@
+#pragma once
+/// What gap pixels see where the eye has no depth of its own: the surfaces of a grid's samples, drawn forward into the
+/// gaps, nearest first. Neighbouring samples of one surface are joined by triangles (1 / planar depth is linear on
+/// them); a sample without such a neighbour gives the one pixel that it falls on.
+#include "patch_grid.h"
+#include "seen_points.h"
+
+#include <functional>
+
+namespace equistream {
+
+/// Whether the surface is still where a sample shows it; world coordinates.
+using StillThere = std::function<bool(const glm::dvec3& point_world)>;
+
+struct ForwardTask {
+    const EyeView& eye;
+    const Gaps& gaps;
+    const EyePicture& picture;
+    SeenPoints& seen;
+};
+/// Brings 1 / planar depth of the gap pixels up to that of the nearest surface that falls on them; NaN counts as
+/// farthest. Only samples that are `still_there`, where that is given. The grid must have depth.
+void draw_forward(const PictureGrid& grid, const ForwardTask& task, const StillThere& still_there = {});
+void draw_forward(const PatchGrid& grid, const ForwardTask& task);
+
+}  // namespace equistream

@@ -1,0 +1,22 @@
+#pragma once
+/// Colours of gap pixels by the points they see, from samples on a grid.
+#include "patch_grid.h"
+#include "seen_points.h"
+
+namespace equistream {
+
+struct GapLookUp {
+    const EyeView& eye;
+    const SeenPoints& seen;
+    const Gaps& gaps;
+    PixelOrigin mark = PixelOrigin::gap;
+};
+
+/// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured.
+std::int64_t look_up_gaps(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture);
+std::int64_t look_up_gaps(const PatchGrid& grid, const GapLookUp& task, EyePicture& picture);
+
+/// By direction alone, whatever the distance.
+std::int64_t look_up_gaps_by_direction(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture);
+
+}  // namespace equistream

@@ -1,0 +1,136 @@
+#include "picture_rungs.h"
+
+#include "forward_depth.h"
+#include "gap_look_up.h"
+
+#include <equistream/bound.h>
+#include <equistream/depth_agreement.h>
+
+#include <algorithm>
+
+namespace equistream {
+
+namespace {
+
+/// Where an eye has no depth, `still_there` says which samples may be drawn forward.
+std::int64_t fill_from(const SourceView& source, const GapLookUp& task, SeenPoints& seen, EyePicture& picture,
+                       const StillThere& still_there) {
+    const PictureGrid grid(source);
+    if (task.eye.depth_m.data == nullptr)
+        draw_forward(grid, {task.eye, task.gaps, picture, seen}, still_there);
+    return look_up_gaps(grid, task, picture);
+}
+
+std::int64_t fill_from_one(const SourceView* source, PixelOrigin mark, const EyeView& eye, EyePicture& picture,
+                           std::pair<Gaps&, Spares<SeenPoints>&> with) {
+    auto& [gaps, spares] = with;
+    if (source == nullptr || source->depth_m.data == nullptr || gaps.empty())
+        return 0;
+    std::unique_ptr<SeenPoints> seen = spares.take();
+    seen->look(eye, picture, gaps);
+    const std::int64_t filled = fill_from(*source, {eye, *seen, gaps, mark}, *seen, picture, {});
+    spares.give_back(std::move(seen));
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+/// A surface that the source looks through now is not there any more.
+class SeenThrough {
+public:
+    SeenThrough(const SourceView& main, const EyeView& eye)
+        : main_(main), agreement_{
+                           float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
+                           float(std::sin(error_budget_rad(eye.camera.focal_px())))} {}
+
+    bool still_there(const glm::dvec3& point_world) const {
+        const glm::dvec3 d = glm::conjugate(main_.pose.orientation) * (point_world - main_.pose.position_m);
+        const glm::dvec2 pixel = glm::floor(pixel_of(main_.camera, d));
+        if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < width_of(main_.camera) && pixel.y < height_of(main_.camera)))
+            return true;
+        const float reach = agreement_.reach(float(glm::length(d)));
+        // Somewhere around the pixel, for the point may lie on a slope or at an edge.
+        for (int y = std::max(int(pixel.y) - 1, 0); y <= std::min(int(pixel.y) + 1, height_of(main_.camera) - 1); ++y)
+            for (int x = std::max(int(pixel.x) - 1, 0); x <= std::min(int(pixel.x) + 1, width_of(main_.camera) - 1);
+                 ++x) {
+                const float now = agreement_.reach(main_.depth_m.pixel(x, y)[0]);
+                if (now <= reach || agreement_.same(now, reach))
+                    return true;
+            }
+        return false;
+    }
+
+private:
+    const SourceView& main_;
+    DepthAgreement agreement_;
+};
+
+}  // namespace
+
+std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (small_ == nullptr || gaps.empty())
+        return 0;
+    if (small_->depth_m.data != nullptr)
+        return fill_from_one(small_, PixelOrigin::small, eye, picture, {gaps, spares_});
+    const SeenPoints nothing;
+    const std::int64_t filled =
+        look_up_gaps_by_direction(PictureGrid(*small_), {eye, nothing, gaps, PixelOrigin::small}, picture);
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+std::int64_t HiddenRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    return fill_from_one(hidden_, PixelOrigin::hidden, eye, picture, {gaps, spares_});
+}
+
+std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    StillThere still_there;
+    if (main_ != nullptr && main_->depth_m.data != nullptr)
+        still_there = [through = SeenThrough(*main_, eye)](const glm::dvec3& p) { return through.still_there(p); };
+    std::unique_ptr<SeenPoints> seen = spares_.take();
+    std::int64_t filled = 0;
+    for (const SourceView& source : earlier_) {
+        if (gaps.empty())
+            break;
+        if (source.depth_m.data == nullptr)
+            continue;
+        seen->look(eye, picture, gaps);
+        filled += fill_from(source, {eye, *seen, gaps, PixelOrigin::earlier}, *seen, picture, still_there);
+        gaps.narrow(picture.origin.view());
+    }
+    spares_.give_back(std::move(seen));
+    return filled;
+}
+
+void PatchesRung::set_frame(const FillInputs& inputs) {
+    patches_ = inputs.patches;
+    index_.reset();
+    if (patches_ != nullptr && patches_->depth_m.data != nullptr)
+        index_.emplace(*patches_->atlas);
+}
+
+std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (!index_ || gaps.empty())
+        return 0;
+    std::vector<std::unique_ptr<PatchGrid>> grids;
+    for (std::size_t offset = 0; offset < patches_->atlas->offsets_m.size(); ++offset)
+        grids.push_back(std::make_unique<PatchGrid>(*patches_, *index_, int(offset)));
+    // What the eye sees is seen most alike from the sphere that is nearest to it.
+    std::ranges::sort(grids, {},
+                      [&](const auto& grid) { return glm::distance(grid->pose().position_m, eye.pose.position_m); });
+    std::unique_ptr<SeenPoints> seen = spares_.take();
+    seen->look(eye, picture, gaps);
+    if (eye.depth_m.data == nullptr)
+        for (const auto& grid : grids)
+            draw_forward(*grid, {eye, gaps, picture, *seen});
+    std::int64_t filled = 0;
+    for (const auto& grid : grids) {
+        if (gaps.empty())
+            break;
+        filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches}, picture);
+        gaps.narrow(picture.origin.view());
+    }
+    spares_.give_back(std::move(seen));
+    return filled;
+}
+
+}  // namespace equistream

@@ -1,0 +1,44 @@
+#include "push_pull_rung.h"
+
+#include "background_depth.h"
+
+#include <equistream/bound.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+/// The main source from the eye, in the eye's axes; 0 where nobody has said where that is.
+glm::dvec3 PushPullRung::towards_source(const EyeView& eye) const {
+    if (main_ == nullptr)
+        return glm::dvec3(0);
+    return glm::conjugate(eye.pose.orientation) * (main_->pose.position_m - eye.pose.position_m);
+}
+
+std::int64_t PushPullRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (gaps.empty())
+        return 0;
+    std::unique_ptr<Workspace> work = spares_.take();
+    const glm::dvec3 source = towards_source(eye);
+    SurfaceDepths depths;
+    depths.box_radius_m = float(std::max(main_ == nullptr ? 0 : main_->box_radius_m, glm::length(source)));
+    depths.tolerance = float(std::sin(error_budget_rad(eye.camera.focal_px())));
+    if (eye.depth_m.data != nullptr) {
+        depths.known_m = depths.gap_m = eye.depth_m;
+    } else if (!picture.depth_m.empty()) {
+        find_background(eye, picture, gaps, source, work->background_m);
+        depths.known_m = picture.depth_m.view();
+        depths.gap_m = work->background_m.view();
+    }
+    const std::int64_t filled = work->pyramid.run(depths, gaps, picture);
+    if (eye.depth_m.data == nullptr && !picture.depth_m.empty())
+        for (const GapSpan& span : gaps.spans())
+            std::copy_n(work->background_m.pixel(span.begin, span.y), span.end - span.begin,
+                        picture.depth_m.pixel(span.begin, span.y));
+    spares_.give_back(std::move(work));
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+}  // namespace equistream

@@ -1,0 +1,28 @@
+#pragma once
+#include "push_pull.h"
+#include "seen_points.h"
+
+#include <equistream_client/fill.h>
+
+namespace equistream {
+
+/// Coarser levels of the picture itself.
+class PushPullRung : public FillRung {
+public:
+    std::string_view name() const override { return "pushpull"; }
+    bool wants_depth() const override { return false; }
+    void set_frame(const FillInputs& inputs) override { main_ = inputs.main; }
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
+
+private:
+    struct Workspace {
+        PushPull pyramid;
+        FloatImage background_m;
+    };
+    glm::dvec3 towards_source(const EyeView& eye) const;
+
+    const SourceView* main_ = nullptr;
+    mutable Spares<Workspace> spares_;
+};
+
+}  // namespace equistream
