@@ -1,9 +1,12 @@
 #include "feeds.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/stream.h>
+#include <equistream_client/engine.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <utility>
@@ -24,12 +27,15 @@ constexpr int pictures_to_judge_by = 4;
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
-        : reader_(source, {.rgb = true, .interrupted = options.interrupted}), options_(options) {
+        : source_(source),
+          reader_(source,
+                  {.rgb = true, .yuv = options.yuv, .depth = options.depth, .interrupted = options.interrupted}),
+          options_(options), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
         file_bytes_ = error ? 0 : double(size);
-        for (const StreamTrackSummary& track : reader_.tracks())
-            has_small_ |= track.role == TrackRole::small;
+        for (std::size_t i = 0; i < tracks_.size(); ++i)
+            tracks_[i].role = reader_.tracks()[i].role;
     }
 
     std::optional<ReceivedFrame> next() override {
@@ -39,20 +45,20 @@ public:
             if (waiting_.empty())
                 return std::nullopt;
             auto first = waiting_.extract(waiting_.begin());
-            if (first.mapped().main) {
+            if (first.mapped().picture(TrackRole::main)) {
                 last_given_ = first.key();
                 return finish(std::move(first.mapped()));
             }
-            // The main picture is lost: a small one alone shows nothing.
+            // The main picture is lost: the others alone show nothing.
         }
     }
 
     std::string truncation() const override { return reader_.truncation(); }
     std::vector<FeedTrack> tracks() const override {
-        std::vector<FeedTrack> tracks;
-        for (const StreamTrackSummary& track : reader_.tracks())
-            tracks.push_back(given_of(track.role));
-        return tracks;
+        std::vector<FeedTrack> given;
+        for (const Track& track : tracks_)
+            given.push_back({track_name(track.role), track.given_pictures, track.given_bytes});
+        return given;
     }
     std::optional<double> fraction_done() const override {
         double bytes = 0;
@@ -62,18 +68,23 @@ public:
     }
 
 private:
+    /// What has come of one frame, by role.
     struct Partial {
-        std::optional<ReceivedPicture> main, small;
-        std::int64_t main_bytes = 0, small_bytes = 0;
+        std::array<std::optional<DecodedPicture>, track_role_count> pictures;
         bool posed = true;
+
+        std::optional<DecodedPicture>& picture(TrackRole role) { return pictures[std::size_t(role)]; }
+        const std::optional<DecodedPicture>& picture(TrackRole role) const { return pictures[std::size_t(role)]; }
     };
 
     enum class Origin { unknown, ours, foreign };
     struct Track {
+        TrackRole role = TrackRole::main;  // as the reader says
         Origin origin = Origin::unknown;
         int without_data = 0;    // pictures, while the origin is unknown
         std::int64_t last = -1;  // pictures of a track come in order: an earlier one that is not here is lost
         bool is_past = false;    // beyond the last frame asked for
+        std::int64_t given_pictures = 0, given_bytes = 0;
 
         void judge_by(const DecodedPicture& picture) {
             if (origin == Origin::unknown && picture.info)
@@ -83,42 +94,48 @@ private:
         }
     };
 
-    FeedTrack given_of(TrackRole role) const {
-        const bool is_main = role == TrackRole::main;
-        return {track_name(role), is_main ? given_main_.pictures : given_small_.pictures,
-                is_main ? given_main_.bytes : given_small_.bytes};
+    /// Depth that nobody asked for does not come.
+    bool is_expected(const Track& track) const {
+        return track.origin != Origin::foreign && (options_.depth || !is_depth(track.role));
     }
 
-    bool expects_small() const { return has_small_ && small_.origin != Origin::foreign; }
-
-    /// Both pictures of the first waiting frame are here, or will not come.
+    /// All pictures of the first waiting frame are here, or will not come.
     bool first_is_settled() const {
         if (waiting_.empty())
             return false;
         const auto& [index, first] = *waiting_.begin();
-        const bool main_is_known = first.main || main_.last > index;
-        const bool small_is_known = first.small || !expects_small() || small_.last > index;
-        return (main_is_known && small_is_known) || holds_too_much();
+        for (const Track& track : tracks_)
+            if (is_expected(track) && !(track.origin == Origin::ours && first.picture(track.role)) &&
+                track.last <= index)
+                return holds_too_much();
+        return true;
     }
 
     bool holds_too_much() const {
         std::size_t bytes = 0;
         for (const auto& [index, partial] : waiting_)
-            for (const auto* picture : {&partial.main, &partial.small})
-                bytes += *picture ? (*picture)->rgb.samples().size() : 0;
+            for (const auto& picture : partial.pictures)
+                if (picture)
+                    bytes += picture->rgb.samples().size() + picture->depth_m.samples().size_bytes() +
+                             (picture->yuv.empty() ? 0 : yuv_bytes(*picture));
         return waiting_.size() > most_held_frames || bytes > most_held_bytes;
+    }
+    static std::size_t yuv_bytes(const DecodedPicture& picture) {
+        return std::size_t(picture.width) * std::size_t(picture.height) * 3 / 2;
     }
 
     void take(std::optional<DecodedPicture> decoded) {
         if (!decoded) {
             ended_ = true;
-            if (main_.origin == Origin::unknown)
+            if (origin_of_main() == Origin::unknown)
                 take_for_foreign();
             return;
         }
-        const bool is_main = decoded->role == TrackRole::main;
-        Track& track = is_main ? main_ : small_;
+        for (std::size_t i = 0; i < tracks_.size(); ++i)
+            tracks_[i].role = reader_.tracks()[i].role;
+        Track& track = tracks_[decoded->track];
         track.judge_by(*decoded);
+        const bool is_main = track.role == TrackRole::main;
         if (is_main && track.origin != Origin::ours) {
             unjudged_.push_back(std::move(*decoded));
             if (track.origin == Origin::foreign)
@@ -129,13 +146,18 @@ private:
             unjudged_.clear();
         // Without its data a picture of ours is damaged; a second track of somebody else's video is no second eye, nor
         // is our small one beside a main track that is not.
-        if (decoded->info && track.origin == Origin::ours && main_.origin != Origin::foreign)
+        if (decoded->info && track.origin == Origin::ours && origin_of_main() != Origin::foreign)
             keep(std::move(*decoded), true);
     }
 
+    Origin origin_of_main() const {
+        const auto main = std::ranges::find(tracks_, TrackRole::main, &Track::role);
+        return main == tracks_.end() ? Origin::unknown : main->origin;
+    }
+
     void take_for_foreign() {
-        main_.origin = Origin::foreign;
-        small_.origin = Origin::foreign;
+        for (Track& track : tracks_)
+            track.origin = Origin::foreign;
         for (DecodedPicture& picture : std::exchange(unjudged_, {})) {
             picture.info = foreign_info(picture);
             keep(std::move(picture), false);
@@ -144,22 +166,19 @@ private:
 
     /// `picture` has its info.
     void keep(DecodedPicture picture, bool posed) {
-        const bool is_main = picture.role == TrackRole::main;
-        Track& track = is_main ? main_ : small_;
+        Track& track = tracks_[picture.track];
         const std::int64_t index = picture.info->index;
         track.last = std::max(track.last, index);
         if (index > options_.last_frame) {
             track.is_past = true;
-            ended_ = main_.is_past && (small_.is_past || !expects_small());
+            ended_ = std::ranges::all_of(
+                tracks_, [&](const Track& t) { return t.is_past || (t.role != TrackRole::main && !is_expected(t)); });
         }
         if (index < options_.first_frame || index > options_.last_frame || index <= last_given_)
             return;
         Partial& partial = waiting_[index];
         partial.posed = posed;
-        (is_main ? partial.main_bytes : partial.small_bytes) = picture.bytes;
-        auto& place = is_main ? partial.main : partial.small;
-        place = ReceivedPicture{
-            std::move(*picture.info), std::move(picture.rgb), {}, picture.decode_ms, picture.convert_ms};
+        partial.picture(picture.role) = std::move(picture);
     }
 
     /// Video without our data is taken for a full sphere, its pictures numbered as they come.
@@ -170,34 +189,74 @@ private:
         if (!tracks.empty() && tracks.front().frames_per_second > 0)
             info.frames_per_second = tracks.front().frames_per_second;
         info.time_s = double(info.index) / info.frames_per_second;
-        info.camera = EquirectCamera{picture.rgb.width(), picture.rgb.height(), {}};
+        info.camera = EquirectCamera{picture.width, picture.height, {}};
         return info;
     }
 
     ReceivedFrame finish(Partial partial) {
-        if (!partial.posed)
-            partial.small.reset();
-        count(given_main_, partial.main_bytes);
-        if (partial.small)
-            count(given_small_, partial.small_bytes);
-        return {std::move(*partial.main), std::move(partial.small), partial.posed, {}};
+        ReceivedFrame frame;
+        frame.posed = partial.posed;
+        frame.main = *give(partial, TrackRole::main);
+        if (partial.posed) {
+            frame.small = give(partial, TrackRole::small);
+            frame.hidden = give(partial, TrackRole::hidden);
+            frame.patches = give(partial, TrackRole::patches);
+        }
+        return frame;
     }
 
-    static void count(FeedTrack& track, std::int64_t bytes) {
-        track.pictures += 1;
-        track.bytes += bytes;
+    /// One view with its depth, where that came too.
+    std::optional<ReceivedPicture> give(Partial& partial, TrackRole role) {
+        std::optional<DecodedPicture>& colour = partial.picture(role);
+        if (!colour)
+            return std::nullopt;
+        count(*colour);
+        ReceivedPicture picture;
+        picture.info = std::move(*colour->info);
+        picture.rgb = std::move(colour->rgb);
+        picture.yuv = std::move(colour->yuv);
+        picture.decode_ms = colour->decode_ms;
+        picture.convert_ms = colour->convert_ms;
+        const auto depth_role = depth_role_of(role);
+        if (!depth_role || !partial.posed || !partial.picture(*depth_role))
+            return picture;
+        DecodedPicture& depth = *partial.picture(*depth_role);
+        require_same_view(picture, depth);
+        count(depth);
+        picture.depth_m = std::move(depth.depth_m);
+        picture.info.depth_code = depth.info->depth_code;
+        picture.decode_ms += depth.decode_ms;
+        picture.convert_ms += depth.convert_ms;
+        return picture;
     }
 
+    void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {
+        if (depth.width != colour.width() || depth.height != colour.height())
+            throw WorkError(expected_found(source_ + ": frame " + std::to_string(colour.info.index) + " of " +
+                                               track_name(depth.role),
+                                           size_text(colour.width(), colour.height()) + " as its colour has",
+                                           size_text(depth.width, depth.height)));
+        if (!same_camera(depth.info->camera, colour.info.camera) ||
+            !same_pose(depth.info->camera_pose, colour.info.camera_pose))
+            throw WorkError(expected_found(source_ + ": frame " + std::to_string(colour.info.index) + " of " +
+                                               track_name(depth.role),
+                                           "the camera and pose of its colour", "others"));
+    }
+
+    void count(const DecodedPicture& picture) {
+        tracks_[picture.track].given_pictures += 1;
+        tracks_[picture.track].given_bytes += picture.bytes;
+    }
+
+    std::string source_;
     StreamReader reader_;
     FeedOptions options_;
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
-    Track main_, small_;
+    std::vector<Track> tracks_;             // as the reader's
     std::vector<DecodedPicture> unjudged_;  // of the main track
-    FeedTrack given_main_, given_small_;
     std::int64_t foreign_index_ = 0;
     double file_bytes_ = 0;
-    bool has_small_ = false;
     bool ended_ = false;
 };
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
 namespace equistream {
 
@@ -96,6 +97,13 @@ public:
         return static_cast<Enum>(value);
     }
 
+    bool get_flag(const char* what) {
+        const auto value = get<std::uint8_t>();
+        if (value > 1)
+            damaged(std::string(what) + " as 0 or 1", std::to_string(value));
+        return value == 1;
+    }
+
     int get_side(const char* what) {
         const auto value = get<std::uint32_t>();
         if (value > static_cast<std::uint32_t>(max_image_side))
@@ -149,10 +157,39 @@ Camera make_camera(CameraKind kind, int width, int height, const std::array<doub
     return EquirectCamera{width, height, range};
 }
 
+/// A byte that says whether there is one, then the fields.
+void put_depth_code(Writer& out, const std::optional<DepthCodeInfo>& depth_code) {
+    out.put(static_cast<std::uint8_t>(depth_code.has_value()));
+    if (!depth_code)
+        return;
+    out.put(static_cast<std::uint8_t>(depth_code->code));
+    out.put(static_cast<std::uint8_t>(depth_code->range.has_empty));
+    out.put(depth_code->range.box_radius_m);
+    out.put(depth_code->range.near_m);
+    out.put(depth_code->clamped_pixels);
+}
+
+std::optional<DepthCodeInfo> get_depth_code(Reader& in) {
+    if (!in.get_flag("whether depth is coded"))
+        return std::nullopt;
+    DepthCodeInfo info;
+    info.code = in.get_enum(DepthCodeId::lossless, "depth code");
+    info.range.has_empty = in.get_flag("whether pixels may hold no surface");
+    info.range.box_radius_m = in.get_positive("head box radius");
+    info.range.near_m = in.get_positive("nearest depth");
+    // As floats, which depths are: else a sample of the nearest depth would lie inside the box, or nowhere.
+    if (!(static_cast<float>(info.range.near_m) > static_cast<float>(info.range.box_radius_m) &&
+          std::isfinite(static_cast<float>(info.range.near_m))))
+        damaged("a nearest depth outside the head box of " + std::to_string(info.range.box_radius_m) + " m",
+                std::to_string(info.range.near_m));
+    info.clamped_pixels = in.get<std::uint32_t>();
+    return info;
+}
+
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
-    tagged.role = in.get_enum(TrackRole::small, "track role");
+    tagged.role = in.get_enum(TrackRole::patches_depth, "track role");
     const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
     info.eye = in.get_enum(Eye::right, "eye");
     info.lock = in.get_enum(AxisLock::path, "axis lock");
@@ -176,8 +213,11 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.samples_per_pixel = in.get<std::uint32_t>();
     info.scene = in.get_name();
     info.host = in.get_name();
-    if (!in.at_end())  // appended since: earlier streams end here
+    // Appended since, each in its turn: earlier streams end before it.
+    if (!in.at_end())
         info.geometry_fingerprint = in.get_name();
+    if (!in.at_end())
+        info.depth_code = get_depth_code(in);
     return tagged;
 }
 
@@ -189,7 +229,26 @@ bool starts_with_our_uuid(std::span<const std::uint8_t> payload) {
 }  // namespace
 
 const char* track_name(TrackRole role) {
-    return role == TrackRole::main ? "main" : "small";
+    constexpr const char* names[] = {"main", "small", "depth", "hidden", "hidden-depth", "patches", "patches-depth"};
+    static_assert(std::size(names) == track_role_count);
+    return names[static_cast<std::size_t>(role)];
+}
+
+bool is_depth(TrackRole role) {
+    return role == TrackRole::depth || role == TrackRole::hidden_depth || role == TrackRole::patches_depth;
+}
+
+std::optional<TrackRole> depth_role_of(TrackRole colour) {
+    switch (colour) {
+    case TrackRole::main:
+        return TrackRole::depth;
+    case TrackRole::hidden:
+        return TrackRole::hidden_depth;
+    case TrackRole::patches:
+        return TrackRole::patches_depth;
+    default:
+        return std::nullopt;
+    }
 }
 
 std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position) {
@@ -218,6 +277,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put_name(info.scene, "scene");
     fields.put_name(info.host, "host");
     fields.put_name(info.geometry_fingerprint, "geometry fingerprint");
+    put_depth_code(fields, info.depth_code);
 
     Writer payload;
     payload.append(payload_uuid);

@@ -33,18 +33,22 @@ int matrix_of(const AVFrame& frame) {
     return frame.colorspace;
 }
 
-bool is_what_we_code(const AVFrame& frame) {
-    return frame.format == AV_PIX_FMT_YUV420P && frame.width % 2 == 0 && frame.height % 2 == 0 &&
-           matrix_of(frame) == SWS_CS_ITU709 && frame.color_range != AVCOL_RANGE_JPEG &&
-           (frame.chroma_location == AVCHROMA_LOC_LEFT || frame.chroma_location == AVCHROMA_LOC_UNSPECIFIED);
-}
-
 void set(SwsContext& scaler, const char* option, int value) {
     [[maybe_unused]] const int code = av_opt_set_int(&scaler, option, value, 0);
     assert(code >= 0);
 }
 
 }  // namespace
+
+bool is_our_yuv420(const AVFrame& frame) {
+    return frame.format == AV_PIX_FMT_YUV420P && frame.width % 2 == 0 && frame.height % 2 == 0 &&
+           matrix_of(frame) == SWS_CS_ITU709 && frame.color_range != AVCOL_RANGE_JPEG &&
+           (frame.chroma_location == AVCHROMA_LOC_LEFT || frame.chroma_location == AVCHROMA_LOC_UNSPECIFIED);
+}
+
+YuvView yuv420_planes_of(const AVFrame& frame) {
+    return planes_of<const std::uint8_t>(frame);
+}
 
 av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb) {
     av::Frame yuv = av::make_frame();
@@ -99,8 +103,8 @@ void YuvToRgb::scale(const AVFrame& yuv, ImageView<std::uint8_t> rgb) {
 
 ByteImage YuvToRgb::convert(const AVFrame& yuv) {
     ByteImage rgb(yuv.width, yuv.height, 3);
-    if (is_what_we_code(yuv))
-        yuv420_to_rgb(planes_of<const std::uint8_t>(yuv), rgb.view());
+    if (is_our_yuv420(yuv))
+        yuv420_to_rgb(yuv420_planes_of(yuv), rgb.view());
     else
         scale(yuv, rgb.view());
     return rgb;

@@ -3,12 +3,16 @@
 /// swscale, as its tags say.
 #include "libav.h"
 
-#include <equistream/image.h>
+#include <equistream/yuv.h>
 
 namespace equistream {
 
 /// A tagged, owning 4:2:0 frame. Sides are even.
 av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb);
+
+/// Whether a decoded frame is as equistream/yuv.h describes; then its planes.
+bool is_our_yuv420(const AVFrame& frame);
+YuvView yuv420_planes_of(const AVFrame& frame);
 
 class YuvToRgb {
 public:

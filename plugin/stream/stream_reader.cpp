@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <new>
 
 namespace equistream {
@@ -17,7 +18,7 @@ constexpr const char* accepted_formats =
     "mov,mp4,matroska,webm,mpegts,nut,h264,hevc,avi,flv,mpeg,mpegvideo,ivf,ogg,asf,m4v,mjpeg,mxf,yuv4mpegpipe,av1,obu";
 
 /// A source may have more tracks; nothing of ours has.
-constexpr std::size_t most_tracks = 2;
+constexpr std::size_t most_tracks = track_role_count;
 
 /// In a cut mp4 the other track's samples may still be there behind one that is not.
 constexpr int most_failures_in_a_row = 1000;
@@ -76,9 +77,17 @@ bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
 }
 
-/// Two tracks of one name cannot both be main; containers that keep no names hold main first.
-TrackRole assumed_role(std::size_t position) {
-    return position == 0 ? TrackRole::main : TrackRole::small;
+/// Until a track's pictures say: as the container calls it; where that keeps no names, main comes first.
+TrackRole assumed_role(const AVStream& stream, std::size_t position) {
+    if (position == 0)
+        return TrackRole::main;
+    const AVDictionaryEntry* title = av_dict_get(stream.metadata, "title", nullptr, 0);
+    if (title == nullptr)
+        title = av_dict_get(stream.metadata, "handler_name", nullptr, 0);
+    for (int role = 1; title != nullptr && role < track_role_count; ++role)
+        if (track_name(static_cast<TrackRole>(role)) == std::string_view(title->value))
+            return static_cast<TrackRole>(role);
+    return TrackRole::small;
 }
 
 /// Units of H.264 and H.265 behind four bytes of length each, most significant first, as our own files have them.
@@ -142,7 +151,7 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             continue;
         }
         av::forget_unknown_colours(*stream.codecpar);
-        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(tracks.size()), source));
+        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source));
         if (holds_back)
             tracks.back()->held = av::make_packet();
         else
@@ -177,7 +186,7 @@ bool StreamReader::State::read_packet() {
             read_error = av::error_text(code);
         return false;
     }
-    if (ReadTrack* track = track_at(packet->stream_index)) {
+    if (ReadTrack* track = track_at(packet->stream_index); track != nullptr && !track->decoder.is_left_out()) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0)
             track->decoder.count_damaged_packet();
         else
@@ -198,6 +207,8 @@ bool StreamReader::State::may_be_cut(const ReadTrack& track) const {
 
 void StreamReader::State::end() {
     for (const auto& track : tracks) {
+        if (track->decoder.is_left_out())
+            continue;
         if (track->held && track->held->size > 0)
             track->decoder.decode(*track->held, may_be_cut(*track));
         track->decoder.drain();
@@ -206,18 +217,25 @@ void StreamReader::State::end() {
 }
 
 std::optional<DecodedPicture> StreamReader::State::take() {
-    // At the end each track has several left: they come side by side, so that nobody has to hold one track's.
-    TrackDecoder* earliest = nullptr;
-    for (const auto& track : tracks) {
-        const auto time_s = track->decoder.next_time_s();
-        if (time_s && (earliest == nullptr || *time_s < *earliest->next_time_s()))
-            earliest = &track->decoder;
+    for (;;) {
+        // At the end each track has several left: they come side by side, so that nobody has to hold one track's.
+        const auto earliest = std::ranges::min_element(tracks, {}, [](const auto& track) {
+            return track->decoder.next_time_s().value_or(std::numeric_limits<double>::infinity());
+        });
+        TrackDecoder& decoder = (*earliest)->decoder;
+        auto picture = decoder.take(options);
+        if (!picture)
+            return std::nullopt;
+        picture->track = std::size_t(earliest - tracks.begin());
+        const bool is_wanted = options.depth || !decoder.holds_depth();
+        if (!is_wanted) {
+            decoder.leave_out();
+            format->streams[(*earliest)->index]->discard = AVDISCARD_ALL;
+        }
+        refresh_summaries();
+        if (is_wanted)
+            return picture;
     }
-    if (earliest == nullptr)
-        return std::nullopt;
-    auto picture = earliest->take(options.rgb);
-    refresh_summaries();
-    return picture;
 }
 
 void StreamReader::State::refresh_summaries() {

@@ -17,9 +17,10 @@ namespace {
 
 struct WrittenTrack {
     WrittenTrack(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-        : role(track.role), encoder(settings, track, global_header) {}
+        : role(track.role), codec(track.codec(settings.codec)), encoder(settings, track, global_header) {}
 
     TrackRole role;
+    Codec codec;
     TrackEncoder encoder;
     AVStream* stream = nullptr;
     std::int64_t bytes = 0;
@@ -45,10 +46,10 @@ void check_fits(const std::string& target, const Container& container, const Str
     if (container.one_track && settings.tracks.size() > 1)
         throw InputError(
             expected_found(target, "one track (raw video holds no more)", std::to_string(settings.tracks.size())));
-    if (container.only_for_codec && *container.only_for_codec != settings.codec)
+    if (container.only_for_codec && *container.only_for_codec != settings.tracks.front().codec(settings.codec))
         throw InputError(expected_found(target,
-                                        settings.codec == Codec::h264 ? "a name ending in .h264 for H.264"
-                                                                      : "a name ending in .h265 for H.265",
+                                        *container.only_for_codec == Codec::h265 ? "a name ending in .h264 for H.264"
+                                                                                 : "a name ending in .h265 for H.265",
                                         "the other"));
 }
 
@@ -63,6 +64,9 @@ struct StreamWriter::State {
     bool tags_sphere() const { return settings.full_sphere && container.tags_spheres; }
     void write_header();
     WrittenTrack& track_of(TrackRole role);
+    /// The track that takes this frame next.
+    WrittenTrack& start_picture(TrackRole role, const FrameInfo& info);
+    void take(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
     void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
     void write_packet(WrittenTrack& track, AVPacket& packet);
     /// `whole`: the last pictures may say that they are the last.
@@ -138,7 +142,7 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
     if (container.names_tracks)
         for (const char* key : {"title", "handler_name"})
             av_dict_set(&stream->metadata, key, track_name(track.role), 0);
-    if (settings.codec == Codec::h265 && std::string_view(container.muxer) == "mp4")
+    if (track.codec == Codec::h265 && std::string_view(container.muxer) == "mp4")
         stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');  // the one that every player takes
     if (tags_sphere() && track.role == TrackRole::main)
         tag_as_equirect(*stream);
@@ -191,24 +195,40 @@ StreamWriter::StreamWriter(const std::string& target, const StreamSettings& sett
 
 StreamWriter::~StreamWriter() = default;
 
-void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info) {
-    State& s = *state_;
-    if (s.over)
-        throw WorkError(s.target + ": has ended, nothing more can be written");
-    WrittenTrack& track = s.track_of(role);
-    if (!s.first_index)
-        s.first_index = info.index;
-    if (info.index < track.last_index.value_or(*s.first_index - 1) + 1)
+WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo& info) {
+    if (over)
+        throw WorkError(target + ": has ended, nothing more can be written");
+    WrittenTrack& track = track_of(role);
+    if (!first_index)
+        first_index = info.index;
+    if (info.index < track.last_index.value_or(*first_index - 1) + 1)
         throw WorkError(
-            expected_found(s.target + ": " + track_name(role), "ascending frame numbers", std::to_string(info.index)));
+            expected_found(target + ": " + track_name(role), "ascending frame numbers", std::to_string(info.index)));
     track.last_index = info.index;
-    av::Frame picture = track.encoder.convert(rgb);
-    if (s.settings.pictures > 0)
-        return s.encode(track, std::move(picture), info, s.settings.pictures);
+    return track;
+}
+
+void StreamWriter::State::take(WrittenTrack& track, av::Frame picture, const FrameInfo& info) {
+    if (settings.pictures > 0)
+        return encode(track, std::move(picture), info, settings.pictures);
     std::swap(track.held, picture);
-    FrameInfo previous = std::exchange(track.held_info, info);
+    const FrameInfo previous = std::exchange(track.held_info, info);
     if (picture)
-        s.encode(track, std::move(picture), previous, 0);
+        encode(track, std::move(picture), previous, 0);
+}
+
+void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info) {
+    WrittenTrack& track = state_->start_picture(role, info);
+    state_->take(track, track.encoder.convert(rgb), info);
+}
+
+void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info) {
+    WrittenTrack& track = state_->start_picture(role, info);
+    if (!info.depth_code)
+        throw WorkError(expected_found(state_->target + ": " + track_name(role), "a depth code and its range", "none"));
+    FrameInfo counted = info;
+    av::Frame picture = track.encoder.convert(depth_m, *counted.depth_code);
+    state_->take(track, std::move(picture), counted);
 }
 
 void StreamWriter::finish() {

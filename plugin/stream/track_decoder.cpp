@@ -1,5 +1,7 @@
 #include "track_decoder.h"
 
+#include "coded_planes.h"
+
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 
@@ -64,6 +66,14 @@ std::optional<TaggedFrameInfo> frame_info_of(const AVFrame& frame) {
                 return tagged;
     }
     return std::nullopt;
+}
+
+/// Depth needs its code, in samples of that code; colour has none.
+bool fits_role(const AVFrame& frame, const TaggedFrameInfo& tagged) {
+    const auto& depth_code = tagged.info.depth_code;
+    if (is_depth(tagged.role) != depth_code.has_value())
+        return false;
+    return !depth_code || decoded_planes(frame, make_depth_code(depth_code->code)->format()).has_value();
 }
 
 bool is_damaged(const AVFrame& frame) {
@@ -191,6 +201,10 @@ void TrackDecoder::accept(av::Frame frame) {
     std::optional<TaggedFrameInfo> tagged;
     try {
         tagged = frame_info_of(*frame);
+        if (tagged && !fits_role(*frame, *tagged)) {
+            ++tally_.unreadable;
+            return;
+        }
     } catch (const InputError& error) {
         // A stream is of one version: once a picture could be read, another number is damage.
         if (!version_is_known_)
@@ -214,13 +228,32 @@ std::optional<double> TrackDecoder::next_time_s() const {
                                  : static_cast<double>(pts) * av_q2d(stream_.time_base);
 }
 
-std::optional<DecodedPicture> TrackDecoder::take(bool rgb) {
+void TrackDecoder::give_colour(av::Frame frame, const StreamReadOptions& options, DecodedPicture& picture) {
+    if (options.yuv && is_our_yuv420(*frame)) {
+        const std::shared_ptr<const AVFrame> owner(frame.release(), av::Delete());
+        picture.yuv = {yuv420_planes_of(*owner), owner};
+    } else if (options.rgb) {
+        picture.rgb = converter_.convert(*frame);
+    }
+}
+
+void TrackDecoder::give_depth(const AVFrame& frame, DecodedPicture& picture) {
+    const DepthCodeInfo& info = *picture.info->depth_code;
+    if (!depth_code_ || depth_code_->id() != info.code)
+        depth_code_ = make_depth_code(info.code);
+    picture.depth_m = FloatImage(frame.width, frame.height, 1);
+    depth_code_->unpack(*decoded_planes(frame, depth_code_->format()), info.range, picture.depth_m.view());
+}
+
+std::optional<DecodedPicture> TrackDecoder::take(const StreamReadOptions& options) {
     if (ready_.empty())
         return std::nullopt;
-    const Ready ready = std::move(ready_.front());
+    Ready ready = std::move(ready_.front());
     ready_.pop_front();
     DecodedPicture picture;
     picture.role = tally_.role;
+    picture.width = ready.frame->width;
+    picture.height = ready.frame->height;
     picture.decode_ms = ready.decode_ms;
     picture.bytes = bytes_in(ready.frame->reordered_opaque);
     ++tally_.pictures;
@@ -230,12 +263,18 @@ std::optional<DecodedPicture> TrackDecoder::take(bool rgb) {
         picture.role = ready.tagged->role;
         picture.info = ready.tagged->info;
     }
-    if (rgb) {
-        const auto start = Clock::now();
-        picture.rgb = converter_.convert(*ready.frame);
-        picture.convert_ms = milliseconds_since(start);
-    }
+    const auto start = Clock::now();
+    if (!picture.info || !picture.info->depth_code)
+        give_colour(std::move(ready.frame), options, picture);
+    else if (options.depth)
+        give_depth(*ready.frame, picture);
+    picture.convert_ms = milliseconds_since(start);
     return picture;
+}
+
+void TrackDecoder::leave_out() {
+    tally_.left_out = true;
+    ready_.clear();
 }
 
 StreamTrackSummary TrackDecoder::summary() const {

@@ -2,6 +2,7 @@
 /// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
 #include "picture_converter.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/stream.h>
 
 #include <deque>
@@ -18,8 +19,9 @@ struct TrackTally {
     std::uint32_t count = 0;      ///< the length the track declares, 0 while unknown
     std::optional<std::int64_t> last_index;
     bool ours = false;
+    bool left_out = false;  ///< not wanted
 
-    bool whole() const { return ours && count > 0 && expected >= count && missing == 0; }
+    bool whole() const { return left_out || (ours && count > 0 && expected >= count && missing == 0); }
 };
 
 class TrackDecoder {
@@ -32,8 +34,13 @@ public:
     void drain();
     /// When the next picture that is ready is shown; nothing where none is, the past where it does not say.
     std::optional<double> next_time_s() const;
-    /// The next picture that is ready, converted if `rgb`.
-    std::optional<DecodedPicture> take(bool rgb);
+    /// The next picture that is ready, given as `options` ask.
+    std::optional<DecodedPicture> take(const StreamReadOptions& options);
+    /// Known to hold depth: its pictures need not be decoded where nobody wants them.
+    bool holds_depth() const { return tally_.ours && is_depth(tally_.role); }
+    /// Nobody wants this track: what is left of it is not missing.
+    void leave_out();
+    bool is_left_out() const { return tally_.left_out; }
 
     const TrackTally& tally() const { return tally_; }
     StreamTrackSummary summary() const;
@@ -51,12 +58,15 @@ private:
     void send(const AVPacket* packet);
     void receive();
     void accept(av::Frame frame);
+    void give_colour(av::Frame frame, const StreamReadOptions& options, DecodedPicture& picture);
+    void give_depth(const AVFrame& frame, DecodedPicture& picture);
     void note(const TaggedFrameInfo& tagged);
 
     std::string source_;
     const AVStream& stream_;
     av::Codec codec_;
     YuvToRgb converter_;
+    std::unique_ptr<DepthCode> depth_code_;
     TrackTally tally_;
     StreamTrackSummary summary_;
     std::deque<Ready> ready_;

@@ -1,9 +1,13 @@
 #include "track_encoder.h"
 
+#include "coded_planes.h"
+
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 extern "C" {
 #include <libavutil/cpu.h>
+#include <libavutil/pixdesc.h>
 }
 
 #include <algorithm>
@@ -44,35 +48,60 @@ void check_track(const TrackSettings& track) {
             size));
     if (track.width % 2 != 0 || track.height % 2 != 0)
         throw InputError(expected_found(where, "an even width and height (4:2:0 video has no odd sizes)", size));
+    if (is_depth(track.role) != track.depth_code.has_value())
+        throw InputError(expected_found(where, is_depth(track.role) ? "a depth code" : "no depth code",
+                                        is_depth(track.role) ? "none" : depth_code_name(*track.depth_code)));
+    if (track.crf && !(*track.crf >= 0 && *track.crf <= worst_crf))
+        throw InputError(expected_found(where, "crf of 0 to " + std::to_string(worst_crf), std::to_string(*track.crf)));
 }
 
-void set_colour_tags(AVCodecContext& codec) {
+void set_colour_tags(AVCodecContext& codec, const DepthCode* depth) {
     codec.pix_fmt = AV_PIX_FMT_YUV420P;
     codec.color_range = AVCOL_RANGE_MPEG;
     codec.color_primaries = AVCOL_PRI_BT709;
     codec.color_trc = AVCOL_TRC_IEC61966_2_1;
     codec.colorspace = AVCOL_SPC_BT709;
     codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    if (depth == nullptr)
+        return;
+    codec.pix_fmt = pixel_format_of(depth->format());
+    codec.color_range = AVCOL_RANGE_JPEG;
+    codec.color_primaries = AVCOL_PRI_UNSPECIFIED;
+    codec.color_trc = AVCOL_TRC_UNSPECIFIED;
+    codec.colorspace = depth->format().layout == PlaneLayout::gbr ? AVCOL_SPC_RGB : AVCOL_SPC_UNSPECIFIED;
+    codec.chroma_sample_location = AVCHROMA_LOC_UNSPECIFIED;
 }
 
-/// Fixed groups of pictures that can be entered at each key frame; frame data passed through.
-void set_encoder_options(const StreamSettings& settings, av::Options& options) {
+/// Fixed groups of pictures that can be entered at each key frame; frame data passed through. Depth has no eye to
+/// please and no texture to hide in: what encoders do for these (adaptive quantisation, psychovisual decisions) and
+/// what smooths its edges (loop filters) is off.
+void set_encoder_options(const StreamSettings& settings, const TrackSettings& track, av::Options& options) {
+    const bool depth = track.depth_code.has_value();
     options.set("preset", settings.preset);
-    options.set("crf", std::to_string(settings.crf));
     options.set("udu_sei", "1");
-    if (settings.codec == Codec::h264) {
+    options.set("crf", formatted("%g", track.crf.value_or(settings.crf)));
+    if (track.codec(settings.codec) == Codec::h264) {
         options.set("sc_threshold", "0");
+        std::string more = depth ? "aq-mode=0:psy=0:no-deblock=1" : "";
         // libx264's AVX-512 macroblock tree reads memory that was never written: other bytes each time, and worse.
         if ((av_get_cpu_flags() & AV_CPU_FLAG_AVX512) != 0)
-            options.set("x264-params", "asm=avx2");
+            more += (more.empty() ? "" : ":") + std::string("asm=avx2");
+        if (!more.empty())
+            options.set("x264-params", more);
         return;
     }
-    options.set("x265-params", "log-level=none:frame-threads=" + std::to_string(std::min(settings.threads, 16)) +
-                                   ":open-gop=0:scenecut=0:min-keyint=" + std::to_string(settings.gop));
+    std::string more = "log-level=none:frame-threads=" + std::to_string(std::min(settings.threads, 16)) +
+                       ":open-gop=0:scenecut=0:min-keyint=" + std::to_string(settings.gop);
+    if (depth)
+        more += ":aq-mode=0:psy-rd=0:psy-rdoq=0:no-deblock=1:no-sao=1:no-strong-intra-smoothing=1";
+    if (track.depth_code == DepthCodeId::lossless)
+        more += ":lossless=1";
+    options.set("x265-params", more);
 }
 
-av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& track, bool global_header) {
-    const char* name = settings.codec == Codec::h264 ? "libx264" : "libx265";
+av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& track, const DepthCode* depth,
+                       bool global_header) {
+    const char* name = track.codec(settings.codec) == Codec::h264 ? "libx264" : "libx265";
     const AVCodec* encoder = avcodec_find_encoder_by_name(name);
     if (!encoder)
         throw InputError(std::string(name) + ": this libavcodec was built without it");
@@ -86,20 +115,27 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     codec->sample_aspect_ratio = {1, 1};
     codec->gop_size = settings.gop;
     codec->thread_count = settings.threads;
-    set_colour_tags(*codec);
+    set_colour_tags(*codec, depth);
     if (global_header)
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     av::Options options;
-    set_encoder_options(settings, options);
+    set_encoder_options(settings, track, options);
     const int code = avcodec_open2(codec.get(), encoder, options.taken());
     if (code < 0)
         throw InputError(std::string(name) + " refused " + std::to_string(track.width) + "x" +
-                         std::to_string(track.height) + ", preset " + settings.preset + ": " + av::error_text(code));
+                         std::to_string(track.height) + ", " + av_get_pix_fmt_name(codec->pix_fmt) + ", preset " +
+                         settings.preset + ": " + av::error_text(code));
     options.require_all_taken(std::string(name) + " of this libavcodec");
     return codec;
 }
 
 }  // namespace
+
+Codec TrackSettings::codec(Codec stream_codec) const {
+    const bool only_h265 =
+        depth_code == DepthCodeId::w12 || depth_code == DepthCodeId::hue || depth_code == DepthCodeId::lossless;
+    return only_h265 ? Codec::h265 : stream_codec;
+}
 
 AVRational frame_rate_of(const StreamSettings& settings) {
     return av_d2q(settings.frames_per_second, 100000);
@@ -124,15 +160,39 @@ void check_stream_settings(const StreamSettings& settings) {
 }
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-    : track_(track), codec_(open_encoder(settings, track, global_header)) {}
+    : track_(track), depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
+      codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {}
+
+void TrackEncoder::require_size(int width, int height, int channels, int wanted_channels) const {
+    const auto text = [](int w, int h, int c) {
+        return std::to_string(w) + "x" + std::to_string(h) + " with " + std::to_string(c) +
+               (c == 1 ? " channel" : " channels");
+    };
+    if (width != track_.width || height != track_.height || channels != wanted_channels)
+        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
+                                       text(track_.width, track_.height, wanted_channels),
+                                       text(width, height, channels)));
+}
 
 av::Frame TrackEncoder::convert(ImageView<const std::uint8_t> rgb) const {
-    if (rgb.width != track_.width || rgb.height != track_.height || rgb.channels != 3)
-        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
-                                       std::to_string(track_.width) + "x" + std::to_string(track_.height) + " RGB",
-                                       std::to_string(rgb.width) + "x" + std::to_string(rgb.height) + " with " +
-                                           std::to_string(rgb.channels) + " channels"));
+    if (depth_code_)
+        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track", "depth", "RGB"));
+    require_size(rgb.width, rgb.height, rgb.channels, 3);
     return yuv_frame_of(rgb);
+}
+
+av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& info) const {
+    if (!depth_code_ || info.code != depth_code_->id())
+        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
+                                       depth_code_ ? depth_code_name(depth_code_->id()) : "RGB",
+                                       "depth to be coded as " + std::string(depth_code_name(info.code))));
+    require_size(depth_m.width, depth_m.height, depth_m.channels, 1);
+    av::Frame frame = make_planes(depth_code_->format(), depth_m.width, depth_m.height);
+    frame->color_range = codec_->color_range;
+    frame->colorspace = codec_->colorspace;
+    info.clamped_pixels =
+        static_cast<std::uint32_t>(depth_code_->pack(depth_m, info.range, planes_of(*frame, depth_code_->format())));
+    return frame;
 }
 
 void TrackEncoder::encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,

@@ -1,7 +1,8 @@
 #pragma once
-/// One coded track: RGB pictures with their frame data in, packets out.
+/// One coded track: RGB pictures or depth with their frame data in, packets out.
 #include "picture_converter.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/stream.h>
 
 #include <functional>
@@ -17,6 +18,8 @@ public:
     const AVCodecContext& codec() const { return *codec_; }
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
+    /// Depth to its code's samples; counts into `info` what was too near.
+    av::Frame convert(ImageView<const float> depth_m, DepthCodeInfo& info) const;
     /// `payload` travels in the coded picture. `emit` is called for each packet that is ready.
     void encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                 const std::function<void(AVPacket&)>& emit);
@@ -24,8 +27,10 @@ public:
 
 private:
     void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
+    void require_size(int width, int height, int channels, int wanted_channels) const;
 
     TrackSettings track_;
+    std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
     av::Packet packet_ = av::make_packet();
 };

@@ -1,7 +1,8 @@
 #pragma once
 /// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
-/// without loss. The main picture and the small second-eye picture of the same frame come together.
+/// without loss. All pictures of one frame come together.
 #include <equistream/frame.h>
+#include <equistream/yuv_picture.h>
 
 #include <cstdint>
 #include <functional>
@@ -15,15 +16,22 @@ namespace equistream {
 /// One picture and where it was seen from.
 struct ReceivedPicture {
     FrameInfo info;
-    ByteImage rgb;       ///< display-referred sRGB, 3 channels
-    FloatImage depth_m;  ///< the renderer's AOV where it was asked for; else empty
-    double decode_ms = 0;
-    double convert_ms = 0;
+    ByteImage rgb;       ///< display-referred sRGB, 3 channels; empty where `yuv` is given
+    YuvPicture yuv;      ///< the decoder's own planes, where FeedOptions::yuv asked for them and they are of that kind
+    FloatImage depth_m;  ///< where it was asked for and is there: the renderer's AOV, or the depth track's; else empty
+    double decode_ms = 0;   ///< of colour and depth
+    double convert_ms = 0;  ///< the same
+
+    int width() const { return yuv.empty() ? rgb.width() : yuv.planes.y.width; }
+    int height() const { return yuv.empty() ? rgb.height() : yuv.planes.y.height; }
 };
 
+/// What is missing of a frame (lost, or not sent) is left out; a frame without its main picture is not given at all.
 struct ReceivedFrame {
     ReceivedPicture main;
     std::optional<ReceivedPicture> small;
+    std::optional<ReceivedPicture> hidden;   ///< the second layer: main's camera, pose and size
+    std::optional<ReceivedPicture> patches;  ///< the atlas that info.patches describes
     bool posed = true;  ///< false for foreign video, which carries no pose: a full sphere around nobody's head
     /// Views of the same frame that were rendered beside it, for their depth only (folders; rgb is empty).
     std::vector<ReceivedPicture> depth_views;
@@ -50,7 +58,8 @@ public:
 };
 
 struct FeedOptions {
-    bool depth = false;  ///< read the depth AOV too (folders)
+    bool depth = false;  ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
+    bool yuv = false;    ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
     std::int64_t first_frame = 0;
     std::int64_t last_frame = INT64_MAX;
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions

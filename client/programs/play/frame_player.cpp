@@ -30,6 +30,7 @@ ImageView<const float> view_of(const FloatImage& image) {
 
 SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
     return {.rgb = picture.rgb.view(),
+            .yuv = picture.yuv.planes,
             .camera = picture.info.camera,
             .pose = picture.info.camera_pose,
             .depth_m = view_of(depth_m),
@@ -37,12 +38,11 @@ SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m
 }
 
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
-    if (picture.rgb.width() != width_of(picture.info.camera) || picture.rgb.height() != height_of(picture.info.camera))
-        throw WorkError(
-            expected_found(source + ": frame " + std::to_string(picture.info.index),
-                           std::to_string(width_of(picture.info.camera)) + "x" +
-                               std::to_string(height_of(picture.info.camera)) + " as its tag says",
-                           std::to_string(picture.rgb.width()) + "x" + std::to_string(picture.rgb.height())));
+    if (picture.width() != width_of(picture.info.camera) || picture.height() != height_of(picture.info.camera))
+        throw WorkError(expected_found(source + ": frame " + std::to_string(picture.info.index),
+                                       std::to_string(width_of(picture.info.camera)) + "x" +
+                                           std::to_string(height_of(picture.info.camera)) + " as its tag says",
+                                       std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 /// A frame: one camera pose plus planes. This is what travels from a host to files, streams and the client.
 #include <equistream/camera.h>
+#include <equistream/depth_code_info.h>
 #include <equistream/image.h>
 #include <equistream/patches.h>
 
@@ -32,6 +33,8 @@ struct FrameInfo {
     std::string geometry_fingerprint;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;
+    /// Of a depth track's picture only. Not written to EXR files.
+    std::optional<DepthCodeInfo> depth_code;
 };
 
 /// Size of a frame's picture: the camera's, or the atlas's.

@@ -1,8 +1,9 @@
 #pragma once
-/// Streams: colour tracks of H.264 or H.265 whose pictures carry their own FrameInfo (SEI user data), in any
+/// Streams: colour and depth tracks of H.264 or H.265 whose pictures carry their own FrameInfo (SEI user data), in any
 /// container libavformat knows. Written front to back, so a file and a socket carry the same bytes. The payload's
 /// table is docs/stream-format.md. Errors name the file or URL. One object, one thread.
 #include <equistream/frame.h>
+#include <equistream/yuv_picture.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,9 +17,23 @@
 namespace equistream {
 
 /// What a track carries. Values are part of the format; new ones are only appended.
-enum class TrackRole : std::uint8_t { main = 0, small = 1 };
+enum class TrackRole : std::uint8_t {
+    main = 0,
+    small = 1,          ///< the small second-eye view
+    depth = 2,          ///< main's radial depth
+    hidden = 3,         ///< the next surface behind main's, along the same rays
+    hidden_depth = 4,   ///< hidden's radial depth
+    patches = 5,        ///< what an eye of the head box uncovers, packed in an atlas
+    patches_depth = 6,  ///< the atlas's radial depth, each patch's from its own origin
+};
+inline constexpr int track_role_count = 7;
 
-const char* track_name(TrackRole role);  ///< "main", "small"
+const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden", "hidden-depth", ...
+
+/// Whether pictures of this role are depth, coded by a DepthCode (depth_code.h).
+bool is_depth(TrackRole role);
+/// Of colour tracks: the role of their depth, where there is one (all but small).
+std::optional<TrackRole> depth_role_of(TrackRole colour);
 
 /// Where a picture stands in its track, so that a cut or a gap shows whatever the container.
 struct TrackPosition {
@@ -44,8 +59,12 @@ inline constexpr int min_track_side = 64;
 
 struct TrackSettings {
     TrackRole role = TrackRole::main;
-    int width = 0;   ///< even
-    int height = 0;  ///< even
+    int width = 0;                            ///< even
+    int height = 0;                           ///< even
+    std::optional<DepthCodeId> depth_code{};  ///< of depth tracks: always; of others: never
+    std::optional<double> crf{};              ///< nothing: the stream's; `lossless` has none
+    /// Which encoder: the stream's, or H.265 for what H.264 cannot code here (w12, hue, lossless).
+    Codec codec(Codec stream_codec) const;
 };
 
 struct StreamSettings {
@@ -64,9 +83,9 @@ struct StreamSettings {
     int threads = 4;  ///< the coded bytes depend on it, so it does not follow the machine
 };
 
-/// Encodes display-referred sRGB pictures (8-bit RGB) to `target`: a path ending in .mp4, .mkv, .ts, .nut, .h264 or
-/// .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same pictures
-/// and settings give the same bytes. A file is written as NAME.part and renamed by finish(); if that is never
+/// Encodes display-referred sRGB pictures (8-bit RGB) and depth to `target`: a path ending in .mp4, .mkv, .ts, .nut,
+/// .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same
+/// pictures and settings give the same bytes. A file is written as NAME.part and renamed by finish(); if that is never
 /// reached, what was coded so far stays in NAME.part, playable. libav's own log is silenced.
 /// Throws InputError for settings or targets that cannot be used, WorkError once coding has begun.
 class StreamWriter {
@@ -78,6 +97,9 @@ public:
 
     /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
     void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
+    /// The same for depth tracks: metres along each pixel-centre ray, 1 channel. `info.depth_code` has the track's code
+    /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here.
+    void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info);
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
@@ -92,13 +114,19 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// One decoded picture: 8-bit display-referred sRGB, RGB interleaved.
+/// One decoded picture. Of a colour track it is 8-bit display-referred sRGB, as `rgb` or `yuv`; of a depth track
+/// `depth_m`.
 struct DecodedPicture {
+    std::size_t track = 0;  ///< position in StreamReader::tracks()
     TrackRole role = TrackRole::main;
     std::optional<FrameInfo> info;  ///< absent in foreign videos
-    ByteImage rgb;
+    int width = 0;
+    int height = 0;
+    ByteImage rgb;           ///< RGB interleaved
+    YuvPicture yuv;          ///< where StreamReadOptions::yuv asked for it
+    FloatImage depth_m;      ///< radial, +inf for a miss, NaN where the track holds no surface
     double decode_ms = 0;    ///< time spent waiting for the decoder since this track's last picture
-    double convert_ms = 0;   ///< YUV to RGB
+    double convert_ms = 0;   ///< YUV to RGB, or samples to depth
     std::int64_t bytes = 0;  ///< coded
 };
 
@@ -121,6 +149,10 @@ bool is_url(const std::string& name);
 
 struct StreamReadOptions {
     bool rgb = true;  ///< false: decode, but leave DecodedPicture::rgb empty
+    /// Give the decoder's own planes in place of rgb wherever they are as equistream/yuv.h describes, without
+    /// conversion or copy.
+    bool yuv = false;
+    bool depth = true;  ///< false: depth tracks are not decoded beyond their first picture, nor given
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};
 };

@@ -53,6 +53,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     ASSERT_EQ(a.patches.has_value(), b.patches.has_value());
     if (a.patches)
         expect_same_atlas(*a.patches, *b.patches);
+    EXPECT_EQ(a.depth_code, b.depth_code);
 }
 
 }  // namespace equistream

@@ -12,8 +12,9 @@
 namespace equistream {
 namespace {
 
-constexpr std::size_t header_bytes = 20;    // UUID, version, size
-constexpr std::size_t geometry_bytes = 17;  // the last field: its length and 16 digits
+constexpr std::size_t header_bytes = 20;                       // UUID, version, size
+constexpr std::size_t depth_code_bytes = 23;                   // appended last
+constexpr std::size_t geometry_bytes = 17 + depth_code_bytes;  // appended before it: its length and 16 digits
 
 FrameInfo full_info() {
     FrameInfo info;
@@ -33,6 +34,7 @@ FrameInfo full_info() {
     info.scene = "san-miguel \xc3\xa9";
     info.host = std::string(255, 'h');
     info.geometry_fingerprint = "0123456789abcdef";
+    info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u};
     return info;
 }
 
@@ -75,7 +77,7 @@ TEST(FrameInfoPayload, HasTheDocumentedLayout) {
     EXPECT_EQ(payload[24] + 256 * payload[25], 960);  // width
     EXPECT_EQ(payload[32], 17);                       // ordinal
     EXPECT_EQ(payload[40], 0xfd);                     // index -3
-    EXPECT_EQ(payload.size(), header_bytes + 224 + 1 + full_info().scene.size() + 1 + 255 + 1 + 16);
+    EXPECT_EQ(payload.size(), header_bytes + 224 + 1 + full_info().scene.size() + 1 + 255 + 1 + 16 + depth_code_bytes);
 }
 
 TEST(FrameInfoPayload, ForeignPayloadsAreNotOurs) {
@@ -114,21 +116,52 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
     for (std::size_t size = 0; size + header_bytes < payload.size(); ++size) {
         auto shortened = payload;
         overwrite(shortened, 18, static_cast<std::uint16_t>(size));
-        if (size + geometry_bytes + header_bytes == payload.size())
+        if (size + geometry_bytes + header_bytes == payload.size() ||
+            size + depth_code_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
 }
 
-TEST(FrameInfoPayload, EarlierStreamsSayNoGeometry) {
-    auto payload = full_payload();
-    payload.resize(payload.size() - geometry_bytes);
-    overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
-    const auto tagged = decode_frame_info(payload);
-    ASSERT_TRUE(tagged);
+TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    expected.geometry_fingerprint.clear();
-    expect_same_info(tagged->info, expected);
+    for (const std::size_t left_out : {depth_code_bytes, geometry_bytes}) {
+        auto payload = full_payload();
+        payload.resize(payload.size() - left_out);
+        overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
+        const auto tagged = decode_frame_info(payload);
+        ASSERT_TRUE(tagged);
+        expected.depth_code.reset();
+        if (left_out == geometry_bytes)
+            expected.geometry_fingerprint.clear();
+        expect_same_info(tagged->info, expected);
+    }
+}
+
+TEST(FrameInfoPayload, HostileDepthCodesAreErrors) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto refuses = [](std::size_t offset, auto value, const char* named) {
+        auto payload = full_payload();
+        overwrite(payload, payload.size() - depth_code_bytes + offset, value);
+        try {
+            decode_frame_info(payload);
+            ADD_FAILURE() << "accepted " << named;
+        } catch (const WorkError& error) {
+            EXPECT_NE(std::string(error.what()).find(named), std::string::npos) << error.what();
+            EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+        }
+    };
+    refuses(0, std::uint8_t{2}, "whether depth is coded");
+    refuses(1, std::uint8_t{7}, "depth code");
+    refuses(2, std::uint8_t{2}, "no surface");
+    refuses(3, nan, "head box radius");
+    refuses(3, 0.0, "head box radius");
+    refuses(3, 0.75, "nearest depth outside");
+    refuses(11, nan, "nearest depth");
+    refuses(11, -1.0, "nearest depth");
+    refuses(11, 0.2815, "nearest depth outside");
+    refuses(11, std::nextafter(0.2815, 1.0), "nearest depth outside");  // the same as a float
+    refuses(11, 1e300, "nearest depth outside");
 }
 
 TEST(FrameInfoPayload, AVersionToComeIsNamedAndIsNoDamage) {

@@ -1,0 +1,55 @@
+#include <equistream/bound.h>
+#include <equistream/depth_code.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace equistream {
+
+namespace {
+
+/// Quantisation, codec, geometry and mesh get a quarter of the error budget each.
+constexpr double share_of_budget = 0.25;
+
+/// The nearest depth whose w is `w`.
+double distance_of(double w, double box_radius_m) {
+    return box_radius_m * (1 + 1 / w);
+}
+
+}  // namespace
+
+double quantisation_bound_rad(const DepthCode& code, const DepthRange& range) {
+    const int levels = code.levels(range);
+    if (levels == 0)
+        return 0;
+    const double step = bounded_inverse_depth(range.near_m, range.box_radius_m) / levels;
+    return std::asin(std::min(1.0, step / 2));
+}
+
+DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, double focal_length_px) {
+    assert(box_radius_m > 0 && focal_length_px > 0);
+    DepthRange range{box_radius_m, 0, false};
+    // Half a step may be no more than the budget; without a step there is nothing to hold but that near is outside.
+    const int levels = std::max(code.levels(range), 1);
+    const double largest_w = code.levels(range) == 0 ? 1 : 2 * levels * error_budget_rad(focal_length_px);
+    // Rounded up to a float, which depths are, and out of the box for good.
+    const double held =
+        static_cast<double>(std::nextafter(static_cast<float>(distance_of(largest_w, box_radius_m)), HUGE_VALF));
+    // Where nothing is hit, any depth will do.
+    range.near_m = std::isfinite(nearest_m) ? std::max(nearest_m, held) : held;
+    return range;
+}
+
+DepthCodeId code_for_bound(double box_radius_m, double nearest_m, double focal_length_px) {
+    for (const DepthCodeId id : {DepthCodeId::w8, DepthCodeId::w10}) {
+        const auto code = make_depth_code(id);
+        const DepthRange range{box_radius_m, std::max(nearest_m, std::nextafter(box_radius_m, HUGE_VAL)), false};
+        if (quantisation_bound_rad(*code, range) <= share_of_budget * error_budget_rad(focal_length_px))
+            return id;
+    }
+    return DepthCodeId::w12;
+}
+
+}  // namespace equistream

@@ -1,0 +1,260 @@
+#include "row_kernels.h"
+
+#include <equistream/bound.h>
+#include <equistream/depth_code.h>
+#include <equistream/error.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+
+namespace equistream {
+
+namespace {
+
+using depth_rows::Scale;
+
+constexpr std::string_view names[] = {"pece444", "pece420", "hue", "w8", "w10", "w12", "lossless"};
+constexpr int rows_per_block = 32;
+
+const depth_rows::Rows& rows() {
+    static const depth_rows::Rows simd = depth_rows::simd_rows();
+    return simd;
+}
+
+std::span<const float> row_of(ImageView<const float> image, int y) {
+    return {image.row(y), static_cast<std::size_t>(image.width)};
+}
+std::span<float> row_of(ImageView<float> image, int y) {
+    return {image.row(y), static_cast<std::size_t>(image.width)};
+}
+
+/// Calls `row(y)` for each row and adds up what it returns.
+template <typename Row>
+std::int64_t sum_over_rows(int height, const Row& row) {
+    std::atomic<std::int64_t> sum = 0;
+    tbb::parallel_for(tbb::blocked_range<int>(0, height, rows_per_block), [&](const auto& range) {
+        std::int64_t count = 0;
+        for (int y = range.begin(); y < range.end(); ++y)
+            count += row(y);
+        sum += count;
+    });
+    return sum;
+}
+
+template <typename Row>
+void for_each_row(int height, const Row& row) {
+    tbb::parallel_for(tbb::blocked_range<int>(0, height, rows_per_block), [&](const auto& range) {
+        for (int y = range.begin(); y < range.end(); ++y)
+            row(y);
+    });
+}
+
+template <typename T>
+std::array<T*, 3> rows_at(const std::array<ImageView<T>, 3>& planes, int y) {
+    return {planes[0].row(y), planes[1].row(y), planes[2].row(y)};
+}
+
+class WCode : public DepthCode {
+public:
+    explicit WCode(DepthCodeId id, int bits) : id_(id), bits_(bits) {}
+
+    DepthCodeId id() const override { return id_; }
+    PlaneFormat format() const override { return {PlaneLayout::gray, bits_}; }
+    int levels(const DepthRange& range) const override { return static_cast<int>(Scale(range, full()).top); }
+
+    std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
+                      const PlanesView& planes) const override {
+        const Scale scale(range, full());
+        return sum_over_rows(depth_m.height, [&](int y) {
+            return bits_ == 8 ? rows().pack_w8(row_of(depth_m, y), scale, planes.bytes[0].row(y))
+                              : rows().pack_w16(row_of(depth_m, y), scale, planes.words[0].row(y));
+        });
+    }
+
+    void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
+        const Scale scale(range, full());
+        for_each_row(depth_m.height, [&](int y) {
+            if (bits_ == 8)
+                rows().unpack_w8(planes.bytes[0].row(y), scale, row_of(depth_m, y));
+            else
+                rows().unpack_w16(planes.words[0].row(y), scale, row_of(depth_m, y));
+        });
+    }
+
+private:
+    int full() const { return (1 << bits_) - 1; }
+
+    DepthCodeId id_;
+    int bits_;
+};
+
+class Pece444 : public DepthCode {
+public:
+    DepthCodeId id() const override { return DepthCodeId::pece444; }
+    PlaneFormat format() const override { return {PlaneLayout::yuv444, 8}; }
+    int levels(const DepthRange& range) const override {
+        return static_cast<int>(Scale(range, depth_rows::pece_full).top);
+    }
+
+    std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
+                      const PlanesView& planes) const override {
+        const Scale scale(range, depth_rows::pece_full);
+        return sum_over_rows(depth_m.height, [&](int y) {
+            return rows().pack_pece(row_of(depth_m, y), scale, rows_at(planes.bytes, y).data());
+        });
+    }
+
+    void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
+        const Scale scale(range, depth_rows::pece_full);
+        for_each_row(depth_m.height,
+                     [&](int y) { rows().unpack_pece(rows_at(planes.bytes, y).data(), scale, row_of(depth_m, y)); });
+    }
+};
+
+class Pece420 : public DepthCode {
+public:
+    DepthCodeId id() const override { return DepthCodeId::pece420; }
+    PlaneFormat format() const override { return {PlaneLayout::yuv420, 8}; }
+    int levels(const DepthRange& range) const override {
+        return static_cast<int>(Scale(range, depth_rows::pece_full).top);
+    }
+
+    std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
+                      const PlanesView& planes) const override {
+        const Scale scale(range, depth_rows::pece_full);
+        std::atomic<std::int64_t> too_near = 0;
+        tbb::parallel_for(tbb::blocked_range<int>(0, depth_m.height / 2, rows_per_block), [&](const auto& pairs) {
+            Image<std::uint8_t> waves(depth_m.width, 4, 1);  // both waves of two rows
+            std::int64_t count = 0;
+            for (int j = pairs.begin(); j < pairs.end(); ++j) {
+                for (int i = 0; i < 2; ++i) {
+                    std::uint8_t* const rows_of_pair[3] = {planes.bytes[0].row(2 * j + i), waves.pixel(0, i),
+                                                           waves.pixel(0, 2 + i)};
+                    count += rows().pack_pece(row_of(depth_m, 2 * j + i), scale, rows_of_pair);
+                }
+                for (int wave = 0; wave < 2; ++wave)
+                    halve(waves.pixel(0, 2 * wave), waves.pixel(0, 2 * wave + 1), planes.bytes[1 + wave], j);
+            }
+            too_near += count;
+        });
+        return too_near;
+    }
+
+    void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
+        const Scale scale(range, depth_rows::pece_full);
+        tbb::parallel_for(tbb::blocked_range<int>(0, depth_m.height, rows_per_block), [&](const auto& range_of_rows) {
+            Image<std::uint8_t> wave(depth_m.width, 1, 1);
+            for (int y = range_of_rows.begin(); y < range_of_rows.end(); ++y) {
+                const std::uint8_t* half = planes.bytes[2].row(y / 2);
+                for (int x = 0; x < depth_m.width; ++x)
+                    wave.pixel(0, 0)[x] = half[x / 2];
+                // The first wave is never read (plain_pixels.h).
+                const std::uint8_t* const rows_of_pixel[3] = {planes.bytes[0].row(y), nullptr, wave.pixel(0, 0)};
+                rows().unpack_pece(rows_of_pixel, scale, row_of(depth_m, y));
+            }
+        });
+    }
+
+private:
+    static void halve(const std::uint8_t* upper, const std::uint8_t* lower, ImageView<std::uint8_t> half, int row) {
+        for (int i = 0; i < half.width; ++i)
+            half.row(row)[i] =
+                static_cast<std::uint8_t>((upper[2 * i] + upper[2 * i + 1] + lower[2 * i] + lower[2 * i + 1] + 2) / 4);
+    }
+};
+
+class HueCode : public DepthCode {
+public:
+    DepthCodeId id() const override { return DepthCodeId::hue; }
+    PlaneFormat format() const override { return {PlaneLayout::gbr, 8}; }
+    int levels(const DepthRange&) const override { return depth_rows::hue_full; }
+
+    std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
+                      const PlanesView& planes) const override {
+        const Scale scale = scale_of(range);
+        return sum_over_rows(depth_m.height, [&](int y) {
+            return rows().pack_hue(row_of(depth_m, y), scale, rows_at(planes.bytes, y).data());
+        });
+    }
+
+    void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
+        const Scale scale = scale_of(range);
+        for_each_row(depth_m.height,
+                     [&](int y) { rows().unpack_hue(rows_at(planes.bytes, y).data(), scale, row_of(depth_m, y)); });
+    }
+
+private:
+    /// Black is kept for pixels without a surface: they take no hues away.
+    static Scale scale_of(const DepthRange& range) {
+        DepthRange whole = range;
+        whole.has_empty = false;
+        Scale scale(whole, depth_rows::hue_full);
+        scale.has_empty = range.has_empty;
+        return scale;
+    }
+};
+
+class Lossless : public DepthCode {
+public:
+    DepthCodeId id() const override { return DepthCodeId::lossless; }
+    PlaneFormat format() const override { return {PlaneLayout::yuv444, 12}; }
+    int levels(const DepthRange&) const override { return 0; }
+
+    std::int64_t pack(ImageView<const float> depth_m, const DepthRange&, const PlanesView& planes) const override {
+        for_each_row(depth_m.height,
+                     [&](int y) { rows().pack_bits(row_of(depth_m, y), rows_at(planes.words, y).data()); });
+        return 0;
+    }
+
+    void unpack(const ConstPlanesView& planes, const DepthRange&, ImageView<float> depth_m) const override {
+        for_each_row(depth_m.height,
+                     [&](int y) { rows().unpack_bits(rows_at(planes.words, y).data(), row_of(depth_m, y)); });
+    }
+};
+
+}  // namespace
+
+const char* depth_code_name(DepthCodeId code) {
+    return names[static_cast<std::size_t>(code)].data();
+}
+
+std::span<const std::string_view> depth_code_names() {
+    return names;
+}
+
+std::unique_ptr<DepthCode> make_depth_code(DepthCodeId code) {
+    switch (code) {
+    case DepthCodeId::pece444:
+        return std::make_unique<Pece444>();
+    case DepthCodeId::pece420:
+        return std::make_unique<Pece420>();
+    case DepthCodeId::hue:
+        return std::make_unique<HueCode>();
+    case DepthCodeId::w8:
+        return std::make_unique<WCode>(code, 8);
+    case DepthCodeId::w10:
+        return std::make_unique<WCode>(code, 10);
+    case DepthCodeId::w12:
+        return std::make_unique<WCode>(code, 12);
+    case DepthCodeId::lossless:
+        break;
+    }
+    return std::make_unique<Lossless>();
+}
+
+std::unique_ptr<DepthCode> make_depth_code(std::string_view name) {
+    const auto found = std::ranges::find(names, name);
+    if (found == std::end(names)) {
+        std::string accepted;
+        for (const std::string_view code : names)
+            accepted += (accepted.empty() ? "" : ", ") + std::string(code);
+        throw InputError(expected_found("depth code", "one of " + accepted, "'" + std::string(name) + "'"));
+    }
+    return make_depth_code(static_cast<DepthCodeId>(found - std::begin(names)));
+}
+
+}  // namespace equistream

@@ -1,0 +1,261 @@
+#include "row_kernels.h"
+
+#include "plain_pixels.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "row_kernels.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::depth_rows::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::ScalableTag<float>;
+using Ints = hn::Rebind<std::int32_t, Floats>;
+template <typename T>
+using Narrow = hn::Rebind<T, Floats>;
+using Float = hn::Vec<Floats>;
+
+/// Samples of a vector of depths; counts those that are too near.
+struct Packer {
+    explicit Packer(const Scale& scale)
+        : box(hn::Set(f, scale.box_radius_m)), near(hn::Set(f, scale.near_m)), span(hn::Set(f, scale.span_m)),
+          top(hn::Set(f, scale.top)), empty(hn::Set(f, scale.has_empty ? scale.full : 0)) {}
+
+    Float operator()(Float depth_m) {
+        too_near += static_cast<std::int64_t>(hn::CountTrue(f, hn::Lt(depth_m, near)));
+        const Float inverse = hn::Div(span, hn::Sub(depth_m, box));
+        const Float x = hn::IfThenElse(hn::Gt(depth_m, near), inverse, hn::Set(f, 1));
+        return hn::IfThenElse(hn::Eq(depth_m, depth_m), hn::Mul(x, top), empty);
+    }
+    static hn::Vec<Ints> whole(Float sample) { return hn::ConvertTo(i, hn::Add(sample, hn::Set(f, 0.5f))); }
+
+    static constexpr Floats f{};
+    static constexpr Ints i{};
+    Float box, near, span, top, empty;
+    std::int64_t too_near = 0;
+};
+
+struct Unpacker {
+    explicit Unpacker(const Scale& scale)
+        : box(hn::Set(f, scale.box_radius_m)), near(hn::Set(f, scale.near_m)), unpack(hn::Set(f, scale.unpack_m)),
+          last(hn::Set(f, scale.last)) {}
+
+    Float operator()(Float sample) const {
+        const Float none = hn::Set(f, std::numeric_limits<float>::quiet_NaN());
+        const Float depth = hn::Add(hn::Div(unpack, hn::Max(sample, hn::Zero(f))), box);
+        return hn::IfThenElse(hn::Gt(sample, last), none, hn::Max(depth, near));
+    }
+
+    static constexpr Floats f{};
+    Float box, near, unpack, last;
+};
+
+std::size_t lanes() {
+    return hn::Lanes(Floats{});
+}
+
+template <typename T>
+std::int64_t pack_w(std::span<const float> depth_m, const Scale& scale, T* samples) {
+    const Floats f;
+    const Narrow<T> narrow;
+    Packer pack(scale);
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes())
+        hn::StoreU(hn::DemoteTo(narrow, Packer::whole(pack(hn::LoadU(f, &depth_m[x])))), narrow, samples + x);
+    for (; x < depth_m.size(); ++x) {
+        samples[x] = static_cast<T>(whole_sample(depth_m[x], scale));
+        pack.too_near += depth_m[x] < scale.near_m;
+    }
+    return pack.too_near;
+}
+
+std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
+    return pack_w(depth_m, scale, samples);
+}
+std::int64_t pack_w16(std::span<const float> depth_m, const Scale& scale, std::uint16_t* samples) {
+    return pack_w(depth_m, scale, samples);
+}
+
+template <typename T>
+void unpack_w(const T* samples, const Scale& scale, std::span<float> depth_m) {
+    const Floats f;
+    const Ints i;
+    const Narrow<T> narrow;
+    const Unpacker unpack(scale);
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes())
+        hn::StoreU(unpack(hn::ConvertTo(f, hn::PromoteTo(i, hn::LoadU(narrow, samples + x)))), f, &depth_m[x]);
+    for (; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of(static_cast<float>(samples[x]), scale);
+}
+
+void unpack_w8(const std::uint8_t* samples, const Scale& scale, std::span<float> depth_m) {
+    unpack_w(samples, scale, depth_m);
+}
+void unpack_w16(const std::uint16_t* samples, const Scale& scale, std::span<float> depth_m) {
+    unpack_w(samples, scale, depth_m);
+}
+
+Float triangles(Float value) {
+    const Floats f;
+    const Float period = hn::Set(f, 2 * pece_half_period);
+    const Float whole = hn::Floor(hn::Mul(value, hn::Set(f, 1 / (2 * pece_half_period))));
+    const Float phase = hn::Sub(value, hn::Mul(period, whole));
+    return hn::Min(phase, hn::Sub(period, phase));
+}
+
+std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
+    const Floats f;
+    const Narrow<std::uint8_t> narrow;
+    const Float to_luma = hn::Set(f, 1 / pece_half_period), to_byte = hn::Set(f, 255 / pece_half_period);
+    const Float quarter = hn::Set(f, pece_half_period / 2);
+    Packer pack(scale);
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const Float d = pack(hn::LoadU(f, &depth_m[x]));
+        const auto store = [&](Float value, std::uint8_t* plane) {
+            hn::StoreU(hn::DemoteTo(narrow, Packer::whole(value)), narrow, plane + x);
+        };
+        store(hn::Mul(d, to_luma), planes[0]);
+        store(hn::Mul(triangles(d), to_byte), planes[1]);
+        store(hn::Mul(triangles(hn::Sub(d, quarter)), to_byte), planes[2]);
+    }
+    for (; x < depth_m.size(); ++x) {
+        const auto samples = pece_of(depth_m[x], scale);
+        for (int i = 0; i < 3; ++i)
+            planes[i][x] = samples[i];
+        pack.too_near += depth_m[x] < scale.near_m;
+    }
+    return pack.too_near;
+}
+
+void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m) {
+    const Floats f;
+    const Ints i;
+    const Narrow<std::uint8_t> narrow;
+    const Float half = hn::Set(f, pece_half_period), quarter = hn::Set(f, pece_half_period / 2);
+    const Float from_byte = hn::Set(f, pece_half_period / 255);
+    const Unpacker unpack(scale);
+    const auto load = [&](const std::uint8_t* at) { return hn::PromoteTo(i, hn::LoadU(narrow, at)); };
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const auto luma = load(planes[0] + x), wave = load(planes[2] + x);
+        const auto rising = hn::Ne(hn::And(luma, hn::Set(i, 1)), hn::Zero(i));
+        const auto along = hn::IfThenElse(rising, wave, hn::Sub(hn::Set(i, 255), wave));
+        const Float start = hn::Sub(hn::Mul(hn::ConvertTo(f, luma), half), quarter);
+        hn::StoreU(unpack(hn::Add(start, hn::Mul(hn::ConvertTo(f, along), from_byte))), f, &depth_m[x]);
+    }
+    for (; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of(pece_sample({planes[0][x], planes[1][x], planes[2][x]}), scale);
+}
+
+std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
+    const Floats f;
+    const Ints i;
+    const Narrow<std::uint8_t> narrow;
+    Packer pack(scale);
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const Float depth = hn::LoadU(f, &depth_m[x]);
+        const auto hue = Packer::whole(pack(depth));
+        const auto kept = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
+        const auto away_from = [&](int middle) { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
+        const auto store = [&](hn::Vec<Ints> value, std::uint8_t* plane) {  // narrowing clamps to 0 to 255
+            hn::StoreU(hn::DemoteTo(narrow, hn::IfThenElseZero(kept, value)), narrow, plane + x);
+        };
+        store(hn::Sub(hn::Set(i, 510), away_from(510)), planes[0]);
+        store(hn::Sub(hn::Set(i, 510), away_from(1020)), planes[1]);
+        store(hn::Sub(away_from(765), hn::Set(i, 255)), planes[2]);
+    }
+    for (; x < depth_m.size(); ++x) {
+        const auto gbr = hue_of(depth_m[x], scale);
+        for (int plane = 0; plane < 3; ++plane)
+            planes[plane][x] = gbr[plane];
+        pack.too_near += depth_m[x] < scale.near_m;
+    }
+    return pack.too_near;
+}
+
+void unpack_hue(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m) {
+    const Floats f;
+    const Ints i;
+    const Narrow<std::uint8_t> narrow;
+    const Unpacker unpack(scale);
+    const Float none = hn::Set(f, std::numeric_limits<float>::quiet_NaN());
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const auto load = [&](int plane) { return hn::PromoteTo(i, hn::LoadU(narrow, planes[plane] + x)); };
+        const auto g = load(0), b = load(1), r = load(2);
+        const auto no_less = [](auto one, auto other) { return hn::Not(hn::Lt(one, other)); };
+        const auto from_red = hn::Sub(g, b);
+        const auto below_red = hn::Min(hn::Add(from_red, hn::Set(i, 1530)), hn::Set(i, hue_full));
+        const auto red = hn::IfThenElse(no_less(g, b), from_red, below_red);
+        const auto green = hn::Add(hn::Sub(b, r), hn::Set(i, 510));
+        const auto blue = hn::Add(hn::Sub(r, g), hn::Set(i, 1020));
+        const auto hue =
+            hn::IfThenElse(hn::And(no_less(r, g), no_less(r, b)), red, hn::IfThenElse(no_less(g, b), green, blue));
+        const auto black = hn::RebindMask(f, hn::Lt(hn::Add(hn::Add(r, g), b), hn::Set(i, hue_darkest)));
+        hn::StoreU(hn::IfThenElse(black, none, unpack(hn::ConvertTo(f, hue))), f, &depth_m[x]);
+    }
+    for (; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of_hue({planes[0][x], planes[1][x], planes[2][x]}, scale);
+}
+
+void pack_bits(std::span<const float> depth_m, std::uint16_t* const planes[3]) {
+    const Floats f;
+    const Ints i;
+    const Narrow<std::uint16_t> narrow;
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const auto bits = hn::And(hn::BitCast(i, hn::LoadU(f, &depth_m[x])), hn::Set(i, 0x7fffffff));
+        hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<19>(bits)), narrow, planes[0] + x);
+        hn::StoreU(hn::DemoteTo(narrow, hn::And(hn::ShiftRight<7>(bits), hn::Set(i, 0xfff))), narrow, planes[1] + x);
+        hn::StoreU(hn::DemoteTo(narrow, hn::And(bits, hn::Set(i, 0x7f))), narrow, planes[2] + x);
+    }
+    for (; x < depth_m.size(); ++x) {
+        const auto words = bits_of(depth_m[x]);
+        for (int plane = 0; plane < 3; ++plane)
+            planes[plane][x] = words[plane];
+    }
+}
+
+void unpack_bits(const std::uint16_t* const planes[3], std::span<float> depth_m) {
+    const Floats f;
+    const Ints i;
+    const Narrow<std::uint16_t> narrow;
+    std::size_t x = 0;
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const auto load = [&](int plane, int mask) {
+            return hn::And(hn::PromoteTo(i, hn::LoadU(narrow, planes[plane] + x)), hn::Set(i, mask));
+        };
+        const auto bits =
+            hn::Or(hn::Or(hn::ShiftLeft<19>(load(0, 0xfff)), hn::ShiftLeft<7>(load(1, 0xfff))), load(2, 0x7f));
+        hn::StoreU(hn::BitCast(f, bits), f, &depth_m[x]);
+    }
+    for (; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of_bits({planes[0][x], planes[1][x], planes[2][x]});
+}
+
+Rows rows() {
+    return {pack_w8,     pack_w16, unpack_w8,  unpack_w16, pack_pece,
+            unpack_pece, pack_hue, unpack_hue, pack_bits,  unpack_bits};
+}
+
+}  // namespace equistream::depth_rows::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace equistream::depth_rows {
+
+HWY_EXPORT(rows);
+
+Rows simd_rows() {
+    return HWY_DYNAMIC_DISPATCH(rows)();
+}
+
+}  // namespace equistream::depth_rows
+#endif

@@ -1,0 +1,62 @@
+#pragma once
+/// Radial depth as the samples of a video picture, and back. One interface, several codes:
+///
+///   w8 w10 w12  x in one plane of 8, 10 or 12 bits: steps of x are steps of w, so the bound (bound.h) holds for every
+///               depth alike. `box_radius_m` and `near_m` are those of DepthRange.
+///   pece444     Pece, Kautz, Weyrich: Adapting Standard Video Codecs for Depth Streaming (2011). x in 16 bits: its top
+///   pece420     8 in luma, two triangle waves of a period of 1/128 in 8 bits of chroma each; in 4:2:0 a chroma sample
+///               is the mean of its four pixels'.
+///   hue         Sonoda, Grunnet-Jepsen: Depth image compression by colorization for Intel RealSense depth cameras
+///               (2021). x in 1,529 steps along the hues of full colour; black is no surface.
+///   lossless    the float's own bits over three planes of 12: the yardstick, exact.
+///
+/// Codes hold no state: any number of threads may share one. Sides are even. Rows run in parallel; SIMD is chosen at
+/// run time, and the scalar path gives the same samples and depths to the bit.
+#include <equistream/camera.h>
+#include <equistream/depth_code_info.h>
+#include <equistream/planes.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace equistream {
+
+class DepthCode {
+public:
+    virtual ~DepthCode() = default;
+    virtual DepthCodeId id() const = 0;
+    virtual PlaneFormat format() const = 0;
+    /// How many equal steps x is coded in, from 0 to 1; 0 for `lossless`, which loses nothing.
+    virtual int levels(const DepthRange& range) const = 0;
+    /// Fills `planes`, which are of format() and depth's size. +inf, NaN and 0 are allowed in `depth_m` (1 channel);
+    /// NaN is coded as +inf unless range.has_empty. Returns how many pixels were nearer than range.near_m.
+    virtual std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
+                              const PlanesView& planes) const = 0;
+    /// Fills `depth_m` for any samples whatever: never below range.near_m, +inf for a miss, NaN only for pixels without
+    /// a surface. What lossless gives is as it was packed.
+    virtual void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const = 0;
+};
+
+const char* depth_code_name(DepthCodeId code);
+/// Names that make_depth_code accepts, by DepthCodeId.
+std::span<const std::string_view> depth_code_names();
+
+std::unique_ptr<DepthCode> make_depth_code(DepthCodeId code);
+/// Throws InputError naming the accepted ones.
+std::unique_ptr<DepthCode> make_depth_code(std::string_view name);
+
+/// The largest angle by which an eye in the head box sees a point displaced that was packed and unpacked with no codec
+/// between: half a step of x, as an angle. 0 for lossless.
+double quantisation_bound_rad(const DepthCode& code, const DepthRange& range);
+
+/// The range of some pictures' depths: as near as the nearest surface, but not nearer than the code can hold with the
+/// whole error budget at this focal length (what is nearer is clamped). `nearest_m` is +inf where all pixels miss.
+DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, double focal_length_px);
+
+/// What the bound asks for: the w code of the fewest bits whose steps stay within a quarter of the error budget on
+/// either side; w12 where none does.
+DepthCodeId code_for_bound(double box_radius_m, double nearest_m, double focal_length_px);
+
+}  // namespace equistream
