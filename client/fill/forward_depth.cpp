@@ -58,7 +58,7 @@ private:
 struct Projected {
     float u = 0, v = 0;
     float inverse = std::numeric_limits<float>::quiet_NaN();
-    float reach = 0;  ///< of DepthAgreement, from the grid's own centre
+    float distance = 0, reach = 0;  ///< from the grid's own centre; reach as in DepthAgreement
 };
 
 /// A block and one sample further to each side, so that surfaces do not end at a block's edge.
@@ -103,7 +103,7 @@ private:
                 SamplePlace place;
                 if (!grid_.find(x, y, place))
                     continue;
-                const float depth = grid_.depth_m(place);
+                const float depth = std::min(grid_.depth_m(place), far_distance_m);
                 if (depth > 0) {
                     nearest = std::min(nearest, depth);
                     farthest = std::max(farthest, depth);
@@ -120,9 +120,9 @@ private:
             radius = std::max(radius, glm::distance(middle, direction(left + (corner & 1 ? block_side + 1 : -1),
                                                                       top + (corner & 2 ? block_side + 1 : -1))));
         const glm::dvec3 from = glm::normalize(centre_ + double(nearest) * middle);
-        const glm::dvec3 to = std::isinf(farthest) ? middle : glm::normalize(centre_ + double(farthest) * middle);
+        const glm::dvec3 to = glm::normalize(centre_ + double(farthest) * middle);
         const glm::dvec3 axis = glm::normalize(from + to);
-        const double half_angle = 0.5 * glm::distance(from, to) + 1.1 * radius * nearest / (nearest - away);
+        const double half_angle = 1.1 * (0.5 * glm::distance(from, to) + radius * nearest / (nearest - away));
         return cone_may_show(axis, half_angle);
     }
 
@@ -165,12 +165,20 @@ private:
         const glm::dvec3 point = centre_ + distance * direction(x + 0.5, y + 0.5);
         if (still_there_ && !still_there_(eye_.pose.position_m + eye_.pose.orientation * point))
             return out;
-        if (!(-point.z > 1e-6 * distance))
+        out = project_point(point);
+        out.distance = float(distance);
+        out.reach = agreement_.reach(depth);
+        return out;
+    }
+
+    /// Of a point in the eye's frame.
+    Projected project_point(const glm::dvec3& point) const {
+        Projected out;
+        if (!(-point.z > 0))
             return out;
         out.u = float(0.5 * eye_.camera.width - focal_ * point.x / point.z);
         out.v = float(0.5 * eye_.camera.height + focal_ * point.y / point.z);
-        out.inverse = std::isinf(depth) ? 0.0f : float(-1 / point.z);
-        out.reach = agreement_.reach(depth);
+        out.inverse = float(-1 / point.z);
         return out;
     }
 
@@ -179,26 +187,39 @@ private:
         for (int j = 0; j < patch_side; ++j)
             for (int i = 0; i < patch_side; ++i)
                 patch[j][i] = project(left + i - 1, top + j - 1);
+        // whole[j][i]: the cell to the right of and below sample (i, j) is one surface, both its triangles.
+        std::array<std::array<bool, patch_side>, patch_side> whole{};
+        for (int j = 0; j <= block_side; ++j)
+            for (int i = 0; i <= block_side; ++i)
+                whole[j][i] = draw_cell(patch, i, j);
         for (int j = 1; j <= block_side; ++j)
             for (int i = 1; i <= block_side; ++i)
-                draw_sample(patch, i, j);
+                if (!std::isnan(patch[j][i].inverse) &&
+                    !(whole[j][i] && whole[j][i - 1] && whole[j - 1][i] && whole[j - 1][i - 1]))
+                    draw_footprint(left + i - 1, top + j - 1, patch[j][i]);
     }
 
-    /// The cell to the right of and below the sample, as two triangles, and the sample itself.
-    void draw_sample(const Patch& patch, int i, int j) {
-        const Projected& here = patch[j][i];
-        if (std::isnan(here.inverse))
-            return;
-        draw_point(here);
-        if (i == patch_side - 1 || j == patch_side - 1)
-            return;
+    bool draw_cell(const Patch& patch, int i, int j) {
         const bool right = joined(patch, {i, j}, {i + 1, j}), below = joined(patch, {i, j}, {i, j + 1});
         const bool far_right = joined(patch, {i + 1, j}, {i + 1, j + 1});
         const bool far_below = joined(patch, {i, j + 1}, {i + 1, j + 1});
-        if (right && far_right)
-            draw_triangle(here, patch[j][i + 1], patch[j + 1][i + 1]);
-        if (below && far_below)
-            draw_triangle(here, patch[j + 1][i + 1], patch[j + 1][i]);
+        // Cells of the first row and column are drawn by the block before.
+        const bool own = i > 0 && j > 0;
+        if (own && right && far_right)
+            draw_triangle(patch[j][i], patch[j][i + 1], patch[j + 1][i + 1], 1);
+        if (own && below && far_below)
+            draw_triangle(patch[j][i], patch[j + 1][i + 1], patch[j + 1][i], 1);
+        return right && far_right && below && far_below;
+    }
+
+    /// What may belong to the sample: as far as its neighbours, at its own distance.
+    void draw_footprint(int x, int y, const Projected& sample) {
+        std::array<Projected, 4> corners;
+        for (int k = 0; k < 4; ++k)
+            corners[k] = project_point(centre_ + double(sample.distance) *
+                                                     direction(x - 0.5 + 2 * (k % 2), y - 0.5 + 2 * (k / 2)));
+        draw_triangle(corners[0], corners[1], corners[3], -1);
+        draw_triangle(corners[0], corners[3], corners[2], -1);
     }
 
     /// Neighbours of one surface: equal within the bound, or on a line with the sample before or after.
@@ -226,12 +247,8 @@ private:
     float w(const Projected& p) const { return agreement_.box_radius_m / p.reach; }
     static const Projected& at(const Patch& patch, glm::ivec2 p) { return patch[p.y][p.x]; }
 
-    void draw_point(const Projected& p) {
-        if (p.u >= 0 && p.v >= 0 && p.u < float(eye_.camera.width) && p.v < float(eye_.camera.height))
-            draw_pixel(int(p.u), int(p.v), p.inverse);
-    }
-
-    void draw_triangle(const Projected& a, const Projected& b, const Projected& c) {
+    /// `sign`: 1, or -1 for a footprint.
+    void draw_triangle(const Projected& a, const Projected& b, const Projected& c, float sign) {
         const float low_u = std::min({a.u, b.u, c.u}), high_u = std::max({a.u, b.u, c.u});
         const float low_v = std::min({a.v, b.v, c.v}), high_v = std::max({a.v, b.v, c.v});
         const float width = float(eye_.camera.width), height = float(eye_.camera.height);
@@ -248,17 +265,18 @@ private:
                 const float q = (u * (c.v - a.v) - v * (c.u - a.u)) / area;
                 const float r = (v * (b.u - a.u) - u * (b.v - a.v)) / area;
                 if (q >= 0 && r >= 0 && q + r <= 1)
-                    draw_pixel(x, y, a.inverse + q * (b.inverse - a.inverse) + r * (c.inverse - a.inverse));
+                    draw_pixel(x, y, sign * (a.inverse + q * (b.inverse - a.inverse) + r * (c.inverse - a.inverse)));
             }
     }
 
-    /// Largest 1 / depth, hence nearest.
-    void draw_pixel(int x, int y, float inverse) {
+    /// The largest key stays: of surfaces the nearest; where there is none, of mere footprints, whose keys are
+    /// negative, the farthest, because what is in front would else grow into the background that it uncovered.
+    void draw_pixel(int x, int y, float key) {
         if (origin_.pixel(x, y)[0] != std::uint8_t(PixelOrigin::gap))
             return;
         std::atomic_ref<float> stored(inverse_planar_.pixel(x, y)[0]);
         float before = stored.load(std::memory_order_relaxed);
-        while (!(before >= inverse) && !stored.compare_exchange_weak(before, inverse, std::memory_order_relaxed)) {
+        while (!(before >= key) && !stored.compare_exchange_weak(before, key, std::memory_order_relaxed)) {
         }
     }
 
@@ -280,6 +298,14 @@ private:
 
 void draw_forward(const PictureGrid& grid, const ForwardTask& task, const StillThere& still_there) {
     ForwardDraw(grid, task, still_there).run();
+}
+
+void end_drawing(const ForwardTask& task) {
+    for (const GapSpan& span : task.gaps.spans())
+        for (int x = span.begin; x < span.end; ++x) {
+            float& inverse = *task.seen.inverse_planar().pixel(x, span.y);
+            inverse = std::abs(inverse);
+        }
 }
 
 void draw_forward(const PatchGrid& grid, const ForwardTask& task) {

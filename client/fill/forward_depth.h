@@ -1,7 +1,7 @@
 #pragma once
 /// What gap pixels see where the eye has no depth of its own: the surfaces of a grid's samples, drawn forward into the
 /// gaps, nearest first. Neighbouring samples of one surface are joined by triangles (1 / planar depth is linear on
-/// them); a sample without such a neighbour gives the one pixel that it falls on.
+/// them); where a surface ends, its last samples reach as far as the next, the background before the foreground.
 #include "patch_grid.h"
 #include "seen_points.h"
 
@@ -22,5 +22,7 @@ struct ForwardTask {
 /// farthest. Only samples that are `still_there`, where that is given. The grid must have depth.
 void draw_forward(const PictureGrid& grid, const ForwardTask& task, const StillThere& still_there = {});
 void draw_forward(const PatchGrid& grid, const ForwardTask& task);
+/// To be called when all grids are drawn, before `seen` is read.
+void end_drawing(const ForwardTask& task);
 
 }  // namespace equistream

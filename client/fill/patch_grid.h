@@ -18,7 +18,7 @@ public:
 
     const Camera& camera() const { return camera_; }
     const Pose& pose() const { return pose_; }
-    double box_radius_m() const { return 0; }
+    double box_radius_m() const { return view_.box_radius_m; }
     bool find(int x, int y, SamplePlace& place) const {
         const auto at = index_.atlas_pixel(offset_, x, y);
         if (at)

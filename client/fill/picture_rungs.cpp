@@ -16,8 +16,11 @@ namespace {
 std::int64_t fill_from(const SourceView& source, const GapLookUp& task, SeenPoints& seen, EyePicture& picture,
                        const StillThere& still_there) {
     const PictureGrid grid(source);
-    if (task.eye.depth_m.data == nullptr)
-        draw_forward(grid, {task.eye, task.gaps, picture, seen}, still_there);
+    if (task.eye.depth_m.data == nullptr) {
+        const ForwardTask forward{task.eye, task.gaps, picture, seen};
+        draw_forward(grid, forward, still_there);
+        end_drawing(forward);
+    }
     return look_up_gaps(grid, task, picture);
 }
 
@@ -119,9 +122,12 @@ std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
                       [&](const auto& grid) { return glm::distance(grid->pose().position_m, eye.pose.position_m); });
     std::unique_ptr<SeenPoints> seen = spares_.take();
     seen->look(eye, picture, gaps);
-    if (eye.depth_m.data == nullptr)
+    if (eye.depth_m.data == nullptr) {
+        const ForwardTask forward{eye, gaps, picture, *seen};
         for (const auto& grid : grids)
-            draw_forward(*grid, {eye, gaps, picture, *seen});
+            draw_forward(*grid, forward);
+        end_drawing(forward);
+    }
     std::int64_t filled = 0;
     for (const auto& grid : grids) {
         if (gaps.empty())

@@ -41,7 +41,8 @@ struct PatchesView {
     YuvView yuv{};
     ImageView<const float> depth_m{};  ///< radial distance from each patch's own position, NaN where there is nothing
     const PatchAtlas* atlas = nullptr;
-    Pose pose{};  ///< of the sphere that the patches belong to
+    Pose pose{};              ///< of the sphere that the patches belong to
+    double box_radius_m = 0;  ///< its head box, as in SourceView
 };
 
 /// What a frame brings to fill gaps with, borrowed until the next frame; what is not there is null or empty.

@@ -1,5 +1,5 @@
-#include "analytic_scene.h"
 #include "evidence.h"
+#include "fill_scene.h"
 
 #include <equistream/error.h>
 #include <equistream_client/fill.h>
@@ -9,31 +9,8 @@
 namespace equistream::test {
 namespace {
 
-using glm::dvec3;
-
-double ball_and_wall(const dvec3& o, const dvec3& d) {
-    return std::min(to_sphere(o, d, {0, 0, -1.2}, 0.3), to_plane(o, d, {0, 0, 1}, -3));
-}
-
-dvec3 red_and_smooth(const dvec3& p, double) {
-    return glm::length(p - dvec3(0, 0, -1.2)) < 0.31 ? dvec3(1, 0, 0) : smooth(p, 1.5);
-}
-
-struct Case {
-    PerspectiveCamera camera{320, 200, pi / 2};
-    Pose left{{-0.0315, 0, 0}, {1, 0, 0, 0}};
-    Pose right{{0.0315, 0, 0}, {1, 0, 0, 0}};
-    Rendered main = render(ball_and_wall, red_and_smooth, camera, left);
+struct Case : FillScene {
     Rendered small = render(ball_and_wall, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, right);
-    Rendered truth = render(ball_and_wall, red_and_smooth, camera, right);
-    EyeView eye{camera, right, truth.depth_m.view()};
-    EyePicture picture;
-
-    Case() {
-        const auto engine = make_engine("surface");
-        engine->set_source(main.source());
-        engine->reproject(eye, picture);
-    }
 };
 
 TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {

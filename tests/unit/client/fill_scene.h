@@ -1,0 +1,92 @@
+#pragma once
+/// A red ball before a wall of smooth colour, seen by a main view at the left eye: what the right eye sees of the wall
+/// beside the ball is a gap of the `surface` engine, whose truth has a closed form.
+#include "analytic_scene.h"
+
+#include <equistream_client/fill.h>
+
+#include <gtest/gtest.h>
+
+namespace equistream::test {
+
+inline double ball_and_wall(const glm::dvec3& o, const glm::dvec3& d) {
+    return std::min(to_sphere(o, d, {0, 0, -1.2}, 0.3), to_plane(o, d, {0, 0, 1}, -3));
+}
+
+inline double wall_alone(const glm::dvec3& o, const glm::dvec3& d) {
+    return to_plane(o, d, {0, 0, 1}, -3);
+}
+
+inline glm::dvec3 red_and_smooth(const glm::dvec3& p, double) {
+    return glm::length(p - glm::dvec3(0, 0, -1.2)) < 0.31 ? glm::dvec3(1, 0, 0) : smooth(p, 1.5);
+}
+
+struct FillScene {
+    PerspectiveCamera camera{320, 200, pi / 2};
+    Pose left{{-0.0315, 0, 0}, {1, 0, 0, 0}};
+    Pose right{{0.0315, 0, 0}, {1, 0, 0, 0}};
+    PerspectiveCamera main_camera{400, 250, 2 * std::atan(1.25)};  ///< as dense, and wider: all gaps are the ball's
+    Rendered main = render(ball_and_wall, red_and_smooth, main_camera, left);
+    Rendered truth = render(ball_and_wall, red_and_smooth, camera, right);
+    SourceView main_view = main.source(0.063);
+    EyeView eye{camera, right, truth.depth_m.view()};
+    EyePicture picture, unfilled;
+
+    FillScene() {
+        const auto engine = make_engine("surface");
+        engine->set_source(main_view);
+        engine->reproject(eye, picture);
+        unfilled = picture;
+    }
+
+    /// As an engine leaves it that is given no depth of the eye and finds its own.
+    void forget_eye_depth() {
+        eye.depth_m = {};
+        picture.depth_m = truth.depth_m;
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x)
+                if (*picture.origin.pixel(x, y) == std::uint8_t(PixelOrigin::gap))
+                    *picture.depth_m.pixel(x, y) = std::nanf("");
+        unfilled = picture;
+    }
+
+    /// Runs one rung; checks that it touched gaps only, marked what it filled and counted it. Returns the share filled.
+    double fill(const std::string& rung, const FillInputs& inputs, PixelOrigin mark) {
+        const FillLadder ladder = make_fill_ladder(rung);
+        ladder[0]->set_frame(inputs);
+        Gaps gaps(picture.origin.view());
+        const std::int64_t before = gaps.count();
+        const std::int64_t filled = ladder[0]->fill(eye, picture, gaps);
+        EXPECT_EQ(picture.count(mark), filled);
+        EXPECT_EQ(gaps.count(), before - filled);
+        EXPECT_EQ(picture.count(PixelOrigin::gap), before - filled);
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x) {
+                const bool is_new = *picture.origin.pixel(x, y) != *unfilled.origin.pixel(x, y);
+                EXPECT_TRUE(!is_new || *unfilled.origin.pixel(x, y) == std::uint8_t(PixelOrigin::gap));
+                EXPECT_TRUE(is_new || std::equal(picture.rgba.pixel(x, y), picture.rgba.pixel(x, y) + 4,
+                                                 unfilled.rgba.pixel(x, y)));
+                EXPECT_TRUE(!is_new || picture.rgba.pixel(x, y)[3] == 255);
+            }
+        return double(filled) / double(before);
+    }
+
+    /// Largest difference from the truth, 0 to 255, where a rung filled; in the worst of `leave_out` pixels not
+    /// counted.
+    int worst_filled(PixelOrigin mark, std::size_t leave_out = 0) const {
+        std::vector<int> differences;
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x) {
+                if (*picture.origin.pixel(x, y) != std::uint8_t(mark))
+                    continue;
+                int worst = 0;
+                for (int c = 0; c < 3; ++c)
+                    worst = std::max(worst, std::abs(picture.rgba.pixel(x, y)[c] - truth.rgb.pixel(x, y)[c]));
+                differences.push_back(worst);
+            }
+        std::ranges::sort(differences);
+        return differences.size() > leave_out ? differences[differences.size() - 1 - leave_out] : 255;
+    }
+};
+
+}  // namespace equistream::test
