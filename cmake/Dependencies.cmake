@@ -13,6 +13,7 @@ endif()
 find_package(TinyGLTF REQUIRED)
 find_package(tinyobjloader REQUIRED)
 find_package(TBB REQUIRED)
+find_package(HWY REQUIRED)
 find_package(pugixml REQUIRED)
 
 find_package(PkgConfig REQUIRED)

@@ -36,11 +36,11 @@ public:
     }
     void set_source(const SourceView& source) override { source_ = source; }
     void reproject(const EyeView& eye, EyePicture& picture) const override {
-        assert(source_.rgb.data != nullptr);
-        picture.reset(eye.camera);
+        assert(source_.rgb.data != nullptr || !source_.yuv.empty());
+        picture.size_for(eye.camera);
         LookUpOptions options;
         options.tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
-        if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
+        if (source_.rgb.data != nullptr && same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
             copy(source_, picture);
         else if (needs_depth(source_.pose, eye.pose).any())
             look_up_by_surface(source_, eye, options, picture);
@@ -56,16 +56,19 @@ private:
 
 }  // namespace
 
-void EyePicture::reset(const PerspectiveCamera& camera) {
+void EyePicture::size_for(const PerspectiveCamera& camera) {
     if (origin.width() != camera.width || origin.height() != camera.height) {
         rgba = ByteImage(camera.width, camera.height, 4);
         origin = ByteImage(camera.width, camera.height, 1);
-    } else {
-        std::ranges::fill(rgba.samples(), std::uint8_t{0});
-        std::ranges::fill(origin.samples(), std::uint8_t(PixelOrigin::gap));
     }
     reliability = {};
     depth_m = {};
+}
+
+void EyePicture::reset(const PerspectiveCamera& camera) {
+    size_for(camera);
+    std::ranges::fill(rgba.samples(), std::uint8_t{0});
+    std::ranges::fill(origin.samples(), std::uint8_t(PixelOrigin::gap));
 }
 
 ByteImage EyePicture::rgb() const {

@@ -12,7 +12,10 @@ class EyeRays {
 public:
     EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& source);
 
-    /// Direction of a pixel's centre with planar depth 1, in the source's frame.
+    /// Direction of a pixel's centre with planar depth 1, in the source's frame: corner + x right + y down.
+    Vec3f corner() const { return corner_; }
+    Vec3f right() const { return right_; }
+    Vec3f down() const { return down_; }
     Vec3f direction(int x, int y) const { return corner_ + right_ * float(x) + down_ * float(y); }
     /// Its length: radial over planar depth.
     float length(int x, int y) const {
@@ -20,8 +23,14 @@ public:
         const float b = (float(y) - centre_y_) * inverse_focal_;
         return std::sqrt(1 + a * a + b * b);
     }
-    /// The eye in the source's frame, metres.
+    /// The eye in the source's frame, and the same in the eye's own axes, metres.
     Vec3f eye() const { return eye_; }
+    Vec3f eye_own_axes() const { return eye_own_axes_; }
+    const glm::mat3& source_from_eye() const { return source_from_eye_; }
+    /// Pixels: of the view, and its middle as an index of pixels.
+    float focal_px() const { return focal_; }
+    float centre_x() const { return centre_x_; }
+    float centre_y() const { return centre_y_; }
     float distance_m() const { return std::sqrt(dot(eye_, eye_)); }
 
     /// 1 / planar depth of every pixel: linear in the pixel's coordinates along a plane, 0 for a miss.

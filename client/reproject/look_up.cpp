@@ -1,218 +1,103 @@
 #include "look_up.h"
 
-#include "eye_rays.h"
-#include "source_lookup.h"
-
-#include <equistream/depth_agreement.h>
+#include "warp.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <atomic>
 #include <cassert>
-#include <vector>
 
 namespace equistream {
 
 namespace {
 
-/// One row of the eye in the source: where each pixel falls and how far its point is from the source's centre.
-struct MappedRow {
-    std::vector<PixelPosition> position;
-    std::vector<float> distance_m;
-};
+/// Of the error budget, what interpolating positions may take.
+constexpr double interpolation_share = 1 / 8.0;
+/// And never more, samples: below that the weights' own steps begin to show.
+constexpr double largest_interpolation_error = 1 / 32.0;
 
-struct Span {
-    int begin = 0, end = 0;
-};
-
-/// The pixels of a row that are still to be coloured, from the first to the last.
-Span open_span(const LookUpOptions& options, const EyePicture& picture, int y) {
-    Span span{0, picture.origin.width()};
-    if (!options.only_gaps)
-        return span;
-    const std::uint8_t* origin = picture.origin.pixel(0, y);
-    while (span.begin < span.end && origin[span.begin] != std::uint8_t(PixelOrigin::gap))
-        ++span.begin;
-    while (span.end > span.begin && origin[span.end - 1] != std::uint8_t(PixelOrigin::gap))
-        --span.end;
-    return span;
+SourceGrid grid_of(const EquirectCamera& camera) {
+    const LongitudeLatitudeRange& range = camera.range;
+    SourceGrid grid;
+    grid.middle = float(0.5 * (range.longitude_min + range.longitude_max));
+    grid.top = float(range.latitude_max);
+    grid.columns_per_radian = float(camera.width / range.longitude_span());
+    grid.rows_per_radian = float(camera.height / range.latitude_span());
+    grid.closes = range.closes();
+    grid.north_pole = grid.closes && range.latitude_max > pi / 2 - 1e-9;
+    grid.south_pole = grid.closes && range.latitude_min < -pi / 2 + 1e-9;
+    return grid;
 }
 
-/// Weighted mean of the four samples; the weights need not add up to one.
-inline void mix(ImageView<const std::uint8_t> rgb, const Taps& taps, std::uint8_t* rgba) {
-    float sum = 0, r = 0, g = 0, b = 0;
-    for (int k = 0; k < 4; ++k) {
-        const std::uint8_t* sample = rgb.pixel(taps.x[k], taps.y[k]);
-        const float w = taps.weight[k];
-        sum += w;
-        r += w * float(sample[0]);
-        g += w * float(sample[1]);
-        b += w * float(sample[2]);
-    }
-    const float scale = 1 / sum;
-    rgba[0] = std::uint8_t(r * scale + 0.5f);
-    rgba[1] = std::uint8_t(g * scale + 0.5f);
-    rgba[2] = std::uint8_t(b * scale + 0.5f);
-    rgba[3] = 255;
+SourceGrid grid_of(const PerspectiveCamera& camera) {
+    SourceGrid grid;
+    grid.sphere = false;
+    grid.focal_px = float(camera.focal_px());
+    return grid;
 }
 
-/// Below this share of the four samples' weight what is left lies too far to one side of the point to stand for it.
-constexpr float least_weight = 0.1f;
-
-/// Takes the weight from samples that show another surface than the eye's; false if too little is left.
-template <typename Lookup>
-class SurfaceTest {
-public:
-    SurfaceTest(const Lookup& lookup, const DepthAgreement& agreement, const SourceView& source, const EyeView& eye,
-                const EyeRays& rays)
-        : lookup_(lookup), agreement_(agreement), source_depth_(source.depth_m), rays_(rays),
-          inverse_planar_(rays.inverse_planar_depth(eye.depth_m)) {}
-
-    /// 1 / planar depth of the eye's pixels; NaN where its depth is no distance.
-    const FloatImage& inverse_planar() const { return inverse_planar_; }
-
-    bool keep_same_surface(Taps& taps, float distance_m, int x, int y) const {
-        if (rays_.shows_back_to_source(inverse_planar_, x, y))
-            return false;
-        const float reach = agreement_.reach(distance_m);
-        std::array<float, 4> reach_sample{};
-        unsigned disagreeing = 0;
-        for (int k = 0; k < 4; ++k) {
-            reach_sample[k] = agreement_.reach(source_depth_.pixel(taps.x[k], taps.y[k])[0]);
-            disagreeing |= agreement_.same(reach, reach_sample[k]) ? 0u : 1u << k;
-        }
-        if (disagreeing != 0)
-            allow_slope(taps, reach, reach_sample, disagreeing, {x, y});
-        return taps.weight[0] + taps.weight[1] + taps.weight[2] + taps.weight[3] > least_weight;
-    }
-
-private:
-    struct EyePixel {
-        int x, y;
-    };
-
-    void allow_slope(Taps& taps, float reach, const std::array<float, 4>& reach_sample, unsigned disagreeing,
-                     EyePixel pixel) const {
-        const Vec3f gradient = rays_.inverse_distance_gradient(inverse_planar_, pixel.x, pixel.y);
-        for (int k = 0; k < 4; ++k) {
-            if ((disagreeing >> k & 1u) == 0)
-                continue;
-            const float inverse = dot(gradient, lookup_.unit_direction(taps.x[k], taps.y[k]));
-            const float predicted = inverse > 1 / far_distance_m ? 1 / inverse : far_distance_m;
-            if (!agreement_.between(reach, agreement_.reach(predicted), reach_sample[k]))
-                taps.weight[k] = 0;
-        }
-    }
-
-    const Lookup& lookup_;
-    const DepthAgreement& agreement_;
-    ImageView<const float> source_depth_;
-    const EyeRays& rays_;
-    FloatImage inverse_planar_;
-};
-
-/// Runs `colour_pixel(x, y, rgba)` -> coloured? over the open pixels of all rows, on all cores.
-template <typename MapRow, typename ColourPixel>
-std::int64_t over_open_pixels(const LookUpOptions& options, EyePicture& picture, const MapRow& map_row,
-                              const ColourPixel& colour_pixel) {
+std::int64_t run(const WarpJob& job) {
+    const int rows = (job.eye.camera.height + tile_height - 1) / tile_height;
     std::atomic<std::int64_t> coloured{0};
-    tbb::parallel_for(tbb::blocked_range<int>(0, picture.origin.height(), 8), [&](const tbb::blocked_range<int>& rows) {
-        MappedRow mapped{std::vector<PixelPosition>(std::size_t(picture.origin.width())),
-                         std::vector<float>(std::size_t(picture.origin.width()))};
-        std::int64_t count = 0;
-        for (int y = rows.begin(); y < rows.end(); ++y) {
-            const Span span = open_span(options, picture, y);
-            map_row(y, span, mapped);
-            std::uint8_t* origin = picture.origin.pixel(0, y);
-            std::uint8_t* rgba = picture.rgba.pixel(0, y);
-            for (int x = span.begin; x < span.end; ++x) {
-                if (options.only_gaps && origin[x] != std::uint8_t(PixelOrigin::gap))
-                    continue;
-                const bool found = colour_pixel(x, y, mapped, rgba + 4 * x);
-                origin[x] = std::uint8_t(found ? options.mark : PixelOrigin::gap);
-                count += found ? 1 : 0;
-            }
-        }
-        coloured += count;
+    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 8), [&](const tbb::blocked_range<int>& range) {
+        coloured += warp_tiles(job, range.begin(), range.end());
     });
     return coloured;
 }
 
-template <typename Lookup>
-std::int64_t by_direction(const Lookup& lookup, const SourceView& source, const EyeView& eye,
-                          const LookUpOptions& options, EyePicture& picture) {
-    const EyeRays rays(eye.camera, eye.pose, source.pose);
-    const auto map_row = [&](int y, Span span, MappedRow& mapped) {
-        for (int x = span.begin; x < span.end; ++x)
-            mapped.position[x] = lookup.project(rays.direction(x, y));
-    };
-    const auto colour_pixel = [&](int x, int, const MappedRow& mapped, std::uint8_t* rgba) {
-        if (!lookup.contains(mapped.position[x]))
-            return false;
-        mix(source.rgb, lookup.taps(mapped.position[x]), rgba);
-        return true;
-    };
-    return over_open_pixels(options, picture, map_row, colour_pixel);
-}
-
-template <typename Lookup>
-std::int64_t by_surface(const Lookup& lookup, const SourceView& source, const EyeView& eye,
-                        const LookUpOptions& options, EyePicture& picture) {
-    const EyeRays rays(eye.camera, eye.pose, source.pose);
-    const DepthAgreement agreement{std::max(float(source.box_radius_m), rays.distance_m()),
-                                   float(std::sin(options.tolerance_rad))};
-    const SurfaceTest<Lookup> test(lookup, agreement, source, eye, rays);
-    const Vec3f centre = rays.eye();
-    const auto map_row = [&](int y, Span span, MappedRow& mapped) {
-        const float* inverse_planar = test.inverse_planar().pixel(0, y);
-        for (int x = span.begin; x < span.end; ++x) {
-            // The point over its planar depth: at infinity only the direction is left, with no case of its own.
-            const float inverse = inverse_planar[x];
-            const Vec3f d = rays.direction(x, y) + centre * inverse;
-            mapped.position[x] = lookup.project(d);
-            mapped.distance_m[x] = std::sqrt(dot(d, d)) / inverse;
-        }
-    };
-    const auto colour_pixel = [&](int x, int y, const MappedRow& mapped, std::uint8_t* rgba) {
-        if (!lookup.contains(mapped.position[x]))
-            return false;
-        Taps taps = lookup.taps(mapped.position[x]);
-        if (!test.keep_same_surface(taps, mapped.distance_m[x], x, y))
-            return false;
-        mix(source.rgb, taps, rgba);
-        return true;
-    };
-    return over_open_pixels(options, picture, map_row, colour_pixel);
-}
-
-template <typename Run>
-std::int64_t with_lookup(const Camera& camera, const Run& run) {
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera))
-        return run(EquirectLookup(*sphere));
-    return run(PerspectiveLookup(std::get<PerspectiveCamera>(camera)));
+template <typename AnyCamera>
+std::int64_t look_up(const AnyCamera& camera, const LookUpOptions& options, WarpJob& job) {
+    job.grid = grid_of(camera);
+    job.grid.width = camera.width;
+    job.grid.height = camera.height;
+    job.grid.half_width = 0.5f * float(camera.width);
+    job.grid.half_height = 0.5f * float(camera.height);
+    job.radians_per_sample = float(camera.pixel_angle_rad());
+    job.interpolation = float(
+        std::min(interpolation_share * options.tolerance_rad / camera.pixel_angle_rad(), largest_interpolation_error));
+    return run(job);
 }
 
 [[maybe_unused]] bool fits(const SourceView& source) {
-    return source.rgb.width == width_of(source.camera) && source.rgb.height == height_of(source.camera) &&
-           source.rgb.channels >= 3;
+    const int width = width_of(source.camera), height = height_of(source.camera);
+    const auto sized = [](const auto& plane, int w, int h) { return plane.width == w && plane.height == h; };
+    if (source.rgb.data != nullptr)
+        return sized(source.rgb, width, height) && source.rgb.channels >= 3;
+    return width % 2 == 0 && height % 2 == 0 && sized(source.yuv.y, width, height) &&
+           sized(source.yuv.cb, width / 2, height / 2) && sized(source.yuv.cr, width / 2, height / 2);
+}
+
+std::int64_t look_up(const SourceView& source, const EyeView& eye, const LookUpOptions& options, bool surface,
+                     EyePicture& picture) {
+    assert(fits(source));
+    WarpJob job{.grid = {},
+                .source = source,
+                .eye = eye,
+                .rays = EyeRays(eye.camera, eye.pose, source.pose),
+                .surface = surface,
+                .agreement = {},
+                .mark = options.mark,
+                .only_gaps = options.only_gaps,
+                .rgba = picture.rgba.view(),
+                .origin = picture.origin.view()};
+    job.agreement = {std::max(float(source.box_radius_m), job.rays.distance_m()),
+                     float(std::sin(options.tolerance_rad))};
+    return std::visit([&](const auto& camera) { return look_up(camera, options, job); }, source.camera);
 }
 
 }  // namespace
 
 std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                   EyePicture& picture) {
-    assert(fits(source));
-    return with_lookup(source.camera,
-                       [&](const auto& lookup) { return by_direction(lookup, source, eye, options, picture); });
+    return look_up(source, eye, options, false, picture);
 }
 
 std::int64_t look_up_by_surface(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                 EyePicture& picture) {
-    assert(fits(source) && source.depth_m.width == source.rgb.width && source.depth_m.height == source.rgb.height);
+    assert(source.depth_m.width == width_of(source.camera) && source.depth_m.height == height_of(source.camera));
     assert(eye.depth_m.width == eye.camera.width && eye.depth_m.height == eye.camera.height);
-    return with_lookup(source.camera,
-                       [&](const auto& lookup) { return by_surface(lookup, source, eye, options, picture); });
+    return look_up(source, eye, options, true, picture);
 }
 
 }  // namespace equistream

@@ -1,5 +1,7 @@
-/// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `sphere` engine against FFmpeg's
-/// v360 (its map fixed, and rebuilt each frame as a moving head needs) and against a copy of the view.
+/// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `sphere` engine on RGBA, on RGB
+/// and on a decoder's planes, against FFmpeg's v360 (its map fixed, and rebuilt each frame as a moving head needs),
+/// against OpenCV's remap (opencv.cpp) and against a copy of the view.
+#include "big_views.h"
 #include "memory_copy.h"
 
 #include <equistream_client/engine.h>
@@ -21,24 +23,35 @@ namespace {
 
 using namespace equistream;
 
-constexpr int source_width = 3840, source_height = 1920, view_width = 1920, view_height = 1080;
+constexpr int source_width = bench::big_sphere.width, source_height = bench::big_sphere.height;
+constexpr int view_width = bench::big_view.width, view_height = bench::big_view.height;
 
-void ours(benchmark::State& state) {
-    ByteImage sphere(source_width, source_height, 3);
-    for (int y = 0; y < source_height; ++y)
-        for (int x = 0; x < source_width; ++x)
-            for (int c = 0; c < 3; ++c)
-                sphere.pixel(x, y)[c] = static_cast<std::uint8_t>(x * (c + 1) + y);
+void ours(benchmark::State& state, const SourceView& source) {
     const auto engine = make_engine("sphere");
-    engine->set_source({.rgb = sphere.view(), .camera = EquirectCamera{source_width, source_height, {}}, .pose = {}});
+    engine->set_source(source);
     EyePicture picture;
     double yaw = 0;
     for (auto _ : state) {
         yaw += 0.02;
         const Pose pose{{}, glm::angleAxis(yaw, glm::dvec3(0, 1, 0))};
-        engine->reproject({.camera = {view_width, view_height, pi / 2}, .pose = pose}, picture);
+        engine->reproject({.camera = bench::big_view, .pose = pose}, picture);
         benchmark::DoNotOptimize(picture.rgba.samples().data());
     }
+}
+
+void rgba(benchmark::State& state) {
+    const ByteImage sphere = bench::big_picture(4);
+    ours(state, {.rgb = sphere.view(), .camera = bench::big_sphere});
+}
+
+void rgb(benchmark::State& state) {
+    const ByteImage sphere = bench::big_picture(3);
+    ours(state, {.rgb = sphere.view(), .camera = bench::big_sphere});
+}
+
+void planes(benchmark::State& state) {
+    const bench::BigPlanes sphere;
+    ours(state, {.yuv = sphere.view(), .camera = bench::big_sphere});
 }
 
 /// A buffer -> v360 -> sink graph on 4:2:0 pictures, all cores.
@@ -117,7 +130,9 @@ void copy(benchmark::State& state) {
     bench::copy_bytes(state, std::size_t{view_width} * view_height * 4);
 }
 
-BENCHMARK(ours)->Name("rotate_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(rgba)->Name("rotate_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(rgb)->Name("rotate_rgb_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(planes)->Name("rotate_yuv_1080p/ours")->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(v360, fixed, false)->Name("rotate_1080p/v360_fixed")->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(v360, turning, true)->Name("rotate_1080p/v360_turning")->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(copy)->Name("rotate_1080p/memcpy")->UseRealTime()->Unit(benchmark::kMillisecond);

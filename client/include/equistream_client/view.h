@@ -53,7 +53,9 @@ struct EyePicture {
     /// engines that find it themselves, else empty.
     FloatImage depth_m;
 
-    /// Sizes `rgba` and `origin` and makes every pixel a gap; the others are emptied.
+    /// Sizes `rgba` and `origin`, for whoever writes every pixel; the others are emptied.
+    void size_for(const PerspectiveCamera& camera);
+    /// The same, and makes every pixel a gap.
     void reset(const PerspectiveCamera& camera);
     std::int64_t count(PixelOrigin which) const;
     /// The colours alone, 3 channels.

@@ -105,6 +105,7 @@ TEST_P(EveryEngine, TurningPastAPerspectiveSourceLeavesGaps) {
     EXPECT_EQ(picture.count(PixelOrigin::gap), 80 * 60);
 }
 
+/// Noise shows most that positions are good to 1/32 of a sample (warp_test.cpp): 8 steps.
 TEST(Rotation, FastEqualsReferenceOnNoise) {
     for (const Camera& camera :
          {Camera(EquirectCamera{256, 128, {}}), Camera(EquirectCamera{200, 90, {-1, 1.5, -0.7, 0.8}}),
@@ -120,7 +121,7 @@ TEST(Rotation, FastEqualsReferenceOnNoise) {
             reference->set_source({.rgb = rgb.view(), .camera = camera, .pose = source});
             fast->reproject(eye, a);
             reference->reproject(eye, b);
-            EXPECT_LT(worst_difference(displayed(a), displayed(b)), one_step)
+            EXPECT_LT(worst_difference(displayed(a), displayed(b)), 8 * one_step)
                 << evidence(a.rgb().view(), b.rgb().view());
             EXPECT_LE(std::abs(a.count(PixelOrigin::gap) - b.count(PixelOrigin::gap)), 1);
         }

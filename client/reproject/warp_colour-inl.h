@@ -1,0 +1,325 @@
+// The colours at a tile's positions: of RGB or RGBA samples, or of a decoder's planes.
+#if defined(EQUISTREAM_WARP_COLOUR_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef EQUISTREAM_WARP_COLOUR_INL_H
+#undef EQUISTREAM_WARP_COLOUR_INL_H
+#else
+#define EQUISTREAM_WARP_COLOUR_INL_H
+#endif
+
+#include "warp_positions-inl.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// What mixing needs of each pixel of a tile: where its first sample lies, in bytes from the plane's beginning, and the
+/// weights of the four, a byte each and 128 together, the first one lowest.
+struct Mixture {
+    alignas(64) std::int32_t offset[tile_pixels];
+    alignas(64) std::uint32_t weights[tile_pixels];
+};
+
+/// 128 shared out to the samples that are kept; which of the four those are says `keep`, bit by bit.
+HWY_INLINE Ints weights_of_kept(Ints keep, const std::array<Ints, 4>& whole) {
+    std::array<Floats, 4> upto{};
+    Floats sum = all(0.0f);
+    for (int k = 0; k < 4; ++k) {
+        const IntMask kept = hn::TestBit(keep, all(1 << k));
+        sum = sum + hn::ConvertTo(float_tag, hn::IfThenElseZero(kept, whole[k]));
+        upto[k] = sum;
+    }
+    const Floats scale = hn::IfThenElse(sum > all(0.0f), all(float(position_one)) / sum, all(0.0f));
+    Ints packed = all(0), before = all(0);
+    for (int k = 0; k < 4; ++k) {
+        const Ints rounded = hn::NearestInt(upto[k] * scale);  // of the running sum, so that nothing is lost
+        packed = hn::Or(packed, hn::Shl(rounded - before, all(8 * k)));
+        before = rounded;
+    }
+    return packed;
+}
+
+struct Fractions {
+    Ints u, v;
+};
+
+HWY_INLINE std::array<Ints, 4> bilinear_weights(const Fractions& f) {
+    const Ints both = hn::ShiftRight<position_bits>(f.u * f.v + all(position_one / 2));
+    return {all(position_one) - f.u - f.v + both, f.u - both, f.v - both, both};
+}
+
+HWY_INLINE Ints packed(const std::array<Ints, 4>& w) {
+    return hn::Or(hn::Or(w[0], hn::ShiftLeft<8>(w[1])), hn::Or(hn::ShiftLeft<16>(w[2]), hn::ShiftLeft<24>(w[3])));
+}
+
+/// The last of each that a sample with three others to its right and below may have, in a plane read by pairs.
+struct LastCell {
+    int x, y;
+};
+
+/// Eight bytes are read where three-byte samples begin: two more than a pair has.
+inline LastCell last_cell(const ImageView<const std::uint8_t>& plane) {
+    return {plane.width - (plane.channels == 3 ? 3 : 2), plane.height - 2};
+}
+
+/// No sample of it can be read like that.
+inline bool too_small(const ImageView<const std::uint8_t>& plane) {
+    return last_cell(plane).x < 0 || last_cell(plane).y < 0;
+}
+
+inline constexpr std::uint32_t all_groups = 0xffffffffu >> (32 - tile_pixels / lanes);
+
+/// Positions' first samples; those that do not have all four inside are brought there, to be mixed again one by one.
+struct Cells {
+    Ints x, y;
+    IntMask outside;
+};
+
+HWY_INLINE Cells brought_inside(Ints x, Ints y, LastCell last) {
+    const Ints cx = hn::Min(hn::Max(x, all(0)), all(last.x));
+    const Ints cy = hn::Min(hn::Max(y, all(0)), all(last.y));
+    return {cx, cy, hn::Or(cx != x, cy != y)};
+}
+
+HWY_INLINE void store_bytes(Ints bytes, std::uint32_t* to) {
+    const hn::RebindToUnsigned<IntTag> tag;
+    hn::Store(hn::BitCast(tag, bytes), tag, to);
+}
+
+/// Weights of the four samples of each pixel, and where the first one lies.
+HWY_INLINE void weigh(const Tile& tile, Mixture& mixture) {
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        const Ints u = hn::Load(int_tag, tile.u + at), v = hn::Load(int_tag, tile.v + at);
+        const std::array<Ints, 4> weights =
+            bilinear_weights({hn::And(u, all(position_one - 1)), hn::And(v, all(position_one - 1))});
+        Ints bytes = packed(weights);
+        if (!tile.regular) {
+            const Ints keep = hn::Load(int_tag, tile.keep + at);
+            const IntMask whole = hn::Or(keep == all(15), keep == all(0));
+            if (!hn::AllTrue(int_tag, whole))
+                bytes = hn::IfThenElse(whole, bytes, weights_of_kept(keep, weights));
+        }
+        store_bytes(bytes, mixture.weights + at);
+    }
+}
+
+/// Offsets in bytes of the first samples; bit i of the result: the pixels from i lanes on are not all inside.
+HWY_INLINE std::uint32_t locate(const Tile& tile, const ImageView<const std::uint8_t>& plane, std::int32_t* offset) {
+    if (too_small(plane))
+        return all_groups;
+    const Ints stride = all(int(plane.row_stride)), step = all(plane.channels);
+    std::uint32_t outside = 0;
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        Ints x = hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at));
+        Ints y = hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at));
+        if (!tile.regular) {
+            const Cells cells = brought_inside(x, y, last_cell(plane));
+            outside |= hn::AllFalse(int_tag, cells.outside) ? 0u : 1u << (at / lanes);
+            x = cells.x;
+            y = cells.y;
+        }
+        hn::Store(y * stride + x * step, int_tag, offset + at);
+    }
+    return outside;
+}
+
+/// Four samples of one pixel, wherever they lie; 128 times their mean.
+inline int mixed_one_by_one(const SourceGrid& grid, const ImageView<const std::uint8_t>& plane, Sample first,
+                            std::uint32_t weights, int channel) {
+    int sum = 0;
+    for (int k = 0; k < 4; ++k) {
+        const Sample s = wrapped(grid, first.x + (k & 1), first.y + (k >> 1), plane.width, plane.height);
+        sum += int(weights >> (8 * k) & 0xff) * plane.pixel(s.x, s.y)[channel];
+    }
+    return sum;
+}
+
+/// Calls `redo(i)` for the pixels of the groups of lanes that `groups` names, where they are no gaps.
+template <typename Redo>
+HWY_INLINE void for_each_pixel(const Tile& tile, std::uint32_t groups, const Redo& redo) {
+    for (; groups != 0; groups &= groups - 1) {
+        const int from = lanes * std::countr_zero(groups);
+        for (int i = from; i < from + lanes; ++i)
+            if (tile.keep[i] != 0)
+                redo(i);
+    }
+}
+
+/// RGB or RGBA samples; bytes of `pixels` are R, G, B and anything.
+HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
+    const ImageView<const std::uint8_t>& plane = job.source.rgb;
+    Mixture mixture;
+    weigh(tile, mixture);
+    const std::uint32_t outside = locate(tile, plane, mixture.offset);
+
+    const hn::CappedTag<std::uint8_t, 64> bytes;
+    const hn::Repartition<std::uint64_t, decltype(bytes)> eights;
+    const hn::Rebind<std::uint32_t, decltype(eights)> fours;
+    const hn::RepartitionToWide<hn::RebindToSigned<decltype(bytes)>> sums;
+    const hn::Rebind<std::uint8_t, decltype(sums)> narrow;
+    alignas(16) static constexpr std::uint8_t upper[16] = {0, 1, 0, 1, 0, 1, 0, 1, 8, 9, 8, 9, 8, 9, 8, 9};
+    alignas(16) static constexpr std::uint8_t lower[16] = {2, 3, 2, 3, 2, 3, 2, 3, 10, 11, 10, 11, 10, 11, 10, 11};
+    alignas(16) static constexpr std::uint8_t of_four[16] = {0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15};
+    alignas(16) static constexpr std::uint8_t of_three[16] = {0, 3, 1, 4, 2, 5, 2, 5, 8, 11, 9, 12, 10, 13, 10, 13};
+    const auto by_channel = hn::LoadDup128(bytes, plane.channels == 4 ? of_four : of_three);
+    const auto upper_weights = hn::LoadDup128(bytes, upper), lower_weights = hn::LoadDup128(bytes, lower);
+    const auto sign = hn::Set(bytes, 0x80);
+    const std::uint8_t* first_row = plane.data;
+    const std::uint8_t* second_row = plane.data + plane.row_stride;
+    for (int at = 0; at < tile_pixels && !too_small(plane); at += int(hn::MaxLanes(eights))) {
+        const auto weights = hn::BitCast(bytes, hn::PromoteTo(eights, hn::Load(fours, mixture.weights + at)));
+        const auto row = [&](const std::uint8_t* base, decltype(by_channel) pick) HWY_ATTR {
+            const auto pairs = hn::TableLookupBytes(load_eights(bytes, base, mixture.offset + at), by_channel);
+            return weighted_pairs(bytes, hn::TableLookupBytes(weights, pick), hn::Xor(pairs, sign));
+        };
+        const auto sum = row(first_row, upper_weights) + row(second_row, lower_weights);
+        const auto rounded = hn::ShiftRight<position_bits>(sum + hn::Set(sums, position_one / 2));
+        const auto rgba = hn::DemoteTo(narrow, rounded + hn::Set(sums, 128));
+        hn::StoreU(hn::BitCast(fours, rgba), fours, pixels + at);
+    }
+    for_each_pixel(tile, outside, [&](int i) HWY_ATTR {
+        const Sample first{tile.u[i] >> position_bits, tile.v[i] >> position_bits};
+        pixels[i] = 0;
+        for (int c = 0; c < 3; ++c) {
+            const int sum = mixed_one_by_one(job.grid, plane, first, mixture.weights[i], c);
+            pixels[i] |= std::uint32_t((sum + position_one / 2) >> position_bits) << (8 * c);
+        }
+    });
+}
+
+/// The four samples of each pixel as bytes of one number, in the order of the weights.
+inline void collect(const ImageView<const std::uint8_t>& plane, const std::int32_t* offset, std::uint32_t* samples) {
+    const std::uint8_t* first_row = plane.data;
+    const std::uint8_t* second_row = plane.data + plane.row_stride;
+    for (int i = 0; i < tile_pixels; ++i) {
+        std::uint16_t above, below;
+        std::memcpy(&above, first_row + offset[i], 2);
+        std::memcpy(&below, second_row + offset[i], 2);
+        samples[i] = above | std::uint32_t(below) << 16;
+    }
+}
+
+/// 128 times what the weights make of the samples, less 128 each.
+HWY_INLINE Ints mixed(const std::uint32_t* samples, const std::uint32_t* weights) {
+    const hn::RebindToUnsigned<IntTag> tag;
+    const hn::Repartition<std::uint8_t, IntTag> bytes;
+    const auto s = hn::Xor(hn::BitCast(bytes, hn::Load(tag, samples)), hn::Set(bytes, 0x80));
+    const Ints pairs = hn::BitCast(int_tag, weighted_pairs(bytes, hn::BitCast(bytes, hn::Load(tag, weights)), s));
+    return hn::ShiftRight<16>(hn::ShiftLeft<16>(pairs)) + hn::ShiftRight<16>(pairs);
+}
+
+/// Where pixels lie among the samples of chroma: columns on luma's even ones, rows between two of luma's. Positions are
+/// where the kept samples' middle is, so that an edge in depth takes chroma from its own side.
+HWY_INLINE void map_chroma(const Tile& tile, const Mixture& luma, Tile& chroma) {
+    const hn::RebindToUnsigned<IntTag> tag;
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        const Ints w = hn::BitCast(int_tag, hn::Load(tag, luma.weights + at));
+        const Ints last = hn::BitCast(int_tag, hn::ShiftRight<24>(hn::BitCast(tag, w)));
+        const Ints right = hn::And(hn::ShiftRight<8>(w), all(0xff)) + last;
+        const Ints below = hn::And(hn::ShiftRight<16>(w), all(0xff)) + last;
+        const Ints u = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.u + at)) + right;
+        const Ints v = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.v + at)) + below;
+        hn::Store(hn::ShiftRight<1>(u), int_tag, chroma.u + at);
+        hn::Store(hn::ShiftRight<1>(v - all(position_one / 2)), int_tag, chroma.v + at);
+    }
+}
+
+/// Steps of luma above black and of chroma off grey, to bytes R, G, B of one number (yuv.h).
+HWY_INLINE Ints rgb_of_steps(Floats y, Floats cb, Floats cr) {
+    using namespace bt709;
+    const auto byte = [](Floats value)
+                          HWY_ATTR { return hn::NearestInt(hn::Min(hn::Max(value, all(0.0f)), all(255.0f))); };
+    const Floats grey = y * all(float(1 / luma_scale));
+    const Floats r = hn::MulAdd(cr, all(float(cr_divisor / chroma_scale)), grey);
+    const Floats b = hn::MulAdd(cb, all(float(cb_divisor / chroma_scale)), grey);
+    const Floats g = hn::MulAdd(cb, all(float(green_from_cb / chroma_scale)),
+                                hn::MulAdd(cr, all(float(green_from_cr / chroma_scale)), grey));
+    return hn::Or(byte(r), hn::Or(hn::ShiftLeft<8>(byte(g)), hn::ShiftLeft<16>(byte(b))));
+}
+
+/// A decoder's planes, each sampled where it has its samples; bytes as of mix_rgb.
+HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
+    const YuvView& planes = job.source.yuv;
+    Mixture luma, chroma;
+    alignas(64) std::int32_t cr_offset[tile_pixels];
+    weigh(tile, luma);
+    Tile chroma_tile;
+    chroma_tile.regular = tile.regular;
+    map_chroma(tile, luma, chroma_tile);
+    std::fill_n(chroma_tile.keep, tile_pixels, 15);
+    weigh(chroma_tile, chroma);
+    const std::uint32_t outside_luma = locate(tile, planes.y, luma.offset);
+    const std::uint32_t outside_chroma = locate(chroma_tile, planes.cb, chroma.offset);
+    const bool alike = planes.cr.row_stride == planes.cb.row_stride;
+    if (!alike)
+        locate(chroma_tile, planes.cr, cr_offset);
+
+    alignas(64) std::uint32_t y[tile_pixels], cb[tile_pixels], cr[tile_pixels];
+    const bool readable = !too_small(planes.y) && !too_small(planes.cb);
+    if (readable) {
+        collect(planes.y, luma.offset, y);
+        collect(planes.cb, chroma.offset, cb);
+        collect(planes.cr, alike ? chroma.offset : cr_offset, cr);
+    }
+    const Floats unit = all(1.0f / position_one);
+    const auto steps = [&](Ints sum) HWY_ATTR { return hn::ConvertTo(float_tag, sum) * unit; };
+    for (int at = 0; at < tile_pixels && readable; at += lanes)
+        store_bytes(rgb_of_steps(steps(mixed(y + at, luma.weights + at)) + all(128.0f - 16.0f),
+                                 steps(mixed(cb + at, chroma.weights + at)),
+                                 steps(mixed(cr + at, chroma.weights + at))),
+                    pixels + at);
+    for_each_pixel(tile, outside_luma | outside_chroma, [&](int i) HWY_ATTR {
+        const auto value = [&](const Tile& t, const Mixture& m, const ImageView<const std::uint8_t>& plane) HWY_ATTR {
+            const Sample first{t.u[i] >> position_bits, t.v[i] >> position_bits};
+            return float(mixed_one_by_one(job.grid, plane, first, m.weights[i], 0)) / position_one;
+        };
+        alignas(64) std::uint32_t rgb[lanes];
+        store_bytes(rgb_of_steps(all(value(tile, luma, planes.y) - 16),
+                                 all(value(chroma_tile, chroma, planes.cb) - 128),
+                                 all(value(chroma_tile, chroma, planes.cr) - 128)),
+                    rgb);
+        pixels[i] = rgb[0];
+    });
+}
+
+/// A whole tile into the picture; how many of its pixels have a colour.
+HWY_INLINE std::int64_t put(const WarpJob& job, const Tile& tile, const std::uint32_t* pixels) {
+    constexpr std::uint32_t opaque = 0xff000000;
+    std::int64_t count = 0;
+    for (int row = 0; row < tile.rows; ++row) {
+        std::uint8_t* rgba = job.rgba.pixel(tile.x, tile.y + row);
+        std::uint8_t* origin = job.origin.pixel(tile.x, tile.y + row);
+        if (tile.columns == tile_width && !job.only_gaps) {
+            const hn::RebindToUnsigned<IntTag> tag;
+            const hn::Rebind<std::uint8_t, IntTag> marks;
+            for (int i = 0; i < tile_width; i += lanes) {
+                const int at = row * tile_width + i;
+                const IntMask shown = tile.regular ? all(0) == all(0) : hn::Load(int_tag, tile.keep + at) != all(0);
+                const auto colour = hn::Or(hn::Load(tag, pixels + at), hn::Set(tag, opaque));
+                const auto out = hn::IfThenElseZero(hn::RebindMask(tag, shown), colour);
+                hn::StoreU(hn::BitCast(hn::Repartition<std::uint8_t, IntTag>(), out),
+                           hn::Repartition<std::uint8_t, IntTag>(), rgba + 4 * i);
+                hn::StoreU(hn::DemoteTo(marks, hn::IfThenElseZero(shown, all(int(job.mark)))), marks, origin + i);
+                count += std::int64_t(hn::CountTrue(int_tag, shown));
+            }
+            continue;
+        }
+        for (int i = 0; i < tile.columns; ++i) {
+            const bool shown = tile.regular || tile.keep[row * tile_width + i] != 0;
+            if (!shown && job.only_gaps)
+                continue;
+            const std::uint32_t colour = shown ? pixels[row * tile_width + i] | opaque : 0;
+            std::memcpy(rgba + 4 * i, &colour, 4);
+            origin[i] = std::uint8_t(shown ? job.mark : PixelOrigin::gap);
+            count += shown;
+        }
+    }
+    return count;
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,157 @@
+// Positions of a whole tile from a few of its points, where that is good enough.
+#if defined(EQUISTREAM_WARP_FIT_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef EQUISTREAM_WARP_FIT_INL_H
+#undef EQUISTREAM_WARP_FIT_INL_H
+#else
+#define EQUISTREAM_WARP_FIT_INL_H
+#endif
+
+#include "warp_positions-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// 1 / planar depth as a plane has it: linear in the pixel from the tile's first one.
+struct InversePlane {
+    float first = 0, per_column = 0, per_row = 0;
+};
+
+/// Points of a tile, -1 to 1 across and down: three by three that a quadratic goes through, then seven where a cubic
+/// strays farthest from that.
+inline constexpr int fit_points = 16;
+alignas(64) inline constexpr float fit_across[fit_points] = {-1, 0,      1,     -1,     0,     1,      -1,    0,
+                                                             1,  -.577f, .577f, -.577f, .577f, -.577f, .577f, 1};
+alignas(64) inline constexpr float fit_down[fit_points] = {-1, -1, -1, 0, 0, 0,     1,      1,
+                                                           1,  -1, -1, 1, 1, .577f, -.577f, .577f};
+
+/// The biquadratic through nine values of a tile; [i][j] belongs to the i-th power across and the j-th down.
+class Quadratic {
+public:
+    explicit Quadratic(const float* values) {
+        float across[3][3];  // by row of points
+        for (int row = 0; row < 3; ++row) {
+            const float* v = values + 3 * row;
+            across[row][0] = v[1];
+            across[row][1] = 0.5f * (v[2] - v[0]);
+            across[row][2] = 0.5f * (v[2] + v[0]) - v[1];
+        }
+        for (int i = 0; i < 3; ++i) {
+            c_[i][0] = across[1][i];
+            c_[i][1] = 0.5f * (across[2][i] - across[0][i]);
+            c_[i][2] = 0.5f * (across[2][i] + across[0][i]) - across[1][i];
+        }
+    }
+    /// Of the i-th power across, at some heights.
+    HWY_INLINE Floats coefficient(int i, Floats down) const {
+        return hn::MulAdd(hn::MulAdd(all(c_[i][2]), down, all(c_[i][1])), down, all(c_[i][0]));
+    }
+    HWY_INLINE Floats at(Floats across, Floats down) const {
+        return hn::MulAdd(hn::MulAdd(coefficient(2, down), across, coefficient(1, down)), across, coefficient(0, down));
+    }
+
+private:
+    float c_[3][3];
+};
+
+/// A quadratic laid out for a tile's rows.
+class RowCurves {
+public:
+    HWY_INLINE void lay_out(const Quadratic& quadratic) {
+        for (int row = 0; row < tile_height; row += lanes)
+            for (int i = 0; i < 3; ++i)
+                hn::Store(quadratic.coefficient(i, hn::MulAdd(hn::Iota(float_tag, float(row)),
+                                                              all(2.0f / (tile_height - 1)), all(-1.0f))),
+                          float_tag, c_[i] + row);
+    }
+    HWY_INLINE Floats at(int row, Floats across) const {
+        return hn::MulAdd(hn::MulAdd(all(c_[2][row]), across, all(c_[1][row])), across, all(c_[0][row]));
+    }
+
+private:
+    alignas(64) float c_[3][tile_width];
+};
+
+HWY_INLINE Floats across_from(int i) {
+    return hn::MulAdd(hn::Iota(float_tag, float(i)), all(2.0f / (tile_width - 1)), all(-1.0f));
+}
+
+/// A tile whose points lie in one plane, or at infinity.
+class TileFit {
+public:
+    /// False where positions would be off by more than `error` samples, or come near the source's edges.
+    HWY_INLINE bool fit(const WarpJob& job, const Tile& tile, const InversePlane& plane, float error) {
+        alignas(64) float u[fit_points], v[fit_points], length[fit_points];
+        const Vec3f eye = job.rays.eye();
+        FloatMask clear = all(0.0f) == all(0.0f);
+        for (int i = 0; i < fit_points; i += lanes) {
+            const Floats x = hn::MulAdd(hn::Load(float_tag, fit_across + i), all(half_width), all(half_width));
+            const Floats y = hn::MulAdd(hn::Load(float_tag, fit_down + i), all(half_height), all(half_height));
+            const Floats inverse =
+                hn::MulAdd(x, all(plane.per_column), hn::MulAdd(y, all(plane.per_row), all(plane.first)));
+            const Vectors r = ray(job.rays, x + all(float(tile.x)), y + all(float(tile.y)));
+            const Vectors d{hn::MulAdd(all(eye.x), inverse, r.x), hn::MulAdd(all(eye.y), inverse, r.y),
+                            hn::MulAdd(all(eye.z), inverse, r.z)};
+            const Positions p = project(job.grid, d);
+            clear = hn::And(clear, hn::And(is_clear(p.u, job.grid.width), is_clear(p.v, job.grid.height)));
+            hn::Store(scaled(p.u), float_tag, u + i);
+            hn::Store(scaled(p.v), float_tag, v + i);
+            hn::Store(hn::Sqrt(dot(d, d)), float_tag, length + i);
+        }
+        if (!hn::AllTrue(float_tag, clear))
+            return false;
+        const Quadratic of_u(u), of_v(v);
+        if (!follows(of_u, u, error) || !follows(of_v, v, error))
+            return false;
+        u_.lay_out(of_u);
+        v_.lay_out(of_v);
+        length_.lay_out(Quadratic(length));
+        return true;
+    }
+    /// Positions in 1/128 of a sample from the first one's middle, and lengths of directions as of SeenPoints.
+    HWY_INLINE Ints u(int row, Floats across) const { return hn::NearestInt(u_.at(row, across)); }
+    HWY_INLINE Ints v(int row, Floats across) const { return hn::NearestInt(v_.at(row, across)); }
+    HWY_INLINE Floats length(int row, Floats across) const { return length_.at(row, across); }
+
+private:
+    static HWY_INLINE Floats scaled(Floats position) {
+        return hn::MulAdd(position, all(float(position_one)), all(-0.5f * position_one));
+    }
+    static HWY_INLINE FloatMask is_clear(Floats position, int size) {
+        return hn::And(position >= all(float(edge_samples)), position <= all(float(size - edge_samples)));
+    }
+    /// Whether the other points lie on it too. They do not catch a cubic's very worst, so two thirds are allowed.
+    static HWY_INLINE bool follows(const Quadratic& quadratic, const float* values, float error) {
+        FloatMask good = all(0.0f) == all(0.0f);
+        for (int i = 0; i < fit_points; i += lanes) {
+            const Floats fitted = quadratic.at(hn::Load(float_tag, fit_across + i), hn::Load(float_tag, fit_down + i));
+            const Floats off = hn::Abs(fitted - hn::Load(float_tag, values + i));
+            good = hn::And(good, off <= all(error * position_one * (2 / 3.0f)));
+        }
+        return hn::AllTrue(float_tag, good);
+    }
+
+    static constexpr float half_width = 0.5f * (tile_width - 1), half_height = 0.5f * (tile_height - 1);
+    /// All samples of all planes, chroma and what is read beside them included, lie inside the source from here on.
+    static constexpr int edge_samples = 6;
+
+    RowCurves u_, v_, length_;
+};
+
+/// Pixels' directions alone. False where that has to be done exactly.
+HWY_INLINE bool map_by_fit(const WarpJob& job, Tile& tile) {
+    TileFit fit;
+    if (!fit.fit(job, tile, {}, job.interpolation))
+        return false;
+    for (int row = 0; row < tile_height; ++row)
+        for (int i = 0; i < tile_width; i += lanes) {
+            const int at = row * tile_width + i;
+            hn::Store(fit.u(row, across_from(i)), int_tag, tile.u + at);
+            hn::Store(fit.v(row, across_from(i)), int_tag, tile.v + at);
+        }
+    return tile.regular = true;
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

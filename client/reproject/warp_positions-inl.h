@@ -1,0 +1,85 @@
+// Where an eye's pixels fall among the source's samples, each on its own.
+#if defined(EQUISTREAM_WARP_POSITIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef EQUISTREAM_WARP_POSITIONS_INL_H
+#undef EQUISTREAM_WARP_POSITIONS_INL_H
+#else
+#define EQUISTREAM_WARP_POSITIONS_INL_H
+#endif
+
+#include "warp_numbers-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// Where each pixel of a tile takes its colour; the tile's pixels lie row by row.
+struct Tile {
+    int x = 0, y = 0, columns = tile_width, rows = tile_height;  ///< what of it lies in the picture
+    bool regular = false;  ///< every pixel counts and has all four samples inside the source
+    /// Position in 1/128 of a sample, from the first sample's middle.
+    alignas(64) std::int32_t u[tile_pixels], v[tile_pixels];
+    /// Bit k: sample k (right: 1, below: 2) shows what the eye sees. 0: a gap.
+    alignas(64) std::int32_t keep[tile_pixels];
+};
+
+struct Positions {
+    Floats u, v;
+};
+
+/// The source's image of directions in its frame (conventions.h).
+HWY_INLINE Positions project(const SourceGrid& grid, const Vectors& d) {
+    if (!grid.sphere) {
+        constexpr float nowhere = -1e9f;
+        const Floats scale = all(grid.focal_px) / hn::Neg(d.z);
+        const Floats u = hn::MulAdd(d.x, scale, all(grid.half_width));
+        return {hn::IfThenElse(d.z < all(0.0f), u, all(nowhere)), hn::NegMulAdd(d.y, scale, all(grid.half_height))};
+    }
+    const Floats turn = all(float(2 * pi)), half_turn = all(float(pi));
+    Floats longitude = atan2(d.x, hn::Neg(d.z)) - all(grid.middle);
+    longitude = hn::IfThenElse(longitude > half_turn, longitude - turn, longitude);
+    longitude = hn::IfThenElse(longitude < hn::Neg(half_turn), longitude + turn, longitude);
+    const Floats latitude = atan2(d.y, hn::Sqrt(hn::MulAdd(d.x, d.x, d.z * d.z)));
+    return {hn::MulAdd(longitude, all(grid.columns_per_radian), all(grid.half_width)),
+            (all(grid.top) - latitude) * all(grid.rows_per_radian)};
+}
+
+/// Whether they lie in the picture; false for NaN. Rounding may push one just past the edge.
+HWY_INLINE FloatMask inside(const SourceGrid& grid, const Positions& p) {
+    const Floats edge = all(-0.02f);
+    return hn::And(hn::And(p.u >= edge, p.u <= all(float(grid.width) + 0.02f)),
+                   hn::And(p.v >= edge, p.v <= all(float(grid.height) + 0.02f)));
+}
+
+/// From the first sample's middle.
+HWY_INLINE Ints fixed_point(Floats position) {
+    return hn::NearestInt(hn::MulAdd(position, all(float(position_one)), all(-0.5f * position_one)));
+}
+
+HWY_INLINE Vectors ray(const EyeRays& rays, Floats x, Floats y) {
+    const Vec3f c = rays.corner(), r = rays.right(), d = rays.down();
+    return {hn::MulAdd(x, all(r.x), hn::MulAdd(y, all(d.x), all(c.x))),
+            hn::MulAdd(x, all(r.y), hn::MulAdd(y, all(d.y), all(c.y))),
+            hn::MulAdd(x, all(r.z), hn::MulAdd(y, all(d.z), all(c.z)))};
+}
+
+HWY_INLINE Floats columns_from(int x) {
+    return hn::Iota(float_tag, float(x));
+}
+
+/// Every pixel of a tile on its own.
+HWY_INLINE void map_exactly(const WarpJob& job, Tile& tile) {
+    tile.regular = false;
+    for (int row = 0; row < tile_height; ++row)
+        for (int i = 0; i < tile_width; i += lanes) {
+            const Positions p = project(job.grid, ray(job.rays, columns_from(tile.x + i), all(float(tile.y + row))));
+            const int at = row * tile_width + i;
+            const FloatMask covered = inside(job.grid, p);
+            hn::Store(fixed_point(hn::IfThenElseZero(covered, p.u)), int_tag, tile.u + at);
+            hn::Store(fixed_point(hn::IfThenElseZero(covered, p.v)), int_tag, tile.v + at);
+            hn::Store(hn::IfThenElseZero(hn::RebindMask(int_tag, covered), all(15)), int_tag, tile.keep + at);
+        }
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,427 @@
+// Whether the source saw the points that an eye's pixels see.
+#if defined(EQUISTREAM_WARP_SURFACE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef EQUISTREAM_WARP_SURFACE_INL_H
+#undef EQUISTREAM_WARP_SURFACE_INL_H
+#else
+#define EQUISTREAM_WARP_SURFACE_INL_H
+#endif
+
+#include "warp_colour-inl.h"
+#include "warp_fit-inl.h"
+
+#include <limits>
+#include <vector>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// 1 / planar depth of a row of tiles and of a row of pixels on either side: linear in the pixel along a plane, 0 for a
+/// miss, NaN for what is no distance and beyond the picture.
+class InversePlanarRows {
+public:
+    explicit InversePlanarRows(const WarpJob& job)
+        : job_(job), stride_((job.eye.camera.width + tile_width) / tile_width * tile_width + 2 * tile_width),
+          rows_(std::size_t(stride_) * (tile_height + 2), std::numeric_limits<float>::quiet_NaN()) {}
+
+    /// Rows y - 1 to y + tile_height; of the tiles before, when those were the ones above, nothing is computed anew.
+    void prepare(int y) {
+        int known = 0;
+        if (y == next_y_) {
+            std::copy(rows_.end() - 2 * stride_, rows_.end(), rows_.begin());
+            known = 2;
+        }
+        for (int row = known; row < tile_height + 2; ++row)
+            prepare_row(y + row - 1, rows_.data() + row * stride_ + tile_width);
+        next_y_ = y + tile_height;
+    }
+    /// Of a pixel of the tiles, or of one beside them; `row` counts from the tiles' first.
+    const float* at(int x, int row) const { return rows_.data() + (row + 1) * stride_ + tile_width + x; }
+    int stride() const { return stride_; }
+
+private:
+    void prepare_row(int y, float* to) const {
+        const int width = job_.eye.camera.width;
+        if (y < 0 || y >= job_.eye.camera.height) {
+            std::fill_n(to, width, std::numeric_limits<float>::quiet_NaN());
+            return;
+        }
+        const float* from = job_.eye.depth_m.row(y);
+        const float inverse_focal = 1 / job_.rays.focal_px();
+        const float b = (float(y) - job_.rays.centre_y()) * inverse_focal;
+        int x = 0;
+        for (; x + lanes <= width; x += lanes) {
+            const Floats a = (columns_from(x) - all(job_.rays.centre_x())) * all(inverse_focal);
+            const Floats depth = hn::LoadU(float_tag, from + x);
+            const Floats inverse = hn::Sqrt(hn::MulAdd(a, a, all(1 + b * b))) / depth;
+            const Floats none = all(std::numeric_limits<float>::quiet_NaN());
+            hn::StoreU(hn::IfThenElse(depth > all(0.0f), inverse, none), float_tag, to + x);
+        }
+        for (; x < width; ++x)
+            to[x] = from[x] > 0 ? job_.rays.length(x, y) / from[x] : std::numeric_limits<float>::quiet_NaN();
+    }
+
+    const WarpJob& job_;
+    int stride_;
+    std::vector<float> rows_;
+    int next_y_ = -1;
+};
+
+/// Differences to the neighbours on either side; NaN where there is none.
+struct SlopePair {
+    Floats before, after;
+};
+
+/// The larger product of a factor with either slope; NaN only where both are.
+HWY_INLINE Floats largest_product(const SlopePair& slopes, Floats factor) {
+    const Floats p = slopes.before * factor, q = slopes.after * factor;
+    return hn::IfThenElse(hn::Or(p > q, hn::IsNaN(q)), p, q);
+}
+
+/// The smaller slope; 0 where there is none.
+HWY_INLINE Floats believed(const SlopePair& slopes) {
+    const FloatMask first = hn::Or(hn::Abs(slopes.before) <= hn::Abs(slopes.after), hn::IsNaN(slopes.after));
+    const Floats slope = hn::IfThenElse(first, slopes.before, slopes.after);
+    return hn::IfThenElseZero(hn::Not(hn::IsNaN(slope)), slope);
+}
+
+/// What an eye's pixels see: points, and the slopes of the surface there.
+struct SeenPoints {
+    Floats x, y;            ///< indices of the pixels
+    Floats inverse_planar;  ///< 1 / m
+    SlopePair across, down;
+    Vectors direction;  ///< from the source's centre, its length the point's distance times `inverse_planar`
+    Floats length;
+};
+
+HWY_INLINE SeenPoints seen_points(const WarpJob& job, const InversePlanarRows& rows, const Tile& tile, int i, int row) {
+    SeenPoints s;
+    s.x = columns_from(tile.x + i);
+    s.y = all(float(tile.y + row));
+    const float* at = rows.at(tile.x + i, row);
+    s.inverse_planar = hn::LoadU(float_tag, at);
+    s.across = {s.inverse_planar - hn::LoadU(float_tag, at - 1), hn::LoadU(float_tag, at + 1) - s.inverse_planar};
+    s.down = {s.inverse_planar - hn::LoadU(float_tag, at - rows.stride()),
+              hn::LoadU(float_tag, at + rows.stride()) - s.inverse_planar};
+    // The point over its planar depth: at infinity only the direction is left, with no case of its own.
+    const Vectors r = ray(job.rays, s.x, s.y);
+    const Vec3f eye = job.rays.eye();
+    s.direction = {hn::MulAdd(all(eye.x), s.inverse_planar, r.x), hn::MulAdd(all(eye.y), s.inverse_planar, r.y),
+                   hn::MulAdd(all(eye.z), s.inverse_planar, r.z)};
+    s.length = hn::Sqrt(dot(s.direction, s.direction));
+    return s;
+}
+
+/// Whether the source lies behind the surface's plane, whichever neighbours that is laid through (eye_rays.h).
+HWY_INLINE FloatMask shows_back(const EyeRays& rays, const SeenPoints& s) {
+    const Vec3f c = rays.eye_own_axes();
+    const Floats by_slope_x = hn::MulAdd(all(c.z), s.x - all(rays.centre_x()), all(c.x * rays.focal_px()));
+    const Floats by_slope_y = hn::MulAdd(all(c.z), s.y - all(rays.centre_y()), all(-c.y * rays.focal_px()));
+    const Floats largest = hn::NegMulAdd(all(c.z), s.inverse_planar, all(1.0f)) +
+                           largest_product(s.across, by_slope_x) + largest_product(s.down, by_slope_y);
+    return largest < all(0.0f);
+}
+
+/// The plane 1 / r(q) = m . q of distances from the source's centre (eye_rays.h).
+HWY_INLINE Vectors inverse_distance_gradient(const EyeRays& rays, const SeenPoints& s) {
+    const Floats slope_x = believed(s.across), slope_y = believed(s.down);
+    const Floats nx = slope_x * all(rays.focal_px());
+    const Floats ny = hn::Neg(slope_y * all(rays.focal_px()));
+    const Floats nz = hn::MulAdd(slope_x, s.x - all(rays.centre_x()),
+                                 hn::MulSub(slope_y, s.y - all(rays.centre_y()), s.inverse_planar));
+    const glm::mat3& turn = rays.source_from_eye();
+    const auto turned = [&](int i) HWY_ATTR {
+        return hn::MulAdd(all(turn[0][i]), nx, hn::MulAdd(all(turn[1][i]), ny, all(turn[2][i]) * nz));
+    };
+    const Vectors m{turned(0), turned(1), turned(2)};
+    const Vec3f eye = rays.eye();
+    const Floats scale = all(1.0f) / (all(1.0f) + dot(m, {all(eye.x), all(eye.y), all(eye.z)}));
+    return {m.x * scale, m.y * scale, m.z * scale};
+}
+
+/// The four samples around each of some positions.
+struct SamplesAround {
+    alignas(64) std::int32_t x[4][lanes], y[4][lanes];
+};
+
+HWY_INLINE void samples_around(const SourceGrid& grid, Ints x0, Ints y0, SamplesAround& samples) {
+    const IntMask whole =
+        hn::And(hn::And(x0 > all(-1), y0 > all(-1)), hn::And(x0 < all(grid.width - 1), y0 < all(grid.height - 1)));
+    for (int k = 0; k < 4; ++k) {
+        hn::Store(x0 + all(k & 1), int_tag, samples.x[k]);
+        hn::Store(y0 + all(k >> 1), int_tag, samples.y[k]);
+    }
+    if (hn::AllTrue(int_tag, whole))
+        return;
+    for (int k = 0; k < 4; ++k)
+        for (int i = 0; i < lanes; ++i) {
+            const Sample s = wrapped(grid, std::clamp(samples.x[k][i], -1, grid.width),
+                                     std::clamp(samples.y[k][i], -1, grid.height), grid.width, grid.height);
+            samples.x[k][i] = s.x;
+            samples.y[k][i] = s.y;
+        }
+}
+
+/// r - B as depth_agreement.h has it, for distances up to infinity; NaN stays.
+HWY_INLINE Floats reach(const DepthAgreement& agreement, Floats distance_m) {
+    const Floats r = hn::Min(all(far_distance_m), distance_m);
+    return hn::Max(r * all(1e-3f), r - all(agreement.box_radius_m));
+}
+
+/// Distances at the four samples of some pixels, or what is made of those.
+using Distances = std::array<Floats, 4>;
+
+/// |w - w'| <= sin e of depth_agreement.h, both sides times some length over the distance: no division, and no case of
+/// its own for infinity.
+class ScaledReach {
+public:
+    HWY_INLINE ScaledReach(const DepthAgreement& agreement, Floats length, Floats over_distance)
+        : over_distance_(over_distance),
+          reach_(hn::Max(length * all(1e-3f), hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
+          allowed_(reach_ * all(agreement.tolerance / agreement.box_radius_m)) {}
+
+    /// How far a sample lies behind, in the same scale.
+    HWY_INLINE Floats behind(Floats reach_sample) const { return hn::MulSub(reach_sample, over_distance_, reach_); }
+    HWY_INLINE FloatMask same(Floats behind, Floats reach_sample) const {
+        return hn::And(hn::Abs(behind) <= allowed_ * reach_sample, reach_sample > all(0.0f));
+    }
+
+private:
+    Floats over_distance_, reach_, allowed_;
+};
+
+/// 1 / distance along a plane at the four samples around some points: m . q, to the second order in the step from the
+/// point, which is below a sample.
+class PlaneAround {
+public:
+    HWY_INLINE PlaneAround(const WarpJob& job, const Vectors& m, const SeenPoints& s, Ints u, Ints v) {
+        const Floats unit = all(1.0f) / s.length;
+        const Vectors q{s.direction.x * unit, s.direction.y * unit, s.direction.z * unit};
+        du_ = hn::ConvertTo(float_tag, hn::And(u, all(position_one - 1))) * all(-1.0f / position_one);
+        dv_ = hn::ConvertTo(float_tag, hn::And(v, all(position_one - 1))) * all(-1.0f / position_one);
+        here_ = dot(m, q);
+        // Longitude turns about the vertical; latitude about the horizontal axis across q.
+        const Floats level = hn::Sqrt(hn::MulAdd(q.x, q.x, q.z * q.z));
+        const Floats over_level = all(1.0f) / hn::Max(level, all(1e-12f));
+        const Floats along = hn::MulAdd(m.x, q.x, m.z * q.z) * over_level;
+        const Floats aside = hn::MulSub(m.z, q.x, m.x * q.z) * over_level;
+        const Floats column = all(1 / job.grid.columns_per_radian), row = all(-1 / job.grid.rows_per_radian);
+        by_u_ = aside * level * column;
+        by_v_ = hn::MulSub(m.y, level, along * q.y) * row;
+        by_uu_ = all(-0.5f) * along * level * column * column;
+        by_uv_ = hn::Neg(aside * q.y) * column * row;
+        by_vv_ = all(-0.5f) * here_ * row * row;
+    }
+    /// Of the k-th sample.
+    HWY_INLINE Floats at(int k) const {
+        const Floats du = du_ + all(float(k & 1)), dv = dv_ + all(float(k >> 1));
+        const Floats across = hn::MulAdd(by_uu_, du, hn::MulAdd(by_uv_, dv, by_u_));
+        return hn::MulAdd(across, du, hn::MulAdd(hn::MulAdd(by_vv_, dv, by_v_), dv, here_));
+    }
+
+private:
+    Floats du_, dv_, here_, by_u_, by_v_, by_uu_, by_uv_, by_vv_;
+};
+
+/// The same for perspective sources, where the samples' directions are at hand.
+HWY_INLINE Floats plane_at(const SourceGrid& grid, const Vectors& m, Ints x, Ints y) {
+    const Floats inverse_focal = all(1 / grid.focal_px);
+    const Floats a = (hn::ConvertTo(float_tag, x) + all(0.5f - grid.half_width)) * inverse_focal;
+    const Floats b = (all(grid.half_height - 0.5f) - hn::ConvertTo(float_tag, y)) * inverse_focal;
+    const Floats length = hn::Sqrt(hn::MulAdd(a, a, hn::MulAdd(b, b, all(1.0f))));
+    return (hn::MulAdd(m.x, a, m.y * b) - m.z) / length;
+}
+
+/// The samples that lie between the point's own distance and what its plane predicts for them, give or take; added to
+/// those kept already.
+HWY_INLINE Ints kept_along_slope(const WarpJob& job, const SeenPoints& s, Ints u, Ints v, const Distances& reach_sample,
+                                 const Distances& behind, Ints keep) {
+    const Vectors gradient = inverse_distance_gradient(job.rays, s);
+    const PlaneAround around(job, gradient, s, u, v);
+    for (int k = 0; k < 4; ++k) {
+        const Floats inverse = job.grid.sphere
+                                   ? around.at(k)
+                                   : plane_at(job.grid, gradient, hn::ShiftRight<position_bits>(u) + all(k & 1),
+                                              hn::ShiftRight<position_bits>(v) + all(k >> 1));
+        const ScaledReach predicted(job.agreement, all(1.0f), hn::Max(inverse, all(1 / far_distance_m)));
+        const Floats behind_predicted = predicted.behind(reach_sample[k]);
+        const FloatMask between = hn::And(behind[k] * behind_predicted<all(0.0f), reach_sample[k]> all(0.0f));
+        const FloatMask agrees = hn::Or(between, predicted.same(behind_predicted, reach_sample[k]));
+        keep = hn::Or(keep, hn::IfThenElseZero(hn::RebindMask(int_tag, agrees), all(1 << k)));
+    }
+    return keep;
+}
+
+/// None where too little weight is left.
+HWY_INLINE Ints enough(Ints keep, Ints u, Ints v) {
+    const std::array<Ints, 4> weights =
+        bilinear_weights({hn::And(u, all(position_one - 1)), hn::And(v, all(position_one - 1))});
+    Ints sum = all(0);
+    for (int k = 0; k < 4; ++k)
+        sum = sum + hn::IfThenElseZero(hn::TestBit(keep, all(1 << k)), weights[k]);
+    return hn::IfThenElseZero(sum > all(int(least_weight * position_one)), keep);
+}
+
+HWY_INLINE Distances distances_one_by_one(const ImageView<const float>& depth_m, const SamplesAround& around) {
+    Distances result;
+    const Ints stride = all(int(depth_m.row_stride));
+    for (int k = 0; k < 4; ++k)
+        result[k] = hn::GatherIndex(float_tag, depth_m.data,
+                                    hn::Load(int_tag, around.y[k]) * stride + hn::Load(int_tag, around.x[k]));
+    return result;
+}
+
+/// The same by pairs that lie side by side, from the first one's offset in bytes.
+HWY_INLINE Distances distances_by_pairs(const ImageView<const float>& depth_m, const std::int32_t* offset) {
+    const hn::Repartition<std::uint8_t, FloatTag> bytes;
+    const auto row = [&](const float* first, Floats& left, Floats& right) HWY_ATTR {
+        const auto* base = reinterpret_cast<const std::uint8_t*>(first);
+        const Floats low = hn::BitCast(float_tag, load_eights(bytes, base, offset));
+        const Floats high = hn::BitCast(float_tag, load_eights(bytes, base, offset + lanes / 2));
+        left = hn::ConcatEven(float_tag, high, low);
+        right = hn::ConcatOdd(float_tag, high, low);
+    };
+    Distances result;
+    row(depth_m.data, result[0], result[1]);
+    row(depth_m.data + depth_m.row_stride, result[2], result[3]);
+    return result;
+}
+
+/// A tile of points before the source's distances are looked at.
+struct SeenTile {
+    alignas(64) std::int32_t offset[tile_pixels];  ///< of the first sample's distance, in bytes
+    alignas(64) float length[tile_pixels];         ///< as of SeenPoints
+    std::uint32_t outside = 0;                     ///< as of locate
+};
+
+/// Positions of the points that a tile's pixels see; `keep` is 15 where the source covers them and looks at their
+/// front.
+HWY_INLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
+    tile.regular = false;
+    seen.outside = 0;
+    const LastCell last{job.grid.width - 2, job.grid.height - 2};
+    const Ints stride = all(int(job.source.depth_m.row_stride));
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        const SeenPoints s = seen_points(job, rows, tile, at % tile_width, at / tile_width);
+        const Positions p = project(job.grid, s.direction);
+        // Neither what is no distance nor what is none to speak of.
+        const FloatMask there = s.inverse_planar < all(far_distance_m);
+        const FloatMask shown = hn::And(there, hn::AndNot(shows_back(job.rays, s), inside(job.grid, p)));
+        const Ints u = fixed_point(hn::IfThenElseZero(shown, p.u)), v = fixed_point(hn::IfThenElseZero(shown, p.v));
+        const Cells cells = brought_inside(hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v), last);
+        const bool whole = last.x >= 0 && last.y >= 0 && hn::AllFalse(int_tag, cells.outside);
+        seen.outside |= whole ? 0u : 1u << (at / lanes);
+        hn::Store(u, int_tag, tile.u + at);
+        hn::Store(v, int_tag, tile.v + at);
+        hn::Store(hn::ShiftLeft<2>(cells.y * stride + cells.x), int_tag, seen.offset + at);
+        hn::Store(s.length, float_tag, seen.length + at);
+        hn::Store(hn::IfThenElseZero(hn::RebindMask(int_tag, shown), all(15)), int_tag, tile.keep + at);
+    }
+}
+
+/// Leaves in `keep` the samples that show the points; true if those are all.
+HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, const SeenTile& seen, Tile& tile) {
+    bool whole = true;
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        const int i = at % tile_width, row = at / tile_width;
+        const Ints shown = hn::Load(int_tag, tile.keep + at);
+        const Ints u = hn::Load(int_tag, tile.u + at), v = hn::Load(int_tag, tile.v + at);
+        Distances reach_sample, behind;
+        if ((seen.outside >> (at / lanes) & 1) == 0) {
+            reach_sample = distances_by_pairs(job.source.depth_m, seen.offset + at);
+        } else {
+            SamplesAround around;
+            samples_around(job.grid, hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v), around);
+            reach_sample = distances_one_by_one(job.source.depth_m, around);
+        }
+        const ScaledReach point(job.agreement, hn::Load(float_tag, seen.length + at),
+                                hn::LoadU(float_tag, rows.at(tile.x + i, row)));
+        Ints keep = all(0);
+        for (int k = 0; k < 4; ++k) {
+            reach_sample[k] = reach(job.agreement, reach_sample[k]);
+            behind[k] = point.behind(reach_sample[k]);
+            const IntMask agrees = hn::RebindMask(int_tag, point.same(behind[k], reach_sample[k]));
+            keep = hn::Or(keep, hn::IfThenElseZero(agrees, all(1 << k)));
+        }
+        keep = hn::And(keep, shown);
+        if (!hn::AllTrue(int_tag, keep == shown)) {
+            const SeenPoints s = seen_points(job, rows, tile, i, row);
+            keep = enough(hn::And(kept_along_slope(job, s, u, v, reach_sample, behind, keep), shown), u, v);
+        }
+        whole = whole && hn::AllTrue(int_tag, keep == all(15));
+        hn::Store(keep, int_tag, tile.keep + at);
+    }
+    return whole;
+}
+
+/// The plane that a tile's points lie in, within `deviation` of 1 / planar depth; false where they do not.
+HWY_INLINE bool find_plane(const InversePlanarRows& rows, const Tile& tile, float deviation, InversePlane& plane) {
+    constexpr int right = tile_width - 1, bottom = tile_height - 1;
+    const float a = rows.at(tile.x, 0)[0], b = rows.at(tile.x, 0)[right];
+    const float c = rows.at(tile.x, bottom)[0], d = rows.at(tile.x, bottom)[right];
+    plane.per_column = (b - a + d - c) / (2 * right);
+    plane.per_row = (c - a + d - b) / (2 * bottom);
+    plane.first = 0.25f * (a + b + c + d) - 0.5f * (right * plane.per_column + bottom * plane.per_row);
+    FloatMask good = all(0.0f) == all(0.0f);
+    for (int row = 0; row < tile_height; ++row)
+        for (int i = 0; i < tile_width; i += lanes) {
+            const Floats expected =
+                hn::MulAdd(columns_from(i), all(plane.per_column), all(plane.first + float(row) * plane.per_row));
+            const Floats off = hn::Abs(hn::LoadU(float_tag, rows.at(tile.x + i, row)) - expected);
+            good = hn::And(good, off <= all(deviation));
+        }
+    return hn::AllTrue(float_tag, good);
+}
+
+/// Whether no pixel of such a tile can count as the back of a surface: shows_back of the plane, which is the same
+/// everywhere, less what deviations of either neighbour can take from it.
+inline bool shows_front(const EyeRays& rays, const Tile& tile, const InversePlane& plane, float deviation) {
+    const Vec3f c = rays.eye_own_axes();
+    const float by_slope_x = c.x * rays.focal_px() + c.z * (float(tile.x) - rays.centre_x());
+    const float by_slope_y = -c.y * rays.focal_px() + c.z * (float(tile.y) - rays.centre_y());
+    const float value = 1 - c.z * plane.first + plane.per_column * by_slope_x + plane.per_row * by_slope_y;
+    const float reach_px = std::abs(c.z) * tile_width;
+    return value > 2 * deviation * (std::abs(by_slope_x) + std::abs(by_slope_y) + 2 * reach_px + std::abs(c.z));
+}
+
+/// map_points for tiles of one plane.
+HWY_INLINE bool map_plane(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
+    // Half of what may be off goes to the plane, half to the fit.
+    const float error = 0.5f * job.interpolation;
+    const float deviation = error * job.radians_per_sample / job.rays.distance_m();
+    if (tile.columns < tile_width)
+        return false;
+    InversePlane plane;
+    TileFit fit;
+    if (!find_plane(rows, tile, deviation, plane) || !shows_front(job.rays, tile, plane, deviation) ||
+        !fit.fit(job, tile, plane, error))
+        return false;
+    const Ints stride = all(int(job.source.depth_m.row_stride));
+    for (int row = 0; row < tile_height; ++row)
+        for (int i = 0; i < tile_width; i += lanes) {
+            const int at = row * tile_width + i;
+            const Floats across = across_from(i);
+            const Ints u = fit.u(row, across), v = fit.v(row, across);
+            const Ints cell = hn::ShiftRight<position_bits>(v) * stride + hn::ShiftRight<position_bits>(u);
+            hn::Store(u, int_tag, tile.u + at);
+            hn::Store(v, int_tag, tile.v + at);
+            hn::Store(hn::ShiftLeft<2>(cell), int_tag, seen.offset + at);
+            hn::Store(fit.length(row, across), float_tag, seen.length + at);
+            hn::Store(all(15), int_tag, tile.keep + at);
+        }
+    seen.outside = 0;
+    return true;
+}
+
+HWY_INLINE void map_surface(const WarpJob& job, const InversePlanarRows& rows, Tile& tile) {
+    SeenTile seen;
+    const bool plane = map_plane(job, rows, tile, seen);
+    if (!plane)
+        map_points(job, rows, tile, seen);
+    const bool whole = test_samples(job, rows, seen, tile);
+    tile.regular = plane && whole;
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
