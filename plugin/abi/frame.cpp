@@ -20,6 +20,15 @@ FrameInfo frame_info(const SequenceWriter& sequence, const FrameSettings& settin
     info.time_s = settings.time_s;
     info.head = settings.head;
     info.camera_pose = camera;
+    if (!info.patches) {
+        if (!settings.slots.empty())
+            throw InputError(expected_found("patch_count", "0 in a sequence that is no atlas of patches",
+                                            std::to_string(settings.slots.size())));
+        return info;
+    }
+    info.patches->slots = settings.slots;
+    if (const auto problem = patch_atlas_problem(*info.patches))
+        throw InputError("es_frame_settings: patches: " + *problem);
     return info;
 }
 
@@ -30,13 +39,15 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     };
     const FramePoses poses{pose(settings.head_previous), pose(settings.head), pose(settings.head_next)};
     const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.lean_m, shared.ipd_m)};
+    const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
     return new es_frame{handle.shared,
-                        frame_info(*handle.shared, settings, poses.here),
-                        FrameRays(shared.camera, poses.here, shared.seed, settings.index),
-                        Film(shared.camera, poses,
+                        info,
+                        FrameRays(info),
+                        Film(info, poses,
                              {shared.samples_per_pixel, handle.shared->manifest().planes, handle.tiles.tile_side,
-                              handle.tiles.hidden_layer}),
+                              handle.tiles.hidden_layer || info.patches}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
+                        {},
                         {},
                         {}};
 }
@@ -66,12 +77,14 @@ bool usable(const es_frame* frame, const es_tile* tile, const void* data, const 
 /// and asking for them is a misuse.
 TilePixels pixels_of(const es_frame& frame, const es_tile& tile, const char* call) {
     static const std::vector<std::uint32_t> none;
+    if (frame.info.patches)
+        return {tile, &frame.used_pixels.of(tile, *frame.info.patches)};
     if (!frame.hidden)
         return {tile};
     const HiddenLayer::Found* found = frame.hidden->found(tile);
     if (found == nullptr)
-        keep_misuse(&frame, expected_found(call, "a tile whose probe rays are answered",
-                                           "tile " + std::to_string(tile.id)));
+        keep_misuse(&frame,
+                    expected_found(call, "a tile whose probe rays are answered", "tile " + std::to_string(tile.id)));
     return {tile, found == nullptr ? &none : &found->pixels};
 }
 
@@ -81,7 +94,7 @@ std::uint32_t fill_rays(const es_frame& frame, const TilePixels& pixels, es_ray*
     for (std::uint32_t i = 0; i < pixels.count(); ++i) {
         const auto at = pixels.at(i);
         rays[i] = make_ray(at.x, at.y);
-        rays[i].pixel = found == nullptr ? i : found->pixels[i];
+        rays[i].pixel = pixels.listed == nullptr ? i : (*pixels.listed)[i];
         if (found != nullptr)
             rays[i].t_min = found->begin_m[i];
     }
@@ -107,7 +120,7 @@ AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
     if (plane.channels != static_cast<int>(aov.channels.size()))
         throw InputError(
             expected_found(where + ": channels", std::to_string(aov.channels.size()), std::to_string(plane.channels)));
-    const std::size_t row_bytes = static_cast<std::size_t>(width_of(frame.info.camera)) * aov.channels.size() * 4;
+    const std::size_t row_bytes = static_cast<std::size_t>(picture_width(frame.info)) * aov.channels.size() * 4;
     if (plane.row_stride_bytes < row_bytes)
         throw InputError(expected_found(where + ": row_stride_bytes", "at least " + std::to_string(row_bytes),
                                         std::to_string(plane.row_stride_bytes)));
@@ -219,8 +232,8 @@ es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* e
             throw InputError(expected_found("es_frame_put_plane", "pointers", "NULL"));
         const es_plane whole = whole_struct(plane, "es_plane", plane_sizes);
         const AovInfo aov = checked_plane(*frame, whole);
-        const int width = width_of(frame->info.camera);
-        const int height = height_of(frame->info.camera);
+        const int width = picture_width(frame->info);
+        const int height = picture_height(frame->info);
         if (aov.type == SampleType::id) {
             frame->film.put_plane(whole.name, copied<std::uint32_t>(whole, width, height));
             return;

@@ -3,6 +3,7 @@
 #include "film/film.h"
 #include "film/hidden_layer.h"
 #include "film/rays.h"
+#include "film/used_pixels.h"
 
 #include "settings.h"
 
@@ -21,6 +22,8 @@ struct es_frame {
     equistream::FrameRays rays;
     equistream::Film film;
     std::unique_ptr<equistream::HiddenLayer> hidden;  ///< null in sequences of the first surfaces
+
+    equistream::UsedPixels used_pixels;  ///< of an atlas
 
     /// The first misuse of a call that returns nothing; es_frame_end reports it.
     mutable std::mutex misuse_mutex;

@@ -79,6 +79,60 @@ Camera checked_camera(const es_sequence_settings& s) {
     return PerspectiveCamera{s.width, s.height, s.fov_x_rad};
 }
 
+/// The atlas that all frames share, with its slots unused.
+std::optional<PatchAtlas> checked_atlas(const es_sequence_settings& s, const SequenceSettings& of) {
+    if (s.patch_side == 0)
+        return std::nullopt;
+    const auto* sphere = std::get_if<EquirectCamera>(&of.manifest.shared.camera);
+    require(sphere != nullptr, "patch_side", "0 with a camera that is not ES_EQUIRECT", std::to_string(s.patch_side));
+    require(s.layer == ES_LAYER_FIRST, "patch_side", "0 in a hidden layer", std::to_string(s.patch_side));
+    require(s.patch_offset_count >= 1 && s.patch_offset_count <= std::uint32_t{max_patch_offsets} &&
+                s.patch_offsets_m != nullptr,
+            "patch_offset_count", "1 to " + std::to_string(max_patch_offsets) + " and patch_offsets_m",
+            std::to_string(s.patch_offset_count));
+    require(s.patch_columns >= 1 && s.patch_rows >= 1 && s.patch_columns <= max_patch_slots &&
+                s.patch_rows <= max_patch_slots / s.patch_columns,
+            "patch_columns, patch_rows", "1 to " + std::to_string(max_patch_slots) + " slots",
+            std::to_string(s.patch_columns) + "x" + std::to_string(s.patch_rows));
+    for (const std::string& plane : of.manifest.planes)
+        require(plane.find("backward") == std::string::npos && plane.find("forward") == std::string::npos, "aovs",
+                "no motion in an atlas of patches", plane);
+    PatchAtlas atlas;
+    atlas.sphere_width = sphere->width;
+    atlas.sphere_height = sphere->height;
+    atlas.range = sphere->range;
+    atlas.block_side = s.patch_side;
+    atlas.columns = s.patch_columns;
+    atlas.rows = s.patch_rows;
+    for (std::uint32_t i = 0; i < s.patch_offset_count; ++i)
+        atlas.offsets_m.emplace_back(s.patch_offsets_m[3 * i], s.patch_offsets_m[3 * i + 1],
+                                     s.patch_offsets_m[3 * i + 2]);
+    atlas.slots.resize(static_cast<std::size_t>(atlas.columns) * static_cast<std::size_t>(atlas.rows));
+    if (const auto problem = patch_atlas_problem(atlas))
+        throw InputError("es_sequence_settings: patches: " + *problem);
+    return atlas;
+}
+
+std::vector<PatchAtlas::Slot> checked_slots(const es_frame_settings& s) {
+    require(s.patch_count == 0 || s.patches != nullptr, "patches", "a pointer", "NULL");
+    require(s.patch_count <= std::size_t{max_patch_slots}, "patch_count", "at most " + std::to_string(max_patch_slots),
+            std::to_string(s.patch_count));
+    std::vector<PatchAtlas::Slot> slots(s.patch_count);
+    for (std::size_t i = 0; i < s.patch_count; ++i) {
+        const es_patch& p = s.patches[i];
+        if (p.used == 0)
+            continue;
+        const std::string where = "patches[" + std::to_string(i) + "]";
+        require(p.offset_index < std::uint32_t{max_patch_offsets} && p.block_x < std::uint32_t{max_image_side} &&
+                    p.block_y < std::uint32_t{max_image_side},
+                where.c_str(), "a block of one of the sequence's offsets",
+                std::to_string(p.offset_index) + ": " + std::to_string(p.block_x) + ", " + std::to_string(p.block_y));
+        slots[i] = {static_cast<std::uint8_t>(p.offset_index), static_cast<std::uint16_t>(p.block_x),
+                    static_cast<std::uint16_t>(p.block_y), true};
+    }
+    return slots;
+}
+
 Pose checked_pose(const char* field, const es_pose& pose) {
     const double* p = pose.position_m;
     const double* q = pose.orientation_wxyz;
@@ -129,6 +183,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.scene = checked_text("scene_name", s.scene_name, 255);
     info.host = checked_text("host_name", s.host_name, 255);
     info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, 255);
+    info.patches = checked_atlas(s, checked);
     const std::string layer = checked_tile_settings(settings).hidden_layer ? " hidden layer" : "";
     checked.manifest.fingerprint =
         sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + layer);
@@ -150,8 +205,12 @@ FrameSettings checked_settings(const es_frame_settings* settings) {
     require(s.index >= 0 && s.index <= max_frame_index, "index", "0 to " + std::to_string(max_frame_index),
             std::to_string(s.index));
     require(std::isfinite(s.time_s), "time_s", "a finite time", in_words(s.time_s));
-    return {s.index, s.time_s, checked_pose("head_previous", s.head_previous), checked_pose("head", s.head),
-            checked_pose("head_next", s.head_next)};
+    return {s.index,
+            s.time_s,
+            checked_pose("head_previous", s.head_previous),
+            checked_pose("head", s.head),
+            checked_pose("head_next", s.head_next),
+            checked_slots(s)};
 }
 
 }  // namespace equistream

@@ -4,6 +4,8 @@
 #include <equistream/equistream.h>
 #include <equistream/sequence_writer.h>
 
+#include <vector>
+
 namespace equistream {
 
 /// How a sequence is rendered, which its files do not say.
@@ -21,6 +23,7 @@ struct FrameSettings {
     std::int64_t index = 0;
     double time_s = 0;
     Pose head_previous, head, head_next;
+    std::vector<PatchAtlas::Slot> slots;  ///< of an atlas
 };
 
 /// Throws InputError.

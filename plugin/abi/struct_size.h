@@ -12,10 +12,10 @@
 namespace equistream {
 
 /// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
-inline constexpr std::size_t sequence_settings_sizes[] = {offsetof(es_sequence_settings, geometry_fingerprint),
-                                                          offsetof(es_sequence_settings, layer),
-                                                          sizeof(es_sequence_settings)};
-inline constexpr std::size_t frame_settings_sizes[] = {sizeof(es_frame_settings)};
+inline constexpr std::size_t sequence_settings_sizes[] = {
+    offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
+    offsetof(es_sequence_settings, patch_side), sizeof(es_sequence_settings)};
+inline constexpr std::size_t frame_settings_sizes[] = {offsetof(es_frame_settings, patches), sizeof(es_frame_settings)};
 inline constexpr std::size_t plane_sizes[] = {sizeof(es_plane)};
 
 static_assert(sizeof(void*) != 8 ||

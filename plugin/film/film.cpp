@@ -30,14 +30,19 @@ void store_motion(const Motion& motion, glm::dvec2 pixel, const float* position_
     to[1] = static_cast<float>(moved.y);
 }
 
+bool closes(const FrameInfo& info) {
+    const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
+    return sphere != nullptr && sphere->range.closes() && !info.patches;
+}
+
 }  // namespace
 
-Film::Film(const Camera& camera, const FramePoses& poses, FilmSettings settings)
-    : camera_(camera), width_(width_of(camera)), height_(height_of(camera)), tile_side_(settings.tile_side),
+Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings)
+    : closes_(closes(info)), width_(picture_width(info)), height_(picture_height(info)), tile_side_(settings.tile_side),
       tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
       tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
-      samples_per_pixel_(settings.samples_per_pixel), backward_(camera, poses.here, poses.previous),
-      forward_(camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
+      samples_per_pixel_(settings.samples_per_pixel), backward_(info.camera, poses.here, poses.previous),
+      forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
       has_holes_(settings.has_holes) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
@@ -146,10 +151,16 @@ void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
         if (virtual_depth)
             virtual_depth[at] = shows_other ? s.virtual_distance_m : s.distance_m;
         if (virtual_backward)
-            store_motion(backward_, pixel, !shows_other ? previous_m : ends ? s.virtual_previous_m : nullptr,
+            store_motion(backward_, pixel,
+                         !shows_other ? previous_m
+                         : ends       ? s.virtual_previous_m
+                                      : nullptr,
                          virtual_backward + 2 * at);
         if (virtual_forward)
-            store_motion(forward_, pixel, !shows_other ? next_m : ends ? s.virtual_next_m : nullptr,
+            store_motion(forward_, pixel,
+                         !shows_other ? next_m
+                         : ends       ? s.virtual_next_m
+                                      : nullptr,
                          virtual_forward + 2 * at);
     }
     progress_[pixels.tile.id].surfaces = true;
@@ -242,8 +253,7 @@ std::int64_t Film::left_out_samples() const {
 
 void Film::leave_holes() {
     FloatImage& colour = real_.at("colour");
-    const auto* sphere = std::get_if<EquirectCamera>(&camera_);
-    carry_on_colour(colour, answered_, sphere != nullptr && sphere->range.closes());
+    carry_on_colour(colour, answered_, closes_);
     const auto depth = real_.find("depth");
     if (depth == real_.end())
         return;

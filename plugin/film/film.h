@@ -47,7 +47,8 @@ struct TilePixels {
 /// Tiles may be filled by any number of threads, each tile by one at a time; the rest is for one thread.
 class Film {
 public:
-    Film(const Camera& camera, const FramePoses& poses, FilmSettings settings);
+    /// Of the picture that `info` is of: the camera's, or an atlas of patches.
+    Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings);
 
     /// Hands out each tile once.
     std::optional<es_tile> next_tile();
@@ -86,7 +87,7 @@ private:
     float* real_target(const char* name);
     std::uint32_t* id_target(const char* name);
 
-    Camera camera_;
+    bool closes_;  ///< column W is column 0
     int width_;
     int height_;
     int tile_side_;

@@ -8,20 +8,33 @@
 
 namespace equistream {
 
-FrameRays::FrameRays(const Camera& camera, const Pose& pose, std::uint64_t sequence_seed, std::int64_t frame_index)
-    : camera_(camera), origin_(pose.position_m), world_from_camera_(glm::mat3_cast(pose.orientation)),
-      key_(frame_key(sequence_seed, frame_index)) {}
+FrameRays::FrameRays(const FrameInfo& info)
+    : camera_(info.camera), atlas_(info.patches), width_(picture_width(info)),
+      world_from_camera_(glm::mat3_cast(info.camera_pose.orientation)), key_(frame_key(info.seed, info.index)) {
+    const Pose& pose = info.camera_pose;
+    if (!atlas_)
+        origins_.emplace_back(pose.position_m);
+    else
+        for (const glm::dvec3& offset : atlas_->offsets_m)
+            origins_.emplace_back(pose.position_m + pose.orientation * offset);
+}
+
+FrameRays::Place FrameRays::place_of(int x, int y, double u, double v) const {
+    if (!atlas_)
+        return {x, y, u, v};
+    const PixelCoordinates<double> at = patch_sphere_pixel(*atlas_, x, y, u, v);
+    return {x, y, at.u, at.v};
+}
 
 es_ray FrameRays::geometry(int x, int y) const {
-    return ray(glm::vec3(direction_of(camera_, x + 0.5, y + 0.5)), x, y, geometry_sample);
+    const Place place = place_of(x, y, x + 0.5, y + 0.5);
+    return ray(glm::vec3(direction_of(camera_, place.u, place.v)), place, geometry_sample);
 }
 
 es_ray FrameRays::colour(int x, int y, std::uint32_t sample) const {
-    const auto pixel = static_cast<std::uint32_t>(y * width_of(camera_) + x);
-    const SubpixelOffset offset = subpixel_offset(key_, pixel, sample);
-    const float u = static_cast<float>(x) + offset.u;
-    const float v = static_cast<float>(y) + offset.v;
-    return ray(direction_float(u, v), x, y, sample);
+    const SubpixelOffset offset = subpixel_offset(key_, pixel_of(x, y), sample);
+    const Place place = place_of(x, y, static_cast<float>(x) + offset.u, static_cast<float>(y) + offset.v);
+    return ray(direction_float(static_cast<float>(place.u), static_cast<float>(place.v)), place, sample);
 }
 
 /// Single precision is a few ten-thousandths of a pixel here, and several times as fast; geometry rays are exact.
@@ -48,18 +61,19 @@ float FrameRays::footprint_rad(const glm::vec3& d) const {
     return static_cast<float>(std::sqrt(cosine * cosine * cosine) / std::get<PerspectiveCamera>(camera_).focal_px());
 }
 
-es_ray FrameRays::ray(const glm::vec3& direction_camera, int x, int y, std::uint32_t sample) const {
+es_ray FrameRays::ray(const glm::vec3& direction_camera, const Place& place, std::uint32_t sample) const {
     const glm::vec3 d = glm::normalize(world_from_camera_ * direction_camera);
+    const glm::vec3& origin = origins_[atlas_ ? atlas_->slot_at(place.x, place.y).offset_index : 0];
     es_ray ray{};
-    ray.origin[0] = origin_.x;
-    ray.origin[1] = origin_.y;
-    ray.origin[2] = origin_.z;
+    ray.origin[0] = origin.x;
+    ray.origin[1] = origin.y;
+    ray.origin[2] = origin.z;
     ray.t_min = 0;
     ray.direction[0] = d.x;
     ray.direction[1] = d.y;
     ray.direction[2] = d.z;
     ray.t_max = std::numeric_limits<float>::infinity();
-    ray.seed = ray_seed(key_, static_cast<std::uint32_t>(y * width_of(camera_) + x), sample);
+    ray.seed = ray_seed(key_, pixel_of(place.x, place.y), sample);
     ray.footprint_rad = footprint_rad(direction_camera);
     return ray;
 }

@@ -1,3 +1,5 @@
+#include "patch_table.h"
+
 #include <equistream/error.h>
 #include <equistream/stream.h>
 
@@ -186,6 +188,16 @@ std::optional<DepthCodeInfo> get_depth_code(Reader& in) {
     return info;
 }
 
+std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
+    const auto bytes = in.take(in.get<std::uint16_t>());
+    if (bytes.empty())
+        return std::nullopt;
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    if (!sphere)
+        damaged("patches of a sphere", "a perspective camera");
+    return unpack_patch_table(bytes, *sphere);
+}
+
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
@@ -218,6 +230,8 @@ TaggedFrameInfo read_fields(Reader& in) {
         info.geometry_fingerprint = in.get_name();
     if (!in.at_end())
         info.depth_code = get_depth_code(in);
+    if (!in.at_end())
+        info.patches = get_patches(in, info.camera);
     return tagged;
 }
 
@@ -278,6 +292,9 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put_name(info.host, "host");
     fields.put_name(info.geometry_fingerprint, "geometry fingerprint");
     put_depth_code(fields, info.depth_code);
+    const auto patches = info.patches ? pack_patch_table(*info.patches) : std::vector<std::uint8_t>();
+    fields.put(static_cast<std::uint16_t>(patches.size()));
+    fields.append(patches);
 
     Writer payload;
     payload.append(payload_uuid);

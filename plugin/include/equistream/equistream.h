@@ -83,13 +83,27 @@ typedef struct es_sequence_settings {
     const char* geometry_fingerprint;
     es_layer layer;
     int32_t tile_side; /* pixels that a tile is wide and high at most, 1 to 32,768; 0: 32 */
+    /* Of an atlas of patches (patches.h) around the sphere that all else is of; patch_side 0: the sphere itself. Pixels
+     * that a patch is wide and high, slots that the atlas is; where the auxiliary spheres' centres are, three numbers
+     * each, from the sphere's and in its axes. An atlas has no motion and is no hidden layer. */
+    int32_t patch_side, patch_columns, patch_rows;
+    uint32_t patch_offset_count;
+    const double* patch_offsets_m;
 } es_sequence_settings;
+
+/* What a slot of an atlas shows: a block of one auxiliary sphere. */
+typedef struct es_patch {
+    int32_t used; /* zero: nothing; no rays are asked for it */
+    uint32_t offset_index, block_x, block_y;
+} es_patch;
 
 typedef struct es_frame_settings {
     size_t struct_size;
     int64_t index;
     double time_s;
     es_pose head_previous, head, head_next; /* a missing neighbour: repeat `head` (zero camera motion) */
+    const es_patch* patches;                /* of an atlas: its slots, row by row; borrowed until the call returns */
+    size_t patch_count;
 } es_frame_settings;
 
 /* A rectangle of pixels to render. Filled by es_frame_next_tile; treat as read-only. */
@@ -165,7 +179,8 @@ ES_API es_status es_frame_next_tile(es_frame* frame, es_tile* tile);
 ES_API uint32_t es_tile_probe_rays(es_frame* frame, const es_tile* tile, es_ray* rays);
 /* As many distances as there were probe rays, each from its ray's origin; +inf (or negative, NaN) for a miss. */
 ES_API void es_tile_put_distances(es_frame* frame, const es_tile* tile, const float* distances_m);
-/* Fills rays through the pixel centres and returns how many: pixel_count; of a hidden layer those alone that it has. */
+/* Fills rays through the pixel centres and returns how many: pixel_count; of a hidden layer those alone that it has, of
+ * an atlas those of used slots. */
 ES_API uint32_t es_tile_geometry_rays(const es_frame* frame, const es_tile* tile, es_ray* rays);
 /* Fills jittered rays of colour pass `sample` (0 .. sample_count - 1), for the same pixels, and returns how many. */
 ES_API uint32_t es_tile_colour_rays(const es_frame* frame, const es_tile* tile, uint32_t sample, es_ray* rays);

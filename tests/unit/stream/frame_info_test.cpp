@@ -1,3 +1,4 @@
+#include "../atlas_fixture.h"
 #include "frame_info_matcher.h"
 
 #include <equistream/error.h>
@@ -12,9 +13,22 @@
 namespace equistream {
 namespace {
 
-constexpr std::size_t header_bytes = 20;                       // UUID, version, size
-constexpr std::size_t depth_code_bytes = 23;                   // appended last
-constexpr std::size_t geometry_bytes = 17 + depth_code_bytes;  // appended before it: its length and 16 digits
+constexpr std::size_t header_bytes = 20;  // UUID, version, size
+// Appended one after the other; each with all that come after it.
+constexpr std::size_t patches_bytes = 2 + 6 + 5 * 12 + 9;  // size; numbers, offsets and slots of the atlas below
+constexpr std::size_t depth_code_bytes = 23 + patches_bytes;
+constexpr std::size_t geometry_bytes = 17 + depth_code_bytes;  // its length and 16 digits
+
+/// Four slots of 2 + 3 + 6 + 5 bits, one of 2 and one of 1.
+PatchAtlas full_atlas() {
+    PatchAtlas atlas = testing::random_atlas(3, 2, 1);
+    atlas.sphere_width = 960;
+    atlas.sphere_height = 480;
+    atlas.range = {-2.5, 3.0, -0.7, 1.1};
+    atlas.offsets_m.resize(5);
+    atlas.slots = {{1, 59, 29, true}, {0, 3, 4, true}, {0, 3, 5, true}, {}, {4, 0, 0, true}, {2, 31, 17, true}};
+    return atlas;
+}
 
 FrameInfo full_info() {
     FrameInfo info;
@@ -35,6 +49,7 @@ FrameInfo full_info() {
     info.host = std::string(255, 'h');
     info.geometry_fingerprint = "0123456789abcdef";
     info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u};
+    info.patches = full_atlas();
     return info;
 }
 
@@ -117,7 +132,8 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
         auto shortened = payload;
         overwrite(shortened, 18, static_cast<std::uint16_t>(size));
         if (size + geometry_bytes + header_bytes == payload.size() ||
-            size + depth_code_bytes + header_bytes == payload.size())
+            size + depth_code_bytes + header_bytes == payload.size() ||
+            size + patches_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
@@ -125,13 +141,15 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out : {depth_code_bytes, geometry_bytes}) {
+    for (const std::size_t left_out : {patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
         const auto tagged = decode_frame_info(payload);
         ASSERT_TRUE(tagged);
-        expected.depth_code.reset();
+        expected.patches.reset();
+        if (left_out >= depth_code_bytes)
+            expected.depth_code.reset();
         if (left_out == geometry_bytes)
             expected.geometry_fingerprint.clear();
         expect_same_info(tagged->info, expected);
