@@ -1,3 +1,4 @@
+#include "found_depth_engine.h"
 #include "look_up.h"
 #include "reference.h"
 
@@ -14,7 +15,7 @@ namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> names = {"sphere", "surface"};
+constexpr std::array<std::string_view, 6> names = {"sphere", "surface", "splat", "gather", "mesh", "mesh-plain"};
 
 void copy(const SourceView& source, EyePicture& picture) {
     for (int y = 0; y < source.rgb.height; ++y)
@@ -92,6 +93,8 @@ std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& 
     if (found == names.end())
         throw InputError(expected_found("--method", "sphere or surface", "'" + std::string(name) + "'"));
     const bool surface = name == "surface";
+    if (!surface && name != "sphere")
+        return make_found_depth_engine(*found, options);
     if (options.reference)
         return make_reference_engine(surface, options);
     return std::make_unique<FastEngine>(surface, options);

@@ -19,6 +19,9 @@ namespace equistream {
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
     double error_budget_px = 0.25;
+    /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and codec
+    /// and geometry.
+    double mesh_share = 0.25;
     /// The slow, plain implementation in double precision, which tests compare the fast one with.
     bool reference = false;
 };

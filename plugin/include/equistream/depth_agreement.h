@@ -34,6 +34,22 @@ struct DepthAgreement {
         const auto [low, high] = std::minmax(reach_point, reach_predicted);
         return same(low, reach_sample) || same(high, reach_sample) || (low < reach_sample && reach_sample < high);
     }
+
+    /// The same rule for inverse distances 1/r >= 0 (w = B/r / (1 - B/r), so nothing is divided): (r - B) / r.
+    float share_beyond_box(float inverse_m) const { return std::max(1 - box_radius_m * inverse_m, 1e-3f); }
+    bool same_inverse(float inverse_a, float inverse_b) const {
+        return box_radius_m * std::abs(inverse_a - inverse_b) <=
+               tolerance * (share_beyond_box(inverse_a) * share_beyond_box(inverse_b));
+    }
+    bool between_inverse(float point, float predicted, float sample) const {
+        return same_inverse(point, sample) || same_inverse(predicted, sample) ||
+               (point < sample && sample < predicted) || (predicted < sample && sample < point);
+    }
+    /// Whether neighbours `a` and `b` of four samples in a row show one surface: what lies before a, or after b,
+    /// explains the step from one to the other. NaN is no surface; before and after may be NaN.
+    bool connected(float before, float a, float b, float after) const {
+        return between_inverse(a, 2 * a - before, b) || between_inverse(b, 2 * b - after, a);
+    }
 };
 
 }  // namespace equistream

@@ -1,0 +1,110 @@
+#include "found_depth_engine.h"
+
+#include "depth_finder.h"
+#include "look_up.h"
+
+#include <equistream/bound.h>
+
+#include <tbb/parallel_for.h>
+
+#include <cassert>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+namespace {
+
+std::unique_ptr<DepthFinder> make_finder(std::string_view name) {
+    if (name == "splat")
+        return make_splat_finder();
+    if (name == "gather")
+        return make_gather_finder();
+    return make_mesh_finder(name == "mesh-plain");
+}
+
+class FoundDepthEngine : public Engine {
+public:
+    FoundDepthEngine(std::string_view name, const EngineOptions& options)
+        : name_(name), options_(options), finder_(make_finder(name)) {}
+
+    std::string_view name() const override { return name_; }
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
+        return {.source = !same_position(source, eye)};
+    }
+    void set_source(const SourceView& source) override {
+        source_ = source;
+        lattice_.reset();
+        if (source.depth_m.data != nullptr)
+            lattice_.emplace(source.camera, source.depth_m);
+    }
+    void reproject(const EyeView& eye, EyePicture& picture) const override {
+        picture.reset(eye.camera);
+        if (!needs_depth(source_.pose, eye.pose).source) {
+            turn(eye, picture);
+            return;
+        }
+        assert(lattice_);
+        const double tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
+        const double box_radius_m =
+            std::max(source_.box_radius_m, glm::distance(source_.pose.position_m, eye.pose.position_m));
+        const FindingTask task{source_, *lattice_, eye, {float(box_radius_m), float(std::sin(tolerance_rad))},
+                               float(std::sin(options_.mesh_share * tolerance_rad))};
+        FloatImage inverse_planar(eye.camera.width, eye.camera.height, 1, nothing_found);
+        finder_->find(task, inverse_planar);
+        picture.depth_m = std::move(inverse_planar);
+        to_radial(eye.camera, picture.depth_m);
+        FloatImage depth_m = std::move(picture.depth_m);
+        look_up_by_surface(source_, {eye.camera, eye.pose, depth_m.view()}, {.tolerance_rad = tolerance_rad}, picture);
+        picture.depth_m = std::move(depth_m);
+        forget_gaps(picture);
+    }
+
+private:
+    /// From the source's own position every distance looks the same.
+    void turn(const EyeView& eye, EyePicture& picture) const {
+        const auto turned = make_engine("sphere", options_);
+        turned->set_source(source_);
+        turned->reproject(eye, picture);
+    }
+
+    static void to_radial(const PerspectiveCamera& camera, FloatImage& plane) {
+        const float step = float(1 / camera.focal_px());
+        tbb::parallel_for(0, plane.height(), [&](int y) {
+            float* row = plane.pixel(0, y);
+            const float b = (float(y) + 0.5f - 0.5f * float(camera.height)) * step;
+            for (int x = 0; x < plane.width(); ++x) {
+                const float a = (float(x) + 0.5f - 0.5f * float(camera.width)) * step;
+                const float inverse = std::max(row[x], 1 / far_distance_m);
+                const float radial = std::sqrt(1 + a * a + b * b) / inverse;
+                row[x] = row[x] < 0 ? std::numeric_limits<float>::quiet_NaN()
+                         : row[x] <= 1 / far_distance_m ? std::numeric_limits<float>::infinity() : radial;
+            }
+        });
+    }
+
+    static void forget_gaps(EyePicture& picture) {
+        tbb::parallel_for(0, picture.depth_m.height(), [&](int y) {
+            const std::uint8_t* origin = picture.origin.pixel(0, y);
+            float* depth_m = picture.depth_m.pixel(0, y);
+            for (int x = 0; x < picture.depth_m.width(); ++x)
+                if (origin[x] == std::uint8_t(PixelOrigin::gap))
+                    depth_m[x] = std::numeric_limits<float>::quiet_NaN();
+        });
+    }
+
+    std::string name_;
+    EngineOptions options_;
+    std::unique_ptr<DepthFinder> finder_;
+    SourceView source_;
+    std::optional<SourceLattice> lattice_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options) {
+    return std::make_unique<FoundDepthEngine>(name, options);
+}
+
+}  // namespace equistream

@@ -1,0 +1,10 @@
+#pragma once
+/// Engines made of a DepthFinder and the colour lookup of `surface`.
+#include <equistream_client/engine.h>
+
+namespace equistream {
+
+/// `name`: splat, gather, mesh or mesh-plain.
+std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options);
+
+}  // namespace equistream

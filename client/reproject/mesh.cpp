@@ -1,0 +1,112 @@
+#include "depth_finder.h"
+#include "mesh_triangles.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+namespace equistream {
+
+namespace {
+
+struct VisibleBlock {
+    int block_x = 0, block_y = 0;
+    MeshCells cells;
+    BlockTriangles triangles;
+};
+
+class MeshFinder : public DepthFinder {
+public:
+    explicit MeshFinder(bool plain) : plain_(plain) {}
+
+    void find(const FindingTask& task, FloatImage& inverse_planar) const override {
+        std::vector<VisibleBlock> blocks = visible_blocks(task);
+        tbb::enumerable_thread_specific<LatticeBlock> scratch;
+        // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by
+        // as much again.
+        const float tolerance = 0.5f * task.share;
+        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+            LatticeBlock& block = scratch.local();
+            task.lattice.load(blocks[i].block_x, blocks[i].block_y, block);
+            if (plain_)
+                build_plain_cells(block, blocks[i].cells);
+            else
+                build_mesh_cells(block, task.same_surface, tolerance, blocks[i].cells);
+        });
+        const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
+        const Neighbourhood neighbourhood(task.lattice, blocks);
+        const TriangleStyle style{task.same_surface, plain_};
+        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+            LatticeBlock& block = scratch.local();
+            task.lattice.load(blocks[i].block_x, blocks[i].block_y, block);
+            make_triangles(block, blocks[i].cells, neighbourhood.of(blocks[i]), projection, style,
+                           blocks[i].triangles);
+        });
+        draw(blocks, inverse_planar);
+    }
+
+private:
+    /// Finds the cells around a block.
+    class Neighbourhood {
+    public:
+        Neighbourhood(const SourceLattice& lattice, const std::vector<VisibleBlock>& blocks) : lattice_(lattice) {
+            at_.resize(std::size_t(lattice.block_columns()) * std::size_t(lattice.block_rows()));
+            for (const VisibleBlock& block : blocks)
+                at_[index(block.block_x, block.block_y)] = &block.cells;
+        }
+        NeighbourCells of(const VisibleBlock& block) const {
+            const int x = block.block_x, y = block.block_y, columns = lattice_.block_columns();
+            const int left = x > 0 ? x - 1 : lattice_.closes() ? columns - 1 : -1;
+            const int right = x + 1 < columns ? x + 1 : lattice_.closes() ? 0 : -1;
+            const int left_columns =
+                std::min(LatticeBlock::side, lattice_.width() - lattice_.first_column() - left * LatticeBlock::side);
+            return {left < 0 ? nullptr : at_[index(left, y)], left_columns, right < 0 ? nullptr : at_[index(right, y)],
+                    y > 0 ? at_[index(x, y - 1)] : nullptr,
+                    y + 1 < lattice_.block_rows() ? at_[index(x, y + 1)] : nullptr};
+        }
+
+    private:
+        std::size_t index(int x, int y) const {
+            return std::size_t(y) * std::size_t(lattice_.block_columns()) + std::size_t(x);
+        }
+        const SourceLattice& lattice_;
+        std::vector<const MeshCells*> at_;
+    };
+
+    static std::vector<VisibleBlock> visible_blocks(const FindingTask& task) {
+        const PixelBox everything{0, 0, task.eye.camera.width, task.eye.camera.height};
+        const SeenThrough seen(task.eye.camera, task.eye.pose, task.source.pose, everything);
+        std::vector<VisibleBlock> blocks;
+        for (int y = 0; y < task.lattice.block_rows(); ++y)
+            for (int x = 0; x < task.lattice.block_columns(); ++x)
+                if (seen.may_show(task.lattice.summary(x, y)))
+                    blocks.push_back({x, y, {}, {}});
+        return blocks;
+    }
+
+    static void draw(const std::vector<VisibleBlock>& blocks, FloatImage& inverse_planar) {
+        constexpr int band_rows = 64;
+        const int height = inverse_planar.height();
+        tbb::parallel_for(0, (height + band_rows - 1) / band_rows, [&](int band) {
+            const int first = band * band_rows, end = std::min(first + band_rows, height);
+            for (const VisibleBlock& block : blocks) {
+                const BlockTriangles& of = block.triangles;
+                if (of.bottom < float(first - 1) || of.top > float(end))
+                    continue;
+                for (const auto& [a, b, c] : of.triangles)
+                    draw_triangle(of.vertices[a], of.vertices[b], of.vertices[c], first, end, inverse_planar);
+            }
+        });
+    }
+
+    bool plain_;
+};
+
+}  // namespace
+
+std::unique_ptr<DepthFinder> make_mesh_finder(bool plain) {
+    return std::make_unique<MeshFinder>(plain);
+}
+
+}  // namespace equistream

@@ -1,0 +1,189 @@
+#include "source_lattice.h"
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace equistream {
+
+namespace {
+
+/// Of a lattice coordinate from -1 to n: a pixel's centre, or the picture's edge.
+double centre_or_edge(int i, int n) {
+    return std::clamp(i + 0.5, 0.0, double(n));
+}
+
+}  // namespace
+
+SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_m) : depth_m_(depth_m) {
+    const int w = depth_m.width, h = depth_m.height;
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        equirect_ = true;
+        const LongitudeLatitudeRange& range = sphere->range;
+        closes_ = range.closes();
+        north_pole_ = closes_ && range.latitude_max > pi / 2 - 1e-9;
+        south_pole_ = closes_ && range.latitude_min < -pi / 2 + 1e-9;
+        for (int x = -1; x <= w; ++x) {
+            const double longitude = range.longitude_min + centre_or_edge(x, w) * range.longitude_span() / w;
+            column_a_.push_back(float(std::sin(longitude)));
+            column_b_.push_back(float(std::cos(longitude)));
+        }
+        for (int y = -1; y <= h; ++y) {
+            const double latitude = range.latitude_max - centre_or_edge(y, h) * range.latitude_span() / h;
+            row_a_.push_back(float(std::sin(latitude)));
+            row_b_.push_back(float(std::cos(latitude)));
+        }
+    } else {
+        const double focal = std::get<PerspectiveCamera>(camera).focal_px();
+        for (int x = -1; x <= w; ++x)
+            column_a_.push_back(float((centre_or_edge(x, w) - 0.5 * w) / focal));
+        for (int y = -1; y <= h; ++y)
+            row_a_.push_back(float((0.5 * h - centre_or_edge(y, h)) / focal));
+    }
+    constexpr int side = LatticeBlock::side;
+    block_columns_ = (w - (closes_ ? 0 : -1) + side - 1) / side;
+    block_rows_ = (h + 1 + side - 1) / side;
+    summaries_.resize(std::size_t(block_columns_) * std::size_t(block_rows_));
+    tbb::parallel_for(0, block_rows_, [&](int block_y) {
+        for (int block_x = 0; block_x < block_columns_; ++block_x)
+            summaries_[std::size_t(block_y) * std::size_t(block_columns_) + std::size_t(block_x)] =
+                summarise(block_x, block_y);
+    });
+}
+
+void SourceLattice::wrap(int& x, int& y) const {
+    if ((y < 0 && north_pole_) || (y >= height() && south_pole_)) {
+        y = y < 0 ? -1 - y : 2 * height() - 1 - y;
+        x += width() / 2;
+    }
+    if (closes_)
+        x = x < 0 ? x + width() : x >= width() ? (x - width()) % width() : x;
+}
+
+Vec3f SourceLattice::direction_of_tables(int column, int row) const {
+    const float a = column_a_[column + 1], p = row_a_[row + 1];
+    if (!equirect_) {
+        const float scale = 1 / std::sqrt(1 + a * a + p * p);
+        return {a * scale, p * scale, -scale};
+    }
+    const float c = row_b_[row + 1];
+    return {c * a, p, -c * column_b_[column + 1]};
+}
+
+Vec3f SourceLattice::direction(int x, int y) const {
+    wrap(x, y);
+    return direction_of_tables(std::clamp(x, -1, width()), std::clamp(y, -1, height()));
+}
+
+/// On the picture's edge, half a pixel beyond a sample: where its plane leads. Where that is another surface's, the
+/// colour lookup refuses it.
+float SourceLattice::edge_inverse(int x, int y) const {
+    const int inner_x = std::clamp(x, 0, width() - 1), inner_y = std::clamp(y, 0, height() - 1);
+    const int behind_x = std::clamp(2 * inner_x - x, 0, width() - 1);
+    const int behind_y = std::clamp(2 * inner_y - y, 0, height() - 1);
+    const float k = inverse_of(depth_m_.pixel(inner_x, inner_y)[0]);
+    const float behind = inverse_of(depth_m_.pixel(behind_x, behind_y)[0]);
+    return std::max(1.5f * k - 0.5f * behind, 0.0f);
+}
+
+LatticePoint SourceLattice::point(int x, int y) const {
+    wrap(x, y);
+    const bool inside = x >= 0 && y >= 0 && x < width() && y < height();
+    if (inside)
+        return {direction_of_tables(x, y), inverse_of(depth_m_.pixel(x, y)[0])};
+    const bool on_edge = x >= -1 && y >= -1 && x <= width() && y <= height();
+    const Vec3f q = direction_of_tables(std::clamp(x, -1, width()), std::clamp(y, -1, height()));
+    return {q, on_edge ? edge_inverse(x, y) : std::nanf("")};
+}
+
+void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
+    constexpr int margin = LatticeBlock::margin, stride = LatticeBlock::stride, side = LatticeBlock::side;
+    block.x0 = first_column() + block_x * side;
+    block.y0 = first_row() + block_y * side;
+    block.columns = std::min(side, width() - block.x0);
+    block.rows = std::min(side, height() - block.y0);
+    const bool columns_inside = block.x0 >= margin && block.x0 + side + margin <= width();
+    for (int y = -margin; y < side + margin; ++y) {
+        const int row = block.y0 + y;
+        const int first = LatticeBlock::at(-margin, y);
+        if (!columns_inside || row < 0 || row >= height()) {
+            for (int x = -margin; x < side + margin; ++x) {
+                const LatticePoint p = point(block.x0 + x, row);
+                const int i = LatticeBlock::at(x, y);
+                block.qx[i] = p.q.x;
+                block.qy[i] = p.q.y;
+                block.qz[i] = p.q.z;
+                block.k[i] = p.k;
+            }
+            continue;
+        }
+        const float* depth = depth_m_.row(row) + block.x0 - margin;
+        const float* a = &column_a_[block.x0 - margin + 1];
+        const float p = row_a_[row + 1];
+        float* qx = &block.qx[first];
+        float* qy = &block.qy[first];
+        float* qz = &block.qz[first];
+        float* k = &block.k[first];
+        if (equirect_) {
+            const float* b = &column_b_[block.x0 - margin + 1];
+            const float c = row_b_[row + 1];
+            for (int i = 0; i < stride; ++i) {
+                qx[i] = c * a[i];
+                qy[i] = p;
+                qz[i] = -c * b[i];
+            }
+        } else {
+            for (int i = 0; i < stride; ++i) {
+                const float scale = 1 / std::sqrt(1 + a[i] * a[i] + p * p);
+                qx[i] = a[i] * scale;
+                qy[i] = p * scale;
+                qz[i] = -scale;
+            }
+        }
+        const float nan = std::numeric_limits<float>::quiet_NaN();
+        for (int i = 0; i < stride; ++i)
+            k[i] = depth[i] > 0 ? 1 / depth[i] : nan;
+    }
+}
+
+SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const {
+    constexpr int side = LatticeBlock::side;
+    const int x0 = first_column() + block_x * side, y0 = first_row() + block_y * side;
+    const int x1 = std::min(x0 + side, width()), y1 = std::min(y0 + side, height());
+    const float infinity = std::numeric_limits<float>::infinity();
+    float nearest_m = infinity, farthest_m = 0;
+    for (int y = std::max(y0, 0); y <= std::min(y1, height() - 1); ++y) {
+        const float* row = depth_m_.row(y);
+        const int begin = std::max(x0, 0), end = std::min(x1 + 1, width());
+        for (int x = begin; x < end; ++x) {
+            const float r = row[x] > 0 ? row[x] : infinity;
+            nearest_m = std::min(nearest_m, r);
+            farthest_m = std::max(farthest_m, r);
+        }
+    }
+    // Cells that go round the seam or over a pole end on points that lie elsewhere in the picture.
+    if (x1 == width() || y0 < 0 || y1 == height())
+        for (int y = y0; y <= y1; ++y)
+            for (int x = x0; x <= x1; ++x)
+                if (x == width() || y < 0 || y == height()) {
+                    const float k = point(x, y).k;
+                    nearest_m = k > 0 ? std::min(nearest_m, 1 / k) : nearest_m;
+                    farthest_m = k > 0 ? std::max(farthest_m, 1 / k) : infinity;
+                }
+    Summary summary{.nearest_inverse_m = 1 / nearest_m,
+                    .farthest_inverse_m = farthest_m > 0 ? 1 / farthest_m : 0,
+                    .axis = direction((x0 + x1) / 2, (y0 + y1) / 2)};
+    // The corner farthest from the middle bounds a block that is small; half a step more covers its bulging sides.
+    float least = 1;
+    for (const int x : {x0, (x0 + x1) / 2, x1})
+        for (const int y : {y0, (y0 + y1) / 2, y1})
+            least = std::min(least, dot(summary.axis, direction(x, y)));
+    const float radius = std::min(1.1f * std::acos(std::clamp(least, -1.0f, 1.0f)) + 1e-3f, float(pi));
+    summary.cos_radius = std::cos(radius);
+    summary.sin_radius = std::sin(radius);
+    return summary;
+}
+
+}  // namespace equistream

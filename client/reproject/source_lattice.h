@@ -1,0 +1,116 @@
+#pragma once
+/// A source's depth as a surface: a lattice of points (q, 1/r), one a pixel, in blocks that fit a core's cache. Two
+/// neighbours are joined where depth_agreement.h calls them one surface; engines draw what is joined and cut the rest.
+///
+/// Points are homogeneous: (q, k) stands for q / k, so that k = 0 is infinity, means of points lie on the segment
+/// between them, and a point on a plane m . X = 1 has k = m . q.
+#include "float_math.h"
+
+#include <equistream/camera.h>
+#include <equistream/depth_agreement.h>
+#include <equistream/image.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace equistream {
+
+/// In the source's camera frame.
+struct LatticePoint {
+    Vec3f q;      ///< towards the point; of length 1 where it is a sample's
+    float k = 0;  ///< length of q over the distance; NaN where nothing is known
+};
+
+/// The samples of one block and two more on each side. Large: one a thread.
+struct LatticeBlock {
+    static constexpr int side = 32;
+    static constexpr int margin = 2;
+    static constexpr int stride = side + 2 * margin;
+
+    int x0 = 0, y0 = 0;           ///< lattice coordinates of its first point
+    int columns = 0, rows = 0;    ///< cells from there on, at most `side` each
+    std::array<float, stride * stride> qx{}, qy{}, qz{}, k{};
+
+    /// Of the block's own coordinates, from -margin to side + margin - 1.
+    static constexpr int at(int x, int y) { return (y + margin) * stride + x + margin; }
+    LatticePoint point(int x, int y) const {
+        const int i = at(x, y);
+        return {{qx[i], qy[i], qz[i]}, k[i]};
+    }
+    /// Whether the point is joined to its right or lower neighbour.
+    bool joined_right(const DepthAgreement& agreement, int x, int y) const {
+        const float* row = &k[at(x, y)];
+        return agreement.connected(row[-1], row[0], row[1], row[2]);
+    }
+    bool joined_down(const DepthAgreement& agreement, int x, int y) const {
+        const float* column = &k[at(x, y)];
+        return agreement.connected(column[-stride], column[0], column[stride], column[2 * stride]);
+    }
+};
+
+/// Coordinates: point (i, j) is the centre of pixel (i, j). A sphere closes on itself: columns go round, and row -1 is
+/// row 0 on the other side of the pole. Where a picture ends, points -1, W and H lie on its edge, half a pixel out.
+class SourceLattice {
+public:
+    /// What a block holds, and beside it the points that its cells end on.
+    struct Summary {
+        float nearest_inverse_m = 0;               ///< largest k; 0 where nothing is known
+        float farthest_inverse_m = 0;              ///< smallest k
+        Vec3f axis;                                ///< the middle of its directions
+        float cos_radius = 1, sin_radius = 0;      ///< of the cone around it that holds them all
+    };
+
+    /// Borrows `depth_m` for as long as it is used. Reads all of it, on all cores.
+    SourceLattice(const Camera& camera, ImageView<const float> depth_m);
+
+    int width() const { return depth_m_.width; }
+    int height() const { return depth_m_.height; }
+    bool closes() const { return closes_; }
+    /// The first cell's lattice coordinates: its column is -1 where the picture does not close.
+    int first_column() const { return closes_ ? 0 : -1; }
+    static constexpr int first_row() { return -1; }
+    int block_columns() const { return block_columns_; }
+    int block_rows() const { return block_rows_; }
+    const Summary& summary(int block_x, int block_y) const {
+        return summaries_[std::size_t(block_y) * std::size_t(block_columns_) + std::size_t(block_x)];
+    }
+    void load(int block_x, int block_y, LatticeBlock& block) const;
+
+    /// Any lattice point; (q, NaN) beyond the picture.
+    LatticePoint point(int x, int y) const;
+    /// Whether it is a pixel's centre, once round a sphere or over its poles; not beyond the picture, nor on its edge.
+    bool is_sample(int x, int y) const {
+        wrap(x, y);
+        return x >= 0 && y >= 0 && x < width() && y < height();
+    }
+    /// k of a sample, in the same way; NaN elsewhere.
+    float sample_inverse(int x, int y) const {
+        if (!(x >= 0 && y >= 0 && x < width() && y < height())) {
+            wrap(x, y);
+            if (!(x >= 0 && y >= 0 && x < width() && y < height()))
+                return std::nanf("");
+        }
+        return inverse_of(depth_m_.row(y)[x]);
+    }
+    Vec3f direction(int x, int y) const;
+    /// 1 / distance of a sample: 0 for a miss, NaN for what is no distance.
+    static float inverse_of(float distance_m) { return distance_m > 0 ? 1 / distance_m : std::nanf(""); }
+
+private:
+    Summary summarise(int block_x, int block_y) const;
+    float edge_inverse(int x, int y) const;
+    /// Brings lattice coordinates of a sphere back into the picture.
+    void wrap(int& x, int& y) const;
+    Vec3f direction_of_tables(int column, int row) const;
+
+    ImageView<const float> depth_m_;
+    bool closes_ = false, north_pole_ = false, south_pole_ = false, equirect_ = false;
+    int block_columns_ = 0, block_rows_ = 0;
+    /// By column and row, from -1 to W and H. Sphere: sine and cosine of longitude and latitude. Perspective: the
+    /// direction with z = -1 has x = column_a, y = row_a.
+    std::vector<float> column_a_, column_b_, row_a_, row_b_;
+    std::vector<Summary> summaries_;
+};
+
+}  // namespace equistream

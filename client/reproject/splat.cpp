@@ -1,0 +1,225 @@
+#include "depth_finder.h"
+#include "splat_order.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+namespace {
+
+/// A source pixel as a parallelogram of the eye's, with the plane of its inverse depths: of the offset (dx, dy) from
+/// its middle, |across| <= 1 and |down| <= 1 inside.
+struct Footprint {
+    float x, y, inverse_planar;
+    float slope_x, slope_y;      ///< of inverse_planar, a pixel of the eye
+    float across_x, across_y;    ///< across = across_x dx + across_y dy
+    float down_x, down_y;
+    float half_width, half_height;  ///< of the box around it
+    int row;
+};
+
+/// Half a side of the largest footprint in pixels. Larger ones belong to what is so near to the eye, and so far from
+/// the source by comparison, that its samples are no picture any more.
+constexpr float largest_half_side = 32;
+/// A pixel of the source more on either side, against cracks from rounding and from the parallelogram being one.
+constexpr float overlap = 0.05f;
+
+struct Step {
+    float x = 0, y = 0, inverse_planar = 0;
+};
+
+Step operator-(const EyePoint& a, const EyePoint& b) {
+    return {a.x - b.x, a.y - b.y, a.inverse_planar - b.inverse_planar};
+}
+float length(Step s) {
+    return std::sqrt(s.x * s.x + s.y * s.y);
+}
+
+/// From one side's middle to the other's, and how far each lies from the pixel's centre as a share of that.
+struct Axis {
+    Step step;
+    float half = 0.5f + overlap;
+};
+
+/// `before` and `after` lead from one neighbour to the pixel and on to the other.
+Axis between(bool joined_before, Step before, bool joined_after, Step after) {
+    if (!joined_before)
+        return {after};
+    if (!joined_after)
+        return {before};
+    const Step mean{0.5f * (before.x + after.x), 0.5f * (before.y + after.y),
+                    0.5f * (before.inverse_planar + after.inverse_planar)};
+    // Reaches halfway to the farther neighbour.
+    const float longest = std::max(length(before), length(after));
+    const float mean_length = length(mean);
+    return {mean, mean_length > 0 ? 0.5f * longest / mean_length + overlap : 0};
+}
+
+/// One vertical band of the eye, drawn by one thread.
+class BandOfSplats {
+public:
+    BandOfSplats(const FindingTask& task, const EyeProjection& projection, const SplatOrder& order, PixelBox box)
+        : task_(task), projection_(projection), order_(order), box_(box),
+          seen_(task.eye.camera, task.eye.pose, task.source.pose, box) {}
+
+    void draw(LatticeBlock& block, std::vector<std::vector<Footprint>>& columns, FloatImage& target) {
+        for (const int block_x : block_columns_in_order()) {
+            for (std::vector<Footprint>& column : columns)
+                column.clear();
+            int first_column = 0;
+            for (int block_y = 0; block_y < task_.lattice.block_rows(); ++block_y) {
+                if (!seen_.may_show(task_.lattice.summary(block_x, block_y)))
+                    continue;
+                task_.lattice.load(block_x, block_y, block);
+                first_column = block.x0;
+                for (int y = 0; y < block.rows; ++y)
+                    if (block.y0 + y >= 0)
+                        for (int x = block.x0 < 0 ? 1 : 0; x < block.columns; ++x)
+                            add_footprint(block, x, y, columns[x]);
+            }
+            draw_columns(first_column, columns, target);
+        }
+    }
+
+private:
+    std::vector<int> block_columns_in_order() const {
+        std::vector<std::pair<double, int>> order;
+        for (int block_x = 0; block_x < task_.lattice.block_columns(); ++block_x) {
+            const int first = std::max(task_.lattice.first_column() + block_x * LatticeBlock::side, 0);
+            const int last = std::min(first + LatticeBlock::side, task_.lattice.width()) - 1;
+            order.emplace_back(-std::max(order_.earliness(first), order_.earliness(last)), block_x);
+        }
+        std::ranges::sort(order);
+        std::vector<int> columns;
+        for (const auto& [key, block_x] : order)
+            columns.push_back(block_x);
+        return columns;
+    }
+
+    void add_footprint(const LatticeBlock& block, int x, int y, std::vector<Footprint>& column) const {
+        const LatticePoint here = block.point(x, y);
+        const EyePoint middle = projection_.project(here);
+        if (!middle.before || !(here.k >= 0))
+            return;
+        const DepthAgreement& same = task_.same_surface;
+        const auto axis = [&](int dx, int dy, bool joined_before, bool joined_after) -> Axis {
+            const EyePoint before = projection_.project(block.point(x - dx, y - dy));
+            const EyePoint after = projection_.project(block.point(x + dx, y + dy));
+            joined_before = joined_before && before.before;
+            joined_after = joined_after && after.before;
+            if (joined_before || joined_after)
+                return between(joined_before, middle - before, joined_after, after - middle);
+            // On its own: the pixel's solid angle at its own distance.
+            return {projection_.project({block.point(x + dx, y + dy).q, here.k}) - middle};
+        };
+        // The points on a picture's edge are no samples, and half as far away.
+        const auto joined = [&](int dx, int dy) {
+            const bool there = task_.lattice.is_sample(block.x0 + x + dx, block.y0 + y + dy);
+            return there && (dx != 0 ? block.joined_right(same, x + std::min(dx, 0), y)
+                                     : block.joined_down(same, x, y + std::min(dy, 0)));
+        };
+        const Axis across = axis(1, 0, joined(-1, 0), joined(1, 0));
+        const Axis down = axis(0, 1, joined(0, -1), joined(0, 1));
+        const float area = across.step.x * down.step.y - across.step.y * down.step.x;
+        if (!(area > 0))
+            return;  // the eye sees its back
+        const float half_width = across.half * std::abs(across.step.x) + down.half * std::abs(down.step.x);
+        const float half_height = across.half * std::abs(across.step.y) + down.half * std::abs(down.step.y);
+        const bool outside = middle.x + half_width < float(box_.x0) || middle.x - half_width > float(box_.x1 - 1) ||
+                             middle.y + half_height < float(box_.y0) || middle.y - half_height > float(box_.y1 - 1);
+        if (outside || half_width > largest_half_side || half_height > largest_half_side)
+            return;
+        const float u_x = down.step.y / area, u_y = -down.step.x / area;
+        const float v_x = -across.step.y / area, v_y = across.step.x / area;
+        column.push_back({middle.x, middle.y, middle.inverse_planar,
+                          across.step.inverse_planar * u_x + down.step.inverse_planar * v_x,
+                          across.step.inverse_planar * u_y + down.step.inverse_planar * v_y, u_x / across.half,
+                          u_y / across.half, v_x / down.half, v_y / down.half, half_width, half_height,
+                          block.y0 + y});
+    }
+
+    void draw_columns(int first_column, const std::vector<std::vector<Footprint>>& columns, FloatImage& target) const {
+        std::array<int, LatticeBlock::side> order{};
+        int count = 0;
+        for (int x = 0; x < LatticeBlock::side; ++x)
+            if (!columns[x].empty())
+                order[count++] = x;
+        std::sort(order.begin(), order.begin() + count, [&](int a, int b) {
+            return order_.earliness(first_column + a) > order_.earliness(first_column + b);
+        });
+        for (int i = 0; i < count; ++i) {
+            const std::vector<Footprint>& column = columns[order[i]];
+            const double turning_row = order_.turning_row(first_column + order[i]);
+            const auto turn = std::ranges::partition_point(
+                column, [&](const Footprint& footprint) { return footprint.row + 0.5 < turning_row; });
+            if (order_.towards_turning_row(first_column + order[i])) {
+                std::for_each(column.begin(), turn, [&](const Footprint& f) { draw(f, target); });
+                std::for_each(column.rbegin(), std::make_reverse_iterator(turn),
+                              [&](const Footprint& f) { draw(f, target); });
+            } else {
+                std::for_each(std::make_reverse_iterator(turn), column.rend(),
+                              [&](const Footprint& f) { draw(f, target); });
+                std::for_each(turn, column.end(), [&](const Footprint& f) { draw(f, target); });
+            }
+        }
+    }
+
+    void draw(const Footprint& f, FloatImage& target) const {
+        const int x0 = std::max(int(std::ceil(f.x - f.half_width)), box_.x0);
+        const int x1 = std::min(int(std::floor(f.x + f.half_width)), box_.x1 - 1);
+        const int y0 = std::max(int(std::ceil(f.y - f.half_height)), box_.y0);
+        const int y1 = std::min(int(std::floor(f.y + f.half_height)), box_.y1 - 1);
+        for (int y = y0; y <= y1; ++y) {
+            float* row = target.pixel(0, y);
+            const float dy = float(y) - f.y;
+            for (int x = x0; x <= x1; ++x) {
+                const float dx = float(x) - f.x;
+                const float across = f.across_x * dx + f.across_y * dy;
+                const float down = f.down_x * dx + f.down_y * dy;
+                if (std::abs(across) <= 1 && std::abs(down) <= 1)
+                    row[x] = std::max(f.inverse_planar + f.slope_x * dx + f.slope_y * dy, 0.0f);
+            }
+        }
+    }
+
+    const FindingTask& task_;
+    const EyeProjection& projection_;
+    const SplatOrder& order_;
+    PixelBox box_;
+    SeenThrough seen_;
+};
+
+class SplatFinder : public DepthFinder {
+public:
+    void find(const FindingTask& task, FloatImage& inverse_planar) const override {
+        const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
+        const SplatOrder order(task.source.camera,
+                               glm::conjugate(task.source.pose.orientation) *
+                                   (task.eye.pose.position_m - task.source.pose.position_m));
+        struct Scratch {
+            LatticeBlock block;
+            std::vector<std::vector<Footprint>> columns{std::size_t(LatticeBlock::side)};
+        };
+        tbb::enumerable_thread_specific<Scratch> scratches;
+        const int width = task.eye.camera.width, height = task.eye.camera.height;
+        // A sphere's columns are all but the eye's: tall bands share few blocks.
+        constexpr int band_px = 160;
+        tbb::parallel_for(0, (width + band_px - 1) / band_px, [&](int band) {
+            const PixelBox box{band * band_px, 0, std::min((band + 1) * band_px, width), height};
+            Scratch& scratch = scratches.local();
+            BandOfSplats(task, projection, order, box).draw(scratch.block, scratch.columns, inverse_planar);
+        });
+    }
+};
+
+}  // namespace
+
+std::unique_ptr<DepthFinder> make_splat_finder() {
+    return std::make_unique<SplatFinder>();
+}
+
+}  // namespace equistream
