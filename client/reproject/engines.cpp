@@ -1,6 +1,6 @@
 #include "found_depth_engine.h"
 #include "look_up.h"
-#include "reference.h"
+#include "reference/reference.h"
 
 #include <equistream/bound.h>
 #include <equistream/error.h>
@@ -15,7 +15,15 @@ namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 6> names = {"sphere", "surface", "splat", "gather", "mesh", "mesh-plain"};
+constexpr std::array<std::string_view, 7> names = {"sphere", "lean", "surface",   "splat",
+                                                   "gather", "mesh", "mesh-plain"};
+
+std::string accepted_names() {
+    std::string text;
+    for (const std::string_view name : names)
+        text += (text.empty() ? "" : name == names.back() ? " or " : ", ") + std::string(name);
+    return text;
+}
 
 void copy(const SourceView& source, EyePicture& picture) {
     for (int y = 0; y < source.rgb.height; ++y)
@@ -30,7 +38,7 @@ class FastEngine : public Engine {
 public:
     FastEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
-    std::string_view name() const override { return names[surface_ ? 1 : 0]; }
+    std::string_view name() const override { return surface_ ? "surface" : "sphere"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
         const bool moved = surface_ && !same_position(source, eye);
         return {.source = moved, .eye = moved};
@@ -91,10 +99,11 @@ std::span<const std::string_view> engine_names() {
 std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
     const auto found = std::ranges::find(names, name);
     if (found == names.end())
-        throw InputError(expected_found("--method", "sphere or surface", "'" + std::string(name) + "'"));
+        throw InputError(expected_found("--method", accepted_names(), "'" + std::string(name) + "'"));
     const bool surface = name == "surface";
     if (!surface && name != "sphere")
-        return make_found_depth_engine(*found, options);
+        return options.reference ? make_reference_found_engine(*found, options)
+                                 : make_found_depth_engine(*found, options);
     if (options.reference)
         return make_reference_engine(surface, options);
     return std::make_unique<FastEngine>(surface, options);

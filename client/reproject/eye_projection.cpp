@@ -34,8 +34,7 @@ SeenThrough::SeenThrough(const PerspectiveCamera& camera, const Pose& eye, const
     const glm::dvec3 corners[4] = {camera.direction(box.x0, box.y0), camera.direction(box.x1, box.y0),
                                    camera.direction(box.x1, box.y1), camera.direction(box.x0, box.y1)};
     for (int i = 0; i < 4; ++i) {
-        const glm::dvec3 n =
-            glm::normalize(source_from_eye * glm::cross(corners[i], corners[(i + 1) % 4]));
+        const glm::dvec3 n = glm::normalize(source_from_eye * glm::cross(corners[i], corners[(i + 1) % 4]));
         planes_[i] = {to_float(n), float(glm::dot(n, position))};
     }
 }
@@ -45,10 +44,8 @@ bool SeenThrough::may_show(const SourceLattice::Summary& block) const {
         // The largest inwards . q over the block's cone, less the smallest k inwards . eye.
         const float cosine = dot(plane.inwards, block.axis);
         const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0f));
-        const float largest =
-            cosine >= block.cos_radius ? 1 : cosine * block.cos_radius + sine * block.sin_radius;
-        const float least =
-            std::min(block.nearest_inverse_m * plane.at_eye, block.farthest_inverse_m * plane.at_eye);
+        const float largest = cosine >= block.cos_radius ? 1 : cosine * block.cos_radius + sine * block.sin_radius;
+        const float least = std::min(block.nearest_inverse_m * plane.at_eye, block.farthest_inverse_m * plane.at_eye);
         return largest - least >= -1e-5f;
     });
 }

@@ -8,8 +8,8 @@
 
 namespace equistream {
 
-/// Where a point falls in the eye's picture: pixel centres are whole numbers here. `inverse_planar` is 1 / planar depth,
-/// linear in (x, y) along a plane. Only what lies before the eye (`before`) has such a place.
+/// Where a point falls in the eye's picture: pixel centres are whole numbers here. `inverse_planar` is 1 / planar
+/// depth, linear in (x, y) along a plane. Only what lies before the eye (`before`) has such a place.
 struct EyePoint {
     float x = 0, y = 0, inverse_planar = 0;
     bool before = false;
@@ -55,8 +55,8 @@ public:
 
 private:
     struct Plane {
-        Vec3f inwards;         ///< unit
-        float at_eye = 0;      ///< inwards . eye
+        Vec3f inwards;     ///< unit
+        float at_eye = 0;  ///< inwards . eye
     };
     std::array<Plane, 4> planes_;
 };

@@ -1,6 +1,7 @@
 #include "found_depth_engine.h"
 
 #include "depth_finder.h"
+#include "lean.h"
 #include "look_up.h"
 
 #include <equistream/bound.h>
@@ -21,6 +22,8 @@ std::unique_ptr<DepthFinder> make_finder(std::string_view name) {
         return make_splat_finder();
     if (name == "gather")
         return make_gather_finder();
+    if (name == "lean")
+        return nullptr;
     return make_mesh_finder(name == "mesh-plain");
 }
 
@@ -31,42 +34,58 @@ public:
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
-        return {.source = !same_position(source, eye)};
+        return {.source = !leans() && !same_position(source, eye)};
     }
     void set_source(const SourceView& source) override {
         source_ = source;
         lattice_.reset();
-        if (source.depth_m.data != nullptr)
+        if (leans())
+            lean_radius_m_ = lean_radius_m(source, options_);
+        else if (source.depth_m.data != nullptr)
             lattice_.emplace(source.camera, source.depth_m);
     }
     void reproject(const EyeView& eye, EyePicture& picture) const override {
         picture.reset(eye.camera);
-        if (!needs_depth(source_.pose, eye.pose).source) {
+        if (same_position(source_.pose, eye.pose)) {
             turn(eye, picture);
             return;
         }
-        assert(lattice_);
         const double tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
-        const double box_radius_m =
-            std::max(source_.box_radius_m, glm::distance(source_.pose.position_m, eye.pose.position_m));
-        const FindingTask task{source_, *lattice_, eye, {float(box_radius_m), float(std::sin(tolerance_rad))},
-                               float(std::sin(options_.mesh_share * tolerance_rad))};
-        FloatImage inverse_planar(eye.camera.width, eye.camera.height, 1, nothing_found);
-        finder_->find(task, inverse_planar);
-        picture.depth_m = std::move(inverse_planar);
-        to_radial(eye.camera, picture.depth_m);
-        FloatImage depth_m = std::move(picture.depth_m);
-        look_up_by_surface(source_, {eye.camera, eye.pose, depth_m.view()}, {.tolerance_rad = tolerance_rad}, picture);
+        FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
+        if (leans())
+            find_by_leaning(source_, eye, lean_radius_m_, depth_m);
+        else
+            find(eye, tolerance_rad, depth_m);
+        to_radial(eye.camera, depth_m);
+        const bool only_seen = !leans() && name_ != "mesh-plain";
+        look_up_by_surface(source_, {eye.camera, eye.pose, depth_m.view()},
+                           {.tolerance_rad = tolerance_rad, .only_seen = only_seen}, picture);
+        if (leans())
+            return;
         picture.depth_m = std::move(depth_m);
         forget_gaps(picture);
     }
 
 private:
+    bool leans() const { return finder_ == nullptr; }
+
     /// From the source's own position every distance looks the same.
     void turn(const EyeView& eye, EyePicture& picture) const {
         const auto turned = make_engine("sphere", options_);
         turned->set_source(source_);
         turned->reproject(eye, picture);
+    }
+
+    void find(const EyeView& eye, double tolerance_rad, FloatImage& inverse_planar) const {
+        assert(lattice_);
+        const double box_radius_m =
+            std::max(source_.box_radius_m, glm::distance(source_.pose.position_m, eye.pose.position_m));
+        finder_->find({source_,
+                       *lattice_,
+                       eye,
+                       {float(box_radius_m), float(std::sin(tolerance_rad))},
+                       float(std::sin(options_.mesh_share * tolerance_rad))},
+                      inverse_planar);
     }
 
     static void to_radial(const PerspectiveCamera& camera, FloatImage& plane) {
@@ -78,8 +97,9 @@ private:
                 const float a = (float(x) + 0.5f - 0.5f * float(camera.width)) * step;
                 const float inverse = std::max(row[x], 1 / far_distance_m);
                 const float radial = std::sqrt(1 + a * a + b * b) / inverse;
-                row[x] = row[x] < 0 ? std::numeric_limits<float>::quiet_NaN()
-                         : row[x] <= 1 / far_distance_m ? std::numeric_limits<float>::infinity() : radial;
+                row[x] = row[x] < 0                     ? std::numeric_limits<float>::quiet_NaN()
+                         : row[x] <= 1 / far_distance_m ? std::numeric_limits<float>::infinity()
+                                                        : radial;
             }
         });
     }
@@ -99,6 +119,7 @@ private:
     std::unique_ptr<DepthFinder> finder_;
     SourceView source_;
     std::optional<SourceLattice> lattice_;
+    double lean_radius_m_ = 0;
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 namespace equistream {
 
-/// `name`: splat, gather, mesh or mesh-plain.
+/// `name`: splat, gather, mesh, mesh-plain or lean.
 std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options);
 
 }  // namespace equistream

@@ -37,13 +37,22 @@ struct Span {
     float far = 0, near = 0;  ///< of s
 };
 
-/// The source's surface at any position of its picture: bilinear in 1/r where the four samples around it are joined, else
-/// the nearest sample's own plane.
+/// The source's surface at any position of its picture: bilinear in 1/r where the four samples around it are joined,
+/// else the nearest sample's own plane.
 template <typename Lookup>
 class Surface {
 public:
     Surface(const SourceLattice& lattice, const Lookup& lookup, const DepthAgreement& same)
-        : lattice_(lattice), lookup_(lookup), same_(same) {}
+        : lattice_(lattice), lookup_(lookup), same_(same) {
+        const auto half_square = [&](int x, int y, int dx, int dy) {
+            const Vec3f chord = lattice.direction(x + dx, y + dy) + lattice.direction(x, y) * -1;
+            return 0.5f * dot(chord, chord);
+        };
+        const int middle_x = lattice.width() / 2;
+        for (int y = -1; y <= lattice.height(); ++y)
+            across_.push_back(half_square(middle_x, std::clamp(y, 0, lattice.height() - 1), 1, 0));
+        down_ = half_square(middle_x, lattice.height() / 2, 0, 1);
+    }
 
     /// NaN outside the picture.
     float inverse_distance(Vec3f direction) const {
@@ -53,12 +62,15 @@ public:
         const float fu = std::floor(p.u - 0.5f), fv = std::floor(p.v - 0.5f);
         const int x = int(fu), y = int(fv);
         const float a = p.u - 0.5f - fu, b = p.v - 0.5f - fv;
-        const float k[4] = {lattice_.sample_inverse(x, y), lattice_.sample_inverse(x + 1, y), lattice_.sample_inverse(x, y + 1),
-                            lattice_.sample_inverse(x + 1, y + 1)};
+        const float k[4] = {lattice_.sample_inverse(x, y), lattice_.sample_inverse(x + 1, y),
+                            lattice_.sample_inverse(x, y + 1), lattice_.sample_inverse(x + 1, y + 1)};
         const auto [low, high] = std::minmax({k[0], k[1], k[2], k[3]});
         const bool alike = same_.same_inverse(low, high) && k[0] + k[1] + k[2] + k[3] >= 0;
-        if (alike || joined(x, y))
-            return (k[0] * (1 - a) + k[1] * a) * (1 - b) + (k[2] * (1 - a) + k[3] * a) * b;
+        if (alike || joined(x, y)) {
+            // Between samples their directions' mean is shorter than 1, and what it is to be divided by.
+            const float longer = 1 + a * (1 - a) * across_[std::size_t(y + 1)] + b * (1 - b) * down_;
+            return ((k[0] * (1 - a) + k[1] * a) * (1 - b) + (k[2] * (1 - a) + k[3] * a) * b) * longer;
+        }
         const int nearest_x = x + (a > 0.5f ? 1 : 0), nearest_y = y + (b > 0.5f ? 1 : 0);
         return std::max(continued(nearest_x, nearest_y, p.u - 0.5f - float(nearest_x), p.v - 0.5f - float(nearest_y)),
                         0.0f);
@@ -66,12 +78,14 @@ public:
     /// Of the sample nearest to the direction: quick, for signs only.
     float nearest_inverse_distance(Vec3f direction) const {
         const PixelPosition p = lookup_.project(direction);
-        return lookup_.contains(p) ? lattice_.sample_inverse(int(std::floor(p.u)), int(std::floor(p.v))) : std::nanf("");
+        return lookup_.contains(p) ? lattice_.sample_inverse(int(std::floor(p.u)), int(std::floor(p.v)))
+                                   : std::nanf("");
     }
 
 private:
     bool connected(int x, int y, int dx, int dy) const {
-        return same_.connected(lattice_.sample_inverse(x - dx, y - dy), lattice_.sample_inverse(x, y), lattice_.sample_inverse(x + dx, y + dy),
+        return same_.connected(lattice_.sample_inverse(x - dx, y - dy), lattice_.sample_inverse(x, y),
+                               lattice_.sample_inverse(x + dx, y + dy),
                                lattice_.sample_inverse(x + 2 * dx, y + 2 * dy));
     }
     bool joined(int x, int y) const {
@@ -91,6 +105,8 @@ private:
     const SourceLattice& lattice_;
     const Lookup& lookup_;
     DepthAgreement same_;
+    std::vector<float> across_;  ///< by row from -1 on: half the square of the chord between neighbours
+    float down_ = 0;
 };
 
 /// The pixels of one tile of the eye.
@@ -98,9 +114,9 @@ template <typename Lookup>
 class TileSearch {
 public:
     TileSearch(const FindingTask& task, const EyeRays& rays, const Lookup& lookup)
-        : rays_(rays), same_surface_(task.same_surface),
-          found_{task.same_surface.box_radius_m, task.share}, surface_(task.lattice, lookup, task.same_surface),
-          eye_square_(dot(rays.eye(), rays.eye())), pixel_rad_(pixel_angle(task.source.camera)) {}
+        : rays_(rays), same_surface_(task.same_surface), found_{task.same_surface.box_radius_m, task.share},
+          surface_(task.lattice, lookup, task.same_surface), eye_square_(dot(rays.eye(), rays.eye())),
+          pixel_rad_(pixel_angle(task.source.camera)) {}
 
     void search(PixelBox box, float nearest_inverse_m, float farthest_inverse_m, FloatImage& inverse_planar) const {
         for (int y = box.y0; y < box.y1; ++y) {
@@ -109,8 +125,8 @@ public:
                 Ray ray{rays_.direction(x, y), rays_.eye()};
                 ray.square = dot(ray.direction, ray.direction);
                 ray.along_eye = dot(ray.direction, ray.eye);
-                Span span{ray.leaves(farthest_inverse_m, eye_square_),
-                          std::min(ray.leaves(nearest_inverse_m, eye_square_), nearest_s_)};
+                Span span{ray.leaves(farthest_inverse_m * (1 - margin_), eye_square_),
+                          std::min(ray.leaves(nearest_inverse_m * (1 + margin_), eye_square_), nearest_s_)};
                 const float seed = x > box.x0 && row[x - 1] >= 0 ? row[x - 1]
                                    : y > box.y0 && inverse_planar.pixel(x, y - 1)[0] >= 0
                                        ? inverse_planar.pixel(x, y - 1)[0]
@@ -141,8 +157,8 @@ private:
         return fast_atan2(sine, dot(a, b)) / pixel_rad_;
     }
 
-    /// The fixed point of s -> where the ray leaves the sphere that the surface in the direction of s lies on, with Aitken's
-    /// extrapolation, which is exact on planes after two steps; nothing_found if it does not come to rest.
+    /// The fixed point of s -> where the ray leaves the sphere that the surface in the direction of s lies on, with
+    /// Aitken's extrapolation, which is exact on planes after two steps; nothing_found if it does not come to rest.
     float converge(const Ray& ray, float s) const {
         float last = s, last_but_one = s;
         for (int i = 0; i < 6; ++i) {
@@ -210,6 +226,8 @@ private:
 
     /// Nothing nearer than this to the eye's plane is looked for, one over metres.
     static constexpr float nearest_s_ = 1e3f;
+    /// Surfaces go on a little beyond their samples.
+    static constexpr float margin_ = 0.02f;
 
     const EyeRays& rays_;
     DepthAgreement same_surface_, found_;

@@ -76,6 +76,7 @@ std::int64_t look_up(const SourceView& source, const EyeView& eye, const LookUpO
                 .eye = eye,
                 .rays = EyeRays(eye.camera, eye.pose, source.pose),
                 .surface = surface,
+                .only_seen = options.only_seen,
                 .agreement = {},
                 .mark = options.mark,
                 .only_gaps = options.only_gaps,
@@ -95,7 +96,8 @@ std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, 
 
 std::int64_t look_up_by_surface(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                 EyePicture& picture) {
-    assert(source.depth_m.width == width_of(source.camera) && source.depth_m.height == height_of(source.camera));
+    assert(!options.only_seen || (source.depth_m.width == width_of(source.camera) &&
+                                  source.depth_m.height == height_of(source.camera)));
     assert(eye.depth_m.width == eye.camera.width && eye.depth_m.height == eye.camera.height);
     return look_up(source, eye, options, true, picture);
 }

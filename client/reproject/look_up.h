@@ -8,6 +8,9 @@ struct LookUpOptions {
     double tolerance_rad = 0;                ///< e of the bound, for look_up_by_surface
     PixelOrigin mark = PixelOrigin::source;  ///< what the pixels coloured here are marked with
     bool only_gaps = false;                  ///< leave alone what already has a colour
+    /// For look_up_by_surface: false colours every point whose direction the source has, whatever the source saw
+    /// there; its depth is not read.
+    bool only_seen = true;
 };
 
 /// By direction alone: positions and depth are ignored. Returns the number of pixels coloured.

@@ -40,8 +40,7 @@ public:
         tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
             LatticeBlock& block = scratch.local();
             task.lattice.load(blocks[i].block_x, blocks[i].block_y, block);
-            make_triangles(block, blocks[i].cells, neighbourhood.of(blocks[i]), projection, style,
-                           blocks[i].triangles);
+            make_triangles(block, blocks[i].cells, neighbourhood.of(blocks[i]), projection, style, blocks[i].triangles);
         });
         draw(blocks, inverse_planar);
     }

@@ -14,7 +14,8 @@ Vec3f plane_through(const LatticePoint& a, const LatticePoint& b, const LatticeP
     const glm::dvec3 origin(a.q.x, a.q.y, a.q.z);
     const double square = glm::dot(origin, origin);
     const auto chord = [&](const LatticePoint& p) { return glm::dvec3(p.q.x, p.q.y, p.q.z) - origin; };
-    // m = k q_a / |q_a|^2 + s u + t v: right at a because u and v are square to q_a, at b and c by the choice of s and t.
+    // m = k q_a / |q_a|^2 + s u + t v: right at a because u and v are square to q_a, at b and c by the choice of s and
+    // t.
     const double k = a.k / square;
     const auto across = [&](const glm::dvec3& d) { return d - glm::dot(d, origin) / square * origin; };
     const glm::dvec3 u = across(chord(b)), v = across(chord(c));
@@ -48,9 +49,7 @@ public:
             build(level);
     }
 
-    void collect(MeshCells& mesh) const {
-        collect(levels, 0, 0, mesh);
-    }
+    void collect(MeshCells& mesh) const { collect(levels, 0, 0, mesh); }
 
 private:
     static constexpr int levels = 5;
@@ -64,9 +63,9 @@ private:
         for (int y = 0; y < block_.rows; y += size)
             for (int x = 0; x < block_.columns; x += size)
                 flat_[level][(y >> level) * side + (x >> level)] =
-                    fits(x, y, size) && below[(y / half) * side + x / half] && below[(y / half) * side + x / half + 1] &&
-                    below[(y / half + 1) * side + x / half] && below[(y / half + 1) * side + x / half + 1] &&
-                    holds(x, y, size);
+                    fits(x, y, size) && below[(y / half) * side + x / half] &&
+                    below[(y / half) * side + x / half + 1] && below[(y / half + 1) * side + x / half] &&
+                    below[(y / half + 1) * side + x / half + 1] && holds(x, y, size);
     }
 
     /// Both triangles of a cell, split from its first corner to the opposite one.

@@ -1,6 +1,6 @@
 #pragma once
-/// A block of a source's lattice as a quadtree of cells, each so large as keeps w = B / (r - B) within a tolerance of the
-/// two triangles that stand for it, none across a cut.
+/// A block of a source's lattice as a quadtree of cells, each so large as keeps w = B / (r - B) within a tolerance of
+/// the two triangles that stand for it, none across a cut.
 #include "source_lattice.h"
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 namespace equistream {
 
 struct MeshCell {
-    std::uint8_t x, y;       ///< of its first corner, in the block
-    std::uint8_t side;       ///< 1, 2, 4, ... cells of the lattice
-    bool whole;              ///< false only where side is 1: some of its corners are not joined
+    std::uint8_t x, y;  ///< of its first corner, in the block
+    std::uint8_t side;  ///< 1, 2, 4, ... cells of the lattice
+    bool whole;         ///< false only where side is 1: some of its corners are not joined
 };
 
 struct MeshCells {

@@ -135,7 +135,8 @@ private:
                     ++count;
                 }
             const Corner centre = corner(LatticePoint{direction, std::max(sum / float(count), 0.0f)});
-            const Corner next = towards(places[i].x, places[i].y, places[(i + 1) % 4].x, places[(i + 1) % 4].y, joined[i]);
+            const Corner next =
+                towards(places[i].x, places[i].y, places[(i + 1) % 4].x, places[(i + 1) % 4].y, joined[i]);
             const Corner last =
                 towards(places[i].x, places[i].y, places[(i + 3) % 4].x, places[(i + 3) % 4].y, joined[(i + 3) % 4]);
             add(here, next, centre);

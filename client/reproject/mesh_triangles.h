@@ -17,8 +17,8 @@ struct BlockTriangles {
     float top = 0, bottom = 0;
 };
 
-/// The cells around a block; null where none are drawn. A corner of theirs on a common edge is one of ours too, so that no
-/// crack opens between cells of different sizes.
+/// The cells around a block; null where none are drawn. A corner of theirs on a common edge is one of ours too, so that
+/// no crack opens between cells of different sizes.
 struct NeighbourCells {
     const MeshCells* left = nullptr;
     int left_columns = 0;  ///< of the left one

@@ -28,8 +28,8 @@ struct LatticeBlock {
     static constexpr int margin = 2;
     static constexpr int stride = side + 2 * margin;
 
-    int x0 = 0, y0 = 0;           ///< lattice coordinates of its first point
-    int columns = 0, rows = 0;    ///< cells from there on, at most `side` each
+    int x0 = 0, y0 = 0;         ///< lattice coordinates of its first point
+    int columns = 0, rows = 0;  ///< cells from there on, at most `side` each
     std::array<float, stride * stride> qx{}, qy{}, qz{}, k{};
 
     /// Of the block's own coordinates, from -margin to side + margin - 1.
@@ -55,10 +55,10 @@ class SourceLattice {
 public:
     /// What a block holds, and beside it the points that its cells end on.
     struct Summary {
-        float nearest_inverse_m = 0;               ///< largest k; 0 where nothing is known
-        float farthest_inverse_m = 0;              ///< smallest k
-        Vec3f axis;                                ///< the middle of its directions
-        float cos_radius = 1, sin_radius = 0;      ///< of the cone around it that holds them all
+        float nearest_inverse_m = 0;           ///< largest k; 0 where nothing is known
+        float farthest_inverse_m = 0;          ///< smallest k
+        Vec3f axis;                            ///< the middle of its directions
+        float cos_radius = 1, sin_radius = 0;  ///< of the cone around it that holds them all
     };
 
     /// Borrows `depth_m` for as long as it is used. Reads all of it, on all cores.

@@ -15,8 +15,8 @@ namespace {
 /// its middle, |across| <= 1 and |down| <= 1 inside.
 struct Footprint {
     float x, y, inverse_planar;
-    float slope_x, slope_y;      ///< of inverse_planar, a pixel of the eye
-    float across_x, across_y;    ///< across = across_x dx + across_y dy
+    float slope_x, slope_y;    ///< of inverse_planar, a pixel of the eye
+    float across_x, across_y;  ///< across = across_x dx + across_y dy
     float down_x, down_y;
     float half_width, half_height;  ///< of the box around it
     int row;
@@ -59,11 +59,24 @@ Axis between(bool joined_before, Step before, bool joined_after, Step after) {
     return {mean, mean_length > 0 ? 0.5f * longest / mean_length + overlap : 0};
 }
 
+/// By row, how much wider a pixel is at its wider edge than in its middle: much next to a sphere's poles.
+std::vector<float> widenings(const SourceLattice& lattice) {
+    const auto width = [&](int y) {
+        const Vec3f chord = lattice.direction(1, y) + lattice.direction(0, y) * -1;
+        return std::sqrt(dot(chord, chord));
+    };
+    std::vector<float> rows;
+    for (int y = 0; y < lattice.height(); ++y)
+        rows.push_back(0.5f + 0.5f * std::max(width(y - 1), width(y + 1)) / width(y));
+    return rows;
+}
+
 /// One vertical band of the eye, drawn by one thread.
 class BandOfSplats {
 public:
-    BandOfSplats(const FindingTask& task, const EyeProjection& projection, const SplatOrder& order, PixelBox box)
-        : task_(task), projection_(projection), order_(order), box_(box),
+    BandOfSplats(const FindingTask& task, const EyeProjection& projection, const SplatOrder& order,
+                 const std::vector<float>& widening, PixelBox box)
+        : task_(task), projection_(projection), order_(order), widening_(widening), box_(box),
           seen_(task.eye.camera, task.eye.pose, task.source.pose, box) {}
 
     void draw(LatticeBlock& block, std::vector<std::vector<Footprint>>& columns, FloatImage& target) {
@@ -122,7 +135,8 @@ private:
             return there && (dx != 0 ? block.joined_right(same, x + std::min(dx, 0), y)
                                      : block.joined_down(same, x, y + std::min(dy, 0)));
         };
-        const Axis across = axis(1, 0, joined(-1, 0), joined(1, 0));
+        Axis across = axis(1, 0, joined(-1, 0), joined(1, 0));
+        across.half *= widening_[std::size_t(block.y0 + y)];
         const Axis down = axis(0, 1, joined(0, -1), joined(0, 1));
         const float area = across.step.x * down.step.y - across.step.y * down.step.x;
         if (!(area > 0))
@@ -138,8 +152,7 @@ private:
         column.push_back({middle.x, middle.y, middle.inverse_planar,
                           across.step.inverse_planar * u_x + down.step.inverse_planar * v_x,
                           across.step.inverse_planar * u_y + down.step.inverse_planar * v_y, u_x / across.half,
-                          u_y / across.half, v_x / down.half, v_y / down.half, half_width, half_height,
-                          block.y0 + y});
+                          u_y / across.half, v_x / down.half, v_y / down.half, half_width, half_height, block.y0 + y});
     }
 
     void draw_columns(int first_column, const std::vector<std::vector<Footprint>>& columns, FloatImage& target) const {
@@ -189,6 +202,7 @@ private:
     const FindingTask& task_;
     const EyeProjection& projection_;
     const SplatOrder& order_;
+    const std::vector<float>& widening_;
     PixelBox box_;
     SeenThrough seen_;
 };
@@ -197,9 +211,9 @@ class SplatFinder : public DepthFinder {
 public:
     void find(const FindingTask& task, FloatImage& inverse_planar) const override {
         const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
-        const SplatOrder order(task.source.camera,
-                               glm::conjugate(task.source.pose.orientation) *
-                                   (task.eye.pose.position_m - task.source.pose.position_m));
+        const SplatOrder order(task.source.camera, glm::conjugate(task.source.pose.orientation) *
+                                                       (task.eye.pose.position_m - task.source.pose.position_m));
+        const std::vector<float> widening = widenings(task.lattice);
         struct Scratch {
             LatticeBlock block;
             std::vector<std::vector<Footprint>> columns{std::size_t(LatticeBlock::side)};
@@ -211,7 +225,7 @@ public:
         tbb::parallel_for(0, (width + band_px - 1) / band_px, [&](int band) {
             const PixelBox box{band * band_px, 0, std::min((band + 1) * band_px, width), height};
             Scratch& scratch = scratches.local();
-            BandOfSplats(task, projection, order, box).draw(scratch.block, scratch.columns, inverse_planar);
+            BandOfSplats(task, projection, order, widening, box).draw(scratch.block, scratch.columns, inverse_planar);
         });
     }
 };

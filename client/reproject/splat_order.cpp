@@ -12,11 +12,11 @@ SplatOrder::SplatOrder(const Camera& source, const glm::dvec3& eye) {
         const double tangent = std::tan(latitude_of(epipole));
         const double rows_per_radian = sphere->height / sphere->range.latitude_span();
         for (int x = 0; x < width; ++x) {
-            const double longitude =
-                sphere->range.longitude_min + (x + 0.5) * sphere->range.longitude_span() / width;
+            const double longitude = sphere->range.longitude_min + (x + 0.5) * sphere->range.longitude_span() / width;
             const double apart = std::abs(std::remainder(longitude - longitude_of_epipole, 2 * pi));
             earliness_.push_back(apart);
-            turning_row_.push_back((sphere->range.latitude_max - std::atan(tangent / std::cos(apart))) * rows_per_radian);
+            turning_row_.push_back((sphere->range.latitude_max - std::atan(tangent / std::cos(apart))) *
+                                   rows_per_radian);
             towards_.push_back(apart < pi / 2);
         }
         return;

@@ -1,16 +1,16 @@
 #pragma once
-/// The order in which a source's samples may be drawn over one another without comparing depths (McMillan, "A list-priority
-/// rendering algorithm for redisplaying projected surfaces", 1995; "An image-based approach to three-dimensional computer
-/// graphics", 1997).
+/// The order in which a source's samples may be drawn over one another without comparing depths (McMillan, "A
+/// list-priority rendering algorithm for redisplaying projected surfaces", 1995; "An image-based approach to
+/// three-dimensional computer graphics", 1997).
 ///
-/// Points that meet in one pixel of the eye lie on one half circle from the antipode of the eye's direction (the epipole)
-/// to the epipole, the nearer the closer to the epipole: drawing along every such half circle towards the epipole draws
-/// the nearest last. On a sphere's picture the longitude along it runs one way, from the epipole's opposite meridian to
-/// its own; so columns come in order of their longitude's distance from the epipole's, farthest first, those on either side
-/// in any order. Within a column the half circles run towards the latitude p* with tan p* = tan(p_epipole) / cos(dl) in
-/// the epipole's hemisphere of longitudes, and away from it in the other; rows follow. In a perspective picture half
-/// circles are straight and run to the epipole's image where the eye is in front of the source, else away from where the
-/// antipode's image is: columns and rows in order of their distance from it.
+/// Points that meet in one pixel of the eye lie on one half circle from the antipode of the eye's direction (the
+/// epipole) to the epipole, the nearer the closer to the epipole: drawing along every such half circle towards the
+/// epipole draws the nearest last. On a sphere's picture the longitude along it runs one way, from the epipole's
+/// opposite meridian to its own; so columns come in order of their longitude's distance from the epipole's, farthest
+/// first, those on either side in any order. Within a column the half circles run towards the latitude p* with tan p* =
+/// tan(p_epipole) / cos(dl) in the epipole's hemisphere of longitudes, and away from it in the other; rows follow. In a
+/// perspective picture half circles are straight and run to the epipole's image where the eye is in front of the
+/// source, else away from where the antipode's image is: columns and rows in order of their distance from it.
 #include "float_math.h"
 
 #include <equistream/camera.h>

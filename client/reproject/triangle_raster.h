@@ -22,8 +22,8 @@ inline float twice_area(const ScreenVertex& a, const ScreenVertex& b, const Scre
 inline constexpr float raster_slack_px = 1.0f / 512;
 
 /// Corners clockwise. Only rows from `first_row` to before `end_row` are touched.
-inline void draw_triangle(const ScreenVertex& a, const ScreenVertex& b, const ScreenVertex& c, int first_row, int end_row,
-                          FloatImage& nearest) {
+inline void draw_triangle(const ScreenVertex& a, const ScreenVertex& b, const ScreenVertex& c, int first_row,
+                          int end_row, FloatImage& nearest) {
     const auto [top, bottom] = std::minmax({a.y, b.y, c.y});
     const int y0 = std::max(int(std::ceil(top - raster_slack_px)), first_row);
     const int y1 = std::min(int(std::floor(bottom + raster_slack_px)), end_row - 1);
@@ -33,10 +33,12 @@ inline void draw_triangle(const ScreenVertex& a, const ScreenVertex& b, const Sc
     const float least_x = std::max(left - raster_slack_px, 0.0f);
     const float largest_x = std::min(right + raster_slack_px, float(nearest.width() - 1));
     const float inverse_area = 1 / twice_area(a, b, c);
-    const float slope_x = ((b.inverse_planar - a.inverse_planar) * (c.y - a.y) -
-                           (c.inverse_planar - a.inverse_planar) * (b.y - a.y)) * inverse_area;
-    const float slope_y = ((c.inverse_planar - a.inverse_planar) * (b.x - a.x) -
-                           (b.inverse_planar - a.inverse_planar) * (c.x - a.x)) * inverse_area;
+    const float slope_x =
+        ((b.inverse_planar - a.inverse_planar) * (c.y - a.y) - (c.inverse_planar - a.inverse_planar) * (b.y - a.y)) *
+        inverse_area;
+    const float slope_y =
+        ((c.inverse_planar - a.inverse_planar) * (b.x - a.x) - (b.inverse_planar - a.inverse_planar) * (c.x - a.x)) *
+        inverse_area;
     const auto [low, high] = std::minmax({a.inverse_planar, b.inverse_planar, c.inverse_planar});
     struct Side {
         float x, y, slope, slack;

@@ -53,6 +53,7 @@ struct WarpJob {
     const EyeView& eye;
     EyeRays rays;
     bool surface = false;      ///< by the point that the eye sees; else by direction alone
+    bool only_seen = true;     ///< for `surface`: only where the source saw that point
     DepthAgreement agreement;  ///< for `surface`
     float interpolation = 0;   ///< by how much interpolated positions may be off, samples
     float radians_per_sample = 1;

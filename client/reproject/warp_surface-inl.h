@@ -305,7 +305,9 @@ HWY_INLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Ti
         const Positions p = project(job.grid, s.direction);
         // Neither what is no distance nor what is none to speak of.
         const FloatMask there = s.inverse_planar < all(far_distance_m);
-        const FloatMask shown = hn::And(there, hn::AndNot(shows_back(job.rays, s), inside(job.grid, p)));
+        FloatMask shown = hn::And(there, inside(job.grid, p));
+        if (job.only_seen)
+            shown = hn::AndNot(shows_back(job.rays, s), shown);
         const Ints u = fixed_point(hn::IfThenElseZero(shown, p.u)), v = fixed_point(hn::IfThenElseZero(shown, p.v));
         const Cells cells = brought_inside(hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v), last);
         const bool whole = last.x >= 0 && last.y >= 0 && hn::AllFalse(int_tag, cells.outside);
@@ -417,7 +419,7 @@ HWY_INLINE void map_surface(const WarpJob& job, const InversePlanarRows& rows, T
     const bool plane = map_plane(job, rows, tile, seen);
     if (!plane)
         map_points(job, rows, tile, seen);
-    const bool whole = test_samples(job, rows, seen, tile);
+    const bool whole = !job.only_seen || test_samples(job, rows, seen, tile);
     tile.regular = plane && whole;
 }
 

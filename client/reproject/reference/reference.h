@@ -1,0 +1,32 @@
+#pragma once
+/// The plain implementations of the engines: double precision, one pixel after the other, through the public cameras.
+#include <equistream_client/engine.h>
+
+#include <functional>
+
+namespace equistream {
+
+/// `sphere` or `surface`.
+std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options);
+
+/// `splat`, `gather`, `mesh`, `mesh-plain` or `lean`.
+std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options);
+
+/// What the plain ways to find an eye's depth work with.
+struct PlainTask {
+    const SourceView& source;
+    const EyeView& eye;
+    EngineOptions options;
+
+    glm::dvec3 eye_from_source_m() const { return eye.pose.position_m - source.pose.position_m; }
+    double box_radius_m() const;
+    double tolerance_rad() const;
+};
+
+/// Fills 1 / planar depth of every pixel of the eye, negative where nothing is found.
+void find_by_splat(const PlainTask& task, Image<double>& inverse_planar);
+void find_by_gather(const PlainTask& task, Image<double>& inverse_planar);
+void find_by_mesh(const PlainTask& task, bool plain, Image<double>& inverse_planar);
+void find_by_lean(const PlainTask& task, Image<double>& inverse_planar);
+
+}  // namespace equistream
