@@ -28,6 +28,20 @@ EyeProjection::EyeProjection(const PerspectiveCamera& camera, const Pose& eye, c
     forward_ = to_float(forward);
 }
 
+void EyeProjection::project(const LatticeBlock& block, ProjectedBlock& out) const {
+    const Vec3f eye = eye_, across = x_, down = y_, forward = forward_;
+    for (int i = 0; i < LatticeBlock::stride * LatticeBlock::stride; ++i) {
+        const float k = block.k[i];
+        const float ex = block.qx[i] - k * eye.x, ey = block.qy[i] - k * eye.y, ez = block.qz[i] - k * eye.z;
+        const float z = forward.x * ex + forward.y * ey + forward.z * ez;
+        const float scale = 1 / z;
+        out.x[i] = (across.x * ex + across.y * ey + across.z * ez) * scale;
+        out.y[i] = (down.x * ex + down.y * ey + down.z * ez) * scale;
+        out.inverse_planar[i] = k * scale;
+        out.forward[i] = z;
+    }
+}
+
 SeenThrough::SeenThrough(const PerspectiveCamera& camera, const Pose& eye, const Pose& source, PixelBox box) {
     const glm::dquat source_from_eye = glm::conjugate(source.orientation) * eye.orientation;
     const glm::dvec3 position = eye_in_source(eye, source);

@@ -15,6 +15,13 @@ struct EyePoint {
     bool before = false;
 };
 
+/// All points of a block; `forward` is positive for those before the eye, the others are wrong where it is not.
+struct ProjectedBlock {
+    std::array<float, LatticeBlock::stride * LatticeBlock::stride> x{}, y{}, inverse_planar{}, forward{};
+
+    EyePoint at(int i) const { return {x[i], y[i], inverse_planar[i], forward[i] > 0}; }
+};
+
 /// The part of an eye's picture that one thread draws, in whole pixels; ends are excluded.
 struct PixelBox {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
@@ -34,6 +41,7 @@ public:
         const float scale = 1 / h.z;
         return {h.x * scale, h.y * scale, p.k * scale, h.z > 0};
     }
+    void project(const LatticeBlock& block, ProjectedBlock& out) const;
     /// The eye in the source's frame, metres.
     Vec3f eye() const { return eye_; }
     float distance_m() const { return std::sqrt(dot(eye_, eye_)); }

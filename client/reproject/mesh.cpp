@@ -22,25 +22,33 @@ public:
 
     void find(const FindingTask& task, FloatImage& inverse_planar) const override {
         std::vector<VisibleBlock> blocks = visible_blocks(task);
-        tbb::enumerable_thread_specific<LatticeBlock> scratch;
+        struct Scratch {
+            LatticeBlock block;
+            JoinedPoints joined;
+        };
+        tbb::enumerable_thread_specific<Scratch> scratches;
+        const auto load = [&](const VisibleBlock& visible) -> Scratch& {
+            Scratch& scratch = scratches.local();
+            task.lattice.load(visible.block_x, visible.block_y, scratch.block);
+            find_joined(scratch.block, task.same_surface, scratch.joined);
+            return scratch;
+        };
         // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by
         // as much again.
-        const float tolerance = 0.5f * task.share;
+        const DepthAgreement within{task.same_surface.box_radius_m, 0.5f * task.share};
         tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-            LatticeBlock& block = scratch.local();
-            task.lattice.load(blocks[i].block_x, blocks[i].block_y, block);
+            const Scratch& scratch = load(blocks[i]);
             if (plain_)
-                build_plain_cells(block, blocks[i].cells);
+                build_plain_cells(scratch.block, blocks[i].cells);
             else
-                build_mesh_cells(block, task.same_surface, tolerance, blocks[i].cells);
+                build_mesh_cells(scratch.block, scratch.joined, within, blocks[i].cells);
         });
         const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
         const Neighbourhood neighbourhood(task.lattice, blocks);
-        const TriangleStyle style{task.same_surface, plain_};
         tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-            LatticeBlock& block = scratch.local();
-            task.lattice.load(blocks[i].block_x, blocks[i].block_y, block);
-            make_triangles(block, blocks[i].cells, neighbourhood.of(blocks[i]), projection, style, blocks[i].triangles);
+            const Scratch& scratch = load(blocks[i]);
+            make_triangles({scratch.block, scratch.joined, projection, plain_}, blocks[i].cells,
+                           neighbourhood.of(blocks[i]), blocks[i].triangles);
         });
         draw(blocks, inverse_planar);
     }

@@ -31,19 +31,13 @@ Vec3f plane_through(const LatticePoint& a, const LatticePoint& b, const LatticeP
 /// Builds bottom-up: a node is flat if its four parts are and its two triangles hold all its points.
 class CellTree {
 public:
-    CellTree(const LatticeBlock& block, const DepthAgreement& same_surface, float tolerance)
-        : block_(block), same_{same_surface.box_radius_m, tolerance} {
-        std::array<std::uint8_t, (side + 1) * (side + 1)> right{}, down{};
-        for (int y = 0; y <= block.rows; ++y)
-            for (int x = 0; x < block.columns; ++x)
-                right[y * (side + 1) + x] = block.joined_right(same_surface, x, y);
-        for (int y = 0; y < block.rows; ++y)
-            for (int x = 0; x <= block.columns; ++x)
-                down[y * (side + 1) + x] = block.joined_down(same_surface, x, y);
+    CellTree(const LatticeBlock& block, const JoinedPoints& joined, const DepthAgreement& within)
+        : block_(block), within_(within) {
         for (int y = 0; y < block.rows; ++y)
             for (int x = 0; x < block.columns; ++x) {
-                const int i = y * (side + 1) + x;
-                flat_[0][y * side + x] = right[i] && right[i + side + 1] && down[i] && down[i + 1];
+                const int i = LatticeBlock::at(x, y);
+                flat_[0][y * side + x] =
+                    joined.right[i] & joined.right[i + LatticeBlock::stride] & joined.down[i] & joined.down[i + 1];
             }
         for (int level = 1; level <= levels; ++level)
             build(level);
@@ -87,7 +81,7 @@ private:
         bool good = true;
         for (int i = begin + columns.first; i <= begin + columns.last; ++i) {
             const float k = plane.x * block_.qx[i] + plane.y * block_.qy[i] + plane.z * block_.qz[i];
-            good &= same_.same_inverse(k, block_.k[i]);
+            good &= within_.same_inverse(k, block_.k[i]);
         }
         return good;
     }
@@ -112,16 +106,17 @@ private:
     }
 
     const LatticeBlock& block_;
-    DepthAgreement same_;
+    DepthAgreement within_;
     std::array<std::array<std::uint8_t, side * side>, levels + 1> flat_{};
 };
 
 }  // namespace
 
-void build_mesh_cells(const LatticeBlock& block, const DepthAgreement& same_surface, float tolerance, MeshCells& mesh) {
+void build_mesh_cells(const LatticeBlock& block, const JoinedPoints& joined, const DepthAgreement& within,
+                      MeshCells& mesh) {
     mesh.cells.clear();
     mesh.corners = {};
-    CellTree(block, same_surface, tolerance).collect(mesh);
+    CellTree(block, joined, within).collect(mesh);
 }
 
 void build_plain_cells(const LatticeBlock& block, MeshCells& mesh) {

@@ -23,8 +23,9 @@ struct MeshCells {
     bool is_corner(int x, int y) const { return corners[std::size_t(y)] >> x & 1; }
 };
 
-/// `same_surface`: what is joined; `tolerance`: sine of the angle that a cell may be off, for any eye of its box.
-void build_mesh_cells(const LatticeBlock& block, const DepthAgreement& same_surface, float tolerance, MeshCells& mesh);
+/// `within`: how far a cell may be off, for any eye of its box. The mesh's storage is reused.
+void build_mesh_cells(const LatticeBlock& block, const JoinedPoints& joined, const DepthAgreement& within,
+                      MeshCells& mesh);
 
 /// Every cell of the lattice, whole.
 void build_plain_cells(const LatticeBlock& block, MeshCells& mesh);

@@ -16,16 +16,16 @@ LatticePoint middle(const LatticePoint& a, const LatticePoint& b) {
 
 class TriangleMaker {
 public:
-    TriangleMaker(const LatticeBlock& block, const MeshCells& cells, const NeighbourCells& neighbours,
-                  const EyeProjection& projection, const TriangleStyle& style, BlockTriangles& out)
-        : block_(block), cells_(cells), neighbours_(neighbours), projection_(projection), style_(style), out_(out) {
+    TriangleMaker(const SeenBlock& seen, const MeshCells& cells, const NeighbourCells& neighbours, BlockTriangles& out)
+        : block_(seen.block), joined_(seen.joined), cells_(cells), neighbours_(neighbours),
+          projection_(seen.projection), both_sides_(seen.both_sides), out_(out) {
         index_.fill(none);
     }
 
     void run() {
         for (const MeshCell& cell : cells_.cells) {
             // Cells over a pole are turned over: which way round they come says nothing.
-            either_way_ = style_.both_sides || block_.y0 + cell.y < 0;
+            either_way_ = both_sides_ || block_.y0 + cell.y < 0;
             if (!cell.whole)
                 add_cut(cell.x, cell.y);
             else
@@ -106,10 +106,10 @@ private:
             int x, y;
         };
         const std::array<Place, 4> places{{{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}}};
-        const DepthAgreement& same = style_.same_surface;
         // Whether corner i is joined to the next one, clockwise.
-        const std::array<bool, 4> joined{block_.joined_right(same, x, y), block_.joined_down(same, x + 1, y),
-                                         block_.joined_right(same, x, y + 1), block_.joined_down(same, x, y)};
+        const int first = LatticeBlock::at(x, y);
+        const std::array<bool, 4> joined{joined_.right[first] != 0, joined_.down[first + 1] != 0,
+                                         joined_.right[first + LatticeBlock::stride] != 0, joined_.down[first] != 0};
         std::array<float, 4> at_centre{};
         std::array<int, 4> part{0, 1, 2, 3};
         for (int i = 0; i < 4; ++i)
@@ -154,19 +154,15 @@ private:
 
     /// The inverse distance that a point's own surface has a little beside it.
     float continued(int x, int y, float dx, float dy) const {
-        const DepthAgreement& same = style_.same_surface;
         const int i = LatticeBlock::at(x, y);
-        const float here = block_.k[i];
-        const auto slope = [&](bool before_joined, float before, bool after_joined, float after, float d) {
-            if (d > 0 ? after_joined : !before_joined && after_joined)
-                return after - here;
-            return before_joined ? here - before : 0;
+        const auto slope = [&](const std::uint8_t* joined, int step, float towards) {
+            const bool before = joined[i - step] != 0, after = joined[i] != 0;
+            if (after && (towards > 0 || !before))
+                return block_.k[i + step] - block_.k[i];
+            return before ? block_.k[i] - block_.k[i - step] : 0;
         };
-        return here +
-               dx * slope(block_.joined_right(same, x - 1, y), block_.k[i - 1], block_.joined_right(same, x, y),
-                          block_.k[i + 1], dx) +
-               dy * slope(block_.joined_down(same, x, y - 1), block_.k[i - LatticeBlock::stride],
-                          block_.joined_down(same, x, y), block_.k[i + LatticeBlock::stride], dy);
+        return block_.k[i] + dx * slope(joined_.right.data(), 1, dx) +
+               dy * slope(joined_.down.data(), LatticeBlock::stride, dy);
     }
 
     void add(const Corner& a, const Corner& b, const Corner& c) {
@@ -226,10 +222,11 @@ private:
     }
 
     const LatticeBlock& block_;
+    const JoinedPoints& joined_;
     const MeshCells& cells_;
     const NeighbourCells& neighbours_;
     const EyeProjection& projection_;
-    const TriangleStyle& style_;
+    bool both_sides_;
     BlockTriangles& out_;
     bool either_way_ = false;
     std::array<int, LatticeBlock::stride * LatticeBlock::stride> index_{};
@@ -238,11 +235,11 @@ private:
 
 }  // namespace
 
-void make_triangles(const LatticeBlock& block, const MeshCells& cells, const NeighbourCells& neighbours,
-                    const EyeProjection& projection, const TriangleStyle& style, BlockTriangles& out) {
+void make_triangles(const SeenBlock& seen, const MeshCells& cells, const NeighbourCells& neighbours,
+                    BlockTriangles& out) {
     out.vertices.clear();
     out.triangles.clear();
-    TriangleMaker(block, cells, neighbours, projection, style, out).run();
+    TriangleMaker(seen, cells, neighbours, out).run();
 }
 
 }  // namespace equistream

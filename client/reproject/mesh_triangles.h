@@ -27,12 +27,15 @@ struct NeighbourCells {
     const MeshCells* below = nullptr;
 };
 
-struct TriangleStyle {
-    DepthAgreement same_surface;
+/// A block as an eye sees it.
+struct SeenBlock {
+    const LatticeBlock& block;
+    const JoinedPoints& joined;
+    const EyeProjection& projection;
     bool both_sides = false;  ///< keep what the eye sees from behind
 };
 
-void make_triangles(const LatticeBlock& block, const MeshCells& cells, const NeighbourCells& neighbours,
-                    const EyeProjection& projection, const TriangleStyle& style, BlockTriangles& out);
+void make_triangles(const SeenBlock& seen, const MeshCells& cells, const NeighbourCells& neighbours,
+                    BlockTriangles& out);
 
 }  // namespace equistream

@@ -148,6 +148,16 @@ void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
     }
 }
 
+void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, JoinedPoints& joined) {
+    constexpr int stride = LatticeBlock::stride, count = stride * stride;
+    const DepthAgreement same = same_surface;
+    const float* k = block.k.data();
+    for (int i = 1; i < count - 2; ++i)
+        joined.right[i] = same.connected(k[i - 1], k[i], k[i + 1], k[i + 2]);
+    for (int i = stride; i < count - 2 * stride; ++i)
+        joined.down[i] = same.connected(k[i - stride], k[i], k[i + stride], k[i + 2 * stride]);
+}
+
 SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const {
     constexpr int side = LatticeBlock::side;
     const int x0 = first_column() + block_x * side, y0 = first_row() + block_y * side;

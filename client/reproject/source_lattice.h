@@ -38,16 +38,14 @@ struct LatticeBlock {
         const int i = at(x, y);
         return {{qx[i], qy[i], qz[i]}, k[i]};
     }
-    /// Whether the point is joined to its right or lower neighbour.
-    bool joined_right(const DepthAgreement& agreement, int x, int y) const {
-        const float* row = &k[at(x, y)];
-        return agreement.connected(row[-1], row[0], row[1], row[2]);
-    }
-    bool joined_down(const DepthAgreement& agreement, int x, int y) const {
-        const float* column = &k[at(x, y)];
-        return agreement.connected(column[-stride], column[0], column[stride], column[2 * stride]);
-    }
 };
+
+/// Of each point of a block, whether it is joined to its right and to its lower neighbour; true for points from
+/// (-1, -1) to (side, side).
+struct JoinedPoints {
+    std::array<std::uint8_t, LatticeBlock::stride * LatticeBlock::stride> right{}, down{};
+};
+void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, JoinedPoints& joined);
 
 /// Coordinates: point (i, j) is the centre of pixel (i, j). A sphere closes on itself: columns go round, and row -1 is
 /// row 0 on the other side of the pole. Where a picture ends, points -1, W and H lie on its edge, half a pixel out.

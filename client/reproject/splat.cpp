@@ -71,6 +71,14 @@ std::vector<float> widenings(const SourceLattice& lattice) {
     return rows;
 }
 
+/// What one thread works with.
+struct SplatScratch {
+    LatticeBlock block;
+    JoinedPoints joined;
+    ProjectedBlock projected;
+    std::vector<std::vector<Footprint>> columns{std::size_t(LatticeBlock::side)};
+};
+
 /// One vertical band of the eye, drawn by one thread.
 class BandOfSplats {
 public:
@@ -79,22 +87,18 @@ public:
         : task_(task), projection_(projection), order_(order), widening_(widening), box_(box),
           seen_(task.eye.camera, task.eye.pose, task.source.pose, box) {}
 
-    void draw(LatticeBlock& block, std::vector<std::vector<Footprint>>& columns, FloatImage& target) {
+    void draw(SplatScratch& scratch, FloatImage& target) {
         for (const int block_x : block_columns_in_order()) {
-            for (std::vector<Footprint>& column : columns)
+            for (std::vector<Footprint>& column : scratch.columns)
                 column.clear();
             int first_column = 0;
             for (int block_y = 0; block_y < task_.lattice.block_rows(); ++block_y) {
                 if (!seen_.may_show(task_.lattice.summary(block_x, block_y)))
                     continue;
-                task_.lattice.load(block_x, block_y, block);
-                first_column = block.x0;
-                for (int y = 0; y < block.rows; ++y)
-                    if (block.y0 + y >= 0)
-                        for (int x = block.x0 < 0 ? 1 : 0; x < block.columns; ++x)
-                            add_footprint(block, x, y, columns[x]);
+                add_block(block_x, block_y, scratch);
+                first_column = scratch.block.x0;
             }
-            draw_columns(first_column, columns, target);
+            draw_columns(first_column, scratch.columns, target);
         }
     }
 
@@ -113,31 +117,60 @@ private:
         return columns;
     }
 
-    void add_footprint(const LatticeBlock& block, int x, int y, std::vector<Footprint>& column) const {
-        const LatticePoint here = block.point(x, y);
-        const EyePoint middle = projection_.project(here);
-        if (!middle.before || !(here.k >= 0))
+    void add_block(int block_x, int block_y, SplatScratch& scratch) const {
+        LatticeBlock& block = scratch.block;
+        task_.lattice.load(block_x, block_y, block);
+        find_joined(block, task_.same_surface, scratch.joined);
+        forget_edges(block, scratch.joined);
+        projection_.project(block, scratch.projected);
+        for (int y = 0; y < block.rows; ++y)
+            if (block.y0 + y >= 0)
+                for (int x = block.x0 < 0 ? 1 : 0; x < block.columns; ++x)
+                    add_footprint(scratch, x, y, scratch.columns[std::size_t(x)]);
+    }
+
+    /// The points on a picture's edge are no samples, and half as far away.
+    void forget_edges(const LatticeBlock& block, JoinedPoints& joined) const {
+        const auto clear = [&](std::array<std::uint8_t, LatticeBlock::stride * LatticeBlock::stride>& flags, int from,
+                               int step) {
+            for (int i = 0; i < LatticeBlock::stride; ++i)
+                flags[from + i * step] = 0;
+        };
+        constexpr int margin = LatticeBlock::margin, stride = LatticeBlock::stride;
+        const int inner_x = std::max(block.x0, 0), inner_y = std::max(block.y0, 0);
+        if (!task_.lattice.is_sample(block.x0, inner_y))
+            clear(joined.right, LatticeBlock::at(0, -margin), stride);
+        if (!task_.lattice.is_sample(block.x0 + block.columns, inner_y))
+            clear(joined.right, LatticeBlock::at(block.columns - 1, -margin), stride);
+        if (!task_.lattice.is_sample(inner_x, block.y0))
+            clear(joined.down, LatticeBlock::at(-margin, 0), 1);
+        if (!task_.lattice.is_sample(inner_x, block.y0 + block.rows))
+            clear(joined.down, LatticeBlock::at(-margin, block.rows - 1), 1);
+    }
+
+    /// Farther from the box than a footprint reaches.
+    bool far_out(const EyePoint& middle) const {
+        return middle.x < float(box_.x0) - largest_half_side || middle.x > float(box_.x1) + largest_half_side ||
+               middle.y < float(box_.y0) - largest_half_side || middle.y > float(box_.y1) + largest_half_side;
+    }
+
+    void add_footprint(const SplatScratch& of, int x, int y, std::vector<Footprint>& column) const {
+        const LatticeBlock& block = of.block;
+        const int i = LatticeBlock::at(x, y);
+        const EyePoint middle = of.projected.at(i);
+        if (!middle.before || !(block.k[i] >= 0) || far_out(middle))
             return;
-        const DepthAgreement& same = task_.same_surface;
-        const auto axis = [&](int dx, int dy, bool joined_before, bool joined_after) -> Axis {
-            const EyePoint before = projection_.project(block.point(x - dx, y - dy));
-            const EyePoint after = projection_.project(block.point(x + dx, y + dy));
-            joined_before = joined_before && before.before;
-            joined_after = joined_after && after.before;
+        const auto axis = [&](int step, const std::uint8_t* joined, Vec3f beside) -> Axis {
+            const EyePoint before = of.projected.at(i - step), after = of.projected.at(i + step);
+            const bool joined_before = joined[i - step] && before.before, joined_after = joined[i] && after.before;
             if (joined_before || joined_after)
                 return between(joined_before, middle - before, joined_after, after - middle);
             // On its own: the pixel's solid angle at its own distance.
-            return {projection_.project({block.point(x + dx, y + dy).q, here.k}) - middle};
+            return {projection_.project({beside, block.k[i]}) - middle};
         };
-        // The points on a picture's edge are no samples, and half as far away.
-        const auto joined = [&](int dx, int dy) {
-            const bool there = task_.lattice.is_sample(block.x0 + x + dx, block.y0 + y + dy);
-            return there && (dx != 0 ? block.joined_right(same, x + std::min(dx, 0), y)
-                                     : block.joined_down(same, x, y + std::min(dy, 0)));
-        };
-        Axis across = axis(1, 0, joined(-1, 0), joined(1, 0));
+        Axis across = axis(1, of.joined.right.data(), block.point(x + 1, y).q);
         across.half *= widening_[std::size_t(block.y0 + y)];
-        const Axis down = axis(0, 1, joined(0, -1), joined(0, 1));
+        const Axis down = axis(LatticeBlock::stride, of.joined.down.data(), block.point(x, y + 1).q);
         const float area = across.step.x * down.step.y - across.step.y * down.step.x;
         if (!(area > 0))
             return;  // the eye sees its back
@@ -214,18 +247,13 @@ public:
         const SplatOrder order(task.source.camera, glm::conjugate(task.source.pose.orientation) *
                                                        (task.eye.pose.position_m - task.source.pose.position_m));
         const std::vector<float> widening = widenings(task.lattice);
-        struct Scratch {
-            LatticeBlock block;
-            std::vector<std::vector<Footprint>> columns{std::size_t(LatticeBlock::side)};
-        };
-        tbb::enumerable_thread_specific<Scratch> scratches;
+        tbb::enumerable_thread_specific<SplatScratch> scratches;
         const int width = task.eye.camera.width, height = task.eye.camera.height;
         // A sphere's columns are all but the eye's: tall bands share few blocks.
         constexpr int band_px = 160;
         tbb::parallel_for(0, (width + band_px - 1) / band_px, [&](int band) {
             const PixelBox box{band * band_px, 0, std::min((band + 1) * band_px, width), height};
-            Scratch& scratch = scratches.local();
-            BandOfSplats(task, projection, order, widening, box).draw(scratch.block, scratch.columns, inverse_planar);
+            BandOfSplats(task, projection, order, widening, box).draw(scratches.local(), inverse_planar);
         });
     }
 };

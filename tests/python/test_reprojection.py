@@ -95,6 +95,30 @@ def test_fast_and_reference_agree(eyes):
     assert (fast.rgba[fast.gaps] == 0).all() and (fast.rgba[~fast.gaps, 3] == 255).all()
 
 
+def test_methods_that_find_the_eyes_depth(eyes):
+    """They ask for the source's depth alone, show what `surface` shows by the eye's true depth, and tell what they found."""
+    frame = next(es.open_feed(eyes, depth=True))
+    source = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m)  # nobody has the eye's
+    pose = eye_poses(frame.main.info)["right"]
+    true = es.Reprojector("surface", fill="none")(frame, CAMERA, pose)
+    for method in ("splat", "gather", "mesh"):
+        reproject = es.Reprojector(method, fill="none")
+        needs = reproject.needs_depth(source.info.camera_pose, pose)
+        assert needs.source and not needs.eye
+        view = reproject(source, CAMERA, pose)
+        np.testing.assert_array_equal(np.isnan(view.depth_m), view.gaps)
+        both = ~view.gaps & ~true.gaps
+        assert both.mean() > 0.8
+        with np.errstate(divide="ignore"):
+            difference = np.abs(1 / view.depth_m[both] - 1 / true.depth_m[both])
+        assert (difference * 0.25 > 2 / 57).mean() < 0.03  # two pixels, at the edges of things
+    assert set(es.METHODS) >= {"sphere", "lean", "surface", "splat", "gather", "mesh"}
+    leaning = es.Reprojector("lean", fill="none")(es.FeedPicture(frame.main.info, frame.main.rgb), CAMERA, pose)
+    assert not leaning.gaps.any() and leaning.depth_m is None
+    turned = es.Reprojector("sphere", fill="none")(frame, CAMERA, pose)
+    assert (leaning.rgb != turned.rgb).any()
+
+
 def test_arrays_outlive_everything(eyes):
     views = [es.reproject(f, CAMERA, f.main.info.head) for f in es.open_feed(eyes)]
     copies = [v.rgb.copy() for v in views]

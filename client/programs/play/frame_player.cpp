@@ -45,6 +45,11 @@ void require_tagged_size(const ReceivedPicture& picture, const std::string& sour
                                        std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
 }
 
+/// Whose depth a method cannot do without once the eye moves.
+DepthNeeds needs_when_moved(const Engine& engine) {
+    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
+}
+
 }  // namespace
 
 struct FramePlayer::Depths {
@@ -58,27 +63,27 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report)
     if (!settings.scene.empty())
         scene_ = load_scene(settings.scene);
     choose_method(report);
-    method_ = report.method;
-    engine_ = make_engine(method_);
     make_depth_source(report);
 }
 
 FramePlayer::~FramePlayer() = default;
 
-void FramePlayer::choose_method(Report& report) const {
+void FramePlayer::choose_method(Report& report) {
     const bool has_depth = scene_ || settings_.depth == "exact";
     report.method = settings_.method;
     if (report.method.empty() && !has_depth)
         report.notes.push_back("no scene, so no depth: method sphere (rotation only); --scene S gives parallax");
     if (report.method.empty())
         report.method = has_depth ? "surface" : "sphere";
-    if (report.method == "surface" && !has_depth)
-        throw InputError(expected_found("--method surface", "--scene S or --depth exact, to have depth", "neither"));
+    method_ = report.method;
+    engine_ = make_engine(method_);
+    if (needs_when_moved(*engine_).any() && !has_depth)
+        throw InputError(expected_found("--method " + method_, "--scene S or --depth exact, to have depth", "neither"));
 }
 
 void FramePlayer::make_depth_source(Report& report) {
     report.depth = "none";
-    if (method_ != "surface")
+    if (!needs_when_moved(*engine_).any())
         return;
     report.depth = settings_.depth;
     std::unique_ptr<DepthSource> ray;
@@ -98,7 +103,7 @@ void FramePlayer::make_depth_source(Report& report) {
 
 void FramePlayer::check(const ReceivedFrame& first, Report& report) {
     if (!first.posed && method_ != "sphere")
-        throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method surface",
+        throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method " + method_,
                                         "ordinary video (--method sphere turns it)"));
     if (scene_ && first.posed)
         check_scene(first.main.info, report);

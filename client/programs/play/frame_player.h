@@ -22,8 +22,14 @@ struct PlayedEye {
     FloatImage depth_m;  ///< empty where nothing needed it
 
     PerspectiveCamera camera() const { return std::get<PerspectiveCamera>(info.camera); }
-    ImageView<const float> depth_view() const { return depth_m.empty() ? ImageView<const float>{} : depth_m.view(); }
-    EyeView view() const { return {camera(), info.camera_pose, depth_view()}; }
+    /// Of local geometry, or what the method found itself; empty where there is neither.
+    ImageView<const float> depth_view() const {
+        const FloatImage& plane = depth_m.empty() ? picture.depth_m : depth_m;
+        return plane.empty() ? ImageView<const float>{} : plane.view();
+    }
+    EyeView view() const {
+        return {camera(), info.camera_pose, depth_m.empty() ? ImageView<const float>{} : depth_m.view()};
+    }
 };
 
 struct PlayedFrame {
@@ -44,7 +50,7 @@ public:
 private:
     struct Depths;
 
-    void choose_method(Report& report) const;
+    void choose_method(Report& report);
     void make_depth_source(Report& report);
     void check_scene(const FrameInfo& first, Report& report) const;
     void check_exact_depth(const ReceivedFrame& first);

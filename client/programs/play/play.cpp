@@ -80,8 +80,10 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("source", settings.source, "A stream (file or URL), or a folder of rendered frames")->required();
     app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
     app.add_option("--head", settings.head, "CSV of head poses; default: the pose each picture is tagged with");
-    app.add_option("--method", settings.method,
-                   "sphere (rotation only) or surface; default: surface if there is depth");
+    app.add_option(
+        "--method", settings.method,
+        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh or mesh-plain (docs/guide.md says "
+        "what each is for); default: surface if there is depth");
     app.add_option("--depth", settings.depth, "ray (cast from the scene) or exact (a render folder's own)")
         ->capture_default_str();
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");

@@ -22,6 +22,9 @@ DepthFunction = Callable[[Camera, Pose], ArrayLike]
 AnyPicture = Union[Frame, FeedPicture, Picture]
 AnySource = Union[AnyPicture, FeedFrame]
 
+METHODS: tuple[str, ...] = _core.METHODS
+"""The names that Reprojector takes; docs/guide.md says what each is for."""
+
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
 
@@ -41,7 +44,7 @@ class EyePicture:
     camera: PerspectiveCamera
     pose: Pose
     depth_m: Optional[NDArray[np.float32]] = field(default=None)
-    """The eye's own depth, where the method needed it."""
+    """The eye's own depth, where the method needed it (+inf for a miss) or found it (NaN in what is still a gap)."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
@@ -103,7 +106,8 @@ class _ExactDepth:
 class Reprojector:
     """A method and a fill ladder, to be used for many frames and eyes.
 
-    `method`: 'sphere' turns the source only; 'surface' moves the eye too, by its own depth. `fill`: rungs in order, of 'small'
+    `method`: one of METHODS. 'sphere' turns the source only, 'lean' moves the eye inside a sphere of one radius; 'surface' moves it
+    by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of 'small'
     and 'spread', or 'none'. `error_budget_px`: share of an eye's pixel by which colour may be displaced. `reference`: the slow
     implementation in double precision. One thread at a time.
     """
@@ -142,9 +146,10 @@ class Reprojector:
                 main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
             if second is not None and self._core.fill_wants_depth():
                 second.depth_m = _cast(cast, second.info.camera, second.info.camera_pose, "the small view's depth")
-        rgba, origin, before_fill, filled = self._core.reproject(
+        rgba, origin, before_fill, filled, found = self._core.reproject(
             main.core(bool(needed)), None if second is None else second.core(bool(needed)), camera, pose, eye_depth)
-        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, None if eye_depth is None else eye_depth[:, :, 0])
+        known = eye_depth if eye_depth is not None else found
+        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, None if known is None else known[:, :, 0])
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"

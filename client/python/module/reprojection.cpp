@@ -44,7 +44,8 @@ public:
         return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
     }
 
-    /// The eye's picture: rgba, origin, gaps before any fill, and how many pixels each rung filled.
+    /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, and the depth that the
+    /// engine found, or None.
     nb::tuple reproject(const Source& source, const std::optional<Source>& small, const PerspectiveCamera& camera,
                         const Pose& pose, const std::optional<ArrayIn<float>>& depth_m) {
         EyePicture picture;
@@ -64,8 +65,9 @@ public:
         nb::dict counts;
         for (const auto& [name, count] : filled)
             counts[name.c_str()] = count;
+        const nb::object found = picture.depth_m.empty() ? nb::none() : nb::cast(to_array(std::move(picture.depth_m)));
         return nb::make_tuple(to_array(std::move(picture.rgba)), to_array(std::move(picture.origin)),
-                              to_array(std::move(origin_before_fill)), counts);
+                              to_array(std::move(origin_before_fill)), counts, found);
     }
 
 private:
@@ -77,6 +79,10 @@ private:
 }  // namespace
 
 void bind_reprojection(nb::module_& m) {
+    nb::list methods;
+    for (const std::string_view name : engine_names())
+        methods.append(std::string(name));
+    m.attr("METHODS") = nb::tuple(methods);
     nb::class_<Source>(m, "Source")
         .def(
             "__init__",

@@ -42,13 +42,14 @@ struct DepthAgreement {
                tolerance * (share_beyond_box(inverse_a) * share_beyond_box(inverse_b));
     }
     bool between_inverse(float point, float predicted, float sample) const {
-        return same_inverse(point, sample) || same_inverse(predicted, sample) ||
-               (point < sample && sample < predicted) || (predicted < sample && sample < point);
+        // Without a branch, so that loops over rows of samples become vector code.
+        return bool(int(same_inverse(point, sample)) | int(same_inverse(predicted, sample)) |
+                    (int(point < sample) & int(sample < predicted)) | (int(predicted < sample) & int(sample < point)));
     }
     /// Whether neighbours `a` and `b` of four samples in a row show one surface: what lies before a, or after b,
     /// explains the step from one to the other. NaN is no surface; before and after may be NaN.
     bool connected(float before, float a, float b, float after) const {
-        return between_inverse(a, 2 * a - before, b) || between_inverse(b, 2 * b - after, a);
+        return bool(int(between_inverse(a, 2 * a - before, b)) | int(between_inverse(b, 2 * b - after, a)));
     }
 };
 

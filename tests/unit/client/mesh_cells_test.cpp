@@ -22,12 +22,14 @@ std::int64_t cells_of(const Distance& distance, const Camera& camera, double tol
     const SourceLattice lattice(camera, depth_m.view());
     const DepthAgreement same{float(box_m), float(4 * tolerance_rad)};
     LatticeBlock block;
+    JoinedPoints joined;
     MeshCells cells;
     std::int64_t count = 0, area = 0;
     for (int y = 0; y < lattice.block_rows(); ++y)
         for (int x = 0; x < lattice.block_columns(); ++x) {
             lattice.load(x, y, block);
-            build_mesh_cells(block, same, float(tolerance_rad), cells);
+            find_joined(block, same, joined);
+            build_mesh_cells(block, joined, {float(box_m), float(tolerance_rad)}, cells);
             count += std::int64_t(cells.cells.size());
             for (const MeshCell& cell : cells.cells)
                 area += std::int64_t(cell.side) * cell.side;
@@ -68,6 +70,7 @@ TEST(MeshCells, NoCellSpansAnEdge) {
     AnalyticDepth(scene).cast(camera, Pose{}, depth_m.view());
     const SourceLattice lattice(camera, depth_m.view());
     LatticeBlock block;
+    JoinedPoints joined;
     MeshCells cells;
     const float budget = float(error_budget_rad(960));
     const DepthAgreement same{float(box_m), budget};
@@ -75,7 +78,8 @@ TEST(MeshCells, NoCellSpansAnEdge) {
     for (int y = 1; y + 1 < lattice.block_rows(); ++y)
         for (int x = 0; x < lattice.block_columns(); ++x) {
             lattice.load(x, y, block);
-            build_mesh_cells(block, same, budget / 8, cells);
+            find_joined(block, same, joined);
+            build_mesh_cells(block, joined, {float(box_m), budget / 8}, cells);
             for (const MeshCell& cell : cells.cells) {
                 cut += !cell.whole;
                 wide += cell.side > 4;
