@@ -1,4 +1,5 @@
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream_client/depth_source.h>
 #include <equistream_client/engine.h>
 
@@ -34,8 +35,10 @@ bool ExactDepth::holds(const Camera& camera, const Pose& pose) const {
 void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
     const Plane* plane = find(camera, pose);
     if (plane == nullptr && !otherwise_)
-        throw WorkError("depth exact: expected a rendered depth plane of every view, found none of a " +
-                        std::to_string(width_of(camera)) + "x" + std::to_string(height_of(camera)) + " view");
+        throw WorkError(expected_found("depth " + std::string(name()),
+                                       name() == "stream" ? "a depth plane of every view in the stream"
+                                                          : "a rendered depth plane of every view",
+                                       "none of a " + size_text(width_of(camera), height_of(camera)) + " view"));
     if (plane == nullptr)
         return otherwise_->cast(camera, pose, depth_m);
     for (int y = 0; y < depth_m.height; ++y)

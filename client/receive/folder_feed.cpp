@@ -30,7 +30,7 @@ public:
                                                 ? "rendered frames in the range asked for"
                                                 : "rendered frames",
                                             "none"));
-        for (const char* view : {".", "centre", "left", "right", "small"})
+        for (const char* view : {".", "centre", "left", "right", "small", "hidden", "patches"})
             if (options.depth && fs::is_directory(folder_ / view) && holds_depth(view))
                 views_with_depth_.insert(view);
     }
@@ -41,10 +41,12 @@ public:
         const std::int64_t index = frames_[position_++];
         ReceivedFrame frame;
         frame.main = read(main_, index, true);
-        if (fs::exists(file("small", index)))
-            frame.small = read("small", index, true);
-        for (const std::string& view : views_with_depth_)
-            if (view != main_ && view != "small" && fs::exists(file(view, index)))
+        for (auto [view, picture] :
+             {std::pair{"small", &frame.small}, {"hidden", &frame.hidden}, {"patches", &frame.patches}})
+            if (fs::exists(file(view, index)))
+                *picture = read(view, index, true);
+        for (const char* view : {".", "centre", "left", "right"})
+            if (views_with_depth_.contains(view) && view != main_ && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));
         return frame;
     }

@@ -29,7 +29,10 @@ Seeds seeds() {
     view.camera = PerspectiveCamera{640, 360, 1.25};
     view.eye = Eye::left;
     view.lock = AxisLock::path;
-    return {encode_frame_info(TrackRole::main, sphere, {7, 90}), encode_frame_info(TrackRole::small, view)};
+    FrameInfo depth = sphere;
+    depth.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 0.4, true}, 12};
+    return {encode_frame_info(TrackRole::main, sphere, {7, 90}), encode_frame_info(TrackRole::small, view),
+            encode_frame_info(TrackRole::depth, depth, {3, 0})};
 }
 
 }  // namespace

@@ -46,4 +46,12 @@ private:
     std::unique_ptr<DepthSource> otherwise_;
 };
 
+/// The same with planes that came in the stream's own depth tracks: of the source's view, and of no eye's.
+class StreamDepth : public ExactDepth {
+public:
+    using ExactDepth::ExactDepth;
+
+    std::string_view name() const override { return "stream"; }
+};
+
 }  // namespace equistream

@@ -69,16 +69,24 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report)
 FramePlayer::~FramePlayer() = default;
 
 void FramePlayer::choose_method(Report& report) {
-    const bool has_depth = scene_ || settings_.depth == "exact";
+    const bool streamed = settings_.depth == "stream";
+    const bool has_depth = scene_ || settings_.depth == "exact" || streamed;
     report.method = settings_.method;
     if (report.method.empty() && !has_depth)
-        report.notes.push_back("no scene, so no depth: method sphere (rotation only); --scene S gives parallax");
+        report.notes.push_back("no scene, so no depth: method sphere (rotation only); --scene S gives parallax, and "
+                               "--depth stream where the stream has a depth track");
     if (report.method.empty())
-        report.method = has_depth ? "surface" : "sphere";
+        report.method = !has_depth ? "sphere" : streamed && !scene_ ? "gather" : "surface";
     method_ = report.method;
     engine_ = make_engine(method_);
     if (needs_when_moved(*engine_).any() && !has_depth)
-        throw InputError(expected_found("--method " + method_, "--scene S or --depth exact, to have depth", "neither"));
+        throw InputError(expected_found("--method " + method_,
+                                        "--scene S, --depth stream or --depth exact, to have depth", "none of them"));
+    if (needs_when_moved(*engine_).eye && streamed && !scene_)
+        throw InputError(expected_found("--method " + method_,
+                                        "--scene S, for the eyes' own depth, which no stream has (gather, mesh and "
+                                        "splat need none)",
+                                        "--depth stream alone"));
 }
 
 void FramePlayer::make_depth_source(Report& report) {
@@ -92,13 +100,14 @@ void FramePlayer::make_depth_source(Report& report) {
         ray = std::make_unique<RayDepth>(*scene_);
         report.scene_load_ms = milliseconds_since(start);
     }
-    if (settings_.depth == "exact") {
-        auto exact = std::make_unique<ExactDepth>(std::move(ray));
-        exact_ = exact.get();
-        depth_ = std::move(exact);
+    if (settings_.depth == "ray") {
+        depth_ = std::move(ray);
         return;
     }
-    depth_ = std::move(ray);
+    auto exact = settings_.depth == "stream" ? std::make_unique<StreamDepth>(std::move(ray))
+                                             : std::make_unique<ExactDepth>(std::move(ray));
+    exact_ = exact.get();
+    depth_ = std::move(exact);
 }
 
 void FramePlayer::check(const ReceivedFrame& first, Report& report) {
@@ -107,6 +116,9 @@ void FramePlayer::check(const ReceivedFrame& first, Report& report) {
                                         "ordinary video (--method sphere turns it)"));
     if (scene_ && first.posed)
         check_scene(first.main.info, report);
+    if (exact_ != nullptr && settings_.depth == "stream" && first.main.depth_m.empty())
+        throw InputError(expected_found("--depth stream", "a stream with a depth track (encode --depth auto)",
+                                        "none in " + settings_.source));
     if (exact_ != nullptr && first.main.depth_m.empty())
         throw InputError(
             expected_found("--depth exact", "a folder of rendered frames with their depth", settings_.source));
@@ -210,7 +222,10 @@ FramePlayer::Depths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedF
     if (needs.source)
         cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
     const bool fill_wants_it = std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
-    if (frame.small && fill_wants_it)
+    const bool small_has_depth =
+        frame.small &&
+        (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
+    if (small_has_depth && fill_wants_it)
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
     return depths;
 }
@@ -249,10 +264,14 @@ PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
     played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left, frame.main.info) ||
                                                       leaves_head_box(played.right, frame.main.info));
     StageTimes& times = played.figures.milliseconds;
-    const double small_decode_ms = frame.small ? frame.small->decode_ms : 0;
-    const double small_convert_ms = frame.small ? frame.small->convert_ms : 0;
-    times[std::size_t(Stage::decode)] = {frame.main.decode_ms + small_decode_ms};
-    times[std::size_t(Stage::convert)] = {frame.main.convert_ms + small_convert_ms};
+    double decode_ms = frame.main.decode_ms, convert_ms = frame.main.convert_ms;
+    for (const auto* other : {&frame.small, &frame.hidden, &frame.patches})
+        if (*other) {
+            decode_ms += (*other)->decode_ms;
+            convert_ms += (*other)->convert_ms;
+        }
+    times[std::size_t(Stage::decode)] = {decode_ms};
+    times[std::size_t(Stage::convert)] = {convert_ms};
     for (int i = 0; i < settings_.repeat; ++i) {
         const auto start = Clock::now();
         if (depth_)

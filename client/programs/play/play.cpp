@@ -39,8 +39,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
     require(arguments.layout == "files", "--layout", "files", "'" + arguments.layout + "'");
-    require(settings.depth == "ray" || settings.depth == "exact", "--depth", "ray or exact",
-            "'" + settings.depth + "'");
+    require(settings.depth == "ray" || settings.depth == "stream" || settings.depth == "exact", "--depth",
+            "ray, stream or exact", "'" + settings.depth + "'");
     if (!settings.method.empty())
         make_engine(settings.method);
     make_fill_ladder(settings.fill);
@@ -83,8 +83,9 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option(
         "--method", settings.method,
         "sphere (rotation only), lean (no depth), surface, splat, gather, mesh or mesh-plain (docs/guide.md says "
-        "what each is for); default: surface if there is depth");
-    app.add_option("--depth", settings.depth, "ray (cast from the scene) or exact (a render folder's own)")
+        "what each is for); default: surface if there is depth, gather if that is the stream's alone");
+    app.add_option("--depth", settings.depth,
+                   "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own)")
         ->capture_default_str();
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");

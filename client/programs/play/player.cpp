@@ -81,7 +81,7 @@ class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        feed_ = open_feed(settings.source, {.depth = settings.depth == "exact",
+        feed_ = open_feed(settings.source, {.depth = settings.depth == "exact" || settings.depth == "stream",
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last});
         player_ = std::make_unique<FramePlayer>(settings, report_);

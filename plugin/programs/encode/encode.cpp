@@ -1,8 +1,10 @@
 /// equistream encode: EXR sequences to H.264 or H.265.
 #include "encode_sequence.h"
 
+#include <equistream/bound.h>
 #include <equistream/colour.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <nlohmann/json.hpp>
 
@@ -17,6 +19,9 @@ struct Options {
     std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
     std::string fill = "auto";
+    std::string depth = "none";
+    double depth_share = DepthRequest{}.share;
+    std::optional<double> depth_crf;
     std::string progress = "auto";
     int crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
@@ -24,21 +29,31 @@ struct Options {
     bool json = false;
 };
 
-SmallTrack small_track_of(const Options& options) {
-    if (options.fill == "small")
-        return SmallTrack::required;
-    return options.fill == "none" ? SmallTrack::none : SmallTrack::automatic;
+DepthRequest depth_request_of(const Options& options) {
+    if (options.depth != "auto" && options.depth != "none")
+        try {
+            make_depth_code(options.depth);
+        } catch (const InputError& error) {
+            throw InputError("--depth: auto, none or a " + std::string(error.what()));
+        }
+    if (!(options.depth_share > 0 && options.depth_share <= 100))
+        throw InputError(expected_found("--depth-share", "a share of the colour's bits above 0 and up to 100",
+                                        std::to_string(options.depth_share)));
+    if (options.depth_crf && !(*options.depth_crf >= 0 && *options.depth_crf <= 51))
+        throw InputError(expected_found("--depth-crf", "0 to 51", std::to_string(*options.depth_crf)));
+    return {options.depth, options.depth_share, options.depth_crf};
 }
 
 EncodeRequest request_of(const Options& options) {
     EncodeRequest request;
     SourceRequest sources;
     sources.folder = options.folder;
-    sources.small = small_track_of(options);
+    sources.fill = parse_fill_tracks(options.fill);
     if (!options.eye.empty())
         sources.eye = options.eye;
     sources.frames = options.frames;
     request.sources = find_sources(sources);
+    request.depth = depth_request_of(options);
     request.target = options.target;
     request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
     request.settings.crf = options.crf;
@@ -58,10 +73,50 @@ bool is_standard_output(const std::string& target) {
            target == "/proc/self/fd/1";
 }
 
+double error_budget_of_stream_rad() {
+    return error_budget_rad(default_focal_length_px);
+}
+
+/// What was chosen for a depth track and what that costs.
+nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report) {
+    nlohmann::json json = {{"code", depth_code_name(*track.settings.depth_code)},
+                           {"box_radius_m", track.range->box_radius_m},
+                           {"near_m", track.range->near_m},
+                           {"bound_in_budgets", track.bound_rad / error_budget_of_stream_rad()},
+                           {"clamped_pixels", track.clamped_pixels}};
+    json["crf"] = track.settings.crf ? nlohmann::json(*track.settings.crf) : nlohmann::json();
+    if (report.trial && track.settings.role == TrackRole::depth)
+        json["trial"] = {{"frames", report.trial->frames},
+                         {"share_of_colour", report.trial->share()},
+                         {"pixels_within_budget", report.trial->within}};
+    return json;
+}
+
+std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
+    std::string text =
+        formatted("        coded as %s from %.3f m on around a head box of %.4f m: steps of %.2f of the error budget",
+                  depth_code_name(*track.settings.depth_code), track.range->near_m, track.range->box_radius_m,
+                  track.bound_rad / error_budget_of_stream_rad());
+    if (track.settings.depth_code == DepthCodeId::lossless)
+        text = "        coded without loss";
+    else if (track.settings.crf)
+        text += formatted(", CRF %g", *track.settings.crf);
+    text += "\n";
+    if (report.trial && track.settings.role == TrackRole::depth)
+        text += formatted(
+            "        in a trial of %d frames that took %.1f %% of the colour's bits and left %.2f %% of pixels "
+            "within the budget\n",
+            report.trial->frames, 100 * report.trial->share(), 100 * report.trial->within);
+    if (track.clamped_pixels > 0)
+        text += formatted("        %lld pixels lay nearer and were coded as %.3f m\n",
+                          static_cast<long long>(track.clamped_pixels), track.range->near_m);
+    return text;
+}
+
 nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
-    for (const EncodedTrack& track : report.tracks)
+    for (const EncodedTrack& track : report.tracks) {
         tracks.push_back({{"name", track_name(track.settings.role)},
                           {"folder", track.folder.string()},
                           {"width", track.settings.width},
@@ -69,6 +124,9 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
                           {"bytes", track.bytes},
                           {"bytes_per_frame", static_cast<double>(track.bytes) / count},
                           {"megabits_per_second", megabits_per_second(track, report)}});
+        if (track.settings.depth_code)
+            tracks.back()["depth_code"] = depth_json(track, report);
+    }
     return {{"file", request.target},
             {"codec", options.codec},
             {"crf", options.crf},
@@ -101,10 +159,16 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
                  options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
                  report.sphere_tag ? ", tagged as 360 degree video" : "");
     std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
-    for (const EncodedTrack& track : report.tracks)
+    for (const EncodedTrack& track : report.tracks) {
         std::fprintf(out, "  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
                      track.settings.width, track.settings.height, track.folder.string().c_str(),
                      static_cast<double>(track.bytes) / count, megabits_per_second(track, report));
+        if (track.settings.depth_code)
+            std::fputs(depth_text(track, report).c_str(), out);
+    }
+    if (report.trial && report.trial->share() > request.depth.share)
+        std::fprintf(out, "  depth takes more than the %.1f %% asked for even at its worst\n",
+                     100 * request.depth.share);
     std::fprintf(out,
                  "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
                  report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
@@ -145,9 +209,16 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
     cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");
-    app.add_option("--fill", options.fill, "Gap filling stream: auto (small if it is there), small or none")
-        ->check(CLI::IsMember({"auto", "small", "none"}))
+    app.add_option("--fill", options.fill,
+                   "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")
         ->capture_default_str();
+    app.add_option("--depth", options.depth,
+                   "Depth beside the colour, for clients without the scene: none, auto (code and bits from the error "
+                   "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
+        ->capture_default_str();
+    app.add_option("--depth-share", options.depth_share, "Of the main stream's bits that its depth may take")
+        ->capture_default_str();
+    app.add_option("--depth-crf", options.depth_crf, "Quality of depth, 0 to 51, rather than by --depth-share");
     app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
     return [&options] { run(options); };
@@ -159,8 +230,9 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::Options options;
-    return equistream::cli::run_program(argc, argv,
-                                        {"encode", "Encode rendered frames as H.264 or H.265 video",
-                                         "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20"},
-                                        [&](CLI::App& app) { return equistream::set_up(app, options); });
+    return equistream::cli::run_program(
+        argc, argv,
+        {"encode", "Encode rendered frames as H.264 or H.265 video",
+         "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20 --depth auto"},
+        [&](CLI::App& app) { return equistream::set_up(app, options); });
 }

@@ -19,21 +19,27 @@ struct Picture {
     TrackRole role = TrackRole::main;
     FrameInfo info;
     ByteImage rgb;
+    FloatImage depth_m;  ///< where its track has one of depth
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;
     double display_ms = 0;
 };
 
-Picture read_picture(const SourceTrack& track, std::int64_t index, const DisplayTransform& display) {
+Picture read_picture(const SourceTrack& track, std::int64_t index, bool with_depth, const DisplayTransform& display) {
     Picture picture;
     picture.role = track.role;
     const auto file = track.folder / frame_file_name(index);
     auto start = Clock::now();
-    const Frame frame = read_exr(file, {"colour"});
+    Frame frame =
+        read_exr(file, with_depth ? std::vector<std::string>{"colour", "depth"} : std::vector<std::string>{"colour"});
     picture.read_ms = milliseconds_since(start);
     const auto colour = frame.planes.find("colour");
     if (colour == frame.planes.end())
         throw InputError(expected_found(file.string(), "channels R, G and B", "none"));
+    if (with_depth && !frame.planes.contains("depth"))
+        throw InputError(expected_found(file.string(), "a depth plane, as the first frame has", "none"));
+    if (with_depth)
+        picture.depth_m = depth_to_code(std::move(frame.planes.at("depth")), track.role);
     picture.info = frame.info;
     picture.info.index = index;  // a foreign file has its number in its name only
     start = Clock::now();
@@ -44,18 +50,30 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const Display
     return picture;
 }
 
-std::vector<Picture> read_frame(const Sources& sources, std::int64_t index, const DisplayTransform& display) {
+/// The depth track of a colour track, where the plan has one.
+const DepthTrack* depth_of(const DepthPlan& plan, TrackRole colour) {
+    const auto role = depth_role_of(colour);
+    const auto track = std::ranges::find_if(plan.tracks, [&](const DepthTrack& t) { return t.role == role; });
+    return track == plan.tracks.end() ? nullptr : &*track;
+}
+
+std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
+                                const DisplayTransform& display) {
     std::vector<Picture> pictures;
     for (const SourceTrack& track : sources.tracks)
-        pictures.push_back(read_picture(track, index, display));
+        pictures.push_back(read_picture(track, index, depth_of(plan, track.role) != nullptr, display));
     return pictures;
 }
 
-StreamSettings settings_for(const EncodeRequest& request, const std::vector<Picture>& first) {
+StreamSettings settings_for(const EncodeRequest& request, const DepthPlan& plan, const std::vector<Picture>& first) {
     StreamSettings settings = request.settings;
     settings.tracks.clear();
-    for (const Picture& picture : first)
+    for (const Picture& picture : first) {
         settings.tracks.push_back({picture.role, picture.rgb.width(), picture.rgb.height()});
+        if (const DepthTrack* depth = depth_of(plan, picture.role))
+            settings.tracks.push_back(
+                {depth->role, picture.rgb.width(), picture.rgb.height(), depth->code, depth->crf});
+    }
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;
     const auto* sphere = std::get_if<EquirectCamera>(&first.front().info.camera);
@@ -104,11 +122,62 @@ void check_companions(const std::vector<Picture>& pictures, const Sources& sourc
 
 }  // namespace
 
+namespace {
+
+/// Depth tracks of a stream being written: each group's range, and what its steps and its clamping cost.
+class DepthWriter {
+public:
+    DepthWriter(const DepthPlan& plan, const std::vector<std::int64_t>& frames, int gop) : plan_(plan) {
+        for (const DepthTrack& track : plan.tracks)
+            written_.push_back({DepthRanges(track, frames, gop), {}, 0, 0});
+    }
+
+    /// The depth of `picture`, where its track has some.
+    void write(StreamWriter& writer, const Picture& picture, std::size_t position) {
+        const DepthTrack* track = depth_of(plan_, picture.role);
+        if (track == nullptr)
+            return;
+        Written& written = written_[std::size_t(track - plan_.tracks.data())];
+        FrameInfo info = picture.info;
+        info.depth_code = DepthCodeInfo{track->code, written.ranges.of(position), 0};
+        const DepthRange& range = info.depth_code->range;
+        written.bound_rad = std::max(written.bound_rad, quantisation_bound_rad(*make_depth_code(track->code), range));
+        if (!written.first)
+            written.first = range;
+        if (track->code != DepthCodeId::lossless)
+            written.clamped_pixels +=
+                std::ranges::count_if(picture.depth_m.samples(), [&](float r) { return r < float(range.near_m); });
+        writer.write_depth(track->role, picture.depth_m.view(), info);
+    }
+
+    void report(EncodedTrack& encoded) const {
+        for (std::size_t i = 0; i < plan_.tracks.size(); ++i)
+            if (plan_.tracks[i].role == encoded.settings.role) {
+                encoded.range = written_[i].first;
+                encoded.bound_rad = written_[i].bound_rad;
+                encoded.clamped_pixels = written_[i].clamped_pixels;
+            }
+    }
+
+private:
+    struct Written {
+        DepthRanges ranges;
+        std::optional<DepthRange> first;
+        double bound_rad = 0;
+        std::int64_t clamped_pixels = 0;
+    };
+    const DepthPlan& plan_;
+    std::vector<Written> written_;  // as the plan's tracks
+};
+
+}  // namespace
+
 EncodeReport encode_sequence(const EncodeRequest& request, const std::function<void(std::size_t)>& progress) {
     const auto start = Clock::now();
     const DisplayTransform display;
     const std::vector<std::int64_t>& frames = request.sources.frames;
-    std::vector<Picture> pictures = read_frame(request.sources, frames.front(), display);
+    const DepthPlan plan = plan_depth(request.depth, request.sources, request.settings);
+    std::vector<Picture> pictures = read_frame(request.sources, plan, frames.front(), display);
     check_sizes(pictures, request.sources);
     std::vector<OneRender> renders;
     for (const SourceTrack& track : request.sources.tracks)
@@ -116,8 +185,10 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     check_one_render(pictures, request.sources, renders);
     check_companions(pictures, request.sources);
     EncodeReport report;
-    report.settings = settings_for(request, pictures);
+    report.settings = settings_for(request, plan, pictures);
+    report.trial = plan.trial;
     report.first = pictures.front().info;
+    DepthWriter depths(plan, frames, request.settings.gop);
     StreamWriter writer(request.target, report.settings);
     const std::string kept =
         writer.unfinished_file().empty() ? "" : "; what was coded so far is kept in " + writer.unfinished_file();
@@ -126,10 +197,11 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         std::future<std::vector<Picture>> next;
         if (i + 1 < frames.size())
             next = std::async(std::launch::async,
-                              [&, index = frames[i + 1]] { return read_frame(request.sources, index, display); });
+                              [&, index = frames[i + 1]] { return read_frame(request.sources, plan, index, display); });
         for (const Picture& picture : pictures) {
             const auto coding = Clock::now();
             writer.write(picture.role, picture.rgb.view(), picture.info);
+            depths.write(writer, picture, i);
             report.encode_ms += milliseconds_since(coding);
             report.read_ms += picture.read_ms;
             report.display_ms += picture.display_ms;
@@ -148,8 +220,14 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     const auto ending = Clock::now();
     writer.finish();
     report.encode_ms += milliseconds_since(ending);
-    for (std::size_t i = 0; i < request.sources.tracks.size(); ++i)
-        report.tracks.push_back({report.settings.tracks[i], request.sources.tracks[i].folder, writer.bytes()[i]});
+    for (std::size_t i = 0; i < report.settings.tracks.size(); ++i) {
+        const TrackSettings& track = report.settings.tracks[i];
+        const auto source = std::ranges::find_if(request.sources.tracks, [&](const SourceTrack& colour) {
+            return colour.role == track.role || depth_role_of(colour.role) == track.role;
+        });
+        report.tracks.push_back({track, source->folder, writer.bytes()[i]});
+        depths.report(report.tracks.back());
+    }
     report.sphere_tag = writer.tags_sphere();
     report.wall_ms = milliseconds_since(start);
     return report;

@@ -1,6 +1,6 @@
 #pragma once
 /// EXR sequences through the display transform into a stream.
-#include "sources.h"
+#include "depth_tracks.h"
 
 #include <equistream/stream.h>
 
@@ -11,6 +11,7 @@ namespace equistream {
 struct EncodeRequest {
     Sources sources;
     std::string target;
+    DepthRequest depth;
     StreamSettings settings;  ///< tracks, frame rate, scene, sphere and length are filled from the frames
 };
 
@@ -18,13 +19,17 @@ struct EncodedTrack {
     TrackSettings settings;
     std::filesystem::path folder;
     std::int64_t bytes = 0;
+    std::optional<DepthRange> range{};  ///< of a depth track: of its first group
+    double bound_rad = 0;             ///< of a depth track: the worst that its steps displace a point by, in any group
+    std::int64_t clamped_pixels = 0;  ///< of a depth track: coded farther away than they are, in all its pictures
 };
 
 struct EncodeReport {
     std::vector<EncodedTrack> tracks;
     StreamSettings settings;
-    bool sphere_tag = false;  ///< as the container holds it
-    FrameInfo first;          ///< the main track's first frame
+    bool sphere_tag = false;          ///< as the container holds it
+    FrameInfo first;                  ///< the main track's first frame
+    std::optional<DepthTrial> trial;  ///< of main's depth, where its CRF was looked for
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;  ///< sums over all pictures
     double display_ms = 0;

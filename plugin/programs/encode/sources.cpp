@@ -1,5 +1,6 @@
 #include "sources.h"
 
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
@@ -11,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* small_folder = "small";
+constexpr TrackRole fill_roles[] = {TrackRole::small, TrackRole::hidden, TrackRole::patches};
 constexpr const char* eyes_by_preference[] = {"centre", "left", "right"};
 
 bool holds_frames(const fs::path& folder) {
@@ -41,17 +42,19 @@ fs::path main_folder(const SourceRequest& request) {
                                     what_is_in(request.folder)));
 }
 
-/// Beside the main folder; for a single eye's folder only when it is asked for.
-std::optional<fs::path> find_small_folder(const SourceRequest& request, const fs::path& main) {
-    if (request.small == SmallTrack::none)
-        return std::nullopt;
+/// Folders are called as their tracks are. Beside the main folder; for a single eye's folder only when asked for.
+std::optional<fs::path> find_fill_folder(const SourceRequest& request, const fs::path& main, TrackRole role) {
     const bool given_directly = main == request.folder;
-    const fs::path small = (given_directly ? fs::weakly_canonical(main).parent_path() : request.folder) / small_folder;
-    if (request.small == SmallTrack::required && !holds_frames(small))
-        throw InputError(expected_found(small.string(), "the small stream's frame.NNNN.exr files", "none"));
-    if (request.small == SmallTrack::automatic && (given_directly || !holds_frames(small)))
+    const fs::path parent = given_directly ? fs::weakly_canonical(main).parent_path() : request.folder;
+    const fs::path folder = parent / track_name(role);
+    if (request.fill.automatic)
+        return given_directly || !holds_frames(folder) ? std::nullopt : std::optional(folder);
+    if (std::ranges::find(request.fill.roles, role) == request.fill.roles.end())
         return std::nullopt;
-    return small;
+    if (!holds_frames(folder))
+        throw InputError(expected_found(
+            folder.string(), "the " + std::string(track_name(role)) + " stream's frame.NNNN.exr files", "none"));
+    return folder;
 }
 
 std::vector<std::int64_t> chosen_frames(const fs::path& folder, const std::optional<cli::FrameRange>& range) {
@@ -75,6 +78,24 @@ std::vector<std::int64_t> chosen_frames(const fs::path& folder, const std::optio
 
 }  // namespace
 
+FillTracks parse_fill_tracks(const std::string& list) {
+    if (list == "auto")
+        return {};
+    FillTracks tracks{false, {}};
+    if (list == "none")
+        return tracks;
+    for (const std::string_view word : split_at_commas(list)) {
+        const auto role =
+            std::ranges::find_if(fill_roles, [&](TrackRole candidate) { return word == track_name(candidate); });
+        if (role == std::end(fill_roles))
+            throw InputError(expected_found("--fill",
+                                            "auto, none, or some of small, hidden, patches with commas between",
+                                            "'" + std::string(word) + "'"));
+        tracks.roles.push_back(*role);
+    }
+    return tracks;
+}
+
 Sources find_sources(const SourceRequest& request) {
     if (!fs::is_directory(request.folder))
         throw InputError(expected_found(request.folder.string(), "a folder of frames",
@@ -83,10 +104,11 @@ Sources find_sources(const SourceRequest& request) {
     const fs::path main = main_folder(request);
     sources.tracks.push_back({TrackRole::main, main});
     sources.frames = chosen_frames(main, request.frames);
-    if (const auto small = find_small_folder(request, main)) {
-        sources.tracks.push_back({TrackRole::small, *small});
-        chosen_frames(*small, cli::FrameRange{sources.frames.front(), sources.frames.back()});
-    }
+    for (const TrackRole role : fill_roles)
+        if (const auto folder = find_fill_folder(request, main, role)) {
+            sources.tracks.push_back({role, *folder});
+            chosen_frames(*folder, cli::FrameRange{sources.frames.front(), sources.frames.back()});
+        }
     return sources;
 }
 

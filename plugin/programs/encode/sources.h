@@ -10,12 +10,19 @@
 
 namespace equistream {
 
-enum class SmallTrack { automatic, required, none };
+/// Gap filling tracks beside the main one, as --fill lists them: `small`, `hidden`, `patches`.
+struct FillTracks {
+    bool automatic = true;         ///< those whose folders are there
+    std::vector<TrackRole> roles;  ///< those that must be there, where not automatic
+};
+
+/// "auto", "none", or names with commas between; throws InputError naming the accepted words.
+FillTracks parse_fill_tracks(const std::string& list);
 
 struct SourceRequest {
     std::filesystem::path folder;    ///< a render's folder, or one eye's within it
     std::optional<std::string> eye;  ///< centre, left or right
-    SmallTrack small = SmallTrack::automatic;
+    FillTracks fill;
     std::optional<cli::FrameRange> frames;
 };
 
