@@ -97,14 +97,18 @@ void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::u
     counts_.shading_s += clock_.lap();
 }
 
+Worker::Hit Worker::trace(const glm::vec3& origin, const glm::vec3& direction) {
+    ++counts_.path_rays;
+    RTCRayHit r = embree_ray_hit(origin, direction);
+    scene_.bvh.intersect1(r);
+    return {scene_.bvh.resolve(r.hit), r.ray.tfar};
+}
+
 void Worker::trace_paths() {
     hits_.resize(active_.size());
-    counts_.path_rays += active_.size();
     for (std::size_t i = 0; i < active_.size(); ++i) {
         const Path& path = paths_[active_[i]];
-        RTCRayHit r = embree_ray_hit(path.origin, path.direction);
-        scene_.bvh.intersect1(r);
-        hits_[i] = {scene_.bvh.resolve(r.hit), r.ray.tfar};
+        hits_[i] = trace(path.origin, path.direction);
         if (hits_[i].id.instance != no_index)
             scene_.shading.prefetch(hits_[i].id);
     }

@@ -42,7 +42,8 @@ glm::vec3 guarded_normal(const glm::vec3& n, const glm::vec3& geometric, const g
 }  // namespace
 
 ShadingScene::ShadingScene(const SceneModel& model)
-    : model_(model), triangles_(model.meshes.size()), instances_(model.instances.size()) {
+    : model_(model), triangles_(model.meshes.size()), instances_(model.instances.size()),
+      linear_(model.instances.size()) {
     for (const Material& material : model.materials) {
         materials_.push_back(shading_material(material));
         has_thin_glass_ = has_thin_glass_ || materials_.back().thin_glass;
@@ -85,6 +86,7 @@ void ShadingScene::place_instances(std::span<const glm::mat4> world_from_object)
         const glm::mat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
         const float size = std::max({glm::length(cofactors[0]), glm::length(cofactors[1]), glm::length(cofactors[2])});
         r.normal_from_object = size > 0 ? cofactors / size : glm::mat3(1);
+        linear_[i] = m;
         r.triangles = triangles_[instance.mesh].data();
         r.material =
             mesh.material < materials_.size() ? mesh.material : static_cast<std::uint32_t>(materials_.size() - 1);
@@ -115,6 +117,32 @@ ShadingPoint ShadingScene::surface_at(const HitId& hit, const glm::vec3& origin,
     p.uv_per_metre = t.uv_per_metre * instance.objects_per_metre;
     p.material = instance.material;
     return p;
+}
+
+glm::vec3 ShadingScene::normal_change(const HitId& hit, const ShadingPoint& at, const glm::vec3& movement) const {
+    const InstanceRecord& instance = instances_[hit.instance];
+    if (!instance.smooth)
+        return glm::vec3(0);
+    const Mesh& mesh = model_.meshes[model_.instances[hit.instance].mesh];
+    const glm::uvec3 t = mesh.triangles[hit.triangle];
+    const glm::mat3& world = linear_[hit.instance];
+    const glm::vec3 ab = world * (mesh.positions[t.y] - mesh.positions[t.x]);
+    const glm::vec3 ac = world * (mesh.positions[t.z] - mesh.positions[t.x]);
+    const float bb = glm::dot(ab, ab), bc = glm::dot(ab, ac), cc = glm::dot(ac, ac);
+    const float determinant = bb * cc - bc * bc;
+    if (!(determinant > 0))
+        return glm::vec3(0);
+    const float mb = glm::dot(movement, ab), mc = glm::dot(movement, ac);
+    const float along_ab = (cc * mb - bc * mc) / determinant, along_ac = (bb * mc - bc * mb) / determinant;
+    const glm::vec3 &na = mesh.normals[t.x], &nb = mesh.normals[t.y], &nc = mesh.normals[t.z];
+    const glm::vec3 n = instance.normal_from_object * ((1 - hit.u - hit.v) * na + hit.u * nb + hit.v * nc);
+    const glm::vec3 change = instance.normal_from_object * (along_ab * (nb - na) + along_ac * (nc - na));
+    const float length = glm::length(n);
+    if (!(length > 0))
+        return glm::vec3(0);
+    // Facing the viewer, as the normal itself does.
+    const float sign = glm::dot(n, at.normal) < 0 ? -1.0f : 1.0f;
+    return sign / length * (change - n * (glm::dot(n, change) / (length * length)));
 }
 
 SurfaceParameters surface_parameters(const ShadingMaterial& m, const ShadingPoint& point, float footprint_m,

@@ -63,6 +63,9 @@ RenderOptions checked(const Typed& typed) {
         o.frames_per_second = typed.fps;
     }
     o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
+    if (o.layers && o.eyes.size() > 1)
+        throw InputError(
+            expected_found("--layers", "one --eye, whose hidden layer goes into DIR/hidden", "--eye both"));
     if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
         throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
                                         std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
@@ -104,6 +107,8 @@ void add_camera_options(CLI::App& app, Typed& t) {
     app.add_option("--range", t.range, "LON,LAT: degrees a sphere covers, centred ahead (default 360,180)");
     app.add_option("--small", t.small_eye, "Also render this eye at a quarter of width and height, into DIR/small")
         ->check(CLI::IsMember({"centre", "left", "right"}));
+    app.add_flag("--layers", t.options.layers,
+                 "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
 }
 
 void add_frame_options(CLI::App& app, Typed& t) {

@@ -34,7 +34,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     report.load_s = seconds_since(start);
     std::vector<Stream> streams;
     if (host.wants_frames())
-        streams = open_streams(options, scene, timeline.path, {host.record(), command});
+        streams = open_streams(options, scene, timeline.path, {host.record(), host.tile_side(), command});
     host.begin();
     if (host.wants_frames()) {
         std::signal(SIGINT, note_interrupt);

@@ -34,7 +34,7 @@ std::uint64_t SequenceRenderer::count_paths() {
         for (const Stream& stream : job_.streams)
             if (es_sequence_has_frame(stream.sequence.get(), index))
                 ++report_.frames_kept;
-            else
+            else if (stream.settings.layer == ES_LAYER_FIRST)  // how little of it is hidden shows when it is rendered
                 paths += stream.settings.pixels() * job_.options.spp;
     return paths;
 }

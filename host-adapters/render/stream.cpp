@@ -49,6 +49,7 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
     settings.width = stream.size.width;
     settings.height = stream.size.height;
     settings.aovs = stream.aovs.c_str();
+    settings.layer = stream.layer;
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);
@@ -63,10 +64,14 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     es_sequence_settings settings = common_settings(options, scene);
     settings.host_name = record.host.name.c_str();
     settings.fingerprint = fingerprint.c_str();
+    settings.tile_side = record.tile_side;
     settings.command = record.command.c_str();
     std::vector<Stream> streams;
     for (const es_eye eye : options.eyes)
         streams.push_back(open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs}));
+    if (options.layers)
+        streams.push_back(open_stream(settings, options.out,
+                                      {"hidden", options.eyes.front(), options.size, "depth", ES_LAYER_HIDDEN}));
     if (options.small_eye) {
         const cli::Size quarter{options.size.width / 4, options.size.height / 4};
         streams.push_back(open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none"}));

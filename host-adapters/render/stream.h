@@ -25,6 +25,7 @@ struct Stream {
 /// Who renders, and what was typed.
 struct RenderRecord {
     HostRecord host;
+    int tile_side = 0;
     std::string command;
 };
 

@@ -38,9 +38,10 @@ std::uint32_t HiddenLayer::ask(const es_tile& tile, const FrameRays& rays, es_ra
             *out++ = search.pixels[pixel].question(ray_of(tile, pixel, rays), box_);
             search.asked.push_back(pixel);
         }
-    if (search.asked.empty())
+    const auto count = static_cast<std::uint32_t>(search.asked.size());
+    if (count == 0)
         finish(tile, search);
-    return static_cast<std::uint32_t>(search.asked.size());
+    return count;
 }
 
 bool HiddenLayer::tell(const es_tile& tile, const FrameRays& rays, const float* distances_m) {

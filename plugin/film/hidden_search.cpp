@@ -3,6 +3,7 @@
 #include <equistream/bound.h>
 #include <equistream/conventions.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -32,15 +33,11 @@ glm::dvec3 vector_of(const float (&v)[3]) {
     return {v[0], v[1], v[2]};
 }
 
-/// From the box's centre, across the ray.
-glm::dvec3 eye_offset(const glm::dvec3& direction, int eye, double radius_m) {
+/// So many turns round a direction.
+glm::dvec3 across(const glm::dvec3& direction, double turns) {
     const glm::dvec3 helper = std::abs(direction.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
     const glm::dvec3 right = glm::normalize(glm::cross(direction, helper)), up = glm::cross(right, direction);
-    const bool on_rim = eye < rim_eyes;
-    const double turns = on_rim ? rim_order[static_cast<std::size_t>(eye)] / static_cast<double>(rim_eyes)
-                                : (eye - rim_eyes + 0.5) / inner_eyes;
-    const double length = on_rim ? radius_m / std::cos(pi / rim_eyes) : 0.5 * radius_m;
-    return length * (std::cos(2 * pi * turns) * right + std::sin(2 * pi * turns) * up);
+    return std::cos(2 * pi * turns) * right + std::sin(2 * pi * turns) * up;
 }
 
 }  // namespace
@@ -49,11 +46,21 @@ float HiddenSearch::begin_m() const {
     return step_ == Step::found ? front_m_ : std::numeric_limits<float>::quiet_NaN();
 }
 
+/// From the box's centre, across the ray.
+glm::dvec3 HiddenSearch::eye_offset_m(const es_ray& ray, const HeadBox& box) const {
+    const glm::dvec3 d = vector_of(ray.direction);
+    if (eye_ >= rim_eyes)
+        return 0.5 * box.radius_m * across(d, (eye_ - rim_eyes + 0.5) / inner_eyes);
+    const double turned_per_m = 1 / double{first_m_} - 1 / double{behind_m_};
+    const double wider_m = 0.5 * double{ray.footprint_rad} / turned_per_m;
+    const double rim_m = std::min(2 * box.radius_m, box.radius_m / std::cos(pi / rim_eyes) + wider_m);
+    return rim_m * across(d, rim_order[eye_] / static_cast<double>(rim_eyes));
+}
+
 double HiddenSearch::distance_from_eye_m(const es_ray& ray, const HeadBox& box) const {
     if (std::isinf(behind_m_))
         return infinity;
-    const glm::dvec3 d = vector_of(ray.direction);
-    return glm::length(double{behind_m_} * d - eye_offset(d, eye_, box.radius_m));
+    return glm::length(double{behind_m_} * vector_of(ray.direction) - eye_offset_m(ray, box));
 }
 
 es_ray HiddenSearch::question(const es_ray& pixel_ray, const HeadBox& box) const {
@@ -62,7 +69,7 @@ es_ray HiddenSearch::question(const es_ray& pixel_ray, const HeadBox& box) const
         ray.t_min = behind_m_;
     if (step_ != Step::seen)
         return ray;
-    const glm::dvec3 d = vector_of(pixel_ray.direction), aside = eye_offset(d, eye_, box.radius_m);
+    const glm::dvec3 d = vector_of(pixel_ray.direction), aside = eye_offset_m(pixel_ray, box);
     const glm::dvec3 eye = box.centre_m + aside;
     const glm::dvec3 towards = std::isinf(behind_m_) ? d : glm::normalize(double{behind_m_} * d - aside);
     for (int axis = 0; axis < 3; ++axis) {
@@ -83,7 +90,7 @@ void HiddenSearch::look_behind(double step_w, const HeadBox& box) {
 void HiddenSearch::answer(float distance_m, const es_ray& pixel_ray, const HeadBox& box) {
     const float met_m = distance_m >= 0 ? distance_m : std::numeric_limits<float>::infinity();
     if (step_ == Step::first) {
-        front_m_ = met_m;
+        first_m_ = front_m_ = met_m;
         look_behind(budget(), box);
         return;
     }

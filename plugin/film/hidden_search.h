@@ -5,7 +5,9 @@
 /// Along the ray, surfaces that differ from the first one by more than the error budget e in w = B / (r - B) are tried
 /// in turn, the nearest first, the sky last. One counts if an eye sees it: eyes stand on the rim of the disc of radius
 /// B across the ray (on an octagon around it, so that no straight edge uncovers more than they do) and halfway out.
-/// What no eye sees, such as the back of a closed object, is passed. docs/conventions.md, "Hidden layer".
+/// Those on the rim stand farther out by what uncovers another half a pixel, 2 B at most: a pixel counts as soon as an
+/// edge uncovers some of it. What no eye sees, such as most of the back of a closed object, is passed.
+/// docs/conventions.md, "Hidden layer".
 #include <equistream/equistream.h>
 
 #include <glm/glm.hpp>
@@ -40,8 +42,10 @@ private:
     enum class Step : std::uint8_t { first, behind, seen, found, none };
 
     void look_behind(double step_w, const HeadBox& box);
+    glm::dvec3 eye_offset_m(const es_ray& pixel_ray, const HeadBox& box) const;
     double distance_from_eye_m(const es_ray& pixel_ray, const HeadBox& box) const;
 
+    float first_m_ = 0;
     float front_m_ = 0;   ///< the last surface that was passed
     float behind_m_ = 0;  ///< of the ray that looks behind it; then the surface tried
     std::uint8_t surfaces_ = 0, eye_ = 0;

@@ -122,7 +122,7 @@ def test_nested_integrators(variant, nested):
     loaded = scene(ROOM, sensor(16, 8), nested=described)
     found = planes(loaded, spp=2)
     assert found["depth.Z"] == pytest.approx(expected_depth(16, 8), rel=2e-6)
-    assert loaded.integrator().aov_names()[-1] == "specular"
+    assert loaded.integrator().aov_names()[-1] == "virtual_forward.v"
 
 
 def test_stock_planes_pass_through_beside_ours(variant):

@@ -3,6 +3,7 @@
 #include <equistream/error.h>
 
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -15,36 +16,59 @@ class TileRenderer {
 public:
     explicit TileRenderer(const FrameJob& job) : job_(job), worker_(*job.scene) {}
 
-    void render(const es_tile& tile) {
+    /// Returns how many paths that took.
+    std::uint64_t render(const es_tile& tile) {
         rays_.resize(tile.pixel_count);
+        answer_probes(tile);
         if (job_.wants_surfaces) {
             surfaces_.resize(tile.pixel_count);
-            es_tile_geometry_rays(job_.frame, &tile, rays_.data());
-            trace_surfaces(worker_, job_.scene->shading, job_.neighbours, rays_, surfaces_);
+            const auto rays = asked(es_tile_geometry_rays(job_.frame, &tile, rays_.data()));
+            trace_surfaces(worker_, {job_.scene->shading, job_.neighbours}, rays,
+                           std::span(surfaces_).first(rays.size()));
             es_tile_put_surfaces(job_.frame, &tile, surfaces_.data());
         }
         rgba_.resize(std::size_t{tile.pixel_count} * 4);
+        std::uint64_t paths = 0;
         for (std::uint32_t sample = 0; sample < tile.sample_count; ++sample) {
-            es_tile_colour_rays(job_.frame, &tile, sample, rays_.data());
+            const auto rays = asked(es_tile_colour_rays(job_.frame, &tile, sample, rays_.data()));
             if (sample == 0)
-                keep_pixel_seeds();
-            worker_.trace_radiance(rays_, pixel_seeds_, sample, rgba_);
+                keep_pixel_seeds(rays);
+            worker_.trace_radiance(rays, pixel_seeds_, sample, std::span(rgba_).first(4 * rays.size()));
             es_tile_put_radiance(job_.frame, &tile, rgba_.data());
+            paths += rays.size();
         }
+        return paths;
     }
     RayCounts counts() const { return worker_.counts(); }
 
 private:
+    std::span<const es_ray> asked(std::uint32_t count) const { return std::span(rays_).first(count); }
+
+    /// What a hidden layer must know before its colour.
+    void answer_probes(const es_tile& tile) {
+        while (const std::uint32_t count = es_tile_probe_rays(job_.frame, &tile, rays_.data())) {
+            worker_.trace_coherent(asked(count), hits_);
+            distances_m_.resize(count);
+            for (std::size_t i = 0; i < count; ++i)
+                distances_m_[i] =
+                    hits_[i].id.instance == no_index ? std::numeric_limits<float>::infinity() : hits_[i].distance;
+            es_tile_put_distances(job_.frame, &tile, distances_m_.data());
+            worker_.end_surfaces();
+        }
+    }
+
     /// The first sample's seeds scramble the pixels' sequences; the ABI promises that they differ between pixels.
-    void keep_pixel_seeds() {
-        pixel_seeds_.resize(rays_.size());
-        for (std::size_t i = 0; i < rays_.size(); ++i)
-            pixel_seeds_[i] = rays_[i].seed;
+    void keep_pixel_seeds(std::span<const es_ray> rays) {
+        pixel_seeds_.resize(rays.size());
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            pixel_seeds_[i] = rays[i].seed;
     }
 
     const FrameJob& job_;
     Worker worker_;
     std::vector<es_ray> rays_;
+    std::vector<Worker::Hit> hits_;
+    std::vector<float> distances_m_;
     std::vector<es_surface> surfaces_;
     std::vector<std::uint64_t> pixel_seeds_;
     std::vector<float> rgba_;
@@ -71,8 +95,7 @@ RayCounts run_frame(const FrameJob& job) {
             TileRenderer renderer(job);
             es_tile tile;
             while (!*job.stop && !failed && next_tile(job.frame, tile)) {
-                renderer.render(tile);
-                job.paths_traced(std::uint64_t{tile.pixel_count} * tile.sample_count);
+                job.paths_traced(renderer.render(tile));
             }
             const std::lock_guard lock(mutex);
             total += renderer.counts();

@@ -3,6 +3,7 @@
 #include "edited_xml.h"
 #include "hit_integrator.h"
 #include "parameters.h"
+#include "ray_tracer.h"
 #include "variant_arrays.h"
 
 #include <equistream_mitsuba/embedded_scene.h>
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace equistream::mitsuba_host {
 
@@ -49,8 +51,18 @@ public:
     void commit_placements() override { scene_->parameters_changed({}); }
     void place_camera(std::size_t sensor, const CameraPlacement& placement) override;
     PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs) override;
+    std::vector<float> distances(const RayBatch& rays) override { return ray_tracer().distances(rays); }
+    std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) override {
+        return ray_tracer().radiance(rays, *colour_alone_, *sensors_[sensor], seed);
+    }
 
 private:
+    /// Made when it is first asked for.
+    RayTracer<Float, Spectrum>& ray_tracer() {
+        if (!rays_)
+            rays_.emplace(scene_.get(), hides_emitters_, object_ids_);
+        return *rays_;
+    }
     void find_sensors(std::size_t count);
     void find_integrators();
     void find_shapes(const EditedXml& xml);
@@ -66,6 +78,8 @@ private:
     bool hides_emitters_ = false;
     std::vector<ShapeSummary> shapes_;
     std::vector<ShapeGroup> groups_;
+    std::vector<std::uint32_t> object_ids_;
+    std::optional<RayTracer<Float, Spectrum>> rays_;
 };
 
 template <typename Float, typename Spectrum>
@@ -189,6 +203,7 @@ OpacityMap VariantScene<Float, Spectrum>::opacity(int group, std::size_t shape) 
 
 template <typename Float, typename Spectrum>
 void VariantScene<Float, Spectrum>::set_ids(const ShapeIds& ids) {
+    object_ids_ = ids.object;
     const Parameters parameters(*with_aovs_);
     parameters.template get<Integers>("object_id") = Arrays::integers(ids.object);
     parameters.template get<Integers>("material_id") = Arrays::integers(ids.material);

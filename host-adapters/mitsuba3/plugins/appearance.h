@@ -45,19 +45,25 @@ public:
         return dr::select(active && dr::isfinite(rgb), dr::maximum(rgb, 0.f), 0.f);
     }
 
-    /// Whether most of what the surface sends on leaves in delta lobes, or in glossy ones as sharp as GGX of alpha
-    /// 0.05: half of whose microfacet normals are within that slope of the surface's.
-    Mask is_specular(const BSDFPtr& bsdf, const SurfaceInteraction3f& si, Mask active) const {
+    /// What a surface does to a ray when it is sharp.
+    struct SharpLobe {
+        Mask sharp;      ///< most of what it sends on leaves in delta lobes, or in glossy ones as sharp as GGX of alpha
+                         ///< 0.05: half of whose microfacet normals are within that slope of the surface's
+        Mask transmits;  ///< of that, more is let through than mirrored
+        Float eta;       ///< index of refraction there over here, for what is let through
+    };
+    SharpLobe sharp_lobe(const BSDFPtr& bsdf, const SurfaceInteraction3f& si, Mask active) const {
         struct LoopState {
             UInt32 i;
-            Float total, delta, glossy, glossy_count, sharp_count;
-            DRJIT_STRUCT(LoopState, i, total, delta, glossy, glossy_count, sharp_count)
+            Float total, delta, glossy, glossy_count, sharp_count, delta_through, glossy_through, eta;
+            DRJIT_STRUCT(LoopState, i, total, delta, glossy, glossy_count, sharp_count, delta_through, glossy_through,
+                         eta)
         };
         SurfaceInteraction3f lit(si);
         if constexpr (mitsuba::is_spectral_v<Spectrum>)
             lit.wavelengths = wavelengths(Float(0.5f));
         const Vector3f normal = lit.to_local(bsdf->sh_frame(lit, active).n);
-        LoopState state{0u, 0.f, 0.f, 0.f, 0.f, 0.f};
+        LoopState state{0u, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 1.f};
         dr::tie(state) = dr::while_loop(
             dr::make_tuple(state), [](const LoopState& s) { return s.i < sample_count; },
             [&bsdf, &lit, &normal, active](LoopState& s) {
@@ -74,13 +80,19 @@ public:
                 s.total += energy;
                 dr::masked(s.delta, is_delta) += energy;
                 dr::masked(s.glossy, is_glossy) += energy;
+                const Mask through = energy > 0.f && lit.wi.z() * sample.wo.z() < 0.f;
+                dr::masked(s.delta_through, is_delta && through) += energy;
+                dr::masked(s.glossy_through, is_glossy && through) += energy;
+                dr::masked(s.eta, (is_delta || is_glossy) && through) = sample.eta;
                 dr::masked(s.glossy_count, is_glossy) += 1.f;
                 dr::masked(s.sharp_count, is_glossy && slope(lit.wi, sample.wo, sample.eta, normal) <= sharpest) += 1.f;
                 s.i += 1u;
             },
             "Specular lobes");
-        const Float sharp = state.delta + dr::select(2.f * state.sharp_count >= state.glossy_count, state.glossy, 0.f);
-        return active && 2.f * sharp > state.total;
+        const Mask narrow = 2.f * state.sharp_count >= state.glossy_count;
+        const Float sharp = state.delta + dr::select(narrow, state.glossy, 0.f);
+        const Float through = state.delta_through + dr::select(narrow, state.glossy_through, 0.f);
+        return {active && 2.f * sharp > state.total, 2.f * through >= sharp && through > 0.f, state.eta};
     }
 
 private:

@@ -9,8 +9,8 @@ Geometry planes beside any render (:monosp:`equirect_aov`)
 
  * - aovs
    - |string|
-   - Which groups of planes, between commas: ``depth``, ``motion``, ``normal``, ``albedo``, ``ids``, ``specular``, or
-     ``all`` or ``none``.
+   - Which groups of planes, between commas: ``depth``, ``motion``, ``normal``, ``albedo``, ``ids``, ``specular``,
+     ``virtual``, or ``all`` or ``none``.
 
  * - (Nested plugin)
    - :paramtype:`integrator`
@@ -54,6 +54,9 @@ film's reconstruction filter is:
     ids       object_id, material_id, instance_id    whole numbers from 1; 0 where there is nothing
     specular  specular          1 where most of what the surface sends on leaves in a delta lobe or one as sharp as GGX
                                 with alpha 0.05, else 0
+    virtual   virtual_depth.Z   where specular is 1: how far along the ray what is seen in the mirror or through the
+glass virtual_backward.u .v    appears to lie (+inf for the sky in a plane mirror), and its motion; elsewhere as
+              virtual_forward.u .v     depth and motion
 
 Names, units and formulas are those of equistream's contract. The surface is the first *visible* one: null surfaces and
 what masks cut out (opacity below 1/2) are passed through, glass is not. In omnidirectional stereo distances are from
@@ -90,6 +93,7 @@ Limits:
 of geometry planes are 0.
 - The film's raw storage is left with weight 1 in every pixel.
 - Whether a glossy surface is sharp is judged by 16 samples of its lobes: alphas from 0.043 to 0.057 may go either way.
+- Mirrors below a shape group are taken to be flat, and all mirrors to stand still from frame to frame.
 - A surface inside a medium is seen as if the medium were not there.
  */
 

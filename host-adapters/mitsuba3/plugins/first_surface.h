@@ -17,15 +17,24 @@ struct FirstSurface {
     FirstSurface(const Scene* scene, const RayDifferential3f& ray, const ShapeFacts<Float, Spectrum>& facts,
                  Mask active) {
         Float passed = 0.f;
-        if (facts.nothing_passes())
-            si = scene->ray_intersect(ray, +mitsuba::RayFlags::All, true, active);
-        else
+        if (facts.nothing_passes()) {
+            hit_ = scene->ray_intersect_preliminary(ray, true, active);
+            rest_ = ray;
+        } else {
             passed = pass_through(scene, ray, facts, active);
+        }
+        si = with_flags(+mitsuba::RayFlags::All, active);
         distance = dr::select(si.is_valid(), passed + si.t, dr::Infinity<Float>);
     }
 
+    /// The same point, with what these of mitsuba::RayFlags ask for.
+    SurfaceInteraction3f with_flags(uint32_t flags, Mask active) const {
+        PreliminaryIntersection3f hit(hit_);  // Mitsuba asks for one that may change
+        return hit.compute_surface_interaction(rest_, flags, active);
+    }
+
 private:
-    /// Fills si and returns how far along the ray its own ray began.
+    /// Finds the hit and its own ray; returns how far along the ray that one begins.
     Float pass_through(const Scene* scene, const RayDifferential3f& ray, const ShapeFacts<Float, Spectrum>& facts,
                        Mask active) {
         struct LoopState {
@@ -52,8 +61,8 @@ private:
                 s.active &= s.layers < most_layers;
             },
             "First visible surface");
-        const Ray3f rest = rest_of(ray, state.passed);
-        si = state.hit.compute_surface_interaction(rest, +mitsuba::RayFlags::All, active);
+        rest_ = rest_of(ray, state.passed);
+        hit_ = state.hit;
         return state.passed;
     }
 
@@ -77,6 +86,9 @@ private:
     }
 
     static constexpr uint32_t most_layers = 4096;
+
+    PreliminaryIntersection3f hit_;
+    Ray3f rest_;
 };
 
 }  // namespace equistream::mitsuba_host

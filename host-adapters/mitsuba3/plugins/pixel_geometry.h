@@ -4,10 +4,14 @@
 #include "first_surface.h"
 #include "sensor_view.h"
 #include "shape_facts.h"
+#include "sharp_path.h"
 
+#include <equistream/aov.h>
 #include <equistream/visible_normal.h>
 
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,7 +43,9 @@ public:
 
     /// The channels of these planes, in their order, for pixel (x, y) of the crop window. Threads may share this.
     void put(const std::vector<std::string>& planes, const UInt32& x, const UInt32& y, Float* out) const {
-        const Seen seen(*this, x, y);
+        const bool any_virtual = std::any_of(
+            planes.begin(), planes.end(), [](const std::string& plane) { return find_aov(plane)->group == "virtual"; });
+        const Seen seen(*this, x, y, any_virtual);
         for (const std::string& plane : planes)
             out = put_plane(plane, seen, out);
     }
@@ -54,8 +60,10 @@ private:
         Mask hit;
         BSDFPtr bsdf = nullptr;
         UInt32 shape;  ///< index in the scene's list
+        /// What shows in the surface, where that may be sharp and somebody asks.
+        std::optional<SharpPath<Float, Spectrum>> within;
 
-        Seen(const PixelGeometry& of, const UInt32& x, const UInt32& y) {
+        Seen(const PixelGeometry& of, const UInt32& x, const UInt32& y, bool looks_within) {
             const Point2f centre(Float(x) + 0.5f, Float(y) + 0.5f);
             pixel = {centre.x() + ScalarFloat(of.view_.crop_offset.x()),
                      centre.y() + ScalarFloat(of.view_.crop_offset.y())};
@@ -67,25 +75,35 @@ private:
             const FirstSurface<Float, Spectrum> surface(of.scene_, ray, of.facts_, true);
             si = surface.si;
             hit = si.is_valid();
-            distance = surface.distance + of.view_.distance_before(ray.o);
+            const Float before = of.view_.distance_before(ray.o);
+            distance = surface.distance + before;
             if (any())
                 bsdf = si.bsdf();
+            if (looks_within && of.facts_.any_sharp() && any())
+                within.emplace(of.scene_, of.facts_, of.appearance_, ray, before, hit);
             shape = of.facts_.index(si.shape, si.instance, hit);
         }
         bool any() const { return dr::any_or<true>(hit); }
     };
 
     Float* put_plane(const std::string& plane, const Seen& seen, Float* out) const {
-        if (plane == "depth" || plane == "virtual_depth")
+        if (plane == "depth")
             *out++ = seen.distance;
         else if (plane == "albedo")
             out = put_three(albedo(seen), out);
         else if (plane == "normal")
             out = put_three(normal(seen), out);
-        else if (plane == "backward" || plane == "virtual_backward")
-            out = put_motion(seen, tables_.moved_previous, view_.to_world_previous, out);
-        else if (plane == "forward" || plane == "virtual_forward")
-            out = put_motion(seen, tables_.moved_next, view_.to_world_next, out);
+        else if (plane == "backward")
+            out = put_two(motion(seen, tables_.moved_previous, view_.to_world_previous), out);
+        else if (plane == "forward")
+            out = put_two(motion(seen, tables_.moved_next, view_.to_world_next), out);
+        else if (plane == "virtual_depth")
+            *out++ = seen.within ? Float(dr::select(seen.within->is_sharp, seen.within->distance, seen.distance))
+                                 : seen.distance;
+        else if (plane == "virtual_backward")
+            out = put_two(motion_within(seen, tables_.moved_previous, view_.to_world_previous), out);
+        else if (plane == "virtual_forward")
+            out = put_two(motion_within(seen, tables_.moved_next, view_.to_world_next), out);
         else if (plane == "object_id")
             out = put_id(seen, tables_.object_id, seen.shape + 1u, out);
         else if (plane == "material_id")
@@ -124,7 +142,7 @@ private:
     Float specular(const Seen& seen) const {
         if (!facts_.any_sharp() || !seen.any())
             return Float(0.f);
-        return dr::select(appearance_.is_specular(seen.bsdf, seen.si, seen.hit), Float(1.f), Float(0.f));
+        return dr::select(appearance_.sharp_lobe(seen.bsdf, seen.si, seen.hit).sharp, Float(1.f), Float(0.f));
     }
 
     /// Ids below 2^24 are exact in a film's floats.
@@ -139,23 +157,47 @@ private:
         return out;
     }
 
-    Float* put_motion(const Seen& seen, const mitsuba::DynamicBuffer<Float>& moved, const AffineTransform4f& there,
-                      Float* out) const {
-        Point3f p = seen.si.p;
-        if (dr::width(moved) == 12 * facts_.count()) {
-            std::array<Float, 12> m;
-            for (uint32_t k = 0; k < 12; ++k)
-                m[k] = dr::gather<Float>(moved, seen.shape * 12u + k, seen.hit);
-            for (size_t row = 0; row < 3; ++row)
-                p[row] = dr::fmadd(
-                    m[4 * row], seen.si.p.x(),
-                    dr::fmadd(m[4 * row + 1], seen.si.p.y(), dr::fmadd(m[4 * row + 2], seen.si.p.z(), m[4 * row + 3])));
-        }
-        const Vector2f motion = dr::select(seen.hit, view_.motion_of_point(seen.pixel, p, there),
-                                           view_.motion_of_direction(seen.pixel, seen.ray.d, there));
-        *out++ = motion.x();
-        *out++ = motion.y();
+    static Float* put_two(const Vector2f& values, Float* out) {
+        *out++ = values.x();
+        *out++ = values.y();
         return out;
+    }
+
+    /// Where a point of a shape is in the other frame.
+    Point3f moved_point(const Point3f& p, const UInt32& shape, const mitsuba::DynamicBuffer<Float>& moved,
+                        const Mask& active) const {
+        if (dr::width(moved) != 12 * facts_.count())
+            return p;
+        std::array<Float, 12> m;
+        for (uint32_t k = 0; k < 12; ++k)
+            m[k] = dr::gather<Float>(moved, shape * 12u + k, active);
+        Point3f there;
+        for (size_t row = 0; row < 3; ++row)
+            there[row] = dr::fmadd(m[4 * row], p.x(),
+                                   dr::fmadd(m[4 * row + 1], p.y(), dr::fmadd(m[4 * row + 2], p.z(), m[4 * row + 3])));
+        return there;
+    }
+
+    Vector2f motion(const Seen& seen, const mitsuba::DynamicBuffer<Float>& moved,
+                    const AffineTransform4f& there) const {
+        const Point3f p = moved_point(seen.si.p, seen.shape, moved, seen.hit);
+        return dr::select(seen.hit, view_.motion_of_point(seen.pixel, p, there),
+                          view_.motion_of_direction(seen.pixel, seen.ray.d, there));
+    }
+
+    Vector2f motion_within(const Seen& seen, const mitsuba::DynamicBuffer<Float>& moved,
+                           const AffineTransform4f& there) const {
+        const Vector2f without = motion(seen, moved, there);
+        if (!seen.within)
+            return without;
+        const auto& within = *seen.within;
+        const Point3f p = moved_point(within.seen, within.shape, moved, within.ends);
+        const Vector3f movement = dr::select(within.ends, Vector3f(p - within.seen), Vector3f(0.f));
+        const Mask near = dr::isfinite(within.distance);
+        const Vector2f of_image =
+            dr::select(near, view_.motion_of_point(seen.pixel, within.image_moved(movement), there),
+                       view_.motion_of_direction(seen.pixel, seen.ray.d, there));
+        return dr::select(within.is_sharp, of_image, without);
     }
 
     const Scene* scene_;

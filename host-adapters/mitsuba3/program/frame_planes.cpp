@@ -78,9 +78,10 @@ void FramePlanes::take_aovs(const PassResult& pass) {
 }
 
 void FramePlanes::bring_home(const WorldMap& world) {
-    if (Plane* depth = find("depth"); depth && world.metres_per_unit != 1)
-        for (float& value : depth->values)
-            value = static_cast<float>(value * world.metres_per_unit);
+    for (const char* name : {"depth", "virtual_depth"})
+        if (Plane* depth = find(name); depth && world.metres_per_unit != 1)
+            for (float& value : depth->values)
+                value = static_cast<float>(value * world.metres_per_unit);
     if (Plane* normal = find("normal"))
         for (std::size_t i = 0; i + 2 < normal->values.size(); i += 3) {
             float* n = &normal->values[i];
@@ -98,7 +99,7 @@ void FramePlanes::bring_home(const WorldMap& world) {
             const auto channels = static_cast<std::size_t>(plane.channels);
             if (plane.is_id && plane.name != "object_id")
                 std::fill_n(&plane.ids[i * channels], channels, 0u);
-            else if (plane.name == "depth")
+            else if (plane.name == "depth" || plane.name == "virtual_depth")
                 plane.values[i] = miss;
             else if (plane.name == "normal" || plane.name == "albedo" || plane.name == "specular")
                 std::fill_n(&plane.values[i * channels], channels, 0.0f);

@@ -2,6 +2,7 @@
 
 #include "child_process.h"
 #include "frame_planes.h"
+#include "tile_rays.h"
 #include <equistream_render/code_identity.h>
 
 #include <equistream/aov_groups.h>
@@ -134,6 +135,22 @@ std::uint32_t MitsubaHost::seed_of(std::int64_t frame, std::size_t sensor, std::
 }
 
 void MitsubaHost::render(const FrameTask& task) {
+    if (task.stream->layer == ES_LAYER_FIRST) {
+        render_planes(task);
+        return;
+    }
+    // Where rays begin no sensor of Mitsuba's can be told, so they come from the plugin, tile by tile.
+    const auto start = Clock::now();
+    const std::size_t sensor = sensor_of(*task.stream);
+    TileRays rays(source_->scene(), source_->world());
+    left_out_samples_ += rays.render(task, sensor, [&](std::uint32_t tile, std::uint32_t pass) {
+        return static_cast<std::uint32_t>(
+            mixed(seed_of(task.index, static_cast<std::size_t>(task.stream->eye) + 6, pass), tile));
+    });
+    mitsuba_s_ += seconds_since(start);
+}
+
+void MitsubaHost::render_planes(const FrameTask& task) {
     const StreamSettings& stream = *task.stream;
     const std::size_t sensor = sensor_of(stream);
     const Camera camera = options_.camera == ES_PERSPECTIVE

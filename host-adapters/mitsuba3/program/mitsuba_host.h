@@ -19,9 +19,11 @@ public:
     render_command::HostRecord record() const override;
     void move_to(const render_command::FrameTimes& times) override;
     void render(const render_command::FrameTask& task) override;
+    int tile_side() const override { return 1024; }
     render_command::HostFigures figures(double render_s, nlohmann::json& json) const override;
 
 private:
+    void render_planes(const render_command::FrameTask& task);
     std::size_t sensor_of(const render_command::StreamSettings& stream) const;
     std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
 

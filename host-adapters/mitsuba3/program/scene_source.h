@@ -38,7 +38,4 @@ public:
 /// By the file's extension: .xml is the user's own.
 std::unique_ptr<SceneSource> open_scene(const LoadContext& context);
 
-/// The object_id of what is no surface to us but is one to Mitsuba: our sun's disc.
-inline constexpr std::uint32_t no_surface_id = 0xfffffe;
-
 }  // namespace equistream::mitsuba_host

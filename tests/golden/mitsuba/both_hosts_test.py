@@ -130,5 +130,47 @@ class FlatView(BothHosts, unittest.TestCase):
             self.assertGreater((apart[self.same] < 0.01).mean(), SHARE, way)
 
 
+class MirrorsGlassAndWhatIsBehind(BothHosts, unittest.TestCase):
+    """Virtual depth and motion of mirrors and panes, and the hidden layer."""
+
+    scene_name, frame = "materials", 14
+    options = ("--layers",)
+
+    def test_what_mirrors_and_panes_show(self):
+        ours, theirs = (self.frames[host] for host in ("embree", "mitsuba"))
+        sharp = self.same & (ours["specular"] == 1) & (theirs["specular"] == 1)
+        self.assertGreater(sharp.sum(), 1000)
+        a, b = ours["virtual_depth.Z"][sharp], theirs["virtual_depth.Z"][sharp]
+        self.assertGreater((np.isinf(a) == np.isinf(b)).mean(), 0.995)
+        ends = np.isfinite(a) & np.isfinite(b)
+        self.assertGreater(ends.sum(), 500)
+        # In the bound's w, with the box that both frames carry: an eighth of the budget of a quarter of a pixel.
+        w_a, w_b = (0.0315 / (z[ends] - 0.0315) for z in (a, b))
+        self.assertGreater((np.abs(w_a - w_b) < 1 / 3840 / 8).mean(), 0.99)
+        for way in ("backward", "forward"):
+            apart = [np.hypot(*(ours[f"virtual_{way}.{c}"] - theirs[f"virtual_{way}.{c}"] for c in "uv"))[sharp]]
+            self.assertGreater((apart[0] < 0.01).mean(), 0.99, way)
+            moved = np.abs(ours[f"virtual_{way}.u"] - ours[f"{way}.u"])[sharp]
+            self.assertGreater(moved.max(), 0.05, f"{way}: what a mirror shows moves as the mirror does")
+
+    def test_hidden_layer(self):
+        hidden = {host: read_frame(self.root / host / f"hidden/frame.{self.frame:04d}.exr") for host in self.frames}
+        there = {host: ~np.isnan(frame["depth.Z"]) for host, frame in hidden.items()}
+        both, either = there["embree"] & there["mitsuba"], there["embree"] | there["mitsuba"]
+        self.assertGreater(both.sum(), 500)
+        self.assertLess(either.mean(), 0.1)
+        self.assertGreater(both.sum() / either.sum(), 0.98)
+        a, b = (hidden[host]["depth.Z"][both] for host in ("embree", "mitsuba"))
+        self.assertGreater((np.isinf(a) == np.isinf(b)).mean(), 0.99)
+        ends = np.isfinite(a) & np.isfinite(b)
+        self.assertGreater((np.abs(a - b)[ends] <= ACCURATE * a[ends]).mean(), 0.99)
+        for host, frame in hidden.items():
+            self.assertEqual(frame["A"][~there[host]].max(), 0)
+            first = self.frames[host]["depth.Z"]
+            self.assertTrue((frame["depth.Z"] > first)[there[host]].all(), host)
+        colours = [colour_of(hidden[host])[both].mean() for host in ("embree", "mitsuba")]
+        self.assertLess(abs(colours[0] - colours[1]), 0.15 * colours[0])
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -16,9 +16,10 @@ struct FakePlugin {
 };
 FakePlugin plugin;
 
-void look_down(const es_tile& tile, es_ray* rays) {
+std::uint32_t look_down(const es_tile& tile, es_ray* rays) {
     for (std::uint32_t i = 0; i < tile.pixel_count; ++i)
         rays[i] = equistream::embree_host::make_ray({0, 1, 0}, {0, -1, 0}, i + 1);
+    return tile.pixel_count;
 }
 
 }  // namespace
@@ -35,11 +36,15 @@ es_status es_frame_next_tile(es_frame*, es_tile* tile) {
     tile->sample_count = 2;
     return ES_OK;
 }
-void es_tile_geometry_rays(const es_frame*, const es_tile* tile, es_ray* rays) {
-    look_down(*tile, rays);
+std::uint32_t es_tile_probe_rays(es_frame*, const es_tile*, es_ray*) {
+    return 0;
 }
-void es_tile_colour_rays(const es_frame*, const es_tile* tile, std::uint32_t, es_ray* rays) {
-    look_down(*tile, rays);
+void es_tile_put_distances(es_frame*, const es_tile*, const float*) {}
+std::uint32_t es_tile_geometry_rays(const es_frame*, const es_tile* tile, es_ray* rays) {
+    return look_down(*tile, rays);
+}
+std::uint32_t es_tile_colour_rays(const es_frame*, const es_tile* tile, std::uint32_t, es_ray* rays) {
+    return look_down(*tile, rays);
 }
 void es_tile_put_surfaces(es_frame*, const es_tile*, const es_surface*) {}
 void es_tile_put_radiance(es_frame*, const es_tile*, const float*) {

@@ -300,7 +300,7 @@ TEST(Surfaces, InsideABallOfRadiusREverySurfaceIsAtR) {
     }
     std::vector<es_surface> surfaces(rays.size());
     const std::vector<std::uint8_t> still(1, 0);
-    trace_surfaces(worker, *scene.shading, {{}, {}, still}, rays, surfaces);
+    trace_surfaces(worker, {*scene.shading, {{}, {}, still}}, rays, surfaces);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         EXPECT_LE(surfaces[i].distance_m, radius * 1.00001f);
         // Quadrilateral cells are cut along a diagonal: half of it is the farthest a chord reaches from a vertex.
@@ -326,7 +326,7 @@ TEST(Surfaces, AMissIsInfinitelyFarAndOtherwiseZero) {
     es_surface surface{};
     surface.object_id = 7;
     const std::vector<std::uint8_t> still(1, 0);
-    trace_surfaces(worker, *scene.shading, {{}, {}, still}, rays, {&surface, 1});
+    trace_surfaces(worker, {*scene.shading, {{}, {}, still}}, rays, {&surface, 1});
     EXPECT_EQ(surface.distance_m, std::numeric_limits<float>::infinity());
     EXPECT_EQ(surface.object_id, 0u);
     EXPECT_EQ(surface.normal[1], 0);
@@ -343,7 +343,7 @@ TEST(Surfaces, MovingInstancesSayWhereTheyWereAndWillBe) {
     const std::vector<std::uint8_t> moves{0, 1};
     const std::vector<es_ray> rays{make_ray({0.25f, 3, 0}, {0, -1, 0}), make_ray({5, 3, 0}, {0, -1, 0})};
     std::vector<es_surface> surfaces(2);
-    trace_surfaces(worker, *scene.shading, {previous, next, moves}, rays, surfaces);
+    trace_surfaces(worker, {*scene.shading, {previous, next, moves}}, rays, surfaces);
     EXPECT_NEAR(surfaces[0].position_previous_m[0], -0.25, 1e-6);
     EXPECT_NEAR(surfaces[0].position_next_m[0], 0, 1e-6);
     EXPECT_NEAR(surfaces[0].position_next_m[2], -0.25, 1e-6);

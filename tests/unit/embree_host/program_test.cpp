@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -93,6 +94,34 @@ TEST_F(RenderProgram, UnbiasedReachesTheTracerAndIsNotMixedWithTheDefault) {
     const Outcome mixed = run("--frames 0 --unbiased " + out("default"));
     EXPECT_EQ(mixed.exit_code, 2);
     EXPECT_NE(mixed.error.find("fingerprint"), std::string::npos) << mixed.error;
+}
+
+TEST_F(RenderProgram, TheHiddenLayerIsAStreamLikeOthers) {
+    ASSERT_EQ(run("--frames 2 " + out("layers")).exit_code, 0);
+    const Outcome added = run("--frames 2-3 --layers --threads 1 " + out("layers"));
+    ASSERT_EQ(added.exit_code, 0) << added.error;
+    EXPECT_NE(added.error.find("1 of 4 frames are finished and kept"), std::string::npos) << added.error;
+    ASSERT_EQ(run("--frames 3 --layers --threads 5 " + out("again")).exit_code, 0);
+    const Frame frame = read_exr(folder_ / "layers/hidden/frame.0003.exr");
+    const Frame again = read_exr(folder_ / "again/hidden/frame.0003.exr");
+    EXPECT_EQ(frame.planes.size(), 2u) << "colour and depth";
+    const auto &colour = frame.planes.at("colour"), &depth = frame.planes.at("depth");
+    EXPECT_TRUE(std::ranges::equal(colour.samples(), again.planes.at("colour").samples()));
+    int there = 0;
+    for (std::size_t i = 0; i < depth.samples().size(); ++i) {
+        const float z = depth.samples()[i], other = again.planes.at("depth").samples()[i];
+        EXPECT_TRUE(z == other || (std::isnan(z) && std::isnan(other)));
+        there += !std::isnan(z);
+        if (std::isnan(z)) {
+            EXPECT_EQ(colour.samples()[4 * i + 3], 0);
+        }
+    }
+    EXPECT_GT(there, 0);
+    EXPECT_LT(there, 256);
+    const Outcome both = run("--frames 2 --eye both --layers " + out("both"));
+    EXPECT_EQ(both.exit_code, 2);
+    EXPECT_EQ(both.error, "equistream render: --layers: expected one --eye, whose hidden layer goes into DIR/hidden, "
+                          "found --eye both\n");
 }
 
 TEST_F(RenderProgram, WritesEveryStreamAskedFor) {

@@ -89,13 +89,19 @@ protected:
                 rays.resize(tile.pixel_count);
                 surfaces.resize(tile.pixel_count);
                 rgba.resize(tile.pixel_count * 4);
-                es_tile_geometry_rays(frame, &tile, rays.data());
-                for (std::uint32_t i = 0; i < tile.pixel_count; ++i)
+                std::vector<float> distances(tile.pixel_count);
+                while (const std::uint32_t count = es_tile_probe_rays(frame, &tile, rays.data())) {
+                    for (std::uint32_t i = 0; i < count; ++i)
+                        distances[i] = surface(rays[i]).distance_m;
+                    es_tile_put_distances(frame, &tile, distances.data());
+                }
+                const std::uint32_t pixels = es_tile_geometry_rays(frame, &tile, rays.data());
+                for (std::uint32_t i = 0; i < pixels; ++i)
                     surfaces[i] = surface(rays[i]);
                 es_tile_put_surfaces(frame, &tile, surfaces.data());
                 for (std::uint32_t pass = 0; pass < tile.sample_count; ++pass) {
-                    es_tile_colour_rays(frame, &tile, pass, rays.data());
-                    for (std::uint32_t i = 0; i < tile.pixel_count; ++i) {
+                    EXPECT_EQ(es_tile_colour_rays(frame, &tile, pass, rays.data()), pixels);
+                    for (std::uint32_t i = 0; i < pixels; ++i) {
                         const glm::vec4 colour = radiance(rays[i]);
                         std::copy(&colour.x, &colour.x + 4, &rgba[i * 4]);
                     }

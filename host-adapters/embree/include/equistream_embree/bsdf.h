@@ -55,12 +55,19 @@ public:
 
     /// Whether most of what is sent to the viewer comes out of sharp lobes: mirror, straight on, or GGX of an alpha up
     /// to sharp_alpha.
-    bool is_sharp() const { return p_straight_ + (alpha_ <= sharp_alpha ? p_specular_ : 0) > 0.5f; }
+    bool is_sharp() const { return p_straight_ + sharp_mirror() > 0.5f; }
+    /// Of these the one that sends the most: mirror (a narrow GGX lobe too) or straight; none where is_sharp() is not.
+    BsdfSample::Kind sharp_lobe() const {
+        if (!is_sharp())
+            return BsdfSample::Kind::none;
+        return sharp_mirror() > p_straight_ ? BsdfSample::Kind::mirror : BsdfSample::Kind::straight;
+    }
 
     /// Whether light arriving from elsewhere than a mirror direction scatters to the viewer at all.
     bool has_rough_lobe() const { return p_diffuse_ > 0 || (p_specular_ > 0 && alpha_ > 0); }
 
 private:
+    float sharp_mirror() const { return alpha_ <= sharp_alpha ? p_specular_ : 0; }
     void choose_probabilities(const glm::vec3& specular_albedo);
     glm::vec3 fresnel(float cosine) const;
     BsdfSample sample_specular(const glm::vec3& viewer, const glm::vec2& u) const;

@@ -71,9 +71,12 @@ public:
         float distance = 0;
     };
     void trace_coherent(std::span<const es_ray> rays, std::vector<Hit>& hits);
+    /// The closest hit of one ray.
+    Hit trace(const glm::vec3& origin, const glm::vec3& direction);
 
     Textures::Reader& textures() { return textures_; }
-    /// Counts the time since the last call of this or trace_radiance as shading.
+    /// Counts the time since the last call of this or trace_radiance as shading: of geometry rays, and of those that a
+    /// hidden layer asks for.
     void end_surfaces() { counts_.shading_s += clock_.lap(); }
     RayCounts counts() const;
 

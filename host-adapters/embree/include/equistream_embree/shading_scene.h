@@ -55,6 +55,9 @@ public:
     ShadingPoint surface_at(const HitId& hit, const glm::vec3& origin, const glm::vec3& direction,
                             float distance) const;
 
+    /// How the shading normal at a hit changes, to first order, when the point moves within its triangle's plane.
+    glm::vec3 normal_change(const HitId& hit, const ShadingPoint& at, const glm::vec3& movement) const;
+
     const SceneModel& model() const { return model_; }
     const ShadingMaterial& material(std::uint32_t index) const { return materials_[index]; }
     std::span<ShadingMaterial> materials() { return materials_; }
@@ -82,6 +85,7 @@ private:
     const SceneModel& model_;
     std::vector<std::vector<TriangleRecord>> triangles_;  // by mesh
     std::vector<InstanceRecord> instances_;
+    std::vector<glm::mat3> linear_;  // of the instances' transforms; normal_change alone needs them
     std::vector<ShadingMaterial> materials_;
     bool has_thin_glass_ = false;
 };

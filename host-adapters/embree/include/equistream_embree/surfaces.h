@@ -1,5 +1,5 @@
 #pragma once
-/// Answers to geometry rays: distance, where the point was and will be, normal, albedo, ids.
+/// Answers to geometry rays: distance, where the point was and will be, normal, albedo, ids, what a mirror shows.
 #include <equistream_embree/path_tracer.h>
 
 #include <span>
@@ -12,8 +12,20 @@ struct NeighbourTransforms {
     std::span<const std::uint8_t> moves;  ///< by instance: whether they differ from this frame's
 };
 
+/// What surfaces are told from.
+struct SurfacesScene {
+    const ShadingScene& shading;
+    NeighbourTransforms neighbours;
+};
+
+/// Where a point of a surface is at the neighbouring frames.
+struct NeighbourPoints {
+    glm::vec3 previous, next;
+};
+NeighbourPoints neighbour_points(const SurfacesScene& scene, const HitId& hit, const glm::vec3& position);
+
 /// One unfiltered sample per ray; `surfaces` as long as `rays`.
-void trace_surfaces(Worker& worker, const ShadingScene& scene, const NeighbourTransforms& neighbours,
-                    std::span<const es_ray> rays, std::span<es_surface> surfaces);
+void trace_surfaces(Worker& worker, const SurfacesScene& scene, std::span<const es_ray> rays,
+                    std::span<es_surface> surfaces);
 
 }  // namespace equistream::embree_host

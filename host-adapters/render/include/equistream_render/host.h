@@ -26,6 +26,7 @@ struct StreamSettings {
     es_eye eye = ES_EYE_CENTRE;
     cli::Size size;
     std::string aovs;  ///< "none": colour alone is wanted
+    es_layer layer = ES_LAYER_FIRST;
 
     bool wants_geometry() const { return aovs != "none"; }
     std::uint64_t pixels() const {
@@ -69,6 +70,8 @@ public:
     /// Called when the frames in --out, if there are any, are found to be of these settings: from here on files of a
     /// host's own may be put beside them.
     virtual void begin() {}
+    /// Pixels that a tile is wide and high at most; 0: as the plugin likes.
+    virtual int tile_side() const { return 0; }
     /// False when loading was all that was asked for.
     virtual bool wants_frames() const { return true; }
     virtual HostRecord record() const = 0;

@@ -18,6 +18,7 @@ struct RenderOptions {
     es_camera_kind camera = ES_EQUIRECT;
     std::vector<es_eye> eyes{ES_EYE_CENTRE};
     std::optional<es_eye> small_eye;
+    bool layers = false;  ///< the hidden layer too; of one eye only
     es_axis_lock lock = ES_LOCK_WORLD;
     double ipd_m = 0.063;
     std::optional<cli::FrameRange> frames;  ///< none: the whole path

@@ -107,6 +107,17 @@ struct ShapeIds {
     std::vector<std::uint32_t> object, material, instance;
 };
 
+/// The object of what is no surface to us but is one to Mitsuba: our sun's disc.
+inline constexpr std::uint32_t no_surface_id = 0xfffffe;
+
+/// Rays that no sensor made; directions are unit, distances from the origins.
+struct RayBatch {
+    std::array<std::vector<float>, 3> origin, direction;
+    std::vector<float> begin, end;  ///< end: +inf for no end
+
+    std::size_t size() const { return begin.size(); }
+};
+
 class EmbeddedScene {
 public:
     /// Parses the XML, puts our sensors and our integrator in the place of its own, and builds it. A fault in the XML
@@ -137,6 +148,12 @@ public:
     virtual void place_camera(std::size_t sensor, const CameraPlacement& placement) = 0;
     /// Renders `samples` a pixel; without AOVs colour alone.
     virtual PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs) = 0;
+
+    /// How far each ray goes to the first visible surface; +inf for a miss.
+    virtual std::vector<float> distances(const RayBatch& rays) = 0;
+    /// One sample of what comes along each ray, by the XML's integrator, beginning in the medium of this sensor:
+    /// linear Rec.709 R, G, B, and 1 where the ray meets a surface, else 0.
+    virtual std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) = 0;
 };
 
 }  // namespace equistream::mitsuba_host

@@ -1,0 +1,136 @@
+#pragma once
+/// Rays of anybody's through a scene of Mitsuba's: how far they go, and what comes along them. In scalar variants by
+/// many threads.
+#include "first_surface.h"
+#include "variant_arrays.h"
+
+#include <equistream_mitsuba/embedded_scene.h>
+
+#include <mitsuba/render/integrator.h>
+#include <mitsuba/render/sampler.h>
+#include <mitsuba/render/sensor.h>
+
+#include <nanothread/nanothread.h>
+
+namespace equistream::mitsuba_host {
+
+template <typename Float, typename Spectrum>
+class RayTracer {
+public:
+    MI_IMPORT_TYPES(Scene, Sensor, Sampler, Medium, SamplingIntegrator)
+    using Arrays = VariantArrays<Float>;
+    using Integrator = SamplingIntegrator;
+
+    /// `scene` is borrowed. `object_ids`: by shape; no_surface_id marks those that rays do not meet.
+    RayTracer(const Scene* scene, bool hides_emitters, std::vector<std::uint32_t> object_ids)
+        : scene_(scene), facts_(scene, hides_emitters), object_ids_(std::move(object_ids)) {
+        object_ids_.resize(facts_.count());
+        if constexpr (Arrays::is_jit)
+            objects_ = dr::load<UInt32>(object_ids_.data(), object_ids_.size());
+    }
+
+    std::vector<float> distances(const RayBatch& rays) const {
+        std::vector<float> result(rays.size());
+        for_all(rays, nullptr, 0, [&](const Ray3f& ray, const Float& begin, Sampler*, const auto& put) {
+            const FirstSurface<Float, Spectrum> first(scene_, RayDifferential3f(ray), facts_, true);
+            put(result, 1, 0, Float(dr::select(is_surface(first), first.distance + begin, dr::Infinity<Float>)));
+        });
+        return result;
+    }
+
+    std::vector<float> radiance(const RayBatch& rays, Integrator& integrator, Sensor& sensor,
+                                std::uint32_t seed) const {
+        std::vector<float> result(4 * rays.size());
+        mitsuba::ref<Sampler> sampler = sensor.sampler()->fork();
+        for_all(rays, sampler.get(), seed, [&](Ray3f ray, const Float&, Sampler* random, const auto& put) {
+            Spectrum weight(1.f);
+            if constexpr (mitsuba::is_spectral_v<Spectrum>)
+                std::tie(ray.wavelengths, weight) =
+                    sensor.sample_wavelengths(dr::zeros<SurfaceInteraction3f>(), random->next_1d());
+            const RayDifferential3f differential(ray);
+            std::vector<Float> aovs(integrator.aov_names().size());
+            const Spectrum arrived =
+                weight * integrator.sample(scene_, random, differential, sensor.medium(), aovs.data(), true).first;
+            const auto colour = mitsuba::unpolarized_spectrum(arrived);
+            Color3f rgb;
+            if constexpr (mitsuba::is_spectral_v<Spectrum>)
+                rgb = mitsuba::spectrum_to_srgb(colour, ray.wavelengths);
+            else if constexpr (mitsuba::is_monochromatic_v<Spectrum>)
+                rgb = Color3f(colour.x());
+            else
+                rgb = colour;
+            const FirstSurface<Float, Spectrum> first(scene_, differential, facts_, true);
+            Float alpha = dr::select(is_surface(first), Float(1.f), Float(0.f));
+            dr::eval(rgb, alpha);  // in one kernel
+            for (std::size_t c = 0; c < 3; ++c)
+                put(result, 4, c, rgb[c]);
+            put(result, 4, 3, alpha);
+        });
+        return result;
+    }
+
+private:
+    /// Whether a ray meets what is a surface to us.
+    Mask is_surface(const FirstSurface<Float, Spectrum>& first) const {
+        const Mask hit = first.si.is_valid();
+        const UInt32 shape = facts_.index(first.si.shape, first.si.instance, hit);
+        if constexpr (Arrays::is_jit)
+            return hit && dr::gather<UInt32>(objects_, shape, hit) != no_surface_id;
+        else
+            return hit && object_ids_[shape] != no_surface_id;
+    }
+
+    /// Calls work(ray, begin, sampler, put) for all rays at once, or ray by ray; put(result, stride, channel, value)
+    /// stores what it found. Rays begin where they are to begin: Mitsuba's have no least distance.
+    template <typename Work>
+    void for_all(const RayBatch& rays, Sampler* sampler, std::uint32_t seed, const Work& work) const {
+        const auto made = [](const auto& value, std::size_t i) {
+            if constexpr (Arrays::is_jit)
+                return (void)i, dr::load<Float>(value.data(), value.size());
+            else
+                return value[i];
+        };
+        const auto trace = [&](std::size_t i, Sampler* random) {
+            const Vector3f direction(made(rays.direction[0], i), made(rays.direction[1], i),
+                                     made(rays.direction[2], i));
+            const Float begin = made(rays.begin, i);
+            Ray3f ray(Point3f(made(rays.origin[0], i), made(rays.origin[1], i), made(rays.origin[2], i)), direction);
+            ray.o = dr::fmadd(direction, begin, ray.o);
+            ray.maxt = made(rays.end, i) - begin;
+            work(ray, begin, random,
+                 [&](std::vector<float>& result, std::size_t stride, std::size_t channel, const Float& value) {
+                     if constexpr (Arrays::is_jit) {
+                         const std::vector<float> host = Arrays::to_host(value);
+                         for (std::size_t k = 0; k < rays.size(); ++k)
+                             result[k * stride + channel] = host[host.size() == 1 ? 0 : k];
+                     } else {
+                         result[i * stride + channel] = value;
+                     }
+                 });
+        };
+        if (rays.size() == 0)
+            return;
+        if constexpr (Arrays::is_jit) {
+            if (sampler)
+                sampler->seed(dr::opaque<UInt32>(seed), static_cast<std::uint32_t>(rays.size()));
+            trace(0, sampler);
+        } else {
+            constexpr std::size_t block = 256;
+            dr::parallel_for(dr::blocked_range<std::size_t>(0, rays.size(), block),
+                             [&](const dr::blocked_range<std::size_t>& part) {
+                                 mitsuba::ref<Sampler> own = sampler ? sampler->fork() : nullptr;
+                                 if (own)
+                                     own->seed(static_cast<std::uint32_t>(seed + part.begin() / block));
+                                 for (std::size_t i = part.begin(); i != part.end(); ++i)
+                                     trace(i, own.get());
+                             });
+        }
+    }
+
+    const Scene* scene_;
+    ShapeFacts<Float, Spectrum> facts_;
+    std::vector<std::uint32_t> object_ids_;
+    UInt32 objects_ = 0u;
+};
+
+}  // namespace equistream::mitsuba_host

@@ -1,0 +1,167 @@
+#pragma once
+/// Where a thing that is seen in mirrors and through glass appears to lie.
+///
+/// A pencil is a ray from the eye with the derivatives of its place and direction by four numbers: how far the eye
+/// moves across the ray (two directions) and how far the ray turns at the eye (the same two). Carried along the ray,
+/// surface by surface (H. Igehy, "Tracing Ray Differentials", SIGGRAPH 1999), it ends at a point X with the offsets
+/// across the ray there: A y + B t for an eye moved by y and a ray turned by t. The eye moved by y sees X where A y + B
+/// t = 0, so its direction turns by t = -K y with K = B^-1 A. Of an image at distance v that is -y / v: 1 / v is K, a
+/// number for plane mirrors (v is the path's length), and a matrix with two principal directions for curved ones. The
+/// one number that errs least, in mean square over y, is half the trace of K. The thing moved by x across its ray is
+/// seen turned by B^-1 x.
+///
+/// Template on the scalar as conventions.h has it; C++17-clean. Pure functions of values.
+#include <equistream/visible_normal.h>
+
+#include <limits>
+
+namespace equistream {
+
+/// Sharp surfaces that are followed at most, the first one among them.
+inline constexpr unsigned most_sharp_surfaces = 8;
+
+template <typename T>
+struct Pencil {
+    static constexpr int count = 4;  ///< the eye moved along across[0], [1]; the ray turned towards across[0], [1]
+
+    Vector3<T> across[2];        ///< unit, across the ray at the eye
+    Vector3<T> direction;        ///< unit, of the ray as it goes on
+    Vector3<T> position[count];  ///< derivatives of the place reached; what lies along the ray does not count
+    Vector3<T> turn[count];      ///< derivatives of the direction
+
+    static Pencil from_eye(const Vector3<T>& direction);
+
+    void travel(T distance);
+    /// Moves the derivatives of the place into a surface; `normal` is the surface's own, geometric one.
+    void onto_surface(const Vector3<T>& normal);
+    /// At a mirror: `normal` is the unit shading normal, `bend` its derivatives for the movements in `position`.
+    void reflect(const Vector3<T>& normal, const Vector3<T> (&bend)[count]);
+    /// Into another medium: `normal` on the side that the ray comes from, `eta` index of refraction here over there.
+    /// Not for total reflection.
+    void refract(const Vector3<T>& normal, const Vector3<T> (&bend)[count], T eta);
+
+    /// v: how far from the eye along its ray the point reached appears to lie; of what is infinitely far in the ray's
+    /// direction if `without_end`. +inf for an image at infinity, beyond it or behind the eye.
+    template <typename Mask>
+    T image_distance(const Mask& without_end) const;
+    /// Where the image at `distance` goes, from the eye, when the point reached moves: a vector of the eye's space.
+    Vector3<T> image_movement(const Vector3<T>& eye_direction, T distance, const Vector3<T>& movement) const;
+
+private:
+    /// Columns a and b: offsets across the ray.
+    struct Offsets {
+        T a11, a12, a21, a22, b11, b12, b21, b22;
+    };
+    Offsets offsets(const Vector3<T> (&of)[count]) const;
+};
+
+template <typename T>
+Vector3<T> scaled(const Vector3<T>& v, T factor) {
+    return {v.x * factor, v.y * factor, v.z * factor};
+}
+
+template <typename T>
+Vector3<T> cross(const Vector3<T>& a, const Vector3<T>& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// A unit vector across a unit vector.
+template <typename T>
+Vector3<T> any_across(const Vector3<T>& d) {
+    using std::sqrt;
+    // Towards whichever of two axes is farther from d.
+    const auto steep = d.y * d.y > T(0.5);
+    const Vector3<T> axis{select(steep, T(1), T(0)), select(steep, T(0), T(1)), T(0)};
+    const Vector3<T> v = cross(d, axis);
+    return scaled(v, T(T(1) / sqrt(dot(v, v))));
+}
+
+template <typename T>
+Pencil<T> Pencil<T>::from_eye(const Vector3<T>& direction) {
+    Pencil p{};
+    p.direction = direction;
+    p.across[0] = any_across(direction);
+    p.across[1] = cross(p.across[0], direction);
+    const Vector3<T> none{T(0), T(0), T(0)};
+    for (int i = 0; i < 2; ++i) {
+        p.position[i] = p.turn[2 + i] = p.across[i];
+        p.position[2 + i] = p.turn[i] = none;
+    }
+    return p;
+}
+
+template <typename T>
+void Pencil<T>::travel(T distance) {
+    for (int i = 0; i < count; ++i)
+        position[i] = sum(position[i], distance, turn[i]);
+}
+
+template <typename T>
+void Pencil<T>::onto_surface(const Vector3<T>& normal) {
+    const T cosine = dot(direction, normal);
+    const auto grazing = cosine * cosine < T(1e-8);
+    const T inverse = select(grazing, T(0), T(T(1) / select(grazing, T(1), cosine)));
+    for (int i = 0; i < count; ++i)
+        position[i] = sum(position[i], T(-dot(position[i], normal) * inverse), direction);
+}
+
+template <typename T>
+void Pencil<T>::reflect(const Vector3<T>& normal, const Vector3<T> (&bend)[count]) {
+    const T cosine = dot(direction, normal);
+    for (int i = 0; i < count; ++i) {
+        const T change = dot(turn[i], normal) + dot(direction, bend[i]);
+        turn[i] = sum(sum(turn[i], T(T(-2) * cosine), bend[i]), T(T(-2) * change), normal);
+    }
+    direction = sum(direction, T(T(-2) * cosine), normal);
+}
+
+template <typename T>
+void Pencil<T>::refract(const Vector3<T>& normal, const Vector3<T> (&bend)[count], T eta) {
+    using std::sqrt;
+    const T cosine = dot(direction, normal);
+    const T cosine_there = -sqrt(T(1) - eta * eta * (T(1) - cosine * cosine));
+    const T mu = eta * cosine - cosine_there;
+    const T mu_change = eta - eta * eta * cosine / cosine_there;
+    for (int i = 0; i < count; ++i) {
+        const T change = dot(turn[i], normal) + dot(direction, bend[i]);
+        turn[i] = sum(sum(scaled(turn[i], eta), T(-mu), bend[i]), T(-mu_change * change), normal);
+    }
+    direction = sum(scaled(direction, eta), T(-mu), normal);
+}
+
+template <typename T>
+typename Pencil<T>::Offsets Pencil<T>::offsets(const Vector3<T> (&of)[count]) const {
+    const Vector3<T> right = any_across(direction), up = cross(right, direction);
+    return {dot(of[0], right), dot(of[1], right), dot(of[0], up), dot(of[1], up),
+            dot(of[2], right), dot(of[3], right), dot(of[2], up), dot(of[3], up)};
+}
+
+template <typename T>
+template <typename Mask>
+T Pencil<T>::image_distance(const Mask& without_end) const {
+    Vector3<T> reached[count];
+    for (int i = 0; i < count; ++i)
+        reached[i] = {select(without_end, turn[i].x, position[i].x), select(without_end, turn[i].y, position[i].y),
+                      select(without_end, turn[i].z, position[i].z)};
+    const Offsets o = offsets(reached);
+    const T determinant = o.b11 * o.b22 - o.b12 * o.b21;
+    const T trace = o.b22 * o.a11 - o.b12 * o.a21 - o.b21 * o.a12 + o.b11 * o.a22;
+    // 2 / trace(B^-1 A), without dividing by a determinant of 0.
+    const auto ahead = trace * determinant > T(0);
+    return select(ahead, T(T(2) * determinant / select(ahead, trace, T(1))), T(std::numeric_limits<float>::infinity()));
+}
+
+template <typename T>
+Vector3<T> Pencil<T>::image_movement(const Vector3<T>& eye_direction, T distance, const Vector3<T>& movement) const {
+    const Vector3<T> right = any_across(direction), up = cross(right, direction);
+    const Offsets o = offsets(position);
+    const T x = dot(movement, right), y = dot(movement, up);
+    const T determinant = o.b11 * o.b22 - o.b12 * o.b21;
+    const auto focused = determinant * determinant < T(1e-30);
+    const T scale = select(focused, T(0), T(distance / select(focused, T(1), determinant)));
+    const Vector3<T> sideways =
+        sum(scaled(across[0], T(scale * (o.b22 * x - o.b12 * y))), T(scale * (o.b11 * y - o.b21 * x)), across[1]);
+    return sum(sideways, dot(movement, direction), eye_direction);
+}
+
+}  // namespace equistream
