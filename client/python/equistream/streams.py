@@ -18,17 +18,23 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 @dataclass
 class Picture:
-    """One decoded picture of a track: 8-bit display-referred sRGB, rows x columns x 3. `info` is None in foreign videos."""
+    """One decoded picture of a track. `info` is None in foreign videos.
+
+    `rgb` is 8-bit display-referred sRGB, rows x columns x 3; of a depth track it is None, and `depth_m` the radial depth.
+    """
 
     role: str
     info: Optional[FrameInfo]
-    rgb: NDArray[np.uint8]
+    rgb: Optional[NDArray[np.uint8]]
+    depth_m: Optional[NDArray[np.float32]]
     decode_ms: float
     convert_ms: float
     bytes: int
 
     def __repr__(self) -> str:
-        return f"Picture({self.role}, {self.rgb.shape[1]}x{self.rgb.shape[0]}, {self.bytes} bytes, {self.info!r})"
+        plane = self.rgb if self.rgb is not None else self.depth_m
+        size = f"{plane.shape[1]}x{plane.shape[0]}" if plane is not None else "no picture"
+        return f"Picture({self.role}, {size}, {self.bytes} bytes, {self.info!r})"
 
 
 class Stream:
@@ -75,7 +81,7 @@ def open_stream(source: PathLike) -> Stream:
 
 @dataclass
 class FeedPicture:
-    """A picture and where it was seen from. `rgb` is 8-bit sRGB; `depth_m` the renderer's own, where it was asked for."""
+    """A picture and where it was seen from. `rgb` is 8-bit sRGB; `depth_m` the renderer's own or the depth track's, where asked for."""
 
     info: FrameInfo
     rgb: Optional[NDArray[np.uint8]]
@@ -87,7 +93,9 @@ class FeedPicture:
 
 @dataclass
 class FeedFrame:
-    """What arrives for one frame: the main picture, the small second-eye one, and views rendered beside it for their depth.
+    """What arrives for one frame: the main picture, those that fill gaps, and views rendered beside it for their depth.
+
+    `small` is the second eye, `hidden` the surfaces behind the main picture's, `patches` the atlas of what the head box uncovers.
 
     `posed` is False for foreign video, which is taken for a full sphere around nobody's head.
     """
@@ -96,6 +104,8 @@ class FeedFrame:
     small: Optional[FeedPicture] = None
     posed: bool = True
     depth_views: list[FeedPicture] = field(default_factory=list)
+    hidden: Optional[FeedPicture] = None
+    patches: Optional[FeedPicture] = None
 
     def __repr__(self) -> str:
         return f"FeedFrame({self.main!r}, small: {'yes' if self.small else 'no'}, depth views: {len(self.depth_views)})"
@@ -104,7 +114,7 @@ class FeedFrame:
 class Feed:
     """Frames as a client receives them: of a stream (file or URL), or of a folder of rendered frames as if coded without loss.
 
-    `depth` reads the renderer's depth too (folders). `first_frame` and `last_frame` choose by number; a folder starts there, a
+    `depth` reads depth too: the renderer's (folders), or the depth tracks'. `first_frame` and `last_frame` choose by number; a folder starts there, a
     stream decodes what comes before and leaves it out.
     """
 
@@ -126,9 +136,9 @@ class Feed:
         found = self._core.next()
         if found is None:
             raise StopIteration
-        small = found["small"]
-        return FeedFrame(FeedPicture(**found["main"]), None if small is None else FeedPicture(**small), found["posed"],
-                         [FeedPicture(**view) for view in found["depth_views"]])
+        others = {name: None if found[name] is None else FeedPicture(**found[name]) for name in ("small", "hidden", "patches")}
+        return FeedFrame(FeedPicture(**found["main"]), posed=found["posed"],
+                         depth_views=[FeedPicture(**view) for view in found["depth_views"]], **others)
 
     def __repr__(self) -> str:
         return f"Feed('{self.source}')"

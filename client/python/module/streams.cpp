@@ -23,7 +23,8 @@ nb::object next_picture(StreamReader& reader) {
     nb::dict found;
     found["role"] = track_name(picture->role);
     found["info"] = picture->info ? nb::cast(*picture->info) : nb::none();
-    found["rgb"] = to_array(std::move(picture->rgb));
+    found["rgb"] = picture->rgb.empty() ? nb::none() : nb::object(to_array(std::move(picture->rgb)));
+    found["depth_m"] = picture->depth_m.empty() ? nb::none() : nb::object(to_array(std::move(picture->depth_m)));
     found["decode_ms"] = picture->decode_ms;
     found["convert_ms"] = picture->convert_ms;
     found["bytes"] = picture->bytes;
@@ -85,6 +86,8 @@ nb::object frame_of(ReceivedFrame&& frame) {
     nb::dict found;
     found["main"] = picture_of(std::move(frame.main));
     found["small"] = frame.small ? picture_of(std::move(*frame.small)) : nb::none();
+    found["hidden"] = frame.hidden ? picture_of(std::move(*frame.hidden)) : nb::none();
+    found["patches"] = frame.patches ? picture_of(std::move(*frame.patches)) : nb::none();
     found["posed"] = frame.posed;
     nb::list views;
     for (ReceivedPicture& view : frame.depth_views)

@@ -93,10 +93,11 @@ nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report)
 }
 
 std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
-    std::string text =
-        formatted("        coded as %s from %.3f m on around a head box of %.4f m: steps of %.2f of the error budget",
-                  depth_code_name(*track.settings.depth_code), track.range->near_m, track.range->box_radius_m,
-                  track.bound_rad / error_budget_of_stream_rad());
+    std::string text = formatted(
+        "        coded as %s from %.3f m on around a head box of %.4f m: within %.2f of the error budget before "
+        "the codec",
+        depth_code_name(*track.settings.depth_code), track.range->near_m, track.range->box_radius_m,
+        track.bound_rad / error_budget_of_stream_rad());
     if (track.settings.depth_code == DepthCodeId::lossless)
         text = "        coded without loss";
     else if (track.settings.crf)

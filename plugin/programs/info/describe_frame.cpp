@@ -3,6 +3,7 @@
 #include "frame_json.h"
 
 #include <equistream/bound.h>
+#include <equistream/depth_code.h>
 #include <equistream/error.h>
 
 #include <algorithm>
@@ -60,6 +61,34 @@ std::string pose_text(const Pose& pose) {
                      q.z);
 }
 
+namespace {
+
+nlohmann::json depth_code_json(const FrameInfo& info) {
+    if (!info.depth_code)
+        return nullptr;
+    const DepthRange& range = info.depth_code->range;
+    return {{"code", depth_code_name(info.depth_code->code)},
+            {"box_radius_m", range.box_radius_m},
+            {"near_m", range.near_m},
+            {"has_empty", range.has_empty},
+            {"clamped_pixels", info.depth_code->clamped_pixels}};
+}
+
+std::string depth_code_text(const DepthCodeInfo& depth_code) {
+    std::string text = "  depth      coded as " + std::string(depth_code_name(depth_code.code));
+    if (depth_code.code == DepthCodeId::lossless)
+        return text + ", exactly\n";
+    text +=
+        formatted(" from %.3f m on, for eyes within %.4f m", depth_code.range.near_m, depth_code.range.box_radius_m);
+    if (depth_code.range.has_empty)
+        text += "; pixels may hold no surface";
+    if (depth_code.clamped_pixels > 0)
+        text += formatted("; %u pixels lay nearer", depth_code.clamped_pixels);
+    return text + "\n";
+}
+
+}  // namespace
+
 nlohmann::json frame_json(const FrameInfo& info) {
     return {{"index", info.index},
             {"time_s", info.time_s},
@@ -77,7 +106,8 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"samples_per_pixel", info.samples_per_pixel},
             {"scene", info.scene},
             {"host", info.host},
-            {"geometry_fingerprint", info.geometry_fingerprint}};
+            {"geometry_fingerprint", info.geometry_fingerprint},
+            {"depth_code", depth_code_json(info)}};
 }
 
 std::string shared_text(const FrameInfo& info) {
@@ -88,6 +118,8 @@ std::string shared_text(const FrameInfo& info) {
     text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
                       static_cast<unsigned long long>(info.seed),
                       info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
+    if (info.depth_code)
+        text += depth_code_text(*info.depth_code);
     text += "  camera     " + camera_text(info.camera) + "\n";
     text +=
         formatted("  eye        %s, %.1f mm between the eyes", eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3);

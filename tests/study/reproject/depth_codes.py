@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""What streamed depth costs and loses: every depth code within a share of the colour's bits, beside lossless depth.
+
+    depth_codes.py --bin build/release/bin --work FOLDER [SCENE ...]
+
+FOLDER holds what renders.py made (truth and `left`). Colour is the same CRF 16 for all, so views differ by their depth
+alone. Each code takes the best CRF whose bytes stay within --share of the colour's (`encode --depth CODE --depth-share`);
+codes that cannot are given at their worst, and Pece's packing at the colour's CRF too, as the paper would. Both eyes are
+played from streamed depth alone; the eye that the sphere was rendered for is only turned, so the loss is told of the other one. The
+noise-free error takes both seeds (docs/compare.md). Figures go to docs/results/reproject/depth_codes/SCENE.json.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from renders import EYE, FRAMES, LEAN_M, REPOSITORY, SEEDS, SPHERES, SceneRenders  # noqa: E402
+from steps import Failed, machine, versions, write_whole  # noqa: E402
+
+CRF = 16
+REFERENCE = "lossless"
+# Name -> code, codec, and CRF where it is not looked for.
+SYSTEMS = {
+    REFERENCE: ("lossless", "h264", None),
+    "auto": ("auto", "h264", None),
+    "w8": ("w8", "h264", None),
+    "w10": ("w10", "h264", None),
+    "w12": ("w12", "h264", None),
+    "w10-h265": ("w10", "h265", None),
+    "pece420": ("pece420", "h264", None),
+    "pece444": ("pece444", "h264", None),
+    "pece420-crf16": ("pece420", "h264", CRF),
+    "pece444-crf16": ("pece444", "h264", CRF),
+    "hue": ("hue", "h264", None),
+}
+METHODS = ("gather", "mesh")
+
+
+class DepthCodes:
+    def __init__(self, options, scene):
+        self.options = options
+        self.renders = SceneRenders(options.work, options.bin, scene, options.spp)
+        self.steps = self.renders.steps
+        self.work = self.renders.work
+        self.result = {
+            "scene": scene, "made": time.strftime("%Y-%m-%d", time.gmtime()),
+            "command": f"tests/study/reproject/depth_codes.py --bin BIN --work WORK --spp {options.spp} --share {options.share} {scene}",
+            "settings": {"frame": FRAMES[scene], "spp": options.spp, "seeds": list(SEEDS), "source": options.source,
+                         "sphere": SPHERES[options.source]["size"], "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M, "crf": CRF,
+                         "preset": "medium", "share": options.share, "fill": "pushpull"},
+            "n": {"frames": 1, "seeds": len(SEEDS), "eyes": 2},
+            "versions": versions(self.steps.program, REPOSITORY), "machine": machine(),
+        }
+
+    def encode(self, name, seed):
+        code, codec, crf = SYSTEMS[name]
+        stream = f"streams/depth-{name}-{seed}.mkv"
+        (self.work / "streams").mkdir(exist_ok=True)
+        quality = ["--depth-crf", crf] if crf is not None else ["--depth-share", self.options.share]
+        record = self.steps.run(f"encode-depth-{name}-{seed}", "encode", f"renders/{self.options.source}-{seed}", "--out", stream, "--crf", CRF,
+                                "--codec", codec, "--fill", "none", "--depth", code, *quality, "--json", "--progress", "none")
+        tracks = {t["name"]: t for t in json.loads(self.steps.output_of(f"encode-depth-{name}-{seed}"))["tracks"]}
+        return stream, {"command": record["command"], "colour_bytes": tracks["main"]["bytes"], "depth_bytes": tracks["depth"]["bytes"],
+                        "share": tracks["depth"]["bytes"] / tracks["main"]["bytes"], **tracks["depth"]["depth_code"]}
+
+    def play(self, name, method, seed, stream):
+        views = f"views/depth-{name}-{method}-{seed}"
+        record = self.steps.run(f"play-depth-{name}-{method}-{seed}", "play", stream, "--depth", "stream", "--method", method, "--size", EYE,
+                                "--fov", 90, "--fill", "pushpull", "--progress", "none", "--out", views)
+        return views, record["command"]
+
+    def compare(self, name, views):
+        file = f"scores/depth-{name}.json"
+        (self.work / "scores").mkdir(exist_ok=True)
+        truth = [f"renders/truth-stereo-{seed}" for seed in SEEDS]
+        record = self.steps.run(f"compare-depth-{name}", "compare", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none",
+                                "--progress", "none", "--out", file)
+        eyes = json.loads((self.work / file).read_text())["eyes"]
+        return record["command"], {eye: score["noise_free"] for eye, score in eyes.items()}
+
+    def score(self, name):
+        streams = [self.encode(name, seed) for seed in SEEDS]
+        scores = {}
+        for method in METHODS:
+            views, commands = zip(*(self.play(name, method, seed, stream) for seed, (stream, _) in zip(SEEDS, streams)))
+            command, noise_free = self.compare(f"{name}-{method}", views)
+            scores[method] = {"played": list(commands), "command": command, "noise_free": noise_free}
+        return {"system": name, "code": SYSTEMS[name][0], "codec": SYSTEMS[name][1], "encoded": [record for _, record in streams],
+                "scores": scores}
+
+    def losses(self):
+        """Of each eye and method, beside the same colour with lossless depth: above 0 is worse."""
+        reference = self.result["systems"][0]["scores"]
+        for system in self.result["systems"]:
+            for method, score in system["scores"].items():
+                score["loss_db"] = {}
+                for eye, noise_free in score["noise_free"].items():
+                    best, found = reference[method]["noise_free"][eye]["display"]["db"], noise_free["display"]["db"]
+                    score["loss_db"][eye] = None if best is None or found is None else best - found
+
+    def run(self):
+        names = [name for name in SYSTEMS if name == REFERENCE or name in self.options.systems.split(",")]
+        self.result["systems"] = [self.score(name) for name in names]
+        self.losses()
+        file = self.options.out / f"{self.renders.name}.json"
+        write_whole(file, json.dumps(self.result, indent=1) + "\n")
+        print(file)
+        for system in self.result["systems"]:
+            loss = system["scores"][METHODS[0]]["loss_db"]
+            share = sum(record["share"] for record in system["encoded"]) / len(SEEDS)
+            print(f"{system['system']:14} {100 * share:6.1f} % of the colour  " +
+                  "  ".join(f"{eye} {'none' if db is None else f'{db:+.3f} dB'}" for eye, db in loss.items()))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
+    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that renders.py filled")
+    parser.add_argument("--spp", type=int, default=16)
+    parser.add_argument("--share", type=float, default=0.1, help="of the colour's bits that depth may take")
+    parser.add_argument("--source", default="left", choices=["left", "centre"], help="which sphere; `centre` moves both eyes")
+    parser.add_argument("--systems", default=",".join(SYSTEMS), help="a comma-separated list; lossless always comes along")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/depth_codes")
+    options = parser.parse_args()
+    for scene in options.scenes:
+        if scene not in FRAMES:
+            raise Failed(f"SCENE: expected one of {', '.join(FRAMES)}, found {scene}")
+        DepthCodes(options, scene).run()
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Failed as failure:
+        sys.exit(f"depth_codes.py: {failure}")
+    except KeyboardInterrupt:
+        sys.exit("depth_codes.py: interrupted; run it again to go on")
