@@ -15,6 +15,7 @@ find_package(tinyobjloader REQUIRED)
 find_package(TBB REQUIRED)
 find_package(HWY REQUIRED)
 find_package(pugixml REQUIRED)
+find_package(meshoptimizer REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)

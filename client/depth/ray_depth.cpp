@@ -1,15 +1,19 @@
 #include <equistream_client/ray_depth.h>
 
 #include "ray_directions.h"
+#include "sphere_history.h"
 
-#include <equistream/error.h>
+#include <equistream/bound.h>
+#include <equistream_client/engine.h>
 #include <equistream_scene/embree_rays.h>
 
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <span>
 
 namespace equistream {
 
@@ -31,6 +35,13 @@ public:
         const int columns = std::min(packet_side, depth_m.width - x), rows = std::min(packet_side, depth_m.height - y);
         for (int j = 0; j < rows; ++j)
             std::copy_n(packet_.rays.ray.tfar + j * packet_side, columns, depth_m.pixel(x, y + j));
+    }
+
+    /// Any 16 pixels; those of less than 16 repeat.
+    std::span<const float> pixels(const std::array<int, packet_size>& x, const std::array<int, packet_size>& y) {
+        directions_.pixels(x, y, out_);
+        intersect();
+        return packet_.rays.ray.tfar;
     }
 
 private:
@@ -66,28 +77,176 @@ void cast_picture(const Bvh& bvh, const Camera& camera, const Pose& pose, ImageV
     });
 }
 
+/// Pixels to cast, wherever they are, in packets of 16 that are near each other.
+class PixelCaster {
+public:
+    PixelCaster(Caster& caster, SphereHistory& history, ImageView<float> depth_m)
+        : caster_(caster), history_(history), depth_m_(depth_m) {}
+    ~PixelCaster() { flush(); }
+    PixelCaster(const PixelCaster&) = delete;
+    PixelCaster& operator=(const PixelCaster&) = delete;
+
+    void add(int x, int y) {
+        x_[std::size_t(count_)] = x;
+        y_[std::size_t(count_)] = y;
+        if (++count_ == packet_size)
+            flush();
+    }
+
+    /// All of a square at once.
+    void square(int x, int y) {
+        caster_.square(x, y, depth_m_);
+        for (int j = y; j < std::min(y + packet_side, depth_m_.height); ++j)
+            for (int i = x; i < std::min(x + packet_side, depth_m_.width); ++i)
+                history_.set_cast(i, j, depth_m_.pixel(i, j)[0]);
+    }
+
+private:
+    void flush() {
+        if (count_ == 0)
+            return;
+        for (auto i = std::size_t(count_); i < packet_size; ++i) {
+            x_[i] = x_[0];
+            y_[i] = y_[0];
+        }
+        const std::span<const float> distance_m = caster_.pixels(x_, y_);
+        for (std::size_t i = 0; i < std::size_t(count_); ++i) {
+            depth_m_.pixel(x_[i], y_[i])[0] = distance_m[i];
+            history_.set_cast(x_[i], y_[i], distance_m[i]);
+        }
+        count_ = 0;
+    }
+
+    Caster& caster_;
+    SphereHistory& history_;
+    ImageView<float> depth_m_;
+    std::array<int, packet_size> x_{}, y_{};
+    int count_ = 0;
+};
+
+constexpr int most_histories = 4;        ///< two eyes' spheres, now and before
+constexpr unsigned refresh_frames = 64;  ///< every square is cast at least once in so many frames
+
+/// Squares are cast anew in turn, scattered over the picture.
+bool is_refreshed(int column, int row, unsigned frame) {
+    return (unsigned(column) * 7 + unsigned(row) * 19 + frame) % refresh_frames == 0;
+}
+
+bool same_rotation(const Pose& a, const Pose& b) {
+    return a.orientation == b.orientation;
+}
+
 }  // namespace
 
 struct RayDepth::State {
     SceneDescription scene;
+    RayDepthOptions options;
     SceneModel model;
+    std::vector<std::uint32_t> movers;
     Bvh bvh;
+    std::vector<MoverBall> mover_balls;                     ///< now
+    std::vector<std::unique_ptr<SphereHistory>> histories;  ///< the oldest first
+    CastMask cast;                                          ///< of the frame at hand
+    unsigned frame = 0;
 
-    explicit State(const SceneDescription& description)
-        : scene(description), model(load_model(description, {.shading = false})),
-          bvh(model, {.moving_instances = find_moving_instances(model, scene)}) {}
+    State(const SceneDescription& description, const RayDepthOptions& ray_options)
+        : scene(description), options(ray_options), model(load_model(description, {.shading = false})),
+          movers(find_moving_instances(model, scene)), bvh(model, {.moving_instances = movers}) {}
+
+    ReuseBound bound() const { return {head_box_radius_centre(scene.lean_m, options.ipd_m), options.error_rad}; }
+
+    void set_balls(const std::vector<glm::mat4>& transforms) {
+        mover_balls.clear();
+        for (const std::uint32_t i : movers) {
+            const Mesh& mesh = model.meshes[model.instances[i].mesh];
+            glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+            for (const glm::vec3& p : mesh.positions) {
+                const glm::dvec3 at(transforms[i] * glm::vec4(p, 1));
+                low = glm::min(low, at);
+                high = glm::max(high, at);
+            }
+            mover_balls.push_back({0.5 * (low + high), 0.5 * glm::distance(low, high)});
+        }
+    }
+
+    /// The nearest one that can be carried to the pose; null if there is none.
+    const SphereHistory* nearest(const EquirectCamera& camera, const Pose& pose) const {
+        const SphereHistory* best = nullptr;
+        const auto way = [&](const SphereHistory& h) { return glm::distance(h.pose().position_m, pose.position_m); };
+        for (const auto& history : histories)
+            if (same_camera(history->camera(), camera) && same_rotation(history->pose(), pose) &&
+                (best == nullptr || way(*history) <= way(*best)))
+                best = history.get();
+        return best;
+    }
+
+    void cast_sphere(const EquirectCamera& camera, const Pose& pose, ImageView<float> depth_m) {
+        const SphereHistory* last = nearest(camera, pose);
+        std::unique_ptr<SphereHistory> next = take_history(camera, last);
+        cast.resize(camera.width, camera.height);
+        const bool carried = last != nullptr && next->carry(*last, pose, mover_balls, cast, depth_m);
+        if (!carried)
+            cast.set_all(1);
+        ++frame;
+        cast_marked(camera, pose, *next, depth_m);
+        if (carried)
+            next->fill_poles(depth_m);
+        next->finish(pose, mover_balls);
+        histories.push_back(std::move(next));
+    }
+
+    /// The memory of the oldest one, if there are enough of them.
+    std::unique_ptr<SphereHistory> take_history(const EquirectCamera& camera, const SphereHistory* in_use) {
+        if (histories.size() < most_histories)
+            return std::make_unique<SphereHistory>(camera, bound());
+        const auto oldest = histories.front().get() == in_use ? histories.begin() + 1 : histories.begin();
+        std::unique_ptr<SphereHistory> taken = std::move(*oldest);
+        histories.erase(oldest);
+        if (!same_camera(taken->camera(), camera))
+            taken = std::make_unique<SphereHistory>(camera, bound());
+        return taken;
+    }
+
+    void cast_marked(const EquirectCamera& camera, const Pose& pose, SphereHistory& next, ImageView<float> depth_m) {
+        const RayDirections directions(camera, pose.orientation);
+        const int columns = (camera.width + packet_side - 1) / packet_side;
+        const int rows = (camera.height + packet_side - 1) / packet_side;
+        tbb::parallel_for(tbb::blocked_range2d<int>(0, rows, 4, 0, columns, 16), [&](const auto& r) {
+            trace_thread_init();
+            Caster caster(bvh, directions, pose.position_m);
+            PixelCaster pixels(caster, next, depth_m);
+            for (int row = r.rows().begin(); row < r.rows().end(); ++row)
+                for (int column = r.cols().begin(); column < r.cols().end(); ++column) {
+                    if (is_refreshed(column, row, frame) ||
+                        cast.is_full(column * packet_side, row * packet_side, packet_side))
+                        pixels.square(column * packet_side, row * packet_side);
+                    else
+                        cast.each_in(column * packet_side, row * packet_side, packet_side,
+                                     [&](int x, int y) { pixels.add(x, y); });
+                }
+        });
+    }
 };
 
-RayDepth::RayDepth(const SceneDescription& scene) : state_(std::make_unique<State>(scene)) {}
+RayDepth::RayDepth(const SceneDescription& scene, const RayDepthOptions& options)
+    : state_(std::make_unique<State>(scene, options)) {
+    set_time(0);
+}
 
 RayDepth::~RayDepth() = default;
 
 void RayDepth::set_time(double time_s) {
-    if (!state_->scene.moving.empty())
-        state_->bvh.move(instance_transforms(state_->model, state_->scene, time_s));
+    if (state_->movers.empty())
+        return;
+    const std::vector<glm::mat4> transforms = instance_transforms(state_->model, state_->scene, time_s);
+    state_->bvh.move(transforms);
+    state_->set_balls(transforms);
 }
 
 void RayDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    if (sphere != nullptr && state_->options.reuse)
+        return state_->cast_sphere(*sphere, pose, depth_m);
     cast_picture(state_->bvh, camera, pose, depth_m);
 }
 

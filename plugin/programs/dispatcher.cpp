@@ -26,6 +26,7 @@ constexpr std::array commands = {
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
     Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
+    Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
 };
 

@@ -54,6 +54,8 @@ std::string description_text(const SceneDescription& description) {
     add("frames_per_second", description.frames_per_second);
     if (!description.moving.empty())
         text += ",\n  \"moving\": [\n" + moving_text(description.moving) + "\n  ]";
+    if (!description.stands_for.empty())
+        add("stands_for", description.stands_for);
     return text + "\n}\n";
 }
 

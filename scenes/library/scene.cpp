@@ -157,6 +157,13 @@ double read_unit(const JsonReader& json) {
     return unit_m;
 }
 
+std::string read_fingerprint(const JsonReader& json) {
+    std::string text = json.text();
+    if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+        json.fail("16 hexadecimal digits");
+    return text;
+}
+
 std::string read_name(const JsonReader& json, const fs::path& file) {
     if (!json.has("name"))
         return file.stem().string().substr(0, name_limit_bytes);
@@ -189,7 +196,7 @@ SceneDescription load_scene(const fs::path& file) {
     const JsonValue tree = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file_name);
     const JsonReader json(tree, file_name, "");
     json.accept_keys({"name", "model", "model_unit_m", "sun", "sky", "camera", "head_box", "exposure",
-                      "frames_per_second", "moving"});
+                      "frames_per_second", "moving", "stands_for"});
 
     ContentHash hash;
     hash.add(bytes);
@@ -216,6 +223,8 @@ SceneDescription load_scene(const fs::path& file) {
     scene.model = find_file(json["model"], folder, "model");
     if (json.has("model_unit_m"))
         scene.model_unit_m = read_unit(json["model_unit_m"]);
+    if (json.has("stands_for"))
+        scene.stands_for = read_fingerprint(json["stands_for"]);
     scene.geometry_fingerprint = geometry_fingerprint(scene.model, scene.model_unit_m, scene.moving);
     hash.add(scene.geometry_fingerprint);
     scene.fingerprint = hash.hex();

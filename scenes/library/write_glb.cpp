@@ -184,7 +184,9 @@ private:
     void add_nodes() {
         const std::size_t count = model_.objects.size();
         std::vector<std::vector<std::uint32_t>> meshes(count);
-        std::vector<glm::mat4> world(count, glm::mat4(1));
+        std::vector<glm::mat4> world;
+        for (const Object& object : model_.objects)
+            world.push_back(object.world_from_object);
         for (const Instance& instance : model_.instances) {
             assert(meshes[instance.object].empty() || world[instance.object] == instance.world_from_object);
             meshes[instance.object].push_back(instance.mesh);

@@ -35,7 +35,4 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene);
 std::string summary_text(const SceneSummary& summary);
 std::string summary_json(const SceneSummary& summary);
 
-/// Distance from a point to a triangle.
-double distance_to_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c);
-
 }  // namespace equistream

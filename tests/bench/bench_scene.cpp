@@ -42,7 +42,7 @@ std::unique_ptr<BenchScene> load(const std::string& name) {
 }  // namespace
 
 BenchScene::BenchScene(const std::filesystem::path& description_file)
-    : description(load_scene(description_file)), depth(description),
+    : description(load_scene(description_file)), depth(description), carried_depth(description, {.reuse = true}),
       model(load_model(description.model, {.shading = false})), model_without_masks(without_masks(model)),
       bvh(model, options_of(model, description)),
       bvh_without_masks(model_without_masks, options_of(model_without_masks, description)) {}

@@ -1,7 +1,8 @@
 /// Depth along the pixel-centre rays of a 1920x960 sphere: the client's `ray` source against Embree's own
 /// rtcIntersect16 with coherent rays, on both the same geometry and the same without its alpha masks. All sides take
 /// the same squares of 4x4 rays and share them out alike; the peer's packets are made, and made anew after each round,
-/// outside the time that counts.
+/// outside the time that counts. Then the same along the scene's path, 30 frames a second, where the client carries on
+/// what it cast before.
 #include "bench_scene.h"
 
 #include <equistream/elapsed.h>
@@ -13,6 +14,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -50,6 +52,20 @@ std::vector<RayPacket> packets_of(const Pose& pose) {
     return packets;
 }
 
+Pose pose_at(const BenchScene& scene, int frame) {
+    const PosePath& path = scene.description.camera_path;
+    const double time_s = std::fmod(frame / 30.0, std::max(path.duration_s(), 1 / 30.0));
+    return {path.at(time_s).position_m, {1, 0, 0, 0}};
+}
+
+void move_to(std::vector<RayPacket>& packets, const glm::dvec3& position_m) {
+    for (RayPacket& packet : packets) {
+        std::fill_n(packet.rays.ray.org_x, 16, float(position_m.x));
+        std::fill_n(packet.rays.ray.org_y, 16, float(position_m.y));
+        std::fill_n(packet.rays.ray.org_z, 16, float(position_m.z));
+    }
+}
+
 void intersect_coherent(RTCScene scene, RayPacket& packet) {
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments arguments;
@@ -62,6 +78,16 @@ void intersect_coherent(RTCScene scene, RayPacket& packet) {
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
 #endif
+}
+
+double intersect_all(RTCScene scene, std::vector<RayPacket>& packets) {
+    const auto start = Clock::now();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, packets.size(), 32), [&](const auto& range) {
+        trace_thread_init();
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+            intersect_coherent(scene, packets[i]);
+    });
+    return milliseconds_since(start);
 }
 
 void ours(benchmark::State& state, const char* name) {
@@ -86,13 +112,39 @@ void embree(benchmark::State& state, const char* name, Bvh BenchScene::*geometry
     const RTCScene traced = (scene->*geometry).scene();
     for (auto _ : state) {
         packets = made;
+        state.SetIterationTime(intersect_all(traced, packets) / 1000);
+    }
+    benchmark::DoNotOptimize(packets.data());
+}
+
+void ours_walking(benchmark::State& state, const char* name) {
+    BenchScene* scene = scene_or_skip(state, name);
+    if (scene == nullptr)
+        return;
+    FloatImage depth_m(width, height, 1);
+    const EquirectCamera sphere{width, height, {}};
+    int frame = 0;
+    scene->carried_depth.cast(sphere, pose_at(*scene, frame), depth_m.view());
+    for (auto _ : state) {
+        const Pose pose = pose_at(*scene, ++frame);
         const auto start = Clock::now();
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, packets.size(), 32), [&](const auto& range) {
-            trace_thread_init();
-            for (std::size_t i = range.begin(); i < range.end(); ++i)
-                intersect_coherent(traced, packets[i]);
-        });
+        scene->carried_depth.cast(sphere, pose, depth_m.view());
         state.SetIterationTime(milliseconds_since(start) / 1000);
+    }
+    benchmark::DoNotOptimize(depth_m.samples().data());
+}
+
+void embree_walking(benchmark::State& state, const char* name) {
+    const BenchScene* scene = scene_or_skip(state, name);
+    if (scene == nullptr)
+        return;
+    const std::vector<RayPacket> made = packets_of(pose_in(*scene));
+    std::vector<RayPacket> packets;
+    int frame = 0;
+    for (auto _ : state) {
+        packets = made;
+        move_to(packets, pose_at(*scene, ++frame).position_m);
+        state.SetIterationTime(intersect_all(scene->bvh.scene(), packets) / 1000);
     }
     benchmark::DoNotOptimize(packets.data());
 }
@@ -107,6 +159,8 @@ void add(const std::string& name, Arguments... arguments) {
         const std::string figure = std::string("depth_cast_") + scene;
         add(figure + "/ours", ours, scene);
         add(figure + "/rtcIntersect16", embree, scene, &BenchScene::bvh);
+        add("depth_walk_" + std::string(scene) + "/ours", ours_walking, scene);
+        add("depth_walk_" + std::string(scene) + "/rtcIntersect16", embree_walking, scene);
         add(figure + "/rtcIntersect16_unmasked", embree, scene, &BenchScene::bvh_without_masks);
     }
     return true;

@@ -1,6 +1,7 @@
 #pragma once
 /// Depth by casting rays into the scene's own geometry with Embree (equistream_client_ray). Alpha masks are respected
 /// and moving objects are where they are at the time that was set.
+#include <equistream/bound.h>
 #include <equistream_client/depth_source.h>
 #include <equistream_scene/scene.h>
 
@@ -8,10 +9,19 @@
 
 namespace equistream {
 
+struct RayDepthOptions {
+    /// Spheres are carried from the nearest one cast before (same camera and orientation) wherever that is within
+    /// `error_rad` by the bound (bound.h); depth edges, what they uncover, moving objects, rows next to the poles and
+    /// every 64th square of pixels are cast anew. Edges may be off by a pixel.
+    bool reuse = false;
+    double ipd_m = default_ipd_m;  ///< with the scene's lean: the head box
+    double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
+};
+
 class RayDepth : public DepthSource {
 public:
     /// Loads the scene's model without shading data and builds the BVH; throws InputError as load_model does.
-    explicit RayDepth(const SceneDescription& scene);
+    explicit RayDepth(const SceneDescription& scene, const RayDepthOptions& options = {});
     ~RayDepth() override;
 
     std::string_view name() const override { return "ray"; }

@@ -62,6 +62,9 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report)
         head_path_ = read_path_csv(settings.head);
     if (!settings.scene.empty())
         scene_ = load_scene(settings.scene);
+    if (settings.scene_is_model && scene_->stands_for.empty())
+        throw InputError(expected_found(settings.scene.string(), "a client's model, as equistream model writes it",
+                                        "a scene (--scene takes those)"));
     choose_method(report);
     make_depth_source(report);
 }
@@ -145,7 +148,7 @@ void FramePlayer::check_scene(const FrameInfo& first, Report& report) const {
         report.notes.push_back(settings_.source + " does not name its geometry: that of " + settings_.scene.string() +
                                " is taken for it");
     else
-        require_same("geometry", first.geometry_fingerprint, scene_->geometry_fingerprint);
+        require_same("geometry", first.geometry_fingerprint, scene_->depth_of_geometry());
 }
 
 void FramePlayer::check_exact_depth(const ReceivedFrame& first) {

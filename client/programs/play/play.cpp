@@ -14,7 +14,7 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
-    std::string size, progress = "auto", format = "png", layout = "files";
+    std::string model, size, progress = "auto", format = "png", layout = "files";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
@@ -44,6 +44,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
     if (!settings.method.empty())
         make_engine(settings.method);
     make_fill_ladder(settings.fill);
+    settings.scene_is_model = !arguments.model.empty();
+    if (settings.scene_is_model)
+        settings.scene = arguments.model;
     if (app.count("--size") > 0)
         settings.size = cli::parse_size(arguments.size);
     if (arguments.frames)
@@ -78,7 +81,9 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     play::Settings& settings = arguments->settings;
     settings.command = command;
     app.add_option("source", settings.source, "A stream (file or URL), or a folder of rendered frames")->required();
-    app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
+    CLI::Option* scene = app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
+    app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
+        ->excludes(scene);
     app.add_option("--head", settings.head, "CSV of head poses; default: the pose each picture is tagged with");
     app.add_option(
         "--method", settings.method,

@@ -15,7 +15,9 @@ enum class Format { png, exr, mp4 };
 struct Settings {
     std::string command;
     std::string source;  ///< file, URL or folder
-    std::filesystem::path scene;
+    std::filesystem::path
+        scene;  ///< description whose geometry gives depth; of a scene, or (--model) of a client's model
+    bool scene_is_model = false;  ///< it came by --model
     std::filesystem::path head;
     std::string method;  ///< empty: surface where there is depth, else sphere
     std::string depth = "ray";

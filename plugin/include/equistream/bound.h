@@ -46,6 +46,18 @@ inline double displacement_bound_rad(double distance_m, double used_distance_m, 
     return std::asin(std::min(1.0, std::abs(w - w_used)));
 }
 
+/// How far, in metres, a surface at distance r may move along its normal for no eye in the box to see a shift above
+/// `error_rad`; `cos_to_normal` is of the angle it is looked at. Seen square on, what moves is its edges; seen
+/// aslant, its distance along the ray.
+inline double allowed_displacement_m(double distance_m, double cos_to_normal, double box_radius_m, double error_rad) {
+    const double beyond_m = std::max(0.0, distance_m - box_radius_m);
+    return error_rad * beyond_m * std::min(1.0, beyond_m * cos_to_normal / box_radius_m);
+}
+
+/// What one approximation of several gets of the budget unless a measurement says otherwise: quantisation, codec,
+/// geometry and mesh share it.
+inline constexpr double default_budget_share = 0.25;
+
 /// The whole budget: a quarter of a pixel at the centre of a view with this focal length.
 inline double error_budget_rad(double focal_length_px) {
     return 1 / (4 * focal_length_px);

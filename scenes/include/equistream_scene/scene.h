@@ -78,6 +78,11 @@ struct SceneDescription {
     /// Hash of what depth comes from: the model's bytes, files it names included, its unit, and the moving objects'
     /// paths.
     std::string geometry_fingerprint;
+    /// Of a client's model (`equistream model`): the geometry_fingerprint of the scene it stands for; else empty.
+    std::string stands_for;
+
+    /// The geometry that depth from here fits: the scene's that it stands for, or its own.
+    const std::string& depth_of_geometry() const { return stands_for.empty() ? geometry_fingerprint : stands_for; }
 };
 
 /// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.

@@ -8,6 +8,7 @@ import fcntl
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -137,6 +138,28 @@ class BadInput(unittest.TestCase):
         self.assertEqual(made.returncode, 0, made.stderr)
         scene = next((self.out / "scene").glob("*.json"))
         self.assert_refused(run("render", scene, "--frames", "0", *SMALL, "--out", self.out / "x"), 2)
+
+    def test_client_models(self):
+        out = self.out / "model.json"
+        quick = ["--rays", "20000", "--visibility-rays", "20000"]
+        self.assert_refused(run("model", self.scene, "--error-px", "0", "--out", out), 2, "--error-px", "found 0")
+        self.assert_refused(run("model", self.scene, "--share", "1.5", "--out", out), 2, "--share")
+        self.assert_refused(run("model", self.scene, "--out", self.out / "model"), 2, "--out", "NAME.json")
+        self.assert_refused(run("model", self.scene, "--out", self.out / "none" / "model.json"), 2, self.out / "none")
+        self.assert_refused(run("model", self.scene, "--out", "/proc/model.json"), 2, "/proc")
+        pathless = self.scene_with(lambda text: re.sub(r'"camera": .*?\]\}', '"camera": {"keys": []}', text, count=1, flags=re.S))
+        self.assert_refused(run("model", pathless, "--out", out), 2, pathless, "at least one key")
+        made = run("model", self.scene, *quick, "--quantile", "0.9", "--out", out)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        play = ["play", self.root / "good", "--size", "64x36", "--out", self.out / "eyes"]
+        self.assertEqual(run(*play, "--model", out).returncode, 0)
+        self.assert_refused(run(*play, "--model", self.scene), 2, self.scene, "client's model")
+        self.assert_refused(run("model", out, "--out", self.out / "again.json"), 2, out, "client's model")
+        text = out.read_text()
+        out.write_text(re.sub(r'"stands_for": "[0-9a-f]{4}', '"stands_for": "0000', text))
+        self.assert_refused(run(*play, "--model", out), 2, out, "geometry")
+        out.write_text(re.sub(r'"stands_for": "[0-9a-f]{4}', '"stands_for": "', text))
+        self.assert_refused(run(*play, "--model", out), 2, out, "16 hexadecimal digits")
 
     def test_nan_in_a_path(self):
         path = self.out / "path.csv"

@@ -2,6 +2,8 @@
 
 #include <equistream_generate/generate.h>
 
+#include <equistream_scene/triangle_distance.h>
+
 #include <gtest/gtest.h>
 
 namespace equistream {

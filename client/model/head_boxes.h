@@ -1,0 +1,38 @@
+#pragma once
+/// Where eyes can be: a ball around every point of a camera path. What a triangle may move there by the bound.
+#include "random.h"
+
+#include <equistream_scene/scene.h>
+
+#include <span>
+#include <vector>
+
+namespace equistream {
+
+struct TriangleCorners {
+    glm::vec3 a, b, c;
+};
+
+class HeadBoxes {
+public:
+    HeadBoxes(const PosePath& path, double radius_m);
+
+    double radius_m() const { return radius_m_; }
+    /// Points of the path no further apart than the radius, unless there would be more than 512.
+    std::span<const glm::dvec3> centres() const { return centres_; }
+    /// From the nearest centre to the nearest point of a triangle.
+    double distance_m(const TriangleCorners& triangle) const;
+    /// What the triangle may be displaced by, in metres: e (r - B) min(1, (r - B) cos t / B), the least over all
+    /// centres, where cos t is taken from where in the ball the triangle is looked at a quarter of B from its plane.
+    /// 0 where it reaches into a box. `distance_m` is distance_m(triangle).
+    double allowed_m(const TriangleCorners& triangle, double distance_m, double error_rad) const;
+
+    glm::dvec3 random_centre(Random& random) const;
+    glm::dvec3 random_eye(Random& random) const { return random_centre(random) + radius_m_ * random.in_ball(); }
+
+private:
+    double radius_m_;
+    std::vector<glm::dvec3> centres_;
+};
+
+}  // namespace equistream

@@ -1,0 +1,94 @@
+#include "evidence.h"
+#include "scratch_folder.h"
+
+#include <equistream_client/ray_depth.h>
+#include <equistream_generate/generate.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream::test {
+namespace {
+
+constexpr EquirectCamera sphere{768, 384, {}};
+
+struct Disagreement {
+    double beyond = 0;       ///< part of the pixels that are off by more than the bound
+    double not_at_edge = 0;  ///< of them, those that the pixel's eight neighbours do not bracket
+};
+
+/// Every pixel of `carried` against a full cast, in w.
+Disagreement compare(const FloatImage& carried, const FloatImage& cast, double box_m, double error) {
+    const auto w = [&](const FloatImage& image, int x, int y) {
+        return bounded_inverse_depth(
+            double(image.pixel((x + sphere.width) % sphere.width, std::clamp(y, 0, sphere.height - 1))[0]), box_m);
+    };
+    std::int64_t beyond = 0, inner = 0;
+    for (int y = 0; y < sphere.height; ++y)
+        for (int x = 0; x < sphere.width; ++x) {
+            const double here = w(carried, x, y);
+            if (std::abs(here - w(cast, x, y)) <= error)
+                continue;
+            ++beyond;
+            double low = w(cast, x, y), high = low;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx) {
+                    low = std::min(low, w(cast, x + dx, y + dy));
+                    high = std::max(high, w(cast, x + dx, y + dy));
+                }
+            inner += !(here >= low - error && here <= high + error);
+        }
+    const double pixels = double(sphere.width) * sphere.height;
+    return {double(beyond) / pixels, double(inner) / pixels};
+}
+
+class DepthReuseTest : public testing::TestWithParam<const char*> {};
+
+/// A walk of the scene's own; each frame is carried on from frames that were carried themselves.
+TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalk) {
+    const ScratchFolder folder("depth-reuse");
+    const SceneDescription scene = load_scene(write_scene(make_scene(find_generator(GetParam())), folder.path()));
+    RayDepth plain(scene), carrying(scene, {.reuse = true});
+    const double box_m = head_box_radius_centre(scene.lean_m, default_ipd_m), error = RayDepthOptions{}.error_rad;
+    FloatImage cast(sphere.width, sphere.height, 1), carried(sphere.width, sphere.height, 1);
+    for (int frame = 0; frame < 24; ++frame) {
+        const double time_s = frame / 30.0;
+        const Pose pose{scene.camera_path.at(time_s).position_m, {1, 0, 0, 0}};
+        plain.set_time(time_s);
+        carrying.set_time(time_s);
+        plain.cast(sphere, pose, cast.view());
+        carrying.cast(sphere, pose, carried.view());
+        const Disagreement off = compare(carried, cast, box_m, error);
+        EXPECT_LE(off.not_at_edge, 2e-4) << "frame " << frame << evidence(carried.view(), cast.view());
+        if (frame == 0) {
+            EXPECT_EQ(off.beyond, 0);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, DepthReuseTest, testing::Values("pavilion", "motion"));
+
+TEST(DepthReuse, EyesOfOneHeadEachKeepTheirOwn) {
+    const ScratchFolder folder("depth-reuse");
+    const SceneDescription scene = load_scene(write_scene(make_scene(find_generator("pavilion")), folder.path()));
+    RayDepth plain(scene), carrying(scene, {.reuse = true});
+    const double box_m = head_box_radius_centre(scene.lean_m, default_ipd_m), error = RayDepthOptions{}.error_rad;
+    FloatImage cast(sphere.width, sphere.height, 1), carried(sphere.width, sphere.height, 1);
+    for (int frame = 0; frame < 4; ++frame)
+        for (const Eye eye : {Eye::left, Eye::right}) {
+            const Pose pose{eye_position(scene.camera_path.at(frame / 30.0), eye, default_ipd_m), {1, 0, 0, 0}};
+            plain.cast(sphere, pose, cast.view());
+            carrying.cast(sphere, pose, carried.view());
+            EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, 2e-4) << "frame " << frame;
+        }
+    // Standing still, only what is cast anew may change, and a leap is cast.
+    const Pose leap{glm::dvec3(0, 1.5, 0) + scene.camera_path.at(0).position_m, {1, 0, 0, 0}};
+    plain.cast(sphere, leap, cast.view());
+    carrying.cast(sphere, leap, carried.view());
+    EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, 2e-4);
+}
+
+}  // namespace
+}  // namespace equistream::test
