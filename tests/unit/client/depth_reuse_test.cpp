@@ -53,7 +53,7 @@ TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalk) {
     RayDepth plain(scene), carrying(scene, {.reuse = true});
     const double box_m = head_box_radius_centre(scene.lean_m, default_ipd_m), error = RayDepthOptions{}.error_rad;
     FloatImage cast(sphere.width, sphere.height, 1), carried(sphere.width, sphere.height, 1);
-    for (int frame = 0; frame < 24; ++frame) {
+    for (int frame = 0; frame < 12; ++frame) {
         const double time_s = frame / 30.0;
         const Pose pose{scene.camera_path.at(time_s).position_m, {1, 0, 0, 0}};
         plain.set_time(time_s);
