@@ -147,7 +147,7 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("model", self.scene, "--out", self.out / "model"), 2, "--out", "NAME.json")
         self.assert_refused(run("model", self.scene, "--out", self.out / "none" / "model.json"), 2, self.out / "none")
         self.assert_refused(run("model", self.scene, *quick, "--quantile", "0.9", "--out", "/proc/model.json"), 1, "/proc/model.glb")
-        pathless = self.scene_with(lambda text: re.sub(r'"camera": .*?\]\}', '"camera": {"keys": []}', text, count=1, flags=re.S))
+        pathless = self.scene_with(lambda text: json.dumps({**json.loads(text), "camera": {"keys": []}}))
         self.assert_refused(run("model", pathless, "--out", out), 2, pathless, "at least one key")
         made = run("model", self.scene, *quick, "--quantile", "0.9", "--out", out)
         self.assertEqual(made.returncode, 0, made.stderr)
