@@ -163,7 +163,7 @@ class MirrorsGlassAndWhatIsBehind(BothHosts, unittest.TestCase):
         a, b = (hidden[host]["depth.Z"][both] for host in ("embree", "mitsuba"))
         self.assertGreater((np.isinf(a) == np.isinf(b)).mean(), 0.99)
         ends = np.isfinite(a) & np.isfinite(b)
-        self.assertGreater((np.abs(a - b)[ends] <= ACCURATE * a[ends]).mean(), 0.99)
+        self.assertGreater((np.abs(a[ends] - b[ends]) <= ACCURATE * a[ends]).mean(), 0.99)
         for host, frame in hidden.items():
             self.assertEqual(frame["A"][~there[host]].max(), 0)
             first = self.frames[host]["depth.Z"]

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -120,6 +122,20 @@ TEST_F(FalseColour, MirrorsAreWhite) {
     const ByteImage picture = picture_of_plane(frame, "specular", display);
     EXPECT_EQ(brightness(picture.pixel(0, 0)), 0);
     EXPECT_EQ(brightness(picture.pixel(3, 1)), 255);
+}
+
+TEST_F(FalseColour, WhatMirrorsShowLooksLikeDepthAndMotion) {
+    frame.planes["virtual_depth"] = frame.planes["depth"];
+    frame.planes["virtual_forward"] = frame.planes["backward"];
+    for (const auto& [plane, like] : {std::pair("virtual_depth", "depth"), {"virtual_forward", "backward"}})
+        EXPECT_TRUE(std::ranges::equal(picture_of_plane(frame, plane, display).samples(),
+                                       picture_of_plane(frame, like, display).samples()))
+            << plane;
+}
+
+TEST_F(FalseColour, WhereAHiddenLayerHasNothingItIsBlack) {
+    *frame.planes["depth"].pixel(1, 0) = std::nanf("");
+    EXPECT_EQ(brightness(picture_of_plane(frame, "depth", display).pixel(1, 0)), 0);
 }
 
 TEST_F(FalseColour, NearIsBrighterThanFarAndMissesAreBlack) {
