@@ -93,7 +93,7 @@ private:
     void add_of(std::uint32_t instance, std::size_t tile, std::vector<const LitSample*>& found) const {
         for (std::size_t i = first_[tile]; i < first_[tile + 1]; ++i)
             if (const GeometryHit& hit = samples_[i].hit;
-                std::isfinite(hit.distance_m) && hit.instance == instance && !hit.emits)
+                std::isfinite(hit.distance_m) && hit.instance == instance && hit.matte)
                 found.push_back(&samples_[i]);
     }
 
@@ -117,7 +117,8 @@ glm::vec3 light_at(const std::vector<const LitSample*>& samples, Pixel pixel, co
 }
 
 GeometryRay ray_through(const EyeView& eye, int x, int y) {
-    return {glm::vec3(eye.pose.position_m), glm::vec3(eye.pose.orientation * eye.camera.direction(x + 0.5, y + 0.5))};
+    return {glm::vec3(eye.pose.position_m), glm::vec3(eye.pose.orientation * eye.camera.direction(x + 0.5, y + 0.5)),
+            float(eye.camera.pixel_angle_rad())};
 }
 
 std::uint8_t display(float linear) {
@@ -154,7 +155,7 @@ std::int64_t GeometryRung::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 256), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             const GeometryHit& hit = hits[samples.all().size() + i];
-            if (!std::isfinite(hit.distance_m) || hit.emits)
+            if (!std::isfinite(hit.distance_m) || !hit.matte)
                 continue;
             const Pixel pixel = open[i];
             const std::vector<const LitSample*> around = samples.around(pixel, hit.instance);

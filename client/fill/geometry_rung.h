@@ -4,8 +4,8 @@
 namespace equistream {
 
 /// The client's own geometry, lit as what is seen of the same instance around a gap: linear colour = base colour there
-/// times seen over base colour of the nearest filled pixels of that instance. What shines by itself, what nothing hits,
-/// and instances that nothing is seen of nearby stay gaps.
+/// times seen over base colour of the nearest filled pixels of that instance. What shines by itself, mirrors or is
+/// glass, what nothing hits, and instances that nothing is seen of nearby stay gaps.
 class GeometryRung : public FillRung {
 public:
     std::string_view name() const override { return "geometry"; }

@@ -122,21 +122,44 @@ void PushPull::find_tiles(const Gaps& gaps, int width, int height) {
 }
 
 void PushPull::pull_pixels(Tile& tile) const {
-    const int width = picture_->origin.width(), height = picture_->origin.height();
-    for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i) {
+    const int left = tile.column * tile_side, top = tile.row * tile_side;
+    const int columns = std::min(tile_side, picture_->origin.width() - left);
+    const int rows = std::min(tile_side, picture_->origin.height() - top);
+    std::array<std::array<float, tile_side>, tile_side> w{};
+    std::array<std::array<bool, tile_side>, tile_side> gap{};
+    for (int y = 0; y < rows; ++y) {
+        const std::uint8_t* origin = picture_->origin.pixel(left, top + y);
+        for (int x = 0; x < columns; ++x)
+            gap[y][x] = origin[x] == std::uint8_t(PixelOrigin::gap);
+        for (int x = 0; x < columns; ++x)
+            w[y][x] = w_at(gap[y][x] ? depths_.gap_m : depths_.known_m, left + x, top + y);
+    }
+    for (int j = 0; j < tile_side / 2; ++j)
+        for (int i = 0; i < tile_side / 2; ++i) {
+            Cell& cell = tile.cells[4 * j + i];
+            const int x = 2 * i, y = 2 * j;
+            if (x + 1 < columns && y + 1 < rows && !(gap[y][x] | gap[y][x + 1] | gap[y + 1][x] | gap[y + 1][x + 1])) {
+                const auto [low, high] = std::minmax({w[y][x], w[y][x + 1], w[y + 1][x], w[y + 1][x + 1]});
+                if (high - low <= depths_.tolerance) {
+                    const std::uint8_t* a = picture_->rgba.pixel(left + x, top + y);
+                    const std::uint8_t* b = picture_->rgba.pixel(left + x, top + y + 1);
+                    const auto mean = [&](int c) { return 0.25f * float(a[c] + a[c + 4] + b[c] + b[c + 4]); };
+                    cell.layer[0] = {mean(0), mean(1), mean(2),
+                                     0.25f * (w[y][x] + w[y][x + 1] + w[y + 1][x] + w[y + 1][x + 1])};
+                    cell.state = {State::coloured, State::absent};
+                    continue;
+                }
+            }
             Gathering children;
             for (int k = 0; k < 4; ++k) {
-                const int x = tile.column * tile_side + 2 * i + (k & 1), y = tile.row * tile_side + 2 * j + (k >> 1);
-                if (x >= width || y >= height)
+                const int u = x + k % 2, v = y + k / 2;
+                if (u >= columns || v >= rows)
                     continue;
-                const bool gap = *picture_->origin.pixel(x, y) == std::uint8_t(PixelOrigin::gap);
-                const std::uint8_t* rgba = picture_->rgba.pixel(x, y);
-                children.add(
-                    {float(rgba[0]), float(rgba[1]), float(rgba[2]), w_at(gap ? depths_.gap_m : depths_.known_m, x, y)},
-                    gap ? State::open : State::coloured);
+                const std::uint8_t* rgba = picture_->rgba.pixel(left + u, top + v);
+                children.add({float(rgba[0]), float(rgba[1]), float(rgba[2]), w[v][u]},
+                             gap[v][u] ? State::open : State::coloured);
             }
-            tile.cells[4 * j + i] = children.cell(depths_.tolerance);
+            cell = children.cell(depths_.tolerance);
         }
 }
 
@@ -183,30 +206,38 @@ void PushPull::pull_upper_levels() {
     upper_.resize(std::size_t(level - tile_levels));
 }
 
-/// The coarser level's layers around one place: their weights for the place's w, and their mean.
+/// The coarser level's layers around places between the same four cells: of columns `right` - 1 and `right`, of the row
+/// that holds the places and the row beside it.
 class PushPull::Sampler {
 public:
-    Sampler(const PushPull& pyramid, int coarser, int x, int y) {
-        // Along each axis the cell that holds the place lies nearer (3/4) than the one beside it (1/4).
-        const int near_x = x >> 1, near_y = y >> 1;
-        const int beside_x = near_x + ((x & 1) != 0 ? 1 : -1), beside_y = near_y + ((y & 1) != 0 ? 1 : -1);
-        add(pyramid.cell(coarser, near_x, near_y), 9.0f / 16);
-        add(pyramid.cell(coarser, beside_x, near_y), 3.0f / 16);
-        add(pyramid.cell(coarser, near_x, beside_y), 3.0f / 16);
-        add(pyramid.cell(coarser, beside_x, beside_y), 1.0f / 16);
+    Sampler(const PushPull& pyramid, int coarser, int right, int y) : right_(right) {
+        const int row = y >> 1, beside = row + ((y & 1) != 0 ? 1 : -1);
+        add(pyramid.cell(coarser, right - 1, row), 0);
+        add(pyramid.cell(coarser, right, row), 2);
+        add(pyramid.cell(coarser, right - 1, beside), 4);
+        add(pyramid.cell(coarser, right, beside), 6);
     }
+    /// Of the cells between which place x lies.
+    static int right_of(int x) { return (x + 1) >> 1; }
+    int right() const { return right_; }
 
     /// False where nothing around has a colour.
-    bool colour(float tolerance, Layer& layer) const {
-        float sum = 0, r = 0, g = 0, b = 0;
+    bool colour(float tolerance, int x, Layer& layer) const {
+        // Along each axis the cell that holds the place lies nearer (3/4) than the one beside it (1/4).
+        const float left = x >> 1 == right_ ? 0.25f : 0.75f;
+        const std::array<float, 4> bilinear = {0.75f * left, 0.75f * (1 - left), 0.25f * left, 0.25f * (1 - left)};
         const float squared = tolerance * tolerance;
-        for (int i = 0; i < count_; ++i) {
-            const float difference = layers_[i]->w - layer.w;
-            const float weight = weights_[i] * squared / (squared + difference * difference);
-            sum += weight;
-            r += weight * layers_[i]->r;
-            g += weight * layers_[i]->g;
-            b += weight * layers_[i]->b;
+        std::array<float, 8> weight;
+        for (int i = 0; i < 8; ++i) {
+            const float difference = layers_[i].w - layer.w;
+            weight[i] = coloured_[i] * bilinear[i / 2] * squared / (squared + difference * difference);
+        }
+        float sum = 0, r = 0, g = 0, b = 0;
+        for (int i = 0; i < 8; ++i) {
+            sum += weight[i];
+            r += weight[i] * layers_[i].r;
+            g += weight[i] * layers_[i].g;
+            b += weight[i] * layers_[i].b;
         }
         if (!(sum > 0))
             return false;
@@ -217,27 +248,26 @@ public:
     }
 
 private:
-    void add(const Cell* cell, float weight) {
+    void add(const Cell* cell, int i) {
         if (cell == nullptr)
             return;
-        for (int half = 0; half < 2; ++half)
-            if (cell->state[half] == State::coloured) {
-                layers_[count_] = &cell->layer[half];
-                weights_[count_++] = weight;
-            }
+        for (int half = 0; half < 2; ++half) {
+            layers_[i + half] = cell->layer[half];
+            coloured_[i + half] = cell->state[half] == State::coloured ? 1.0f : 0.0f;
+        }
     }
 
-    std::array<const Layer*, 8> layers_;
-    std::array<float, 8> weights_;
-    int count_ = 0;
+    int right_;
+    std::array<Layer, 8> layers_{};
+    std::array<float, 8> coloured_{};
 };
 
 void PushPull::push_cell(int level, int x, int y, Cell& cell) const {
     if (cell.state[0] != State::open && cell.state[1] != State::open)
         return;
-    const Sampler sampler(*this, level + 1, x, y);
+    const Sampler sampler(*this, level + 1, Sampler::right_of(x), y);
     for (int half = 0; half < 2; ++half)
-        if (cell.state[half] == State::open && sampler.colour(depths_.tolerance, cell.layer[half]))
+        if (cell.state[half] == State::open && sampler.colour(depths_.tolerance, x, cell.layer[half]))
             cell.state[half] = State::coloured;
 }
 
@@ -254,7 +284,7 @@ void PushPull::push_tiles(int level) {
     const int side = 1 << (tile_levels - level);
     if (level == tile_levels && upper_.empty())
         return;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size(), 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size(), 512), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i)
             for (int k = 0; k < side * side; ++k)
                 push_cell(level, tiles_[i].column * side + k % side, tiles_[i].row * side + k / side,
@@ -265,12 +295,16 @@ void PushPull::push_tiles(int level) {
 std::int64_t PushPull::colour_gaps(const Gaps& gaps) {
     std::atomic<std::int64_t> total{0};
     const std::span<const GapSpan> spans = gaps.spans();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, spans.size(), 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, spans.size(), 1024), [&](const auto& range) {
         std::int64_t coloured = 0;
-        for (std::size_t i = range.begin(); i < range.end(); ++i)
-            for (int x = spans[i].begin, y = spans[i].y; x < spans[i].end; ++x) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const int y = spans[i].y;
+            Sampler sampler(*this, 1, Sampler::right_of(spans[i].begin), y);
+            for (int x = spans[i].begin; x < spans[i].end; ++x) {
+                if (Sampler::right_of(x) != sampler.right())
+                    sampler = Sampler(*this, 1, Sampler::right_of(x), y);
                 Layer layer{0, 0, 0, w_at(depths_.gap_m, x, y)};
-                if (!Sampler(*this, 1, x, y).colour(depths_.tolerance, layer))
+                if (!sampler.colour(depths_.tolerance, x, layer))
                     continue;
                 std::uint8_t* rgba = picture_->rgba.pixel(x, y);
                 rgba[0] = std::uint8_t(layer.r + 0.5f);
@@ -280,6 +314,7 @@ std::int64_t PushPull::colour_gaps(const Gaps& gaps) {
                 *picture_->origin.pixel(x, y) = std::uint8_t(PixelOrigin::push_pull);
                 ++coloured;
             }
+        }
         total += coloured;
     });
     return total;
@@ -291,7 +326,7 @@ std::int64_t PushPull::run(const SurfaceDepths& depths, const Gaps& gaps, EyePic
     depths_ = depths;
     picture_ = &picture;
     find_tiles(gaps, picture.origin.width(), picture.origin.height());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size(), 32), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size(), 512), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i)
             pull_tile(tiles_[i]);
     });

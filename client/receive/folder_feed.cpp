@@ -31,8 +31,11 @@ public:
                                                 : "rendered frames",
                                             "none"));
         for (const char* view : {".", "centre", "left", "right", "small", "hidden", "patches"})
-            if (options.depth && fs::is_directory(folder_ / view) && holds_depth(view))
+            if (options.depth && fs::is_directory(folder_ / view) && holds(view, "depth", true))
                 views_with_depth_.insert(view);
+        for (const char* plane : {"specular", "virtual_depth"})
+            if (options.specular && holds(main_, plane, false))
+                image_planes_.push_back(plane);
     }
 
     std::optional<ReceivedFrame> next() override {
@@ -67,12 +70,12 @@ private:
             expected_found(folder_.string(), "frames, or a folder centre, left or right of them", "neither"));
     }
 
-    /// As the manifest says; without one, a view is taken to hold what was asked for.
-    bool holds_depth(const std::string& view) const {
+    /// As the manifest says; `without_one`: what is taken to be so where there is none.
+    bool holds(const std::string& view, const std::string& plane, bool without_one) const {
         if (!fs::exists(folder_ / view / "manifest.json"))
-            return true;
+            return without_one;
         const std::vector<std::string> planes = read_manifest(folder_ / view).planes;
-        return std::ranges::find(planes, "depth") != planes.end();
+        return std::ranges::find(planes, plane) != planes.end();
     }
 
     fs::path file(const std::string& view, std::int64_t index) const { return folder_ / view / frame_file_name(index); }
@@ -86,6 +89,8 @@ private:
         const bool with_depth = views_with_depth_.contains(view);
         if (with_depth)
             planes.push_back("depth");
+        if (view == main_ && with_colour)
+            planes.insert(planes.end(), image_planes_.begin(), image_planes_.end());
         Frame frame = read_exr(path, planes);
         renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);
         ReceivedPicture picture;
@@ -93,6 +98,12 @@ private:
         picture.info = frame.info;
         if (with_depth)
             picture.depth_m = std::move(frame.planes.at("depth"));
+        const auto take = [&](const char* plane, FloatImage& to) {
+            if (const auto found = frame.planes.find(plane); found != frame.planes.end())
+                to = std::move(found->second);
+        };
+        take("specular", picture.specular);
+        take("virtual_depth", picture.virtual_depth_m);
         if (with_colour)
             convert(frame.planes.at("colour"), picture);
         std::error_code ignored;
@@ -119,6 +130,7 @@ private:
     DisplayTransform display_;
     std::string main_;
     std::set<std::string> views_with_depth_;
+    std::vector<std::string> image_planes_;     // main's, of mirrors and glass
     std::map<std::string, OneRender> renders_;  // by view
     std::vector<std::int64_t> frames_;
     std::size_t position_ = 0;

@@ -38,17 +38,19 @@ def picture(file):
 
 def test_equals_play_with_exact_depth(eyes, run, tmp_path):
     run("play", eyes, "--depth", "exact", "--size", "96x64", "--fov", 80, "--out", tmp_path)
-    reproject = es.Reprojector("surface", fill="small,spread")
-    filled = 0
+    reproject = es.Reprojector("surface")
+    filled, by_earlier, earlier = 0, 0, []
     for frame in es.open_feed(eyes, depth=True):
         for eye, pose in eye_poses(frame.main.info).items():
-            view = reproject(frame, CAMERA, pose)
+            view = reproject(frame, CAMERA, pose, earlier=earlier)
+            by_earlier += view.filled["earlier"]
             name = f"frame.{frame.main.info.index:04}.png"
             np.testing.assert_array_equal(view.rgb, picture(tmp_path / eye / name))
             np.testing.assert_array_equal(view.gaps, picture(tmp_path / "gaps" / eye / name) > 0)
             assert view.depth_m.shape == (64, 96) and sum(view.filled.values()) == view.gaps.sum() and not (view.origin == 0).any()
             filled += view.gaps.sum()
-    assert filled > 0
+        earlier = [frame.main, *earlier][:2]
+    assert filled > by_earlier > 0
 
 
 def test_equals_play_of_a_stream(stream, run, tmp_path):

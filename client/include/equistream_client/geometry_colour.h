@@ -12,6 +12,7 @@ namespace equistream {
 struct GeometryRay {
     glm::vec3 origin_m{0};   ///< world
     glm::vec3 direction{0};  ///< world, unit
+    float spread_rad = 0;    ///< angle between this ray and those of the pixels around
 };
 
 struct GeometryHit {
@@ -19,7 +20,7 @@ struct GeometryHit {
     glm::vec3 base_colour{0};                                   ///< linear Rec.709
     glm::vec3 normal{0};                                        ///< world, unit, towards the ray's origin
     std::uint32_t instance = 0;                                 ///< which placement of which mesh
-    bool emits = false;                                         ///< it shines by itself
+    bool matte = true;  ///< false: it shines by itself, mirrors or is glass, so that its base colour says little
 };
 
 class GeometryColour {

@@ -24,19 +24,6 @@ bool leaves_head_box(const PlayedEye& eye, const FrameInfo& source) {
     return glm::distance(eye.info.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
 }
 
-ImageView<const float> view_of(const FloatImage& image) {
-    return image.empty() ? ImageView<const float>{} : image.view();
-}
-
-SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
-    return {.rgb = picture.rgb.view(),
-            .yuv = picture.yuv.planes,
-            .camera = picture.info.camera,
-            .pose = picture.info.camera_pose,
-            .depth_m = view_of(depth_m),
-            .box_radius_m = box_radius_m(picture.info)};
-}
-
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
     if (picture.width() != width_of(picture.info.camera) || picture.height() != height_of(picture.info.camera))
         throw WorkError(expected_found(source + ": frame " + std::to_string(picture.info.index),
@@ -52,12 +39,7 @@ DepthNeeds needs_when_moved(const Engine& engine) {
 
 }  // namespace
 
-struct FramePlayer::Depths {
-    FloatImage main, small;
-};
-
-FramePlayer::FramePlayer(const Settings& settings, Report& report)
-    : settings_(settings), ladder_(make_fill_ladder(settings.fill)) {
+FramePlayer::FramePlayer(const Settings& settings, Report& report) : settings_(settings) {
     if (!settings.head.empty())
         head_path_ = read_path_csv(settings.head);
     if (!settings.scene.empty())
@@ -67,6 +49,7 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report)
                                         "a scene (--scene takes those)"));
     choose_method(report);
     make_depth_source(report);
+    fill_ = std::make_unique<FrameFill>(settings.fill, scene_ ? &*scene_ : nullptr);
 }
 
 FramePlayer::~FramePlayer() = default;
@@ -204,8 +187,8 @@ void FramePlayer::offer_exact_depth(const ReceivedFrame& frame) {
         offer(view);
 }
 
-FramePlayer::Depths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
-    Depths depths;
+SourceDepths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
+    SourceDepths depths;
     if (!depth_)
         return depths;
     const auto cast = [&](const Camera& camera, const Pose& pose, FloatImage& depth_m) {
@@ -224,35 +207,37 @@ FramePlayer::Depths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedF
         return depths;
     if (needs.source)
         cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
-    const bool fill_wants_it = std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
     const bool small_has_depth =
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
-    if (small_has_depth && fill_wants_it)
+    if (small_has_depth && fill_->wants_depth())
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
     return depths;
 }
 
-void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const Depths& depths, PlayedFrame& played) {
+void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played) {
     auto start = Clock::now();
-    engine_->set_source(source_view(frame.main, depths.main));
-    engine_->reproject(played.left.view(), played.left.picture);
-    engine_->reproject(played.right.view(), played.right.picture);
+    const SourceView source = source_view(frame.main, depths.main);
+    engine_->set_source(source);
+    for (auto [eye, figures] :
+         {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
+        engine_->reproject(eye->view(), eye->picture);
+        *figures = {};
+        figures->specular = rework_specular(source, eye->view(), EngineOptions{}.error_budget_px, eye->picture);
+    }
     played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(milliseconds_since(start));
 
-    played.left.gaps = gap_mask(played.left.picture);
-    played.right.gaps = gap_mask(played.right.picture);
-    for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
-        *figures = {std::int64_t(eye->gaps.samples().size()), eye->picture.count(PixelOrigin::gap), {}};
+    for (auto [eye, figures] :
+         {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
+        eye->gaps = gap_mask(eye->picture);
+        figures->pixels = std::int64_t(eye->gaps.samples().size());
+        figures->gaps = eye->picture.count(PixelOrigin::gap);
+    }
 
     start = Clock::now();
-    const SourceView main = source_view(frame.main, depths.main);
-    const std::optional<SourceView> small =
-        frame.small ? std::optional(source_view(*frame.small, depths.small)) : std::nullopt;
-    for (const auto& rung : ladder_)
-        rung->set_frame({.main = &main, .small = small ? &*small : nullptr});
+    fill_->set_frame(frame, depths);
     for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
-        figures->filled = fill_gaps(ladder_, eye->view(), eye->picture);
+        figures->filled = fill_->fill(eye->view(), eye->picture);
     played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
 }
 
@@ -281,12 +266,16 @@ PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
             depth_->set_time(frame.main.info.time_s);
         if (exact_ != nullptr)
             offer_exact_depth(frame);
-        const Depths depths = cast_depths(frame, played);
+        depths_ = cast_depths(frame, played);
         if (depth_)
             times[std::size_t(Stage::depth)].push_back(milliseconds_since(start));
-        reproject_and_fill(frame, depths, played);
+        reproject_and_fill(frame, depths_, played);
     }
     return played;
+}
+
+void FramePlayer::remember(ReceivedFrame&& frame) {
+    fill_->remember(std::move(frame), std::move(depths_));
 }
 
 }  // namespace equistream::play

@@ -1,11 +1,11 @@
 #pragma once
 /// One frame at a time: from what was received to both eyes' finished pictures, timed by stage.
+#include "frame_fill.h"
 #include "report.h"
 #include "settings.h"
 
 #include <equistream_client/depth_source.h>
 #include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
 #include <equistream_client/receive.h>
 
 #include <memory>
@@ -46,10 +46,10 @@ public:
     /// Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note of `report`.
     void check(const ReceivedFrame& first, Report& report);
     PlayedFrame play(const ReceivedFrame& frame);
+    /// The frame that was played last, for what later ones may take from it.
+    void remember(ReceivedFrame&& frame);
 
 private:
-    struct Depths;
-
     void choose_method(Report& report);
     void make_depth_source(Report& report);
     void check_scene(const FrameInfo& first, Report& report) const;
@@ -57,8 +57,8 @@ private:
     PlayedEye eye_of(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     void offer_exact_depth(const ReceivedFrame& frame);
-    Depths cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
-    void reproject_and_fill(const ReceivedFrame& frame, const Depths& depths, PlayedFrame& played);
+    SourceDepths cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
+    void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
     Settings settings_;
     std::string method_;
@@ -67,7 +67,8 @@ private:
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
     ExactDepth* exact_ = nullptr;  ///< depth_, where that is exact
-    FillLadder ladder_;
+    std::unique_ptr<FrameFill> fill_;
+    SourceDepths depths_;  ///< of the frame that was played last
 };
 
 }  // namespace equistream::play

@@ -1,5 +1,6 @@
 #include "player.h"
 
+#include "frame_fill.h"
 #include "frame_player.h"
 #include "view_writer.h"
 
@@ -81,7 +82,8 @@ class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        feed_ = open_feed(settings.source, {.depth = settings.depth == "exact" || settings.depth == "stream",
+        feed_ = open_feed(settings.source, {.depth = settings.depth != "ray" || fill_wants_depth_of_feed(settings),
+                                            .specular = true,
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last});
         player_ = std::make_unique<FramePlayer>(settings, report_);
@@ -105,6 +107,7 @@ public:
             played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
             report_.frames.push_back(std::move(played.figures));
             progress_.step(feed_->fraction_done().value_or(0), "frame " + std::to_string(frame->main.info.index));
+            player_->remember(std::move(*frame));
         }
     }
 

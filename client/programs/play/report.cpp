@@ -60,6 +60,9 @@ Json summary(const std::vector<FrameFigures>& frames) {
 Json shares(const EyeFigures& eye) {
     const double pixels = double(std::max<std::int64_t>(eye.pixels, 1));
     Json json = {{"pixels", eye.pixels}, {"gaps", eye.gaps}, {"gap_fraction", double(eye.gaps) / pixels}};
+    const SpecularCounts& specular = eye.specular;
+    if (specular.kept + specular.by_image + specular.gaps > 0)
+        json["specular"] = {{"kept", specular.kept}, {"by_virtual_depth", specular.by_image}, {"gaps", specular.gaps}};
     std::int64_t open = eye.gaps;
     json["filled"] = Json::object();
     json["gap_fraction_after"] = Json::object();
@@ -77,6 +80,8 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
         const EyeFigures& figures = frame.*eye;
         sum.pixels += figures.pixels;
         sum.gaps += figures.gaps;
+        sum.specular = {sum.specular.kept + figures.specular.kept, sum.specular.by_image + figures.specular.by_image,
+                        sum.specular.gaps + figures.specular.gaps};
         sum.filled.resize(figures.filled.size());
         for (std::size_t i = 0; i < figures.filled.size(); ++i) {
             sum.filled[i].first = figures.filled[i].first;

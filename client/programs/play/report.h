@@ -3,6 +3,7 @@
 #include "settings.h"
 
 #include <equistream_client/receive.h>
+#include <equistream_client/specular.h>
 #include <equistream_client/view.h>
 
 #include <nlohmann/json.hpp>
@@ -24,6 +25,7 @@ using StageTimes = std::array<std::vector<double>, stage_names.size()>;
 struct EyeFigures {
     std::int64_t pixels = 0;
     std::int64_t gaps = 0;                                       ///< what the source did not see
+    SpecularCounts specular{};                                   ///< mirrors and glass
     std::vector<std::pair<std::string, std::int64_t>> filled{};  ///< by each rung, in order
 };
 

@@ -24,7 +24,7 @@ struct Settings {
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
     std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with
-    std::string fill = "small,spread";
+    std::string fill = "patches,hidden,earlier,small,geometry,pushpull";
     Format format = Format::png;
     cli::FrameRange frames{0, std::numeric_limits<std::int64_t>::max()};
     int repeat = 1;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Iterable, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,12 @@ AnySource = Union[AnyPicture, FeedFrame]
 
 METHODS: tuple[str, ...] = _core.METHODS
 """The names that Reprojector takes; docs/guide.md says what each is for."""
+
+FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
+"""The rungs of the fill ladder, in the order in which they are best run."""
+
+DEFAULT_FILL = "patches,hidden,earlier,small,pushpull"
+"""Those of FILL_RUNGS that have something to do here; 'spread' has nothing left after 'pushpull'."""
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
@@ -87,6 +93,24 @@ def _view(picture: Any, where: str) -> _View:
                  None if depth is None else as_depth(depth, f"{where}: depth", size))
 
 
+def _layer(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Source]:
+    """A second layer, whose depth is NaN where there is none; nothing where it came without depth."""
+    if picture.rgb is None or picture.depth_m is None:
+        return None
+    size = (picture.info.camera.width, picture.info.camera.height)
+    return _core.Source(as_plane(picture.rgb, "hidden: rgb", np.uint8, 3, size), picture.info.camera, picture.info.camera_pose,
+                        as_plane(picture.depth_m, "hidden: depth", np.float32, 1, size), box_radius_m)
+
+
+def _patches(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Patches]:
+    """The atlas of a frame as rungs take it; nothing where it came without depth."""
+    if picture.rgb is None or picture.depth_m is None:
+        return None
+    size = (picture.rgb.shape[1], picture.rgb.shape[0])
+    return _core.Patches(as_plane(picture.rgb, "patches: rgb", np.uint8, 3, size),
+                         as_plane(picture.depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)
+
+
 class _ExactDepth:
     """Depth planes that the renderer made, for whoever asks for that very view."""
 
@@ -107,12 +131,13 @@ class Reprojector:
     """A method and a fill ladder, to be used for many frames and eyes.
 
     `method`: one of METHODS. 'sphere' turns the source only, 'lean' moves the eye inside a sphere of one radius; 'surface' moves it
-    by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of 'small'
-    and 'spread', or 'none'. `error_budget_px`: share of an eye's pixel by which colour may be displaced. `reference`: the slow
-    implementation in double precision. One thread at a time.
+    by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
+    FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
+    `error_budget_px`: share of an eye's pixel by which colour may be displaced. `reference`: the slow implementation in double
+    precision. One thread at a time.
     """
 
-    def __init__(self, method: str = "surface", *, fill: str = "small,spread", error_budget_px: float = 0.25, reference: bool = False) -> None:
+    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, reference: bool = False) -> None:
         if not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
         self._core = _core.Reprojector(method, fill, error_budget_px, reference)
@@ -123,11 +148,12 @@ class Reprojector:
         return self._core.needs_depth(source, eye)
 
     def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
-                 small: Optional[AnyPicture] = None) -> EyePicture:
+                 small: Optional[AnyPicture] = None, earlier: Iterable[AnyPicture] = ()) -> EyePicture:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
-        used, for exactly the views they belong to. `small` is a second picture that fills gaps (a FeedFrame brings its own).
+        used, for exactly the views they belong to. `small` is a second picture that fills gaps (a FeedFrame brings its own, and its
+        second layer and patches). `earlier` are main pictures of frames before, newest first, with their depth.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
@@ -146,10 +172,14 @@ class Reprojector:
                 main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
             if second is not None and self._core.fill_wants_depth():
                 second.depth_m = _cast(cast, second.info.camera, second.info.camera_pose, "the small view's depth")
-        rgba, origin, before_fill, filled, found = self._core.reproject(
-            main.core(bool(needed)), None if second is None else second.core(bool(needed)), camera, pose, eye_depth)
-        known = eye_depth if eye_depth is not None else found
-        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, None if known is None else known[:, :, 0])
+        box = main.info.box_radius_m
+        fill_from = _core.FillFrom(
+            None if second is None else second.core(bool(needed)),
+            None if frame is None or frame.hidden is None else _layer(frame.hidden, box),
+            None if frame is None or frame.patches is None else _patches(frame.patches, box),
+            [_view(picture, "earlier").core(True) for picture in earlier])
+        rgba, origin, before_fill, filled, found = self._core.reproject(main.core(bool(needed)), fill_from, camera, pose, eye_depth)
+        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, found if eye_depth is None else eye_depth[:, :, 0])
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"
@@ -160,7 +190,7 @@ def _cast(depth: DepthFunction, camera: Camera, pose: Pose, where: str) -> NDArr
 
 
 def reproject(source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
-              small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = "small,spread") -> EyePicture:
+              small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = DEFAULT_FILL) -> EyePicture:
     """What an eye sees of a source, in one call; see Reprojector. `method` is 'surface' where there is depth, else 'sphere'."""
     if method is None:
         picture = source.main if isinstance(source, FeedFrame) else source

@@ -2,12 +2,16 @@
 #include "parts.h"
 #include "waiting.h"
 
+#include <equistream/error.h>
+#include <equistream/frame.h>
+#include <equistream/patches.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
 #include <vector>
@@ -33,6 +37,58 @@ struct Source {
     }
 };
 
+/// An atlas' picture, and what its pixels show.
+struct Patches {
+    ArrayIn<std::uint8_t> rgb;
+    ArrayIn<float> depth_m;
+    FrameInfo info;
+    double box_radius_m = 0;
+
+    PatchesView view() const {
+        return {.rgb = view_of(rgb),
+                .depth_m = view_of(depth_m),
+                .atlas = &*info.patches,
+                .pose = info.camera_pose,
+                .box_radius_m = box_radius_m};
+    }
+};
+
+/// What gaps may be filled from.
+struct FillFrom {
+    std::optional<Source> small, hidden;
+    std::optional<Patches> patches;
+    std::vector<Source> earlier;
+};
+
+/// The same as rungs take it.
+class FillViews {
+public:
+    FillViews(const Source& main, const FillFrom& from) : main_(main.view()) {
+        if (from.small)
+            small_ = from.small->view();
+        if (from.hidden)
+            hidden_ = from.hidden->view();
+        if (from.patches)
+            patches_ = from.patches->view();
+        for (const Source& source : from.earlier)
+            earlier_.push_back(source.view());
+    }
+    FillInputs inputs() const {
+        const auto address = [](const auto& view) { return view ? &*view : nullptr; };
+        return {.main = &main_,
+                .small = address(small_),
+                .earlier = earlier_,
+                .hidden = address(hidden_),
+                .patches = address(patches_)};
+    }
+
+private:
+    SourceView main_;
+    std::optional<SourceView> small_, hidden_;
+    std::optional<PatchesView> patches_;
+    std::vector<SourceView> earlier_;
+};
+
 class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool reference)
@@ -46,8 +102,8 @@ public:
 
     /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, and the depth that the
     /// engine found, or None.
-    nb::tuple reproject(const Source& source, const std::optional<Source>& small, const PerspectiveCamera& camera,
-                        const Pose& pose, const std::optional<ArrayIn<float>>& depth_m) {
+    nb::tuple reproject(const Source& source, const FillFrom& from, const PerspectiveCamera& camera, const Pose& pose,
+                        const std::optional<ArrayIn<float>>& depth_m) {
         EyePicture picture;
         ByteImage origin_before_fill;
         FilledCounts filled;
@@ -56,10 +112,9 @@ public:
             engine_->set_source(source.view());
             engine_->reproject(eye, picture);
             origin_before_fill = picture.origin;
-            const SourceView main = source.view();
-            const std::optional<SourceView> second = small ? std::optional(small->view()) : std::nullopt;
+            const FillViews views(source, from);
             for (const auto& rung : ladder_)
-                rung->set_frame({.main = &main, .small = second ? &*second : nullptr});
+                rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
         });
         nb::dict counts;
@@ -79,10 +134,14 @@ private:
 }  // namespace
 
 void bind_reprojection(nb::module_& m) {
-    nb::list methods;
-    for (const std::string_view name : engine_names())
-        methods.append(std::string(name));
-    m.attr("METHODS") = nb::tuple(methods);
+    const auto tuple_of = [](std::span<const std::string_view> names) {
+        nb::list list;
+        for (const std::string_view name : names)
+            list.append(std::string(name));
+        return nb::tuple(list);
+    };
+    m.attr("METHODS") = tuple_of(engine_names());
+    m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
     nb::class_<Source>(m, "Source")
         .def(
             "__init__",
@@ -91,6 +150,29 @@ void bind_reprojection(nb::module_& m) {
                 new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m};
             },
             nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"));
+    nb::class_<Patches>(m, "Patches")
+        .def(
+            "__init__",
+            [](Patches* self, ArrayIn<std::uint8_t> rgb, ArrayIn<float> depth_m, const FrameInfo& info,
+               double box_radius_m) {
+                const auto fits = [&](const auto& array) {
+                    return int(array.shape(1)) == info.patches->width() &&
+                           int(array.shape(0)) == info.patches->height();
+                };
+                if (!info.patches || patch_atlas_problem(*info.patches) || !fits(rgb) || !fits(depth_m))
+                    throw InputError(expected_found("patches", "an atlas, and a picture and depth of its size",
+                                                    info.patches ? "others" : "no atlas"));
+                new (self) Patches{std::move(rgb), std::move(depth_m), info, box_radius_m};
+            },
+            nb::arg("rgb"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
+    nb::class_<FillFrom>(m, "FillFrom", "What gaps may be filled from.")
+        .def(
+            "__init__",
+            [](FillFrom* self, std::optional<Source> small, std::optional<Source> hidden,
+               std::optional<Patches> patches, std::vector<Source> earlier) {
+                new (self) FillFrom{std::move(small), std::move(hidden), std::move(patches), std::move(earlier)};
+            },
+            nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
     nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)
@@ -104,7 +186,7 @@ void bind_reprojection(nb::module_& m) {
              nb::arg("error_budget_px"), nb::arg("reference"))
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
-        .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("small").none(), nb::arg("camera"),
+        .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),
              nb::arg("pose"), nb::arg("depth_m").none());
 }
 

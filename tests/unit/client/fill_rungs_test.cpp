@@ -186,7 +186,7 @@ public:
             const dvec3 p = o + r * d;
             hits[i] = {float(r), glm::vec3(base(p)),
                        r < wall ? glm::vec3(glm::normalize(p - dvec3(0, 0, -1.2))) : glm::vec3(0, 0, 1),
-                       r < wall ? 1u : 2u, false};
+                       r < wall ? 1u : 2u, true};
         }
     }
 };

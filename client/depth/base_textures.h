@@ -1,0 +1,42 @@
+#pragma once
+/// Base colour textures as a client wants them: small mip chains in memory, filled when first asked for.
+#include <equistream_scene/model.h>
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace equistream {
+
+class BaseTextures {
+public:
+    /// Longest side that is kept of an image: what a gap shows is small.
+    static constexpr int longest_side = 1024;
+
+    /// `model` is borrowed.
+    explicit BaseTextures(const SceneModel& model);
+    ~BaseTextures();
+
+    /// Linear colour at glTF texture coordinates, bilinear, from the level whose texels are about `footprint` wide (in
+    /// texture coordinates). White where the image cannot be decoded. Any number of threads.
+    glm::vec3 lookup(std::uint32_t texture, glm::vec2 uv, float footprint) const;
+
+private:
+    struct Level {
+        int width = 0, height = 0;
+        std::vector<std::uint8_t> rgb;  ///< sRGB
+    };
+    struct Chain {
+        std::once_flag once;
+        std::vector<Level> levels;  ///< finest first
+    };
+    void fill(std::uint32_t texture) const;
+    glm::vec3 texel(const Texture& texture, const Level& level, int x, int y) const;
+
+    const SceneModel& model_;
+    std::unique_ptr<Chain[]> chains_;
+    std::array<float, 256> to_linear_{};
+};
+
+}  // namespace equistream

@@ -1,0 +1,138 @@
+#include <equistream_client/ray_colour.h>
+
+#include "base_textures.h"
+
+#include <equistream_scene/embree_rays.h>
+#include <equistream_scene/shading_model.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::size_t packet_size = 16;
+
+/// Corners of a triangle that was hit.
+struct Corners {
+    glm::vec3 p[3];
+    glm::vec2 uv[3];
+};
+
+}  // namespace
+
+struct RayColour::State {
+    struct Loaded {
+        SceneModel model;
+        Bvh bvh;
+        BaseTextures textures;
+        std::vector<glm::mat4> world_from_object;
+
+        explicit Loaded(const SceneDescription& scene)
+            : model(load_model(scene)), bvh(model, {.moving_instances = find_moving_instances(model, scene)}),
+              textures(model) {}
+
+        void move(const SceneDescription& scene, double time_s) {
+            world_from_object = instance_transforms(model, scene, time_s);
+            if (!scene.moving.empty())
+                bvh.move(world_from_object);
+        }
+        GeometryHit shade(const GeometryRay& ray, const HitId& id, float distance_m) const;
+        Corners corners(const HitId& id) const;
+    };
+
+    SceneDescription scene;
+    double time_s = 0;
+    bool moved = true;
+    std::mutex mutex;
+    std::unique_ptr<Loaded> loaded;
+};
+
+Corners RayColour::State::Loaded::corners(const HitId& id) const {
+    const Mesh& mesh = model.meshes[model.instances[id.instance].mesh];
+    const glm::uvec3 triangle = mesh.triangles[id.triangle];
+    Corners corners{};
+    for (int i = 0; i < 3; ++i) {
+        corners.p[i] = glm::vec3(world_from_object[id.instance] * glm::vec4(mesh.positions[triangle[i]], 1));
+        if (!mesh.uvs.empty())
+            corners.uv[i] = mesh.uvs[triangle[i]];
+    }
+    return corners;
+}
+
+GeometryHit RayColour::State::Loaded::shade(const GeometryRay& ray, const HitId& id, float distance_m) const {
+    const Mesh& mesh = model.meshes[model.instances[id.instance].mesh];
+    const Material& material = model.materials[mesh.material == no_index ? model.materials.size() - 1 : mesh.material];
+    const Corners c = corners(id);
+    const glm::vec3 cross = glm::cross(c.p[1] - c.p[0], c.p[2] - c.p[0]);
+    const float area = glm::length(cross);
+    GeometryHit hit{.distance_m = distance_m, .base_colour = material.base_colour, .instance = id.instance};
+    hit.normal = area > 0 ? cross / area : -ray.direction;
+    const float cosine = glm::dot(hit.normal, ray.direction);
+    if (cosine > 0)
+        hit.normal = -hit.normal;
+    if (material.base_colour_texture != no_index && !mesh.uvs.empty()) {
+        const glm::vec2 a = c.uv[1] - c.uv[0], b = c.uv[2] - c.uv[0];
+        const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, 1e-12f));
+        const glm::vec2 uv = (1 - id.u - id.v) * c.uv[0] + id.u * c.uv[1] + id.v * c.uv[2];
+        const float width_m = ray.spread_rad * distance_m / std::sqrt(std::max(std::abs(cosine), 1e-3f));
+        hit.base_colour *= textures.lookup(material.base_colour_texture, uv, width_m * uv_per_m);
+    }
+    const bool emits = glm::any(glm::greaterThan(material.emission, glm::vec3(0)));
+    const bool mirrors = material.metallic > 0.5f && material.roughness < mirror_roughness;
+    hit.matte = !emits && !mirrors && !(material.transmission > 0.5f);
+    return hit;
+}
+
+RayColour::RayColour(const SceneDescription& scene) : state_(std::make_unique<State>()) {
+    state_->scene = scene;
+}
+
+RayColour::~RayColour() = default;
+
+void RayColour::set_time(double time_s) {
+    state_->moved = state_->moved || time_s != state_->time_s;
+    state_->time_s = time_s;
+}
+
+void RayColour::cast(std::span<const GeometryRay> rays, std::span<GeometryHit> hits) {
+    assert(rays.size() == hits.size());
+    const std::scoped_lock lock(state_->mutex);
+    if (!state_->loaded)
+        state_->loaded = std::make_unique<State::Loaded>(state_->scene);
+    if (state_->moved)
+        state_->loaded->move(state_->scene, state_->time_s);
+    state_->moved = false;
+    const State::Loaded& loaded = *state_->loaded;
+    const std::size_t packets = (rays.size() + packet_size - 1) / packet_size;
+    // Isolated, so that no thread takes up other work that waits for this very lock.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, packets, 16), [&](const auto& range) {
+            trace_thread_init();
+            for (std::size_t packet = range.begin(); packet < range.end(); ++packet) {
+                RayPacket trace;
+                const std::size_t first = packet * packet_size;
+                const std::size_t count = std::min(packet_size, rays.size() - first);
+                for (std::size_t lane = 0; lane < count; ++lane)
+                    trace.start(lane, rays[first + lane].origin_m, rays[first + lane].direction);
+                loaded.bvh.intersect16(trace.valid.data(), trace.rays, true);
+                for (std::size_t lane = 0; lane < count; ++lane) {
+                    const RTCHit hit = trace.hit(lane);
+                    hits[first + lane] =
+                        hit.geomID == RTC_INVALID_GEOMETRY_ID
+                            ? GeometryHit{}
+                            : loaded.shade(rays[first + lane], loaded.bvh.resolve(hit), trace.distance(lane));
+                }
+            }
+        });
+    });
+}
+
+}  // namespace equistream

@@ -1,0 +1,24 @@
+#pragma once
+/// Mirrors and glass. What they show does not lie on them: warped with the surface, it is displaced by up to
+/// asin |w(v) - w(r)| (bound.h), r being the surface's distance and v that of the image in it.
+///
+/// A pixel that an engine took from a specular sample is kept where that is within the budget. Else it is looked up
+/// anew by virtual depth: the eye's ray is searched for the point whose sample of the source has its image there (exact
+/// for plane mirrors and thin panes). Where none is found, or virtual depth is not known and any image behind the
+/// surface might be displaced too far, it becomes a gap, as in the paper.
+#include <equistream_client/view.h>
+
+namespace equistream {
+
+struct SpecularCounts {
+    std::int64_t kept = 0;      ///< within the budget as they were
+    std::int64_t by_image = 0;  ///< looked up by virtual depth
+    std::int64_t gaps = 0;
+};
+
+/// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them
+/// nothing is done. `error_budget_px` as in EngineOptions.
+SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, double error_budget_px,
+                               EyePicture& picture);
+
+}  // namespace equistream

@@ -1,0 +1,121 @@
+#include "frame_fill.h"
+
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream/patches.h>
+#include <equistream_client/ray_colour.h>
+
+#include <algorithm>
+#include <array>
+
+namespace equistream::play {
+
+namespace {
+
+/// "Current and previous", as the paper, and one more: at 30 frames a second the head has moved 3 cm in two.
+constexpr std::size_t kept_frames = 2;
+
+ImageView<const float> view_of(const FloatImage& image) {
+    return image.empty() ? ImageView<const float>{} : image.view();
+}
+
+/// Patches are drawn from wherever the atlas says: its slots and the pictures must be what they say they are.
+void require_whole(const ReceivedPicture& picture, const std::string& what, int width, int height) {
+    const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+    const std::string where = "frame " + std::to_string(picture.info.index) + ": " + what;
+    if (picture.width() != width || picture.height() != height)
+        throw WorkError(
+            expected_found(where, size(width, height) + " as its tag says", size(picture.width(), picture.height())));
+    const FloatImage& depth_m = picture.depth_m;
+    if (!depth_m.empty() && (depth_m.width() != width || depth_m.height() != height))
+        throw WorkError(
+            expected_found(where, "depth of " + size(width, height), size(depth_m.width(), depth_m.height())));
+}
+
+bool has_rung(const FillLadder& ladder, std::string_view name) {
+    return std::ranges::any_of(ladder, [&](const auto& rung) { return rung->name() == name; });
+}
+
+}  // namespace
+
+SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
+    return {.rgb = picture.rgb.view(),
+            .yuv = picture.yuv.planes,
+            .camera = picture.info.camera,
+            .pose = picture.info.camera_pose,
+            .depth_m = view_of(depth_m),
+            .specular = view_of(picture.specular),
+            .virtual_depth_m = view_of(picture.virtual_depth_m),
+            .box_radius_m = head_box_radius(picture.info.eye, picture.info.lean_m, picture.info.ipd_m)};
+}
+
+FrameFill::FrameFill(const std::string& rungs, const SceneDescription* scene)
+    : ladder_(make_fill_ladder(rungs)), has_earlier_rung_(has_rung(ladder_, "earlier")) {
+    if (scene != nullptr && has_rung(ladder_, "geometry"))
+        geometry_ = std::make_unique<RayColour>(*scene);
+}
+
+FrameFill::~FrameFill() = default;
+
+bool FrameFill::wants_depth() const {
+    return std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
+}
+
+void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths) {
+    main_ = source_view(frame.main, depths.main);
+    small_.reset();
+    hidden_.reset();
+    patches_.reset();
+    if (frame.small)
+        small_ = source_view(*frame.small, depths.small);
+    if (frame.hidden) {
+        require_whole(*frame.hidden, "hidden", width_of(frame.hidden->info.camera),
+                      height_of(frame.hidden->info.camera));
+        hidden_ = source_view(*frame.hidden, frame.hidden->depth_m);
+    }
+    if (frame.patches && frame.patches->info.patches) {
+        const PatchAtlas& atlas = *frame.patches->info.patches;
+        if (const auto problem = patch_atlas_problem(atlas))
+            throw WorkError("frame " + std::to_string(frame.main.info.index) + ": patches: " + *problem);
+        require_whole(*frame.patches, "patches", atlas.width(), atlas.height());
+        patches_ = {.rgb = frame.patches->rgb.view(),
+                    .yuv = frame.patches->yuv.planes,
+                    .depth_m = view_of(frame.patches->depth_m),
+                    .atlas = &atlas,
+                    .pose = frame.patches->info.camera_pose,
+                    .box_radius_m = main_->box_radius_m};
+    }
+    earlier_views_.clear();
+    for (const Earlier& earlier : earlier_)
+        earlier_views_.push_back(source_view(earlier.picture, earlier.depth_m));
+    if (geometry_)
+        geometry_->set_time(frame.main.info.time_s);
+    const auto address = [](const auto& view) { return view ? &*view : nullptr; };
+    for (const auto& rung : ladder_)
+        rung->set_frame({.main = address(main_),
+                         .small = address(small_),
+                         .earlier = earlier_views_,
+                         .hidden = address(hidden_),
+                         .patches = address(patches_),
+                         .geometry = geometry_.get()});
+}
+
+void FrameFill::remember(ReceivedFrame&& frame, SourceDepths&& depths) {
+    if (!has_earlier_rung_ || depths.main.empty())
+        return;
+    earlier_.push_front({std::move(frame.main), std::move(depths.main)});
+    if (earlier_.size() > kept_frames)
+        earlier_.pop_back();
+}
+
+bool fill_wants_depth_of_feed(const Settings& settings) {
+    const FillLadder ladder = make_fill_ladder(settings.fill);
+    std::error_code ignored;
+    const bool folder = std::filesystem::is_directory(settings.source, ignored);
+    return std::ranges::any_of(std::array{"patches", "hidden"}, [&](const char* name) {
+        return has_rung(ladder, name) &&
+               (!folder || std::filesystem::exists(std::filesystem::path(settings.source) / name, ignored));
+    });
+}
+
+}  // namespace equistream::play

@@ -1,0 +1,59 @@
+#pragma once
+/// The fill ladder of a run and what it fills from: pictures that came with the frame, those of frames before, and the
+/// client's own geometry.
+#include "report.h"
+#include "settings.h"
+
+#include <equistream_client/fill.h>
+#include <equistream_client/receive.h>
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace equistream::play {
+
+/// Depths of pictures that came without; empty where nothing needed them.
+struct SourceDepths {
+    FloatImage main, small;
+};
+
+/// A received picture as engines and rungs take it. Borrows both.
+SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m);
+
+class FrameFill {
+public:
+    /// `scene` gives the rung `geometry` its surfaces; null: it fills nothing. Borrowed.
+    FrameFill(const std::string& rungs, const SceneDescription* scene);
+    ~FrameFill();
+
+    /// Whether some rung is better with depth of pictures and eyes.
+    bool wants_depth() const;
+    /// Takes what there is of a frame, borrowed until the next one.
+    void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
+    FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }
+    /// Keeps a frame's main picture for the frames to come, where a rung asks for it.
+    void remember(ReceivedFrame&& frame, SourceDepths&& depths);
+
+private:
+    struct Earlier {
+        ReceivedPicture picture;
+        FloatImage depth_m;
+    };
+
+    FillLadder ladder_;
+    bool has_earlier_rung_ = false;
+    std::unique_ptr<GeometryColour> geometry_;
+    std::deque<Earlier> earlier_;  ///< newest first
+    // Views of the frame at hand.
+    std::optional<SourceView> main_, small_, hidden_;
+    std::optional<PatchesView> patches_;
+    std::vector<SourceView> earlier_views_;
+};
+
+/// Whether gaps may be filled from what only the feed has depth of, a second layer or patches. (A folder shows which it
+/// has; a stream says so later.)
+bool fill_wants_depth_of_feed(const Settings& settings);
+
+}  // namespace equistream::play
