@@ -18,6 +18,8 @@ void LineReporter::ReportRuns(const std::vector<Run>& runs) {
                 std::fprintf(stderr, "# %s left out: %s\n", name.c_str(), run.error_message.c_str());
             continue;
         }
+        if (!run.report_label.empty() && labels_.insert(name + run.report_label).second)
+            std::fprintf(stderr, "# %s: %s\n", name.c_str(), run.report_label.c_str());
         if (run.run_type != Run::RT_Aggregate || run.aggregate_name != "median")
             continue;
         const std::size_t slash = name.rfind('/');

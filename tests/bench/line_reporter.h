@@ -24,7 +24,7 @@ private:
         std::map<std::string, double> peers_ms;
     };
     std::map<std::string, Figure> figures_;
-    std::set<std::string> left_out_;  ///< told already: every repetition says so again
+    std::set<std::string> left_out_, labels_;  ///< told already: every repetition says so again
 };
 
 }  // namespace equistream::bench
