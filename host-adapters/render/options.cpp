@@ -3,6 +3,7 @@
 #include <equistream/camera.h>
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/patches.h>
 #include <equistream/stream.h>
 
 #include <charconv>
@@ -21,6 +22,7 @@ struct Typed {
     double fps = 0, fov_deg = 90;
     CLI::Option* fov_option = nullptr;
     CLI::Option* fps_option = nullptr;
+    CLI::Option *patch_budget = nullptr, *patch_side = nullptr;
 };
 
 double number(std::string_view text, const std::string& option, const std::string& expected) {
@@ -66,6 +68,12 @@ RenderOptions checked(const Typed& typed) {
     if (o.layers && o.eyes.size() > 1)
         throw InputError(
             expected_found("--layers", "one --eye, whose hidden layer goes into DIR/hidden", "--eye both"));
+    if (o.patches && (!sphere || o.eyes.size() > 1))
+        throw InputError(expected_found("--patches", "one sphere, whose patches go into DIR/patches",
+                                        sphere ? "--eye both" : "--camera perspective"));
+    if (!o.patches && (typed.patch_budget->count() > 0 || typed.patch_side->count() > 0))
+        throw InputError(expected_found(typed.patch_side->count() > 0 ? "--patch-side" : "--patch-budget",
+                                        "--patches as well", "none"));
     if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
         throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
                                         std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
@@ -109,6 +117,16 @@ void add_camera_options(CLI::App& app, Typed& t) {
         ->check(CLI::IsMember({"centre", "left", "right"}));
     app.add_flag("--layers", t.options.layers,
                  "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
+    app.add_flag(
+        "--patches", t.options.patches,
+        "Also render what eyes of the head box uncover, as patches of spheres beside this one, into DIR/patches");
+    t.patch_budget = app.add_option("--patch-budget", t.options.patch_budget_percent,
+                                    "Most pixels of all patches, percent of the sphere's")
+                         ->check(CLI::Range(0.1, 100.0))
+                         ->capture_default_str();
+    t.patch_side = app.add_option("--patch-side", t.options.patch_side, "Pixels a patch is wide and high")
+                       ->check(CLI::Range(min_patch_side, max_patch_side))
+                       ->capture_default_str();
 }
 
 void add_frame_options(CLI::App& app, Typed& t) {

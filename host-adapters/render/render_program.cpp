@@ -39,7 +39,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     if (host.wants_frames()) {
         std::signal(SIGINT, note_interrupt);
         std::signal(SIGTERM, note_interrupt);
-        SequenceRenderer({options, timeline, streams, interrupted}, host, report).run();
+        SequenceRenderer({options, timeline, scene.lean_m, streams, interrupted}, host, report).run();
     }
     print_report(report, host, options.json);
 }

@@ -35,6 +35,14 @@ void print_report(const RenderReport& r, const RenderHost& host, bool json) {
                              {"peak_memory_mib", peak_mib},
                              {"paths", r.paths},
                              {"paths_per_s", paths_per_s}};
+    const PatchReport& patches = r.patches;
+    const auto frames = static_cast<double>(std::max<std::int64_t>(patches.frames, 1));
+    if (patches.frames > 0)
+        report["patches"] = {{"frames", patches.frames},
+                             {"pixel_share", patches.pixel_share / frames},
+                             {"covered_of_training", patches.covered / frames},
+                             {"kept_slots", patches.kept_slots / std::max(patches.used_slots, 1.0)},
+                             {"plan_s", patches.plan_s}};
     const HostFigures figures = host.figures(r.render_s, report);
     report["left_out_samples"] = figures.left_out_samples;
     if (json) {
@@ -51,6 +59,12 @@ void print_report(const RenderReport& r, const RenderHost& host, bool json) {
     if (r.frames_rendered > 0)
         std::printf("render %.2f s on %u threads: %.3f M paths/s%s%s\n", r.render_s, r.threads, paths_per_s * 1e-6,
                     figures.rates.empty() ? "" : ", ", figures.rates.c_str());
+    if (patches.frames > 0)
+        std::printf("patches show %.1f %% of what eyes uncover in %.1f %% of the sphere's pixels; %.0f %% of the slots "
+                    "stayed; planned in %.2f s a frame, %.1f %% of the time\n",
+                    100 * patches.covered / frames, 100 * patches.pixel_share / frames,
+                    100 * patches.kept_slots / std::max(patches.used_slots, 1.0), patches.plan_s / frames,
+                    100 * patches.plan_s / std::max(r.render_s, 1e-9));
 }
 
 }  // namespace equistream::render_command

@@ -34,7 +34,8 @@ std::uint64_t SequenceRenderer::count_paths() {
         for (const Stream& stream : job_.streams)
             if (es_sequence_has_frame(stream.sequence.get(), index))
                 ++report_.frames_kept;
-            else if (stream.settings.layer == ES_LAYER_FIRST)  // how little of it is hidden shows when it is rendered
+            else if (stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
+                // how little of the others there is shows when they are rendered
                 paths += stream.settings.pixels() * job_.options.spp;
     return paths;
 }
@@ -61,7 +62,8 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     task.stop = &job_.interrupted;
     task.paths_traced = [this](std::uint64_t paths) { progress_.set(static_cast<double>(paths_ += paths)); };
     // A sequence serves one thread at a time: this frame begins before the last one's writing does.
-    FramePointer frame = begin_frame(stream, task, times.now_s);
+    const std::vector<PatchAtlas::Slot> slots = plan(stream, task);
+    FramePointer frame = begin_frame(stream, task, {times.now_s, slots});
     task.frame = frame.get();
     start_writing();
     host_.render(task);
@@ -71,6 +73,22 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
                         std::to_string(frames_in_all()) + " frames are finished; the same command goes on there");
     rendered_ = std::move(frame);
     note_ = stream.settings.name + " frame " + std::to_string(index);
+}
+
+/// Of a stream of patches: what its slots show in this frame.
+std::vector<PatchAtlas::Slot> SequenceRenderer::plan(const Stream& stream, const FrameTask& task) {
+    if (!stream.settings.patches)
+        return {};
+    if (!patches_)
+        patches_.emplace(job_.options, job_.lean_m);
+    const PatchPlan plan = patches_->plan(host_, task);
+    ++report_.patches.frames;
+    report_.patches.pixel_share += plan.figures.pixel_share;
+    report_.patches.covered += plan.figures.covered;
+    report_.patches.kept_slots += static_cast<double>(plan.figures.kept_slots);
+    report_.patches.used_slots += static_cast<double>(plan.atlas.used_slots());
+    report_.patches.plan_s += plan.figures.plan_s + plan.figures.cast_s;
+    return plan.atlas.slots;
 }
 
 void SequenceRenderer::start_writing() {

@@ -1,5 +1,6 @@
 #pragma once
 /// Frame after frame, resuming; while one is rendered the one before it is written.
+#include "frame_patches.h"
 #include "report.h"
 #include "stream.h"
 
@@ -14,6 +15,7 @@ namespace equistream::render_command {
 struct SequenceJob {
     const RenderOptions& options;
     const Timeline& timeline;
+    double lean_m = 0;  ///< the scene's head box
     const std::vector<Stream>& streams;
     const std::atomic<bool>& interrupted;
 };
@@ -29,12 +31,14 @@ private:
     std::uint64_t count_paths();
     void render_index(std::int64_t index);
     void render_frame(const Stream& stream, std::int64_t index);
+    std::vector<PatchAtlas::Slot> plan(const Stream& stream, const FrameTask& task);
     void start_writing();
     void finish_writing();
 
     const SequenceJob job_;
     RenderHost& host_;
     RenderReport& report_;
+    std::optional<FramePatches> patches_;
     std::atomic<std::uint64_t> paths_ = 0;
     cli::Progress progress_;
     FramePointer rendered_;  // filled, not yet being written

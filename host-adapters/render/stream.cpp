@@ -1,5 +1,7 @@
 #include "stream.h"
 
+#include "frame_patches.h"
+
 #include <equistream/error.h>
 
 namespace equistream::render_command {
@@ -50,6 +52,13 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
     settings.height = stream.size.height;
     settings.aovs = stream.aovs.c_str();
     settings.layer = stream.layer;
+    if (const auto& atlas = stream.patches) {
+        settings.patch_side = atlas->block_side;
+        settings.patch_columns = atlas->columns;
+        settings.patch_rows = atlas->rows;
+        settings.patch_offset_count = static_cast<std::uint32_t>(atlas->offsets_m.size());
+        settings.patch_offsets_m = &atlas->offsets_m.front().x;
+    }
     es_error error{};
     es_sequence* sequence = nullptr;
     check(es_sequence_open(&settings, &sequence, &error), error);
@@ -72,6 +81,10 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     if (options.layers)
         streams.push_back(open_stream(settings, options.out,
                                       {"hidden", options.eyes.front(), options.size, "depth", ES_LAYER_HIDDEN}));
+    if (options.patches)
+        streams.push_back(open_stream(settings, options.out,
+                                      {"patches", options.eyes.front(), options.size, "depth", ES_LAYER_FIRST,
+                                       empty_atlas(patch_settings(options, scene.lean_m))}));
     if (options.small_eye) {
         const cli::Size quarter{options.size.width / 4, options.size.height / 4};
         streams.push_back(open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none"}));
@@ -79,11 +92,16 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     return streams;
 }
 
-FramePointer begin_frame(const Stream& stream, const FrameTask& task, double time_s) {
+FramePointer begin_frame(const Stream& stream, const FrameTask& task, const FrameContents& contents) {
+    std::vector<es_patch> patches;
+    for (const PatchAtlas::Slot& s : contents.slots)
+        patches.push_back({s.used, s.offset_index, s.block_x, s.block_y});
     es_frame_settings settings{};
     settings.struct_size = sizeof(settings);
     settings.index = task.index;
-    settings.time_s = time_s;
+    settings.time_s = contents.time_s;
+    settings.patches = patches.data();
+    settings.patch_count = patches.size();
     settings.head = to_es_pose(task.head);
     settings.head_previous = to_es_pose(task.head_previous);
     settings.head_next = to_es_pose(task.head_next);

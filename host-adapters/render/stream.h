@@ -33,8 +33,13 @@ struct RenderRecord {
 std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                                  const RenderRecord& record);
 
+struct FrameContents {
+    double time_s = 0;
+    std::span<const PatchAtlas::Slot> slots{};  ///< of a stream of patches
+};
+
 /// A frame of one stream, poses of its neighbours included.
-FramePointer begin_frame(const Stream& stream, const FrameTask& task, double time_s);
+FramePointer begin_frame(const Stream& stream, const FrameTask& task, const FrameContents& contents);
 
 /// Writes the frame.
 void end_frame(FramePointer frame);

@@ -11,25 +11,35 @@ std::size_t assign_slots(std::vector<Slot> chosen, PatchAtlas& atlas) {
     const auto key = [](const Slot& s) { return std::tuple(s.offset_index, s.block_x, s.block_y); };
     const auto before = [&](const Slot& a, const Slot& b) { return key(a) < key(b); };
     std::sort(chosen.begin(), chosen.end(), before);
-    std::vector<bool> placed(chosen.size(), false);
+    constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+    std::vector<std::size_t> slot_of(chosen.size(), nowhere);
     std::size_t kept = 0;
-    for (Slot& slot : atlas.slots) {
+    for (std::size_t i = 0; i < atlas.slots.size(); ++i) {
+        Slot& slot = atlas.slots[i];
         if (!slot.used)
             continue;
         const auto found = std::lower_bound(chosen.begin(), chosen.end(), slot, before);
         if (found != chosen.end() && *found == slot) {
-            placed[static_cast<std::size_t>(found - chosen.begin())] = true;
+            slot_of[static_cast<std::size_t>(found - chosen.begin())] = i;
             ++kept;
         } else {
             slot = {};
         }
     }
-    auto free = atlas.slots.begin();
+    const auto is_free = [&](std::size_t slot) { return slot < atlas.slots.size() && !atlas.slots[slot].used; };
+    std::size_t free = 0;
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-        if (placed[i])
+        if (slot_of[i] != nowhere)
             continue;
-        free = std::find_if(free, atlas.slots.end(), [](const Slot& s) { return !s.used; });
-        *free = chosen[i];
+        while (!is_free(free))
+            ++free;
+        Slot below;
+        if (i > 0) {
+            below = chosen[i - 1];
+            ++below.block_y;
+        }
+        slot_of[i] = below == chosen[i] && is_free(slot_of[i - 1] + 1) ? slot_of[i - 1] + 1 : free;
+        atlas.slots[slot_of[i]] = chosen[i];
     }
     return kept;
 }

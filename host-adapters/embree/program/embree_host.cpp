@@ -53,6 +53,10 @@ void EmbreeHost::move_to(const FrameTimes& times) {
     scene_->move_to(times.now_s, times.previous_s, times.next_s);
 }
 
+void EmbreeHost::cast(std::span<const es_ray> rays, std::span<float> distances_m) {
+    cast_rays(scene_->traced(), threads_, rays, distances_m);
+}
+
 void EmbreeHost::render(const FrameTask& task) {
     FrameJob job;
     job.frame = task.frame;

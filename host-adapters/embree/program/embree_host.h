@@ -20,6 +20,7 @@ public:
     void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
     render_command::HostRecord record() const override;
     void move_to(const render_command::FrameTimes& times) override;
+    void cast(std::span<const es_ray> rays, std::span<float> distances_m) override;
     void render(const render_command::FrameTask& task) override;
     render_command::HostFigures figures(double render_s, nlohmann::json& json) const override;
 

@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 
+#include <algorithm>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -113,6 +114,26 @@ RayCounts run_frame(const FrameJob& job) {
     if (failure)
         std::rethrow_exception(failure);
     return total;
+}
+
+void cast_rays(const TracedScene& scene, unsigned threads, std::span<const es_ray> rays, std::span<float> distances_m) {
+    constexpr std::size_t piece = 4096;
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&] {
+        Worker worker(scene);
+        std::vector<Worker::Hit> hits;
+        for (std::size_t begin = next.fetch_add(piece); begin < rays.size(); begin = next.fetch_add(piece)) {
+            const auto part = rays.subspan(begin, std::min(piece, rays.size() - begin));
+            worker.trace_coherent(part, hits);
+            for (std::size_t i = 0; i < part.size(); ++i)
+                distances_m[begin + i] =
+                    hits[i].id.instance == no_index ? std::numeric_limits<float>::infinity() : hits[i].distance;
+        }
+    };
+    // None of it on the caller's thread: tracing changes how a thread rounds.
+    std::vector<std::jthread> helpers;
+    for (unsigned i = 0; i < threads; ++i)
+        helpers.emplace_back(work);
 }
 
 }  // namespace equistream::embree_host

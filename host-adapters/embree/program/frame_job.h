@@ -18,6 +18,9 @@ struct FrameJob {
     std::function<void(std::uint64_t)> paths_traced;  ///< called by any thread, after each tile
 };
 
+/// How far rays go, on all threads; +inf for a miss.
+void cast_rays(const TracedScene& scene, unsigned threads, std::span<const es_ray> rays, std::span<float> distances_m);
+
 /// Returns when every tile is done, or `stop` was set. Rethrows what a thread threw.
 RayCounts run_frame(const FrameJob& job);
 

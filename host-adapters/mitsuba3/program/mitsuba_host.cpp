@@ -124,6 +124,12 @@ void MitsubaHost::move_to(const FrameTimes& times) {
     source_->move_to(times);
 }
 
+void MitsubaHost::cast(std::span<const es_ray> rays, std::span<float> distances_m) {
+    const auto start = Clock::now();
+    std::ranges::copy(TileRays(source_->scene(), source_->world()).distances_m(rays), distances_m.begin());
+    mitsuba_s_ += seconds_since(start);
+}
+
 std::size_t MitsubaHost::sensor_of(const StreamSettings& stream) const {
     return stream.name == "small" ? 1 : 0;
 }
@@ -135,7 +141,7 @@ std::uint32_t MitsubaHost::seed_of(std::int64_t frame, std::size_t sensor, std::
 }
 
 void MitsubaHost::render(const FrameTask& task) {
-    if (task.stream->layer == ES_LAYER_FIRST) {
+    if (task.stream->layer == ES_LAYER_FIRST && !task.stream->patches) {
         render_planes(task);
         return;
     }
@@ -144,8 +150,9 @@ void MitsubaHost::render(const FrameTask& task) {
     const std::size_t sensor = sensor_of(*task.stream);
     TileRays rays(source_->scene(), source_->world());
     left_out_samples_ += rays.render(task, sensor, [&](std::uint32_t tile, std::uint32_t pass) {
-        return static_cast<std::uint32_t>(
-            mixed(seed_of(task.index, static_cast<std::size_t>(task.stream->eye) + 6, pass), tile));
+        return static_cast<std::uint32_t>(mixed(
+            seed_of(task.index, static_cast<std::size_t>(task.stream->eye) + (task.stream->patches ? 9 : 6), pass),
+            tile));
     });
     mitsuba_s_ += seconds_since(start);
 }

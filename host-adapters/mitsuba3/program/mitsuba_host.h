@@ -18,6 +18,7 @@ public:
     bool wants_frames() const override { return !host_options_.scene_only; }
     render_command::HostRecord record() const override;
     void move_to(const render_command::FrameTimes& times) override;
+    void cast(std::span<const es_ray> rays, std::span<float> distances_m) override;
     void render(const render_command::FrameTask& task) override;
     int tile_side() const override { return 1024; }
     render_command::HostFigures figures(double render_s, nlohmann::json& json) const override;

@@ -5,6 +5,8 @@
 #include <equistream_render/host.h>
 
 #include <functional>
+#include <span>
+#include <vector>
 
 namespace equistream::mitsuba_host {
 
@@ -17,10 +19,13 @@ public:
     std::uint64_t render(const render_command::FrameTask& task, std::size_t sensor,
                          const std::function<std::uint32_t(std::uint32_t, std::uint32_t)>& seed_of);
 
+    /// How far rays go; +inf for a miss.
+    std::vector<float> distances_m(std::span<const es_ray> rays);
+
 private:
     /// In Mitsuba's world and units.
-    RayBatch batch(std::size_t count) const;
-    std::vector<float> distances_m(std::size_t count);
+    RayBatch batch(std::span<const es_ray> rays) const;
+    std::span<const es_ray> asked(std::uint32_t count) const { return std::span(rays_).first(count); }
 
     EmbeddedScene& scene_;
     const WorldMap& world_;

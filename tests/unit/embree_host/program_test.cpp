@@ -124,6 +124,41 @@ TEST_F(RenderProgram, TheHiddenLayerIsAStreamLikeOthers) {
                           "found --eye both\n");
 }
 
+TEST_F(RenderProgram, PatchesAreAStreamLikeOthersAndGoOnWithTheirSlots) {
+    const std::string few = "--size 128x64 --patches --patch-side 8 --lock path ";
+    const auto run_few = [&](const std::string& more) { return run_line(command("--spp 2 " + few + more)); };
+    const Outcome whole = run_few("--frames 0-2 --json " + out("whole"));
+    ASSERT_EQ(whole.exit_code, 0) << whole.error;
+    EXPECT_NE(whole.standard_output.find("\"covered_of_training\""), std::string::npos) << whole.standard_output;
+    const Frame frame = read_exr(folder_ / "whole/patches/frame.0001.exr");
+    ASSERT_TRUE(frame.info.patches);
+    EXPECT_EQ(frame.info.patches->sphere_width, 128);
+    EXPECT_LE(frame.info.patches->columns * frame.info.patches->rows, 12) << "a tenth of the sphere's pixels";
+    EXPECT_GT(frame.info.patches->used_slots(), 0u);
+    EXPECT_EQ(frame.planes.size(), 2u) << "colour and depth";
+    // Interrupted after frame 1, resumed by another number of threads: nothing differs.
+    ASSERT_EQ(run_few("--frames 0-1 " + out("resumed")).exit_code, 0);
+    const Outcome resumed = run_few("--frames 0-2 --threads 1 " + out("resumed"));
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.error;
+    EXPECT_NE(resumed.error.find("4 of 6 frames are finished and kept"), std::string::npos) << resumed.error;
+    const Frame a = read_exr(folder_ / "whole/patches/frame.0002.exr");
+    const Frame b = read_exr(folder_ / "resumed/patches/frame.0002.exr");
+    EXPECT_EQ(a.info.patches->slots, b.info.patches->slots);
+    EXPECT_TRUE(std::ranges::equal(a.planes.at("colour").samples(), b.planes.at("colour").samples()));
+
+    const auto refused = [&](const std::string& more) { return run_line(command(more + out("refused"))).error; };
+    EXPECT_EQ(
+        refused("--patches --eye both "),
+        "equistream render: --patches: expected one sphere, whose patches go into DIR/patches, found --eye both\n");
+    EXPECT_EQ(refused("--patches --camera perspective "), "equistream render: --patches: expected one sphere, whose "
+                                                          "patches go into DIR/patches, found --camera perspective\n");
+    EXPECT_EQ(refused("--patch-budget 5 "),
+              "equistream render: --patch-budget: expected --patches as well, found none\n");
+    EXPECT_NE(refused("--patches --size 32x16 ").find("at least one patch"), std::string::npos);
+    EXPECT_NE(run_few("--frames 0 --patch-budget 5 " + out("whole")).error.find("expected patches {"),
+              std::string::npos);
+}
+
 TEST_F(RenderProgram, WritesEveryStreamAskedFor) {
     const Outcome outcome = run("--frames 3 --eye both --small right --json " + out("all"));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.error;

@@ -2,6 +2,7 @@
 /// What a renderer is to `equistream render`. The command asks in the order of RenderHost's functions: describe once,
 /// load and begin once, then for each frame that is missing move_to and, for each stream, render. All calls come from
 /// one thread. Errors: InputError until rendering has begun, WorkError after.
+#include <equistream/patches.h>
 #include <equistream_render/options.h>
 #include <equistream_render/timeline.h>
 
@@ -9,6 +10,8 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 
 namespace equistream::render_command {
@@ -27,6 +30,8 @@ struct StreamSettings {
     cli::Size size;
     std::string aovs;  ///< "none": colour alone is wanted
     es_layer layer = ES_LAYER_FIRST;
+    /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
+    std::optional<PatchAtlas> patches{};
 
     bool wants_geometry() const { return aovs != "none"; }
     std::uint64_t pixels() const {
@@ -77,6 +82,8 @@ public:
     virtual HostRecord record() const = 0;
     /// Moves everything to where it is at a frame's time; the neighbours' times are those of motion vectors.
     virtual void move_to(const FrameTimes& times) = 0;
+    /// How far rays go, metres, at the time last moved to: +inf for a miss. What patches are planned from.
+    virtual void cast(std::span<const es_ray> rays, std::span<float> distances_m) = 0;
     /// Fills the frame, or returns early when told to stop.
     virtual void render(const FrameTask& task) = 0;
     /// Adds to the report's JSON. `render_s` is the time all frames took.

@@ -18,7 +18,10 @@ struct RenderOptions {
     es_camera_kind camera = ES_EQUIRECT;
     std::vector<es_eye> eyes{ES_EYE_CENTRE};
     std::optional<es_eye> small_eye;
-    bool layers = false;  ///< the hidden layer too; of one eye only
+    bool layers = false;               ///< the hidden layer too; of one eye only
+    bool patches = false;              ///< what eyes of the head box uncover too; of one sphere only
+    double patch_budget_percent = 10;  ///< most pixels of theirs, of the sphere's
+    int patch_side = 8;                ///< pixels
     es_axis_lock lock = ES_LOCK_WORLD;
     double ipd_m = 0.063;
     std::optional<cli::FrameRange> frames;  ///< none: the whole path
