@@ -16,7 +16,7 @@ class Gaps {
 public:
     Gaps(const DepthSphere& eye, const DepthSphere& centre, std::span<const DepthSphere> auxiliary, const GapRule& rule)
         : eye_(eye), centre_(centre), auxiliary_(auxiliary), side_(rule.block_side), stride_(rule.stride),
-          block_columns_(static_cast<BlockId>((eye.camera().width + side_ - 1) / side_)),
+          weight_(rule.weight), block_columns_(static_cast<BlockId>((eye.camera().width + side_ - 1) / side_)),
           block_rows_(static_cast<BlockId>((eye.camera().height + side_ - 1) / side_)),
           centre_agreement_(agreement(centre, rule)) {
         for (const DepthSphere& sphere : auxiliary)
@@ -26,7 +26,7 @@ public:
     void look_along(int y, Row& row) const {
         const EquirectCamera& camera = eye_.camera();
         const auto weight =
-            static_cast<float>(equirect_pixel_solid_angle(y, camera.width, camera.height, camera.range));
+            static_cast<float>(weight_ * equirect_pixel_solid_angle(y, camera.width, camera.height, camera.range));
         for (int x = (y / stride_ % 2) * (stride_ / 2); x < camera.width; x += stride_) {
             SurfacePoint point = eye_.point(x, y);
             if (outside(camera.pixel(point.position_m)))
@@ -82,6 +82,7 @@ private:
     const DepthSphere& centre_;
     std::span<const DepthSphere> auxiliary_;
     int side_, stride_;
+    double weight_;
     BlockId block_columns_, block_rows_;
     DepthAgreement centre_agreement_;
     std::vector<DepthAgreement> agreements_;
@@ -100,7 +101,8 @@ void append_gap_samples(const DepthSphere& eye, const DepthSphere& centre, std::
         samples.first.push_back(0);
     for (int i = 0; i < count; ++i) {
         const Row& row = rows[static_cast<std::size_t>(i)];
-        samples.tried += equirect_pixel_solid_angle(i * rule.stride, camera.width, camera.height, camera.range) *
+        samples.tried += rule.weight *
+                         equirect_pixel_solid_angle(i * rule.stride, camera.width, camera.height, camera.range) *
                          ((camera.width + rule.stride - 1) / rule.stride);
         samples.weight.insert(samples.weight.end(), row.weight.begin(), row.weight.end());
         samples.blocks.insert(samples.blocks.end(), row.blocks.begin(), row.blocks.end());

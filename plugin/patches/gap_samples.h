@@ -23,7 +23,8 @@ struct GapRule {
     double box_radius_m = 0;
     double tolerance_rad = 0;
     int block_side = 16;
-    int stride = 2;  ///< every so many columns and rows of the eye
+    double weight = 1;  ///< how much the eye counts
+    int stride = 2;     ///< every so many columns and rows of the eye
 };
 
 /// Appends the gap samples of one training eye. All spheres have the same camera.

@@ -11,6 +11,10 @@
 namespace equistream {
 namespace {
 
+/// The auxiliary spheres stand for eyes too: farther out than most, so they count for little, but what they uncover is
+/// what eyes between the training ones may, and takes the rest of the budget.
+constexpr double share_of_rim = 0.1;
+
 glm::dvec3 in_single_precision(const glm::dvec3& v) {
     return {float(v.x), float(v.y), float(v.z)};
 }
@@ -106,7 +110,10 @@ PatchPlan plan_patches(const PatchSettings& settings, const CastSphere& cast_sph
     for (const glm::dvec3& offset : atlas.offsets_m)
         auxiliary.push_back(cast(offset));
     GapSamples samples;
-    const GapRule rule{settings.box_radius_m, settings.tolerance_rad, settings.block_side, settings.stride};
+    GapRule rule{settings.box_radius_m, settings.tolerance_rad, settings.block_side, share_of_rim, settings.stride};
+    for (const DepthSphere& rim : auxiliary)
+        append_gap_samples(rim, centre, auxiliary, rule, samples);
+    rule.weight = 1;
     for (const glm::dvec3& place : training_places(settings.training_eyes, settings.box_radius_m))
         append_gap_samples(cast(place), centre, auxiliary, rule, samples);
 

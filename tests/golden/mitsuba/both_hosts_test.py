@@ -134,7 +134,7 @@ class MirrorsGlassAndWhatIsBehind(BothHosts, unittest.TestCase):
     """Virtual depth and motion of mirrors and panes, and the hidden layer."""
 
     scene_name, frame = "materials", 14
-    options = ("--layers",)
+    options = ("--layers", "--patches")
 
     def test_what_mirrors_and_panes_show(self):
         ours, theirs = (self.frames[host] for host in ("embree", "mitsuba"))
@@ -170,6 +170,29 @@ class MirrorsGlassAndWhatIsBehind(BothHosts, unittest.TestCase):
             self.assertTrue((frame["depth.Z"] > first)[there[host]].all(), host)
         colours = [colour_of(hidden[host])[both].mean() for host in ("embree", "mitsuba")]
         self.assertLess(abs(colours[0] - colours[1]), 0.15 * colours[0])
+
+
+    def test_patches(self):
+        """Each host plans with its own rays, which differ in the last bits."""
+        chosen, depth = {}, {}
+        for host in self.frames:
+            file = self.root / host / f"patches/frame.{self.frame:04d}.exr"
+            attributes = OpenEXR.File(str(file)).header()
+            side = attributes["equistream:patchSide"]
+            slots = attributes["equistream:patchSlots"].split(",")
+            plane = read_frame(file)["depth.Z"]
+            columns = plane.shape[1] // side
+            self.assertLessEqual(plane.size, 0.1 * WIDTH * HEIGHT)
+            depth[host] = {slot: plane[i // columns * side:(i // columns + 1) * side, i % columns * side:(i % columns + 1) * side]
+                           for i, slot in enumerate(slots) if slot != "-"}
+            chosen[host] = set(depth[host])
+            self.assertGreater(len(chosen[host]), 100)
+        common = chosen["embree"] & chosen["mitsuba"]
+        self.assertGreater(len(common), 0.95 * max(len(blocks) for blocks in chosen.values()))
+        a, b = (np.concatenate([depth[host][block].ravel() for block in sorted(common)]) for host in ("embree", "mitsuba"))
+        self.assertFalse(np.isnan(a).any() or np.isnan(b).any())
+        ends = np.isfinite(a) & np.isfinite(b)
+        self.assertGreater((np.abs(a - b)[ends] <= ACCURATE * a[ends]).mean(), 0.99)
 
 
 if __name__ == "__main__":

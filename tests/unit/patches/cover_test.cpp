@@ -20,7 +20,7 @@ GapSamples random_samples(unsigned seed) {
     for (int i = 0; i < 400; ++i) {
         samples.weight.push_back(static_cast<float>(1 + random() % 8));  // sums are exact
         std::set<BlockId> blocks;
-        for (unsigned k = random() % 5; k > 0; --k)
+        for (auto k = random() % 5; k > 0; --k)
             blocks.insert(static_cast<BlockId>(std::min(random() % block_count, random() % block_count)));
         samples.blocks.insert(samples.blocks.end(), blocks.begin(), blocks.end());
         samples.first.push_back(static_cast<std::uint32_t>(samples.blocks.size()));
