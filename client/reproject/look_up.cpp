@@ -13,7 +13,7 @@ namespace equistream {
 namespace {
 
 /// Of the error budget, what interpolating positions may take.
-constexpr double interpolation_share = 1 / 8.0;
+constexpr double interpolation_share = 1 / 4.0;
 /// And never more, samples: below that the weights' own steps begin to show.
 constexpr double largest_interpolation_error = 1 / 32.0;
 
@@ -96,8 +96,8 @@ std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, 
 
 std::int64_t look_up_by_surface(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                 EyePicture& picture) {
-    assert(!options.only_seen || (source.depth_m.width == width_of(source.camera) &&
-                                  source.depth_m.height == height_of(source.camera)));
+    assert(!options.only_seen ||
+           (source.depth_m.width == width_of(source.camera) && source.depth_m.height == height_of(source.camera)));
     assert(eye.depth_m.width == eye.camera.width && eye.depth_m.height == eye.camera.height);
     return look_up(source, eye, options, true, picture);
 }

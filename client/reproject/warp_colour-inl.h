@@ -1,4 +1,4 @@
-// The colours at a tile's positions: of RGB or RGBA samples, or of a decoder's planes.
+// The colours at a tile's positions: weights, and samples of RGB or RGBA; and tiles into pictures.
 #if defined(EQUISTREAM_WARP_COLOUR_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef EQUISTREAM_WARP_COLOUR_INL_H
 #undef EQUISTREAM_WARP_COLOUR_INL_H
@@ -153,6 +153,7 @@ HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pix
     Mixture mixture;
     weigh(tile, mixture);
     const std::uint32_t outside = locate(tile, plane, mixture.offset);
+    ask_ahead(plane.data, mixture.offset);
 
     const hn::CappedTag<std::uint8_t, 64> bytes;
     const hn::Repartition<std::uint64_t, decltype(bytes)> eights;
@@ -186,101 +187,6 @@ HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pix
             const int sum = mixed_one_by_one(job.grid, plane, first, mixture.weights[i], c);
             pixels[i] |= std::uint32_t((sum + position_one / 2) >> position_bits) << (8 * c);
         }
-    });
-}
-
-/// The four samples of each pixel as bytes of one number, in the order of the weights.
-inline void collect(const ImageView<const std::uint8_t>& plane, const std::int32_t* offset, std::uint32_t* samples) {
-    const std::uint8_t* first_row = plane.data;
-    const std::uint8_t* second_row = plane.data + plane.row_stride;
-    for (int i = 0; i < tile_pixels; ++i) {
-        std::uint16_t above, below;
-        std::memcpy(&above, first_row + offset[i], 2);
-        std::memcpy(&below, second_row + offset[i], 2);
-        samples[i] = above | std::uint32_t(below) << 16;
-    }
-}
-
-/// 128 times what the weights make of the samples, less 128 each.
-HWY_INLINE Ints mixed(const std::uint32_t* samples, const std::uint32_t* weights) {
-    const hn::RebindToUnsigned<IntTag> tag;
-    const hn::Repartition<std::uint8_t, IntTag> bytes;
-    const auto s = hn::Xor(hn::BitCast(bytes, hn::Load(tag, samples)), hn::Set(bytes, 0x80));
-    const Ints pairs = hn::BitCast(int_tag, weighted_pairs(bytes, hn::BitCast(bytes, hn::Load(tag, weights)), s));
-    return hn::ShiftRight<16>(hn::ShiftLeft<16>(pairs)) + hn::ShiftRight<16>(pairs);
-}
-
-/// Where pixels lie among the samples of chroma: columns on luma's even ones, rows between two of luma's. Positions are
-/// where the kept samples' middle is, so that an edge in depth takes chroma from its own side.
-HWY_INLINE void map_chroma(const Tile& tile, const Mixture& luma, Tile& chroma) {
-    const hn::RebindToUnsigned<IntTag> tag;
-    for (int at = 0; at < tile_pixels; at += lanes) {
-        const Ints w = hn::BitCast(int_tag, hn::Load(tag, luma.weights + at));
-        const Ints last = hn::BitCast(int_tag, hn::ShiftRight<24>(hn::BitCast(tag, w)));
-        const Ints right = hn::And(hn::ShiftRight<8>(w), all(0xff)) + last;
-        const Ints below = hn::And(hn::ShiftRight<16>(w), all(0xff)) + last;
-        const Ints u = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.u + at)) + right;
-        const Ints v = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.v + at)) + below;
-        hn::Store(hn::ShiftRight<1>(u), int_tag, chroma.u + at);
-        hn::Store(hn::ShiftRight<1>(v - all(position_one / 2)), int_tag, chroma.v + at);
-    }
-}
-
-/// Steps of luma above black and of chroma off grey, to bytes R, G, B of one number (yuv.h).
-HWY_INLINE Ints rgb_of_steps(Floats y, Floats cb, Floats cr) {
-    using namespace bt709;
-    const auto byte = [](Floats value)
-                          HWY_ATTR { return hn::NearestInt(hn::Min(hn::Max(value, all(0.0f)), all(255.0f))); };
-    const Floats grey = y * all(float(1 / luma_scale));
-    const Floats r = hn::MulAdd(cr, all(float(cr_divisor / chroma_scale)), grey);
-    const Floats b = hn::MulAdd(cb, all(float(cb_divisor / chroma_scale)), grey);
-    const Floats g = hn::MulAdd(cb, all(float(green_from_cb / chroma_scale)),
-                                hn::MulAdd(cr, all(float(green_from_cr / chroma_scale)), grey));
-    return hn::Or(byte(r), hn::Or(hn::ShiftLeft<8>(byte(g)), hn::ShiftLeft<16>(byte(b))));
-}
-
-/// A decoder's planes, each sampled where it has its samples; bytes as of mix_rgb.
-HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
-    const YuvView& planes = job.source.yuv;
-    Mixture luma, chroma;
-    alignas(64) std::int32_t cr_offset[tile_pixels];
-    weigh(tile, luma);
-    Tile chroma_tile;
-    chroma_tile.regular = tile.regular;
-    map_chroma(tile, luma, chroma_tile);
-    std::fill_n(chroma_tile.keep, tile_pixels, 15);
-    weigh(chroma_tile, chroma);
-    const std::uint32_t outside_luma = locate(tile, planes.y, luma.offset);
-    const std::uint32_t outside_chroma = locate(chroma_tile, planes.cb, chroma.offset);
-    const bool alike = planes.cr.row_stride == planes.cb.row_stride;
-    if (!alike)
-        locate(chroma_tile, planes.cr, cr_offset);
-
-    alignas(64) std::uint32_t y[tile_pixels], cb[tile_pixels], cr[tile_pixels];
-    const bool readable = !too_small(planes.y) && !too_small(planes.cb);
-    if (readable) {
-        collect(planes.y, luma.offset, y);
-        collect(planes.cb, chroma.offset, cb);
-        collect(planes.cr, alike ? chroma.offset : cr_offset, cr);
-    }
-    const Floats unit = all(1.0f / position_one);
-    const auto steps = [&](Ints sum) HWY_ATTR { return hn::ConvertTo(float_tag, sum) * unit; };
-    for (int at = 0; at < tile_pixels && readable; at += lanes)
-        store_bytes(rgb_of_steps(steps(mixed(y + at, luma.weights + at)) + all(128.0f - 16.0f),
-                                 steps(mixed(cb + at, chroma.weights + at)),
-                                 steps(mixed(cr + at, chroma.weights + at))),
-                    pixels + at);
-    for_each_pixel(tile, outside_luma | outside_chroma, [&](int i) HWY_ATTR {
-        const auto value = [&](const Tile& t, const Mixture& m, const ImageView<const std::uint8_t>& plane) HWY_ATTR {
-            const Sample first{t.u[i] >> position_bits, t.v[i] >> position_bits};
-            return float(mixed_one_by_one(job.grid, plane, first, m.weights[i], 0)) / position_one;
-        };
-        alignas(64) std::uint32_t rgb[lanes];
-        store_bytes(rgb_of_steps(all(value(tile, luma, planes.y) - 16),
-                                 all(value(chroma_tile, chroma, planes.cb) - 128),
-                                 all(value(chroma_tile, chroma, planes.cr) - 128)),
-                    rgb);
-        pixels[i] = rgb[0];
     });
 }
 

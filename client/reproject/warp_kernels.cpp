@@ -10,6 +10,7 @@
 #define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
+#include "warp_planes-inl.h"
 #include "warp_surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();

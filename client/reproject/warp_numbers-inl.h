@@ -8,6 +8,7 @@
 
 #include "warp.h"
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <limits>
@@ -55,6 +56,13 @@ HWY_INLINE Floats atan2(Floats y, Floats x) {
     angle = hn::IfThenElse(ay > ax, all(1.57079632679f) - angle, angle);
     angle = hn::IfThenElse(x < all(0.0f), all(3.14159265359f) - angle, angle);
     return hn::CopySign(angle, y);
+}
+
+/// What the next tile to the right will read of a plane, from where this one's rows end, is asked for now.
+HWY_INLINE void ask_ahead(const std::uint8_t* base, const std::int32_t* offsets) {
+    constexpr int ahead = 128;  // two lines of the cache
+    for (int row = 0; row < tile_height; row += 2)
+        hwy::Prefetch(base + offsets[(row + 1) * tile_width - 1] + ahead);
 }
 
 /// 8 bytes from each of the offsets, one behind the other.

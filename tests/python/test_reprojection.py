@@ -90,10 +90,11 @@ def test_fast_and_reference_agree(eyes):
     fast, slow = (es.Reprojector(fill="none", reference=r)(frame, CAMERA, pose) for r in (False, True))
     both = ~fast.gaps & ~slow.gaps
     assert (fast.gaps != slow.gaps).mean() < 1e-3
-    # A sample whose distance is at the tolerance's very edge counts for one of them and not for the other.
-    difference = np.abs(fast.rgb.astype(int) - slow.rgb)
-    assert (difference[both].max(axis=-1) > 1).mean() < 1e-3
-    assert difference[both].mean() < 255 * 1e-4
+    # Positions are good to 1/32 of a sample, 8 steps at the hardest edge; and a sample whose distance is at the tolerance's very
+    # edge counts for one of them and not for the other.
+    difference = np.abs(fast.rgb.astype(int) - slow.rgb)[both]
+    assert (difference.max(axis=-1) > 8).mean() < 1e-3
+    assert 10 * np.log10(255**2 / np.mean(difference.astype(float) ** 2)) > 50
     assert (fast.rgba[fast.gaps] == 0).all() and (fast.rgba[~fast.gaps, 3] == 255).all()
 
 

@@ -1,0 +1,132 @@
+/// A stream of 3840x1920 pictures (H.264, CRF 16) played to two 1920x1080 eyes: decoding, the `surface` engine on the
+/// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Both use every core.
+#include "bench_scene.h"
+#include "big_views.h"
+
+#include <equistream/bound.h>
+#include <equistream/stream.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/fill.h>
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include <unistd.h>
+
+namespace {
+
+using namespace equistream;
+
+constexpr int picture_count = 16;
+
+/// Waves that move, and the grain of a path traced picture.
+ByteImage picture(int index) {
+    ByteImage rgb(bench::big_sphere.width, bench::big_sphere.height, 3);
+    std::uint32_t state = static_cast<std::uint32_t>(index) + 1;
+    for (int y = 0; y < rgb.height(); ++y) {
+        const double down = std::cos(0.011 * y);
+        for (int x = 0; x < rgb.width(); ++x) {
+            const double wave = std::sin(0.013 * x + 0.1 * index) * down;
+            for (int c = 0; c < 3; ++c) {
+                state = state * 1664525u + 1013904223u;
+                rgb.pixel(x, y)[c] = static_cast<std::uint8_t>(128 + (60 + 15 * c) * wave + (state >> 29));
+            }
+        }
+    }
+    return rgb;
+}
+
+/// The stream as a file, removed at exit.
+class Coded {
+public:
+    Coded()
+        : file_(std::filesystem::temp_directory_path() /
+                ("equistream-bench-playback-" + std::to_string(getpid()) + ".mp4")) {
+        StreamSettings settings;
+        settings.preset = "veryfast";
+        settings.tracks = {{TrackRole::main, bench::big_sphere.width, bench::big_sphere.height}};
+        settings.pictures = picture_count;
+        StreamWriter writer(file_.string(), settings);
+        for (int i = 0; i < picture_count; ++i) {
+            FrameInfo info;
+            info.index = i;
+            info.camera = bench::big_sphere;
+            writer.write(TrackRole::main, picture(i).view(), info);
+        }
+        writer.finish();
+    }
+    ~Coded() { std::filesystem::remove(file_); }
+    Coded(const Coded&) = delete;
+    Coded& operator=(const Coded&) = delete;
+    std::string name() const { return file_.string(); }
+
+private:
+    std::filesystem::path file_;
+};
+
+/// Where the source and the eyes are, and their depths.
+class Eyes {
+public:
+    Eyes() {
+        bench::BenchScene& scene = *bench::bench_scene("pavilion");
+        const Pose head = scene.description.camera_path.at(0);
+        source_.camera = bench::big_sphere;
+        source_.pose = {head.position_m, {1, 0, 0, 0}};
+        source_.box_radius_m = head_box_radius_centre(0, default_ipd_m);
+        scene.depth.cast(source_.camera, source_.pose, source_depth_m_.view());
+        source_.depth_m = source_depth_m_.view();
+        for (int i = 0; i < 2; ++i) {
+            const Pose pose{eye_position(head, i == 0 ? Eye::left : Eye::right, default_ipd_m), head.orientation};
+            scene.depth.cast(bench::big_view, pose, eye_depths_m_[i].view());
+            eyes_[i] = {bench::big_view, pose, eye_depths_m_[i].view()};
+        }
+    }
+    void see(const YuvView& planes) {
+        source_.yuv = planes;
+        engine_->set_source(source_);
+        FillInputs inputs;
+        inputs.main = &source_;
+        for (const auto& rung : ladder_)
+            rung->set_frame(inputs);
+        for (int i = 0; i < 2; ++i) {
+            engine_->reproject(eyes_[i], pictures_[i]);
+            fill_gaps(ladder_, eyes_[i], pictures_[i]);
+        }
+        benchmark::DoNotOptimize(pictures_[1].rgba.samples().data());
+    }
+
+private:
+    std::unique_ptr<Engine> engine_ = make_engine("surface");
+    FillLadder ladder_ = make_fill_ladder("pushpull");
+    SourceView source_;
+    EyeView eyes_[2];
+    FloatImage source_depth_m_{bench::big_sphere.width, bench::big_sphere.height, 1};
+    FloatImage eye_depths_m_[2] = {{bench::big_view.width, bench::big_view.height, 1},
+                                   {bench::big_view.width, bench::big_view.height, 1}};
+    EyePicture pictures_[2];
+};
+
+void play(benchmark::State& state, bool eyes) {
+    static const Coded coded;
+    static Eyes both;
+    for (auto _ : state) {
+        StreamReader reader(coded.name(), {.yuv = true});
+        int pictures = 0;
+        for (; const auto next = reader.next(); ++pictures)
+            if (eyes)
+                both.see(next->yuv.planes);
+        if (pictures != picture_count)
+            state.SkipWithError("not every picture was read");
+    }
+}
+
+BENCHMARK_CAPTURE(play, two_eyes, true)->Name("play_3840x1920/ours")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(play, decoding, false)
+    ->Name("play_3840x1920/decoding_alone")
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
