@@ -8,8 +8,8 @@
 /// y) of that sphere: its ray starts at offsets_m[k] and its depth is the distance from there. Blocks at the right and
 /// lower border may reach beyond the grid, where the image formula goes on: round the seam, over the pole.
 ///
-/// A block keeps its slot for as long as it stays chosen, so that video of the atlas codes well; pictures keep what a
-/// slot showed last while nobody uses it. Everything here is a plain value; all functions are pure and thread-safe.
+/// A block keeps its slot for as long as it stays chosen, so that video of the atlas codes well; what a slot shows that
+/// nobody uses means nothing. Everything here is a plain value; all functions are pure and thread-safe.
 #include <equistream/camera.h>
 #include <equistream/image.h>
 
