@@ -1,3 +1,4 @@
+#include "breakers/breakers.h"
 #include "bundled.h"
 
 #include <equistream/error.h>
@@ -29,6 +30,13 @@ constexpr Generator table[] = {
      "a room of what every renderer means the same by: matt, mirrors, panes of glass, textures, masks, lamps",
      {},
      make_materials},
+    {"leaf", "breaker: a leaf before the left eye", leaf_options, make_leaf},
+    {"near", "breaker: a ball nearer than anything should be", near_options, make_near},
+    {"poles", "breaker: looking straight up and down", poles_options, make_poles},
+    {"seam", "breaker: a ball across the sphere's seam", seam_options, make_seam},
+    {"wires", "breaker: thin bars and rails before a wall", wires_options, make_wires},
+    {"mirror", "breaker: a mirror, whose picture lies behind its surface", mirror_options, make_mirror},
+    {"glass", "breaker: a pane of glass before a wall", glass_options, make_glass},
     {"empty", "a model with nothing in it, which programs must refuse", {}, make_empty},
 };
 

@@ -16,6 +16,7 @@ struct GenerateArguments {
     std::string name;
     std::string folder;
     std::vector<std::string> options;
+    std::string knob;
     bool list = false;
 };
 
@@ -43,7 +44,14 @@ void generate(const GenerateArguments& arguments) {
         return list_generators();
     if (arguments.name.empty() || arguments.folder.empty())
         throw InputError("generate: expected a scene's name and --out DIR (--list shows the names)");
-    const GeneratedScene scene = make_scene(find_generator(arguments.name), arguments.options);
+    const Generator& generator = find_generator(arguments.name);
+    std::vector<std::string> settings = arguments.options;
+    if (!arguments.knob.empty()) {
+        if (generator.options.empty())
+            throw InputError(expected_found("--knob", "a scene with options", arguments.name + ", which has none"));
+        settings.push_back(std::string(generator.options.front().name) + "=" + arguments.knob);
+    }
+    const GeneratedScene scene = make_scene(generator, settings);
     const std::filesystem::path description = write_scene(scene, arguments.folder);
     print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
 }
@@ -65,11 +73,15 @@ std::function<void()> set_up(CLI::App& app) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
     CLI::App* generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
-    generate_command->footer("Example:\n  equistream scene generate pavilion --out scenes");
+    generate_command->footer(
+        "Examples:\n  equistream scene generate pavilion --out scenes\n  equistream scene generate wires --knob 0.5 "
+        "--out scenes");
     generate_command->add_option("NAME", generating->name, "which one (--list shows them)");
     generate_command->add_option("--out", generating->folder, "folder to write to, made if need be");
     generate_command->add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
         ->type_name("NAME=VALUE");
+    generate_command->add_option("--knob", generating->knob, "value of the scene's first option (--list shows it)")
+        ->type_name("VALUE");
     generate_command->add_flag("--list", generating->list, "list the scenes and their options");
     CLI::App* info_command = app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
     info_command->footer("Example:\n  equistream scene info scenes/pavilion.json");

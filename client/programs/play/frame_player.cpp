@@ -3,12 +3,16 @@
 #include "view_writer.h"
 
 #include <equistream/bound.h>
+#include <equistream/depth_code.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
 #include <equistream_client/ray_depth.h>
+#include <equistream_client/reliability.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 namespace equistream::play {
 
@@ -22,6 +26,13 @@ double box_radius_m(const FrameInfo& info) {
 /// Beyond rounding of poses that lie on the ball, as an eye at rest does.
 bool leaves_head_box(const PlayedEye& eye, const FrameInfo& source) {
     return glm::distance(eye.info.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
+}
+
+/// What the depth in use may be off by, in w: nothing where it is cast or the renderer's own.
+double depth_tolerance_w(const Settings& settings, const FrameInfo& source) {
+    if (settings.depth != "stream" || !source.depth_code)
+        return 0;
+    return std::sin(quantisation_bound_rad(*make_depth_code(source.depth_code->code), source.depth_code->range));
 }
 
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
@@ -239,6 +250,17 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
         figures->filled = fill_->fill(eye->view(), eye->picture);
     played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
+    if (!settings_.reliability)
+        return;
+    start = Clock::now();
+    for (auto [eye, figures] :
+         {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
+        estimate_reliability(source, eye->view(), eye->picture,
+                             {.depth_tolerance_w = depth_tolerance_w(settings_, frame.main.info)});
+        const auto samples = eye->picture.reliability.samples();
+        figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
+    }
+    played.figures.milliseconds[std::size_t(Stage::reliability)].push_back(milliseconds_since(start));
 }
 
 PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {

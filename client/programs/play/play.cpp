@@ -100,6 +100,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
            "Rungs in order, of patches, hidden, earlier, small, geometry, pushpull and spread (docs/guide.md); those "
            "with nothing to fill from are passed over; or none")
         ->capture_default_str();
+    app.add_flag("--reliability", settings.reliability,
+                 "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
     app.add_option("--layout", arguments->layout, "files: one file for each eye and frame")->capture_default_str();
     app.add_option("--format", arguments->format, "png, exr (linear, scene-referred) or mp4")->capture_default_str();
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");

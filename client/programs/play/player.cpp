@@ -27,7 +27,8 @@ void clear_views(const fs::path& out) {
         if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
             throw InputError(
                 expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
-    for (const fs::path& folder : {out / "left", out / "right", out / "gaps" / "left", out / "gaps" / "right"})
+    for (const fs::path& folder : {out / "left", out / "right", out / "gaps" / "left", out / "gaps" / "right",
+                                   out / "reliability" / "left", out / "reliability" / "right"})
         for (const char* extension : {"png", "exr"})
             if (fs::is_directory(folder))
                 for (const std::int64_t index : list_frames(folder, extension))
@@ -40,14 +41,18 @@ void clear_views(const fs::path& out) {
 /// Every file of a run.
 class Outputs {
 public:
-    Outputs(Format format, const fs::path& out) : out_(out) {
+    Outputs(const Settings& settings) : out_(settings.out) {
+        const fs::path& out = out_;
         require_writable_folder(out);
         lock_.emplace(out);
         clear_views(out);
         require_writable_folder(out / "gaps" / "left");
         require_writable_folder(out / "gaps" / "right");
-        left_ = make_view_writer(format, out, "left");
-        right_ = make_view_writer(format, out, "right");
+        if (settings.reliability)
+            for (const char* eye : {"left", "right"})
+                require_writable_folder(out / "reliability" / eye);
+        left_ = make_view_writer(settings.format, out, "left");
+        right_ = make_view_writer(settings.format, out, "right");
     }
 
     void write(const PlayedFrame& frame) {
@@ -56,6 +61,9 @@ public:
         right_->write({frame.right.picture, frame.right.depth_view(), frame.right.info});
         write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
         write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
+        for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}})
+            if (!played->picture.reliability.empty())
+                write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
     }
     /// Both, also if one cannot be: the other eye's views are whole all the same.
     void finish() {
@@ -96,7 +104,7 @@ public:
         player_->check(*first_, report_);
         if (first_->posed)
             report_.source = first_->main.info;
-        outputs_ = std::make_unique<Outputs>(settings.format, settings.out);
+        outputs_ = std::make_unique<Outputs>(settings);
     }
 
     void all_frames() {

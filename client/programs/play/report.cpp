@@ -63,6 +63,8 @@ Json shares(const EyeFigures& eye) {
     const SpecularCounts& specular = eye.specular;
     if (specular.kept + specular.by_image + specular.gaps > 0)
         json["specular"] = {{"kept", specular.kept}, {"by_virtual_depth", specular.by_image}, {"gaps", specular.gaps}};
+    if (eye.reliability)
+        json["reliability"] = *eye.reliability;
     std::int64_t open = eye.gaps;
     json["filled"] = Json::object();
     json["gap_fraction_after"] = Json::object();
@@ -78,6 +80,8 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
     EyeFigures sum;
     for (const FrameFigures& frame : frames) {
         const EyeFigures& figures = frame.*eye;
+        if (figures.reliability)
+            sum.reliability = sum.reliability.value_or(0) + *figures.reliability / double(frames.size());
         sum.pixels += figures.pixels;
         sum.gaps += figures.gaps;
         sum.specular = {sum.specular.kept + figures.specular.kept, sum.specular.by_image + figures.specular.by_image,
@@ -92,11 +96,8 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
 }
 
 Json settings_json(const Settings& settings) {
-    Json json = {{"source", settings.source},
-                 {"scene", settings.scene.string()},
-                 {"head", settings.head.string()},
-                 {"fill", settings.fill},
-                 {"repeat", settings.repeat}};
+    Json json = {{"source", settings.source}, {"scene", settings.scene.string()},    {"head", settings.head.string()},
+                 {"fill", settings.fill},     {"reliability", settings.reliability}, {"repeat", settings.repeat}};
     json["size"] = settings.size ? Json({settings.size->width, settings.size->height}) : Json();
     json["fov_deg"] = settings.fov_deg ? Json(*settings.fov_deg) : Json();
     json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
@@ -155,6 +156,8 @@ std::string Report::table() const {
         out += formatted("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
         for (const auto& [rung, count] : eye.filled)
             out += formatted("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
+        if (eye.reliability)
+            out += formatted("   reliability %.4f", *eye.reliability);
         out += "\n";
     }
     for (const FeedTrack& track : tracks)

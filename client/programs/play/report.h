@@ -16,8 +16,9 @@
 
 namespace equistream::play {
 
-inline constexpr std::array<const char*, 6> stage_names = {"decode", "convert", "depth", "reproject", "fill", "write"};
-enum class Stage { decode, convert, depth, reproject, fill, write };
+inline constexpr std::array<const char*, 7> stage_names = {"decode", "convert",     "depth", "reproject",
+                                                           "fill",   "reliability", "write"};
+enum class Stage { decode, convert, depth, reproject, fill, reliability, write };
 
 /// Milliseconds of one stage of one frame: one sample, or one for each repetition.
 using StageTimes = std::array<std::vector<double>, stage_names.size()>;
@@ -27,6 +28,7 @@ struct EyeFigures {
     std::int64_t gaps = 0;                                       ///< what the source did not see
     SpecularCounts specular{};                                   ///< mirrors and glass
     std::vector<std::pair<std::string, std::int64_t>> filled{};  ///< by each rung, in order
+    std::optional<double> reliability{};                         ///< the pixels' mean, 0 to 1, where it was estimated
 };
 
 struct FrameFigures {

@@ -22,7 +22,7 @@ DepthFunction = Callable[[Camera, Pose], ArrayLike]
 AnyPicture = Union[Frame, FeedPicture, Picture]
 AnySource = Union[AnyPicture, FeedFrame]
 
-METHODS: tuple[str, ...] = _core.METHODS
+METHODS: tuple[str, ...] = tuple(_core.METHODS)
 """The names that Reprojector takes; docs/guide.md says what each is for."""
 
 FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
@@ -33,6 +33,12 @@ DEFAULT_FILL = "patches,hidden,earlier,small,pushpull"
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
+
+RISKS: tuple[str, ...] = tuple(_core.RISKS)
+"""What makes a pixel less reliable, in the order of EyePicture.risks' channels."""
+
+RELIABILITY_TOLERANCE = _core.RELIABILITY_TOLERANCE
+"""Of 255: a pixel is good if no channel differs from the true eye's by more."""
 
 
 @dataclass
@@ -51,6 +57,10 @@ class EyePicture:
     pose: Pose
     depth_m: Optional[NDArray[np.float32]] = field(default=None)
     """The eye's own depth, where the method needed it (+inf for a miss) or found it (NaN in what is still a gap)."""
+    reliability: Optional[NDArray[np.uint8]] = field(default=None)
+    """Where asked for: 255 times the probability that no channel is off by more than RELIABILITY_TOLERANCE."""
+    risks: Optional[NDArray[np.float32]] = field(default=None)
+    """Where asked for: what reliability is estimated from, rows x columns x RISKS."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
@@ -69,10 +79,11 @@ class _View:
     info: FrameInfo
     rgb: NDArray[np.uint8]
     depth_m: Optional[NDArray[np.float32]]
+    specular: Optional[NDArray[np.float32]] = None
 
     def core(self, with_depth: bool) -> _core.Source:
         return _core.Source(self.rgb, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
-                            self.info.box_radius_m)
+                            self.info.box_radius_m, self.specular)
 
 
 def _view(picture: Any, where: str) -> _View:
@@ -80,8 +91,10 @@ def _view(picture: Any, where: str) -> _View:
         info = picture.info
         rgb: Any = to_display(picture["colour"], info.exposure) if "colour" in picture else None
         depth: Any = picture.planes.get("depth")
+        specular: Any = picture.planes.get("specular")
     elif isinstance(picture, (FeedPicture, Picture)):
         info, rgb, depth = picture.info, picture.rgb, getattr(picture, "depth_m", None)
+        specular = None
     else:
         raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
     if info is None:
@@ -90,7 +103,8 @@ def _view(picture: Any, where: str) -> _View:
         raise InputError(f"{where}: expected a picture with colour, found none")
     size = (info.camera.width, info.camera.height)
     return _View(info, as_plane(rgb, f"{where}: rgb", np.uint8, 3, size),
-                 None if depth is None else as_depth(depth, f"{where}: depth", size))
+                 None if depth is None else as_depth(depth, f"{where}: depth", size),
+                 None if specular is None else as_plane(specular, f"{where}: specular", np.float32, 1, size))
 
 
 def _layer(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Source]:
@@ -148,12 +162,14 @@ class Reprojector:
         return self._core.needs_depth(source, eye)
 
     def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
-                 small: Optional[AnyPicture] = None, earlier: Iterable[AnyPicture] = ()) -> EyePicture:
+                 small: Optional[AnyPicture] = None, earlier: Iterable[AnyPicture] = (),
+                 reliability: bool = False, risks: bool = False, depth_tolerance_w: float = 0) -> EyePicture:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
         used, for exactly the views they belong to. `small` is a second picture that fills gaps (a FeedFrame brings its own, and its
         second layer and patches). `earlier` are main pictures of frames before, newest first, with their depth.
+        `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is half a step of the depth's code.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
@@ -178,8 +194,12 @@ class Reprojector:
             None if frame is None or frame.hidden is None else _layer(frame.hidden, box),
             None if frame is None or frame.patches is None else _patches(frame.patches, box),
             [_view(picture, "earlier").core(True) for picture in earlier])
-        rgba, origin, before_fill, filled, found = self._core.reproject(main.core(bool(needed)), fill_from, camera, pose, eye_depth)
-        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, found if eye_depth is None else eye_depth[:, :, 0])
+        assess = _core.Assess(reliability, risks, depth_tolerance_w)
+        rgba, origin, before_fill, filled, found, reliable, risk_planes = self._core.reproject(
+            main.core(bool(needed)), fill_from, camera, pose, eye_depth, assess)
+        known = found if eye_depth is None else eye_depth[:, :, 0]
+        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, known, reliable if reliability else None,
+                          risk_planes if risks else None)
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"
@@ -190,10 +210,11 @@ def _cast(depth: DepthFunction, camera: Camera, pose: Pose, where: str) -> NDArr
 
 
 def reproject(source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
-              small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = DEFAULT_FILL) -> EyePicture:
+              small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = DEFAULT_FILL,
+              reliability: bool = False) -> EyePicture:
     """What an eye sees of a source, in one call; see Reprojector. `method` is 'surface' where there is depth, else 'sphere'."""
     if method is None:
         picture = source.main if isinstance(source, FeedFrame) else source
         own = picture.planes.get("depth") if isinstance(picture, Frame) else getattr(picture, "depth_m", None)
         method = "surface" if depth is not None or own is not None else "sphere"
-    return Reprojector(method, fill=fill)(source, camera, pose, depth=depth, small=small)
+    return Reprojector(method, fill=fill)(source, camera, pose, depth=depth, small=small, reliability=reliability)

@@ -7,6 +7,7 @@
 #include <equistream/patches.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
+#include <equistream_client/reliability.h>
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -27,12 +28,14 @@ struct Source {
     Pose pose;
     std::optional<ArrayIn<float>> depth_m;
     double box_radius_m = 0;
+    std::optional<ArrayIn<float>> specular{};
 
     SourceView view() const {
         return {.rgb = view_of(rgb),
                 .camera = camera,
                 .pose = pose,
                 .depth_m = depth_m ? view_of(*depth_m) : ImageView<const float>{},
+                .specular = specular ? view_of(*specular) : ImageView<const float>{},
                 .box_radius_m = box_radius_m};
     }
 };
@@ -73,6 +76,7 @@ public:
         for (const Source& source : from.earlier)
             earlier_.push_back(source.view());
     }
+    const SourceView& main() const { return main_; }
     FillInputs inputs() const {
         const auto address = [](const auto& view) { return view ? &*view : nullptr; };
         return {.main = &main_,
@@ -89,6 +93,12 @@ private:
     std::vector<SourceView> earlier_;
 };
 
+/// What is wanted besides colours, and by how much w of the depth may be off.
+struct Assess {
+    bool reliability = false, risks = false;
+    double depth_tolerance_w = 0;
+};
+
 class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool reference)
@@ -100,11 +110,12 @@ public:
         return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
     }
 
-    /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, and the depth that the
-    /// engine found, or None.
+    /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, the depth that the
+    /// engine found, or None, and what `assess` asks for: reliability and its risks, or empty arrays.
     nb::tuple reproject(const Source& source, const FillFrom& from, const PerspectiveCamera& camera, const Pose& pose,
-                        const std::optional<ArrayIn<float>>& depth_m) {
+                        const std::optional<ArrayIn<float>>& depth_m, const Assess& assess) {
         EyePicture picture;
+        FloatImage risks(0, 0, risk_count);
         ByteImage origin_before_fill;
         FilledCounts filled;
         waiting_.run([&] {
@@ -116,13 +127,18 @@ public:
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
+            if (assess.reliability)
+                estimate_reliability(views.main(), eye, picture, {.depth_tolerance_w = assess.depth_tolerance_w});
+            if (assess.risks)
+                risks = reliability_risks(views.main(), eye, picture, {.depth_tolerance_w = assess.depth_tolerance_w});
         });
         nb::dict counts;
         for (const auto& [name, count] : filled)
             counts[name.c_str()] = count;
         const nb::object found = picture.depth_m.empty() ? nb::none() : nb::cast(to_array(std::move(picture.depth_m)));
         return nb::make_tuple(to_array(std::move(picture.rgba)), to_array(std::move(picture.origin)),
-                              to_array(std::move(origin_before_fill)), counts, found);
+                              to_array(std::move(origin_before_fill)), counts, found,
+                              to_array(std::move(picture.reliability)), to_array(std::move(risks)));
     }
 
 private:
@@ -142,14 +158,17 @@ void bind_reprojection(nb::module_& m) {
     };
     m.attr("METHODS") = tuple_of(engine_names());
     m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
+    m.attr("RISKS") = tuple_of(risk_names);
+    m.attr("RELIABILITY_TOLERANCE") = reliability_tolerance;
     nb::class_<Source>(m, "Source")
         .def(
             "__init__",
             [](Source* self, ArrayIn<std::uint8_t> rgb, const Camera& camera, const Pose& pose,
-               std::optional<ArrayIn<float>> depth_m, double box_radius_m) {
-                new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m};
+               std::optional<ArrayIn<float>> depth_m, double box_radius_m, std::optional<ArrayIn<float>> specular) {
+                new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m, std::move(specular)};
             },
-            nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"));
+            nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"),
+            nb::arg("specular").none() = nb::none());
     nb::class_<Patches>(m, "Patches")
         .def(
             "__init__",
@@ -173,6 +192,9 @@ void bind_reprojection(nb::module_& m) {
                 new (self) FillFrom{std::move(small), std::move(hidden), std::move(patches), std::move(earlier)};
             },
             nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
+    nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
+        .def(nb::init<bool, bool, double>(), nb::arg("reliability") = false, nb::arg("risks") = false,
+             nb::arg("depth_tolerance_w") = 0.0);
     nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)
@@ -187,7 +209,7 @@ void bind_reprojection(nb::module_& m) {
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),
-             nb::arg("pose"), nb::arg("depth_m").none());
+             nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("assess") = Assess{});
 }
 
 }  // namespace equistream::python

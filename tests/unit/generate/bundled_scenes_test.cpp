@@ -62,7 +62,8 @@ TEST_P(BundledScene, IsTheSameTwiceAndLoadsAsItWasMade) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BundledScene,
-                         testing::Values("pavilion", "orientation", "sphere", "furnace", "motion", "materials"),
+                         testing::Values("pavilion", "orientation", "sphere", "furnace", "motion", "materials", "leaf",
+                                         "near", "poles", "seam", "wires", "mirror", "glass"),
                          [](const auto& tested) { return tested.param; });
 
 TEST(Pavilion, IsWithinItsBudgetsAndPassesCloseBy) {

@@ -1,0 +1,28 @@
+#pragma once
+/// Scenes that break reprojection (tests/stability). Each has one knob, its first option.
+#include "bundled.h"
+
+namespace equistream::generate {
+
+GeneratedScene make_leaf(const GeneratorValues& values);
+GeneratedScene make_near(const GeneratorValues& values);
+GeneratedScene make_poles(const GeneratorValues& values);
+GeneratedScene make_seam(const GeneratorValues& values);
+GeneratedScene make_wires(const GeneratorValues& values);
+GeneratedScene make_mirror(const GeneratorValues& values);
+GeneratedScene make_glass(const GeneratorValues& values);
+
+inline constexpr GeneratorOption leaf_options[] = {{"distance_m", "0.15", "of the leaf from the left eye"}};
+inline constexpr GeneratorOption near_options[] = {
+    {"distance_m", "0.3", "of the ball's surface from the head's centre"}};
+inline constexpr GeneratorOption poles_options[] = {
+    {"pitch_deg", "90", "how far the head looks up in frame 0 and down in frame 1"}};
+inline constexpr GeneratorOption seam_options[] = {
+    {"offset_deg", "0", "from straight behind, where the sphere's seam is, to what the head looks at"}};
+inline constexpr GeneratorOption wires_options[] = {
+    {"width_px", "1", "of a wire, in pixels of a view with the focal length focal_px"},
+    {"focal_px", "960", "focal length that width_px is meant for"}};
+inline constexpr GeneratorOption mirror_options[] = {{"behind_m", "1.5", "from the mirror to what it reflects"}};
+inline constexpr GeneratorOption glass_options[] = {{"behind_m", "1", "from the pane to what is seen through it"}};
+
+}  // namespace equistream::generate

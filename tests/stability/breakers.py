@@ -1,0 +1,62 @@
+"""The breakers: which scene, which knob, which of its values, and what is done to the pictures on the way."""
+
+import dataclasses
+from typing import Callable, Optional
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class Breaker:
+    name: str
+    scene: str
+    knob: str
+    """What the values are, with their unit."""
+    values: tuple
+    """From harmless to hard."""
+    few: tuple
+    """Those of every test run; the others are slow."""
+    setting: Optional[Callable] = None
+    """Options of the scene for a value; nothing where the knob is not the scene's."""
+    frames: int = 1
+    samples: int = 16
+    max_bounces: int = 0
+    damage: Optional[Callable] = None
+    """Of a depth plane (depth_m, box_radius_m, value) -> (depth_m, tolerance of w)."""
+
+
+def knob(name):
+    return lambda value, focal_px: [f"{name}={value:g}"]
+
+
+def wires(value, focal_px):
+    return [f"width_px={value:g}", f"focal_px={focal_px:g}"]
+
+
+def half_a_metre(value, focal_px):
+    return ["distance_m=0.4"]
+
+
+def coarse(depth_m, box_radius_m, bits):
+    """w = B / (r - B) in equal steps from 0 at infinity to its largest value; the nearest step is taken."""
+    w = box_radius_m / np.maximum(depth_m - box_radius_m, 1e-9)
+    largest = float(w.max())
+    step = largest / (2 ** bits - 1)
+    coded = np.round(w / step) * step
+    with np.errstate(divide="ignore"):
+        return (box_radius_m + box_radius_m / coded).astype(np.float32), step / 2
+
+
+BREAKERS = (
+    Breaker("leaf", "leaf", "distance of the leaf from the left eye, m", (1, 0.5, 0.3, 0.2, 0.15, 0.1, 0.06, 0.04), (0.5, 0.15, 0.06),
+            knob("distance_m")),
+    Breaker("near", "near", "distance of the ball, m", (1.5, 1, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1), (1, 0.3, 0.1), knob("distance_m")),
+    Breaker("poles", "poles", "pitch of the head, degrees", (0, 30, 45, 60, 75, 85, 90), (0, 60, 90), knob("pitch_deg"), frames=2),
+    Breaker("seam", "seam", "from the seam to the ball, degrees", (180, 90, 45, 10, 3, 0.3, 0), (90, 3, 0), knob("offset_deg")),
+    Breaker("wires", "wires", "width of a wire, pixels", (8, 4, 2, 1.5, 1, 0.7, 0.5, 0.25), (4, 1, 0.5), wires),
+    Breaker("mirror", "mirror", "from the mirror to what it reflects, m", (0.5, 0.7, 1, 1.5, 2, 2.5, 2.9), (0.5, 1.5, 2.9), knob("behind_m"),
+            max_bounces=2),
+    Breaker("glass", "glass", "from the pane to what is behind it, m", (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2), (0.02, 0.2, 2), knob("behind_m"),
+            max_bounces=2, samples=64),
+    Breaker("coarse depth", "near", "bits of w", (12, 10, 8, 7, 6, 5, 4, 3, 2), (8, 5, 3), half_a_metre, damage=coarse),
+)

@@ -1,0 +1,121 @@
+"""From a breaker's value to what every method shows: renders by the program, reprojection by the Python package, scores."""
+
+import pathlib
+import subprocess
+
+import equistream as es
+import numpy as np
+
+EYE_SIZE = (200, 112)
+SPHERE_SIZE = (480, 240)
+SMALL_SIZE = (120, 60)
+FOCAL_PX = EYE_SIZE[0] / 2  # 90 degrees
+EYES = ("left", "right")
+WORST_SHARE = 0.01
+FEWEST_GAPS = 20
+"""Below so many gap pixels of both eyes their own PSNR says nothing."""
+FLAGGED_BELOW = 0.5
+
+
+def methods():
+    """Every engine there is, from a sphere at the head's centre; and the paper's: `surface` from one at the left eye."""
+    return (*es.METHODS, "paper")
+
+
+def ladder():
+    return "small,pushpull" if "pushpull" in es.FILL_RUNGS else "small,spread"
+
+
+class Renders:
+    """One breaker at one value, rendered."""
+
+    def __init__(self, program, breaker, value, folder):
+        self.program, self.breaker, self.value = program, breaker, value
+        self.folder = pathlib.Path(folder)
+        options = [word for setting in breaker.setting(value, FOCAL_PX) for word in ("--option", setting)]
+        self.run("scene", "generate", breaker.scene, "--out", self.folder, *options)
+        self.render("truth", "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", breaker.samples)
+        for name, eye, size in (("sphere", "centre", SPHERE_SIZE), ("paper", "left", SPHERE_SIZE), ("small", "right", SMALL_SIZE)):
+            self.render(name, "--eye", eye, "--size", size_text(size), "--spp", max(4, breaker.samples // 4))
+
+    def run(self, *words):
+        words = [str(word) for word in words]
+        result = subprocess.run([self.program, *words], capture_output=True, text=True)
+        if result.returncode != 0:
+            raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
+
+    def render(self, name, *words):
+        self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", f"0-{self.breaker.frames - 1}", "--max-bounces",
+                 self.breaker.max_bounces, "--aovs", "depth,specular", "--progress", "none", "--out", self.folder / name, *words)
+
+    def frame(self, name, eye, index):
+        return es.read_frame(self.folder / name / eye / f"frame.{index:04d}.exr")
+
+
+def size_text(size):
+    return f"{size[0]}x{size[1]}"
+
+
+class Score:
+    """Errors of one method over both eyes and all frames."""
+
+    def __init__(self):
+        self.errors, self.gaps, self.good, self.reliability = [], [], [], []
+
+    def add(self, picture, truth):
+        difference = picture.rgb.astype(float) - truth
+        self.errors.append((difference ** 2).sum(axis=2).ravel())
+        self.gaps.append(picture.gaps.ravel())
+        self.good.append((np.abs(difference).max(axis=2) <= es.RELIABILITY_TOLERANCE).ravel())
+        self.reliability.append(picture.reliability.ravel() / 255)
+
+    def figures(self):
+        errors, gaps = np.concatenate(self.errors), np.concatenate(self.gaps)
+        good, reliability = np.concatenate(self.good), np.concatenate(self.reliability)
+        worst = np.sort(errors)[-max(1, int(WORST_SHARE * len(errors))):]
+        flagged, bad = reliability < FLAGGED_BELOW, ~good
+        return {"psnr_db": psnr(errors), "worst_percent_db": psnr(worst), "gaps_db": psnr(errors[gaps]) if gaps.sum() >= FEWEST_GAPS else None,
+                "gap_share": round(float(gaps.mean()), 5), "bad_share": round(float(bad.mean()), 5),
+                "mean_reliability": round(float(reliability.mean()), 4),
+                "flagged_share": round(float(flagged.mean()), 5), "flagged_precision": share(flagged & bad, flagged),
+                "flagged_recall": share(flagged & bad, bad)}
+
+
+def psnr(squared_errors):
+    mean = squared_errors.mean() / 3
+    return 99.0 if mean == 0 else round(float(10 * np.log10(255 ** 2 / mean)), 3)
+
+
+def share(part, whole):
+    return round(float(part.sum() / whole.sum()), 4) if whole.any() else None
+
+
+def reprojected(renders, method, index):
+    """Both eyes' pictures by one method, each with the true eye in 8 bits."""
+    source = renders.frame("paper" if method == "paper" else "sphere", "left" if method == "paper" else "centre", index)
+    small = renders.frame("small", "right", index)
+    truths = [renders.frame("truth", eye, index) for eye in EYES]
+    tolerance_w = 0.0
+    if renders.breaker.damage is not None:
+        source["depth"], tolerance_w = renders.breaker.damage(source["depth"], source.info.box_radius_m, renders.value)
+    views = (source, small, *truths)
+
+    def depth(camera, pose):
+        return next(view["depth"] for view in views if view.info.camera == camera and view.info.camera_pose == pose)
+
+    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder())
+    for truth in truths:
+        picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
+        yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)
+
+
+def scores(renders):
+    """Method -> figures."""
+    found = {}
+    for method in methods():
+        score = Score()
+        for index in range(renders.breaker.frames):
+            for picture, truth in reprojected(renders, method, index):
+                score.add(picture, truth)
+        found[method] = score.figures()
+    return found

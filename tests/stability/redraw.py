@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""Thresholds from a run: what was measured, less a margin for other processors' rounding. The only way to change them.
+
+    redraw.py RUN.json            (a run of run.py with --all)
+"""
+
+import json
+import pathlib
+import sys
+
+from run import SCORES, THRESHOLDS
+
+MARGIN_DB = 0.3
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit("redraw.py: expected the run.json of run.py --all, found " + (" ".join(sys.argv[1:]) or "nothing"))
+    run = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    if not run["every_value"]:
+        sys.exit(f"{sys.argv[1]}: expected a run with --all, found one of three values each")
+    least = {breaker: {value: {method: {score: round(figures[score] - MARGIN_DB, 2) for score in SCORES if figures[score] is not None}
+                               for method, figures in by_method.items()} for value, by_method in by_value.items()}
+             for breaker, by_value in run["found"].items()}
+    THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "least_db": least}, indent=1) + "\n")
+    print(THRESHOLDS)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Sweeps every breaker over its knob with every method and scores what both eyes see.
+
+    PYTHONPATH=build/release/package run.py --bin build/release/bin --out FOLDER [--all] [--check] [BREAKER ...]
+
+Without --all three values of each knob. --check compares with thresholds.json: a method that got worse, or has none, fails.
+FOLDER gets run.json and table.txt; redraw.py makes thresholds of a run with --all.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import pathlib
+import shutil
+import sys
+import tempfile
+
+try:
+    import broken_pixels
+    import chains
+    from breakers import BREAKERS
+except ImportError as missing:
+    sys.exit(f"run.py: expected equistream's package and tests/requirements.txt (PYTHONPATH=BUILD/package), found no {missing.name}")
+
+HERE = pathlib.Path(__file__).resolve().parent
+THRESHOLDS = HERE / "thresholds.json"
+SCORES = {"psnr_db": "over all", "worst_percent_db": "worst 1 %", "gaps_db": "gaps"}
+# Rendering waits for files and processes; two at once keep two cores busy.
+AT_ONCE = 2
+
+
+def value_text(value):
+    return f"{value:g}"
+
+
+def measure(program, folder, breaker, value):
+    with tempfile.TemporaryDirectory(prefix=f"{breaker.name.replace(' ', '-')}-{value:g}-", dir=folder) as work:
+        if breaker is broken_pixels.BREAKER:
+            return broken_pixels.scores(program, breaker, value, pathlib.Path(work))
+        return chains.scores(chains.Renders(program, breaker, value, work))
+
+
+def sweep(program, folder, breakers, every_value):
+    """Breaker -> value -> method -> figures."""
+    jobs = {(breaker.name, value_text(value)): (breaker, value)
+            for breaker in breakers for value in (breaker.values if every_value else breaker.few)}
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+        waiting = {key: pool.submit(measure, program, folder, *job) for key, job in jobs.items()}
+        found = {}
+        for (breaker, value), result in waiting.items():
+            found.setdefault(breaker, {})[value] = result.result()
+    return found
+
+
+def falls(values, by_value, method, loss_db):
+    """The first value, from harmless to hard, at which a method is this far below its best."""
+    best = max(figures[method]["psnr_db"] for figures in by_value.values())
+    for value in values:
+        figures = by_value.get(value_text(value))
+        if figures and figures[method]["psnr_db"] < best - loss_db:
+            return value_text(value)
+    return None
+
+
+def table(found, breakers):
+    lines = []
+    for breaker in breakers:
+        by_value = found[breaker.name]
+        methods = list(next(iter(by_value.values())))
+        lines += [f"{breaker.name}: {breaker.knob}; dB over all pixels of both eyes (worst 1 %)", "",
+                  "".join(["value".rjust(8)] + [method.rjust(16) for method in methods])]
+        for value, figures in by_value.items():
+            cells = [f"{figures[m]['psnr_db']:.1f} ({figures[m]['worst_percent_db']:.1f})" for m in methods]
+            lines.append("".join([value.rjust(8)] + [cell.rjust(16) for cell in cells]))
+        for loss_db in (1, 3):
+            firsts = [falls(breaker.values, by_value, m, loss_db) or "-" for m in methods]
+            lines.append("".join([f"-{loss_db} dB at".rjust(8)] + [first.rjust(16) for first in firsts]))
+        hardest = list(by_value.values())[-1]
+        known = [hardest[m].get("flagged_recall") for m in methods]
+        lines.append("".join(["flagged".rjust(8)] + [("-" if k is None else f"{100 * k:.0f} % of bad").rjust(16) for k in known]))
+        lines.append("")
+    return "\n".join(lines)
+
+
+def checks_of(found):
+    """What holds without any threshold: one line for each thing that does not."""
+    wrong = []
+    for method in chains.methods():
+        at = [figures[method]["psnr_db"] for figures in found.get("seam", {}).values()]
+        if at and max(at) - min(at) > 0.3:
+            wrong.append(f"seam, {method}: expected the same dB wherever the seam is, to 0.3, found {min(at)} to {max(at)}")
+    return wrong
+
+
+def losses(found, thresholds):
+    """One line for each figure that fell below its threshold or has none; and methods that the file has not heard of."""
+    known = {method for by_value in thresholds.values() for by_method in by_value.values() for method in by_method}
+    wrong, new = [], set()
+    for breaker, by_value in found.items():
+        for value, by_method in by_value.items():
+            for method, figures in by_method.items():
+                if method not in known:
+                    new.add(method)
+                    continue
+                least = thresholds.get(breaker, {}).get(value, {}).get(method)
+                if least is None:
+                    wrong.append(f"{breaker} {value}, {method}: expected a threshold, found none (redraw.py makes them)")
+                    continue
+                for score, name in SCORES.items():
+                    if score in least and (figures[score] is None or figures[score] < least[score]):
+                        wrong.append(f"{breaker} {value}, {method}, {name}: expected at least {least[score]} dB, found {figures[score]}")
+    return wrong, new
+
+
+def chosen(names):
+    everything = (*BREAKERS, broken_pixels.BREAKER)
+    known = {breaker.name: breaker for breaker in everything}
+    for name in names:
+        if name not in known:
+            sys.exit(f"run.py: expected a breaker of {', '.join(known)}, found '{name}'")
+    return [known[name] for name in names] or list(everything)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("breakers", nargs="*", help="all unless named")
+    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--out", required=True, type=pathlib.Path, help="folder for run.json and table.txt")
+    parser.add_argument("--all", action="store_true", help="every value of each knob, not three")
+    parser.add_argument("--check", action="store_true", help="compare with thresholds.json")
+    options = parser.parse_args()
+    breakers = chosen(options.breakers)
+    options.out.mkdir(parents=True, exist_ok=True)
+    work = pathlib.Path(tempfile.mkdtemp(prefix="equistream_stability_"))
+    try:
+        found = sweep(options.bin.resolve() / "equistream", work, breakers, options.all)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    knobs = {breaker.name: breaker.knob for breaker in breakers}
+    (options.out / "run.json").write_text(json.dumps({"knobs": knobs, "every_value": options.all, "found": found}, indent=1) + "\n")
+    text = table(found, breakers)
+    (options.out / "table.txt").write_text(text)
+    print(text)
+    if options.check:
+        wrong, new = losses(found, json.loads(THRESHOLDS.read_text())["least_db"])
+        for method in sorted(new):
+            print(f"{method}: held to nothing yet, {THRESHOLDS.name} does not know it (redraw.py)")
+        wrong += checks_of(found)
+        if wrong:
+            sys.exit("\n".join(wrong))
+
+
+if __name__ == "__main__":
+    main()

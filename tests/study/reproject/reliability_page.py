@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Writes the tables of docs/results/reproject/reliability.md, between its markers, from reliability.json beside it and nothing else."""
+
+import json
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from pages import cell, place, table  # noqa: E402
+
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / "docs/results/reproject"
+
+
+def percent(value, digits=1):
+    return "-" if value is None else cell(100 * value, digits)
+
+
+def scenes_table(left_out):
+    rows = [[scene, f"{judged['all']['n']:,}", percent(judged["left_out_for_noise"]), percent(judged["all"]["good"]),
+             *(percent(judged[group]["expected_calibration_error"]) for group in ("all", "source", "turned", "guessed", "small")),
+             percent(judged["all"]["worst_bin"]), percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
+            for scene, judged in left_out.items()]
+    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE source", "ECE turned", "ECE guessed", "ECE small", "worst bin",
+                  "precision %", "recall %"], rows)
+
+
+def bins_table(left_out):
+    """Predicted -> measured, in per cent, of pixels with known depth."""
+    rows = []
+    for scene, judged in left_out.items():
+        by_tenth = {min(int(entry["predicted"] * 10), 9): entry for entry in judged["all"]["bins"]}
+        rows.append([scene] + ["-" if i not in by_tenth or by_tenth[i]["n"] < 100 else f"{100 * by_tenth[i]['predicted']:.0f} : {100 * by_tenth[i]['measured']:.0f}"
+                               for i in range(10)])
+    return table(["scene left out"] + [f"{10 * i}-{10 * (i + 1)}" for i in range(10)], rows)
+
+
+def weights_table(weights):
+    risks = list(next(iter(weights.values())))
+    return table(["risk", *weights], [[risk] + [cell(weights[group][risk]) for group in weights] for risk in risks])
+
+
+def main():
+    result = json.loads((FOLDER / "reliability.json").read_text())
+    file = FOLDER / "reliability.md"
+    page = file.read_text()
+    for name, text in (("scenes", scenes_table(result["left_out"])), ("bins", bins_table(result["left_out"])),
+                       ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
+                       ("weights", weights_table(result["weights"])),
+                       ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
+        page = place(page, "reliability-" + name, "all", text)
+    file.write_text(page)
+    print(file)
+
+
+if __name__ == "__main__":
+    main()

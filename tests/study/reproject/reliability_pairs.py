@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""Renders what the reliability map is fitted to and judged by: sources, and the eyes that their reprojection should show.
+
+    reliability_pairs.py --bin build/release/bin --work FOLDER [--path-traced] [SCENE ...]
+
+A shot is one head pose with two eyes: one at rest, 31.5 mm from the source, and one that leans by up to 0.1 m and turns. A wide
+shot is a whole view at a tenth of a headset's resolution, a close one a part of it at two fifths. The source is rendered as densely
+as the eyes (and made three times coarser later, which a box filter allows exactly, and which leaves the middle pixel's depth where it
+was). Each picture is rendered with two seeds: their mean is the picture, their difference says where noise is too near the
+tolerance.
+
+That noise must stay far below the tolerance, and with light that bounces it does not: the sky alone takes 1,000 samples a pixel,
+Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep geometry, textures, materials and sun, get lamps along
+the camera's path (lamps.py), and show direct light only. --path-traced renders the scenes as they are, with more samples, to check what
+the difference makes; most of their pixels are too noisy to be used. Finished renders are kept: run it again to go on.
+"""
+
+import argparse
+import csv
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+
+import lamps
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+SEEDS = {"eyes": (1, 3), "source": (2, 4)}
+# Frames of the shots.
+SCENES = {"kitchen": (20, 100), "sibenik": (20, 90), "sponza-crytek": (62, 110), "san-miguel": (2, 80), "voxel-city": (20, 90), "pavilion": (20, 100)}
+BREAKERS = {"leaf": (0,), "near": (0,), "wires": (0,), "mirror": (0,), "glass": (0,)}
+# Samples per pixel and seed of the eyes, scatterings. The source has half as many samples.
+DIRECT, PATH_TRACED, GLOWING = (64, 1), (160, 8), (32, 2)
+# Lamps: metres above the path, side in metres, power (side squared times radiance).
+LAMPS = {"kitchen": (0.35, 0.1, 4.0), "sibenik": (2.5, 1.0, 90.0), "sponza-crytek": (1.5, 0.3, 25.0), "san-miguel": (1.2, 0.03, 15.0),
+         "voxel-city": (2.5, 0.5, 40.0), "pavilion": (1.0, 0.3, 15.0)}
+LAMP_TIMES_S = (0.4, 2.3, 4.6)
+EYE_SIZE = (192, 108)
+# Name -> field of view of the eye in degrees, size of the source in pixels.
+SHOTS = {"wide": (90.0, (219, 168)), "close": (28.0, (270, 180))}
+LEANS_M = ((0.05, 0.03, -0.02), (-0.04, -0.05, 0.03))
+TURNS_RAD = (0.05, -0.04)
+FRAMES_PER_SECOND = 1000  # of the shots: eyes and source see one moment
+
+
+def read_path(file):
+    with open(file, newline="") as lines:
+        rows = [row for row in csv.reader(line for line in lines if line[0] not in "#t")]
+    return np.array(rows, float)
+
+
+def pose_at(path, time_s):
+    """Position and quaternion w x y z of the nearest key: shots need no pose in between."""
+    row = path[np.argmin(np.abs(path[:, 0] - time_s))]
+    return row[1:4], row[4:8]
+
+
+def times(a, b):
+    """The quaternion product."""
+    w, v, x, u = a[0], np.asarray(a[1:]), b[0], np.asarray(b[1:])
+    return np.concatenate([[w * x - v @ u], w * u + x * v + np.cross(v, u)])
+
+
+def turned(quaternion, vector):
+    return times(times(quaternion, np.concatenate([[0.0], vector])), quaternion * (1, -1, -1, -1))[1:]
+
+
+def write_path(file, *poses):
+    """One pose a millisecond: nothing moves in between."""
+    lines = ["time_s,x_m,y_m,z_m,qw,qx,qy,qz"]
+    for index, (position, quaternion) in enumerate(poses):
+        lines.append(f"{index / FRAMES_PER_SECOND}," + ",".join(f"{value:.9g}" for value in (*position, *quaternion)))
+    file.write_text("\n".join(lines) + "\n")
+
+
+def path_of(description, folder):
+    camera = description["camera"]
+    if "path" in camera:
+        return read_path(folder / camera["path"])
+    return np.array([[key["time_s"], *key["position_m"], *key["orientation_wxyz"]] for key in camera["keys"]])
+
+
+class Shots:
+    def __init__(self, options, scene):
+        self.options, self.name = options, scene
+        self.folder = options.work / scene
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.scene = self.description()
+        description = json.loads(self.scene.read_text())
+        self.path = path_of(description, self.scene.parent)
+        self.frames_per_second = description.get("frames_per_second", 30)
+
+    def description(self):
+        described = REPOSITORY / "scenes/descriptions" / f"{self.name}.json"
+        if not described.exists():
+            described = self.folder / "scene" / f"{self.name}.json"
+            if not described.exists():
+                self.run("scene", "generate", self.name, "--out", described.parent)
+        return described if self.options.path_traced or self.name not in LAMPS else self.relit(described)
+
+    def relit(self, described):
+        target = self.folder / "lamps" / f"{self.name}.json"
+        if target.exists():
+            return target
+        target.parent.mkdir(exist_ok=True)
+        description = json.loads(described.read_text())
+        model = described.parent / description["model"]
+        if not model.exists():
+            model = pathlib.Path(os.environ["EQUISTREAM_SCENES"]) / self.name / description["model"]
+        path = path_of(description, described.parent)
+        above_m, side_m, power = LAMPS[self.name]
+        centres = [pose_at(path, time_s)[0] + (0, above_m, 0) for time_s in LAMP_TIMES_S]
+        lamps.relight(model, target.parent / f"{self.name}.glb", [(centre, side_m, power / side_m ** 2) for centre in centres])
+        keys = [{"time_s": row[0], "position_m": list(row[1:4]), "orientation_wxyz": list(row[4:8])} for row in path]
+        relit = {"name": self.name, "model": f"{self.name}.glb", "camera": {"keys": keys}, "head_box": {"lean_m": 0.1}, "frames_per_second": 30}
+        if "sun" in description and self.name != "sibenik":  # whose sun is for its windows alone
+            relit["sun"] = description["sun"]
+        if "moving" in description:
+            relit["moving"] = description["moving"]
+        target.write_text(json.dumps(relit, indent=1))
+        return target
+
+    def run(self, *words):
+        result = subprocess.run([self.options.bin / "equistream", *map(str, words)], capture_output=True, text=True)
+        if result.returncode != 0:
+            raise SystemExit(f"equistream {' '.join(map(str, words))}: exit {result.returncode}: {result.stderr.strip()}")
+
+    def render(self, out, frames, bounces, *words):
+        if len(list(out.glob("*/frame.*.exr"))) < frames:
+            shutil.rmtree(out, ignore_errors=True)  # what is there may be of other settings
+            self.run("render", self.scene, "--frames", f"0-{frames - 1}", "--fps", FRAMES_PER_SECOND, "--max-bounces", bounces, "--progress", "none", "--out", out, *words)
+
+    def shoot(self, index, kind):
+        frames = {**SCENES, **BREAKERS}[self.name]
+        if index >= len(frames):
+            return
+        samples, bounces = GLOWING if self.name in BREAKERS else PATH_TRACED if self.options.path_traced else DIRECT
+        samples = max(2, int(samples * self.options.samples_scale))
+        fov_deg, (width, height) = SHOTS[kind]
+        folder = self.folder / f"{kind}-{index}"
+        folder.mkdir(exist_ok=True)
+        position, orientation = pose_at(self.path, frames[index] / self.frames_per_second)
+        lean = position + turned(orientation, np.array(LEANS_M[index]))
+        turn = np.array([math.cos(TURNS_RAD[index] / 2), 0, math.sin(TURNS_RAD[index] / 2), 0])
+        write_path(folder / "head.csv", (position, orientation))
+        write_path(folder / "eyes.csv", (position, orientation), (lean, times(orientation, turn)))
+        per_degree = EYE_SIZE[0] / 2 / math.tan(math.radians(fov_deg) / 2) * math.pi / 180
+        for run in (0, 1):
+            self.render(folder / f"eyes-{run}", 2, bounces, "--path", folder / "eyes.csv", "--camera", "perspective", "--eye", "left", "--size",
+                        "{}x{}".format(*EYE_SIZE), "--fov", fov_deg, "--aovs", "depth", "--spp", samples, "--seed", SEEDS["eyes"][run])
+            self.render(folder / f"source-{run}", 1, bounces, "--path", folder / "head.csv", "--lock", "path", "--range",
+                        f"{width / per_degree:.9g},{height / per_degree:.9g}", "--size", f"{width}x{height}", "--aovs", "depth,specular", "--spp",
+                        samples // 2, "--seed", SEEDS["source"][run])
+        print(f"{self.name} {kind}-{index}", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", default=[*SCENES, *BREAKERS], help=", ".join((*SCENES, *BREAKERS)))
+    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for the renders; not in the repository")
+    parser.add_argument("--path-traced", action="store_true", help="in their own light, with every bounce")
+    parser.add_argument("--samples-scale", type=float, default=1, help="factor on the samples per pixel")
+    options = parser.parse_args()
+    options.bin, options.work = options.bin.resolve(), options.work.resolve()
+    # A first shot of every scene before the second of any.
+    for index in (0, 1):
+        for kind in SHOTS:
+            for scene in options.scenes:
+                Shots(options, scene).shoot(index, kind)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit("reliability_pairs.py: interrupted; run it again to go on")
