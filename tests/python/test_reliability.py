@@ -1,4 +1,4 @@
-"""The reliability map: what it says and how often that is so, on a scene that it was not fitted to and that renders without noise."""
+"""The reliability map: what it says and how often that is so, on a view that it was not fitted to and that renders without noise."""
 
 import equistream as es
 import numpy as np
@@ -8,20 +8,22 @@ EYE_SIZE = (240, 135)
 
 
 @pytest.fixture(scope="module")
-def motion(root, run, scene):
-    """A sphere of the glowing room with a ball and a block, and what both eyes should see."""
+def poles(root, run):
+    """Spheres of a glowing room looked at straight up and down, and what both eyes should see. The map was not fitted to this room's view."""
     out = root / "reliability"
+    run("scene", "generate", "poles", "--knob", 60, "--out", out)
+    scene = out / "poles.json"
     glow = ("--frames", "0-1", "--max-bounces", 0, "--aovs", "depth", "--spp", 16)
     run("render", scene, *glow, "--size", "256x128", "--out", out / "sphere")
     run("render", scene, *glow, "--camera", "perspective", "--eye", "both", "--size", "{}x{}".format(*EYE_SIZE), "--out", out / "eyes")
     return out
 
 
-def eyes(motion):
+def eyes(poles):
     for index in (0, 1):
-        source = es.read_frame(motion / f"sphere/centre/frame.{index:04d}.exr")
+        source = es.read_frame(poles / f"sphere/centre/frame.{index:04d}.exr")
         for eye in ("left", "right"):
-            yield source, es.read_frame(motion / f"eyes/{eye}/frame.{index:04d}.exr")
+            yield source, es.read_frame(poles / f"eyes/{eye}/frame.{index:04d}.exr")
 
 
 def picture_of(source, truth, method="surface", fill="pushpull", **options):
@@ -35,38 +37,39 @@ def good_pixels(picture, truth):
     return difference.max(axis=2) <= es.RELIABILITY_TOLERANCE
 
 
-def test_predicted_is_what_is_measured(motion):
+def test_it_does_not_promise_more_than_is_measured(poles):
     predicted, good = [], []
-    for source, truth in eyes(motion):
+    for source, truth in eyes(poles):
         picture = picture_of(source, truth, reliability=True)
         predicted.append(picture.reliability.ravel() / 255)
         good.append(good_pixels(picture, truth).ravel())
     predicted, good = np.concatenate(predicted), np.concatenate(good)
     assert 0.02 < 1 - good.mean() < 0.98, "a scene without good or without bad pixels judges nothing"
     entry = np.minimum(predicted * 10, 9).astype(int)
-    error = sum(abs(predicted[entry == i].mean() - good[entry == i].mean()) * (entry == i).mean() for i in range(10) if (entry == i).any())
-    print(f"good {good.mean():.4f}, predicted {predicted.mean():.4f}, expected calibration error {error:.4f}")
-    assert error <= 0.05
+    # What it promises beyond what is measured. Too little it may promise here: docs/results/reproject/reliability.md says why.
+    beyond = sum(max(0, predicted[entry == i].mean() - good[entry == i].mean()) * (entry == i).mean() for i in range(10) if (entry == i).any())
+    print(f"good {good.mean():.4f}, predicted {predicted.mean():.4f}, promised beyond {beyond:.4f}")
+    assert beyond <= 0.05
     # It tells pixels apart: those it trusts least are bad far more often than those it trusts most.
     order = np.argsort(predicted)
     tenth = len(order) // 10
     assert good[order[-tenth:]].mean() > good[order[:tenth]].mean() + 0.3
 
 
-def test_the_source_itself_is_certain_and_a_gap_is_not(motion):
-    source, truth = next(eyes(motion))
+def test_the_source_itself_is_certain_and_a_gap_is_not(poles):
+    source, truth = next(eyes(poles))
     same = es.Reprojector("sphere", fill="none")(truth, truth.info.camera, truth.info.camera_pose, reliability=True)
     assert (same.reliability == 255).all()
     gaps = 0
-    for source, truth in eyes(motion):
+    for source, truth in eyes(poles):
         picture = picture_of(source, truth, fill="none", reliability=True)
         assert (picture.reliability[picture.gaps] == 0).all()
         gaps += int(picture.gaps.sum())
     assert gaps > 0
 
 
-def test_only_what_is_asked_for(motion):
-    source, truth = next(eyes(motion))
+def test_only_what_is_asked_for(poles):
+    source, truth = next(eyes(poles))
     plain = picture_of(source, truth)
     assert plain.reliability is None and plain.risks is None
     asked = picture_of(source, truth, risks=True, depth_tolerance_w=0.001)
