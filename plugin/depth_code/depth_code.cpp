@@ -252,7 +252,8 @@ std::unique_ptr<DepthCode> make_depth_code(std::string_view name) {
         std::string accepted;
         for (const std::string_view code : names)
             accepted += (accepted.empty() ? "" : ", ") + std::string(code);
-        throw InputError(expected_found("depth code", "one of " + accepted, "'" + std::string(name) + "'"));
+        // Not "'" + ...: at -O3 GCC 12 takes that for a copy onto itself (its bug 105651) and warns.
+        throw InputError(expected_found("depth code", "one of " + accepted, std::string("'").append(name) + "'"));
     }
     return make_depth_code(static_cast<DepthCodeId>(found - std::begin(names)));
 }
