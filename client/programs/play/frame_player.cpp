@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace equistream::play {
 
@@ -60,7 +61,7 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report) : settings_(s
                                         "a scene (--scene takes those)"));
     choose_method(report);
     make_depth_source(report);
-    fill_ = std::make_unique<FrameFill>(settings.fill, scene_ ? &*scene_ : nullptr);
+    use_fill(settings.fill);
 }
 
 FramePlayer::~FramePlayer() = default;
@@ -74,6 +75,8 @@ void FramePlayer::choose_method(Report& report) {
                                "--depth stream where the stream has a depth track");
     if (report.method.empty())
         report.method = !has_depth ? "sphere" : streamed && !scene_ ? "gather" : "surface";
+    if (report.method == "auto")  // until the first frame shows what there is
+        report.method = scene_ ? "surface" : has_depth ? "mesh" : "sphere";
     method_ = report.method;
     engine_ = make_engine(method_);
     if (needs_when_moved(*engine_).any() && !has_depth)
@@ -84,6 +87,53 @@ void FramePlayer::choose_method(Report& report) {
                                         "--scene S, for the eyes' own depth, which no stream has (gather, mesh and "
                                         "splat need none)",
                                         "--depth stream alone"));
+}
+
+void FramePlayer::settle(const ReceivedFrame& first, Report& report) {
+    report.fill = settings_.fill;
+    if (settings_.method != "auto")
+        return;
+    if (exact_ == nullptr && !first.main.depth_m.empty()) {
+        auto exact = std::make_unique<ExactDepth>(std::move(depth_));
+        exact_ = exact.get();
+        depth_ = std::move(exact);
+    }
+    const int repeat = std::exchange(settings_.repeat, 3);
+    const auto measure = [&](const Plan& plan) {
+        use(plan);
+        const PlayedFrame played = play(first);
+        // The first round warms up; of the others the slower one counts.
+        double ms = 0;
+        for (const std::vector<double>& stage : played.figures.milliseconds)
+            if (!stage.empty())
+                ms += *std::max_element(stage.size() > 1 ? stage.begin() + 1 : stage.begin(), stage.end());
+        return ms;
+    };
+    const std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
+                                                       .streamed_depth = exact_ != nullptr,
+                                                       .poses = first.posed,
+                                                       .fill = settings_.fill});
+    report.choice = choose_plan(plans, settings_.budget_ms, measure);
+    settings_.repeat = repeat;
+    const Plan& plan = report.choice->tried[report.choice->chosen].plan;
+    use(plan);
+    report.method = plan.method;
+    report.depth = plan.depth;
+    report.fill = plan.fill;
+}
+
+void FramePlayer::use(const Plan& plan) {
+    method_ = plan.method;
+    engine_ = make_engine(plan.method, {.mesh_share = plan.mesh_share});
+    use_fill(plan.fill);
+    offers_depth_ = plan.depth == "stream";
+}
+
+void FramePlayer::use_fill(const std::string& rungs) {
+    std::unique_ptr<FrameFill>& fill = fills_[rungs];
+    if (!fill)
+        fill = std::make_unique<FrameFill>(rungs, scene_ ? &*scene_ : nullptr);
+    fill_ = fill.get();
 }
 
 void FramePlayer::make_depth_source(Report& report) {
@@ -108,7 +158,7 @@ void FramePlayer::make_depth_source(Report& report) {
 }
 
 void FramePlayer::check(const ReceivedFrame& first, Report& report) {
-    if (!first.posed && method_ != "sphere")
+    if (!first.posed && method_ != "sphere" && settings_.method != "auto")
         throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method " + method_,
                                         "ordinary video (--method sphere turns it)"));
     if (scene_ && first.posed)
@@ -286,7 +336,7 @@ PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
         const auto start = Clock::now();
         if (depth_)
             depth_->set_time(frame.main.info.time_s);
-        if (exact_ != nullptr)
+        if (exact_ != nullptr && offers_depth_)
             offer_exact_depth(frame);
         depths_ = cast_depths(frame, played);
         if (depth_)

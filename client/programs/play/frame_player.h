@@ -8,6 +8,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_client/receive.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -45,12 +46,16 @@ public:
 
     /// Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note of `report`.
     void check(const ReceivedFrame& first, Report& report);
+    /// For --method auto: finds on this frame what the budget allows, and says so in `report`. Before the first play.
+    void settle(const ReceivedFrame& first, Report& report);
     PlayedFrame play(const ReceivedFrame& frame);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
 
 private:
     void choose_method(Report& report);
+    void use(const Plan& plan);
+    void use_fill(const std::string& rungs);
     void make_depth_source(Report& report);
     void check_scene(const FrameInfo& first, Report& report) const;
     void check_exact_depth(const ReceivedFrame& first);
@@ -66,9 +71,11 @@ private:
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
-    ExactDepth* exact_ = nullptr;  ///< depth_, where that is exact
-    std::unique_ptr<FrameFill> fill_;
-    SourceDepths depths_;  ///< of the frame that was played last
+    ExactDepth* exact_ = nullptr;                              ///< depth_, where that is exact
+    bool offers_depth_ = true;                                 ///< whether exact_ is given what came with the frames
+    std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by ladder, as far as any was used
+    FrameFill* fill_ = nullptr;                                ///< the one in use
+    SourceDepths depths_;                                      ///< of the frame that was played last
 };
 
 }  // namespace equistream::play

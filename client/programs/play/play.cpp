@@ -2,6 +2,7 @@
 #include "player.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
@@ -41,8 +42,15 @@ void complete(Arguments& arguments, const CLI::App& app) {
     require(arguments.layout == "files", "--layout", "files", "'" + arguments.layout + "'");
     require(settings.depth == "ray" || settings.depth == "stream" || settings.depth == "exact", "--depth",
             "ray, stream or exact", "'" + settings.depth + "'");
-    if (!settings.method.empty())
+    const bool by_budget = settings.method == "auto";
+    if (!settings.method.empty() && !by_budget)
         make_engine(settings.method);
+    if (by_budget)
+        require(settings.budget_ms > 0 && settings.budget_ms <= 1e6, "--budget-ms",
+                "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
+    else
+        require(app.count("--budget-ms") == 0, "--budget-ms", "--method auto beside it",
+                settings.method.empty() ? "none" : settings.method);
     make_fill_ladder(settings.fill);
     settings.scene_is_model = !arguments.model.empty();
     if (settings.scene_is_model)
@@ -87,8 +95,12 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--head", settings.head, "CSV of head poses; default: the pose each picture is tagged with");
     app.add_option(
         "--method", settings.method,
-        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh or mesh-plain (docs/guide.md says "
+        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide.md says "
         "what each is for); default: surface if there is depth, gather if that is the stream's alone");
+    app.add_option(
+        "--budget-ms", settings.budget_ms,
+        "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
+        "that fits on this machine is found on the first frame");
     app.add_option("--depth", settings.depth,
                    "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own)")
         ->capture_default_str();

@@ -90,7 +90,8 @@ class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        feed_ = open_feed(settings.source, {.depth = settings.depth != "ray" || fill_wants_depth_of_feed(settings),
+        const bool depth = settings.depth != "ray" || settings.method == "auto" || fill_wants_depth_of_feed(settings);
+        feed_ = open_feed(settings.source, {.depth = depth,
                                             .specular = true,
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last});
@@ -102,6 +103,7 @@ public:
                 settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
                 feed_->truncation().empty() ? "none" : feed_->truncation()));
         player_->check(*first_, report_);
+        player_->settle(*first_, report_);
         if (first_->posed)
             report_.source = first_->main.info;
         outputs_ = std::make_unique<Outputs>(settings);

@@ -95,6 +95,19 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
     return sum;
 }
 
+Json choice_json(const Choice& choice) {
+    Json json = {{"budget_ms", choice.budget_ms}, {"fits", choice.fits}, {"line", choice.line()}};
+    json["tried"] = Json::array();
+    for (const auto& [plan, milliseconds] : choice.tried)
+        json["tried"].push_back({{"method", plan.method},
+                                 {"mesh_share", plan.mesh_share},
+                                 {"depth", plan.depth},
+                                 {"fill", plan.fill},
+                                 {"milliseconds", milliseconds}});
+    json["chosen"] = choice.chosen;
+    return json;
+}
+
 Json settings_json(const Settings& settings) {
     Json json = {{"source", settings.source}, {"scene", settings.scene.string()},    {"head", settings.head.string()},
                  {"fill", settings.fill},     {"reliability", settings.reliability}, {"repeat", settings.repeat}};
@@ -117,6 +130,9 @@ Json Report::json() const {
         json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};
     json["method"] = method;
     json["depth"] = depth;
+    json["fill"] = fill;
+    if (choice)
+        json["choice"] = choice_json(*choice);
     json["notes"] = notes;
     json["truncation"] = truncation;
     json["scene_load_ms"] = scene_load_ms;
@@ -141,6 +157,8 @@ Json Report::json() const {
 
 std::string Report::table() const {
     std::string out = formatted("%zu frames, method %s, depth %s\n", frames.size(), method.c_str(), depth.c_str());
+    if (choice)
+        out += "auto: " + choice->line() + "\n";
     for (const std::string& note : notes)
         out += "note: " + note + "\n";
     out += formatted("%-12s %9s %9s %9s   ms a frame, both eyes\n", "stage", "p50", "p95", "p99");

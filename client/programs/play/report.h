@@ -1,5 +1,6 @@
 #pragma once
 /// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
+#include "plan.h"
 #include "settings.h"
 
 #include <equistream_client/receive.h>
@@ -42,8 +43,10 @@ struct FrameFigures {
 
 struct Report {
     Settings settings;
-    std::string method;  ///< as used
-    std::string depth;   ///< as used; "none" where nothing needed it
+    std::string method;            ///< as used
+    std::string depth;             ///< as used; "none" where nothing needed it
+    std::string fill;              ///< as used
+    std::optional<Choice> choice;  ///< of --method auto
     std::vector<std::string> notes;
     std::vector<FrameFigures> frames;
     std::vector<FeedTrack> tracks;

@@ -19,7 +19,8 @@ struct Settings {
         scene;  ///< description whose geometry gives depth; of a scene, or (--model) of a client's model
     bool scene_is_model = false;  ///< it came by --model
     std::filesystem::path head;
-    std::string method;  ///< empty: surface where there is depth, else sphere
+    std::string method;    ///< empty: surface where there is depth, else sphere; auto: what `budget_ms` allows
+    double budget_ms = 0;  ///< a frame, both eyes, decoding to filling; for auto
     std::string depth = "ray";
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90

@@ -1,0 +1,86 @@
+#include "plan.h"
+
+#include <equistream/comma_list.h>
+#include <equistream/formatted.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace equistream::play {
+
+namespace {
+
+/// The ladder's cheapest end: what fills everything that is left.
+std::string last_rung(const std::string& ladder) {
+    return ladder == "none" ? ladder : std::string(split_at_commas(ladder).back());
+}
+
+/// Without the rungs that draw or look up in further pictures of the geometry.
+bool is_whole(const std::string& ladder) {
+    return ladder == "none" || split_at_commas(ladder).size() == 1;
+}
+
+}  // namespace
+
+std::string Plan::words() const {
+    std::string text = method;
+    if (method == "mesh")
+        text += " with cells at " + in_words(mesh_share) + " of the error budget";
+    return text + ", depth " + depth + ", fill " + fill;
+}
+
+std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
+    std::vector<Plan> plans;
+    const std::string last = last_rung(inputs.fill);
+    const auto add = [&](const std::string& method, double share, const std::string& depth) {
+        plans.push_back({method, share, depth, inputs.fill});
+        if (!is_whole(inputs.fill))
+            plans.push_back({method, share, depth, last});
+    };
+    if (inputs.poses && inputs.geometry)
+        add("surface", 0.25, "ray");
+    if (inputs.poses && inputs.geometry && inputs.streamed_depth)
+        add("surface", 0.25, "stream");
+    if (inputs.poses)
+        for (const auto& [there, depth] : {std::pair{inputs.geometry, "ray"}, {inputs.streamed_depth, "stream"}}) {
+            if (!there)
+                continue;
+            add("mesh", 0.25, depth);
+            plans.push_back({"mesh", 1, depth, last});
+            plans.push_back({"splat", 0.25, depth, last});
+        }
+    if (inputs.poses)
+        plans.push_back({"lean", 0.25, "none", "none"});
+    plans.push_back({"sphere", 0.25, "none", "none"});
+    return plans;
+}
+
+Choice choose_plan(const std::vector<Plan>& plans, double budget_ms,
+                   const std::function<double(const Plan&)>& measure) {
+    assert(!plans.empty());
+    Choice choice;
+    choice.budget_ms = budget_ms;
+    for (const Plan& plan : plans) {
+        choice.tried.push_back({plan, measure(plan)});
+        choice.chosen = choice.tried.size() - 1;
+        choice.fits = choice.tried.back().milliseconds <= budget_ms;
+        if (choice.fits)
+            return choice;
+    }
+    const auto fastest = std::ranges::min_element(choice.tried, {}, &TriedPlan::milliseconds);
+    choice.chosen = std::size_t(fastest - choice.tried.begin());
+    return choice;
+}
+
+std::string Choice::line() const {
+    const TriedPlan& taken = tried[chosen];
+    std::string text = formatted("%s: %.1f ms of %.1f", taken.plan.words().c_str(), taken.milliseconds, budget_ms);
+    if (!fits)
+        return text + " (nothing fits; this is the fastest)";
+    if (chosen == 0)
+        return text + " (the most accurate there is)";
+    const TriedPlan& better = tried[chosen - 1];
+    return text + formatted(" (next better: %s, %.1f ms)", better.plan.words().c_str(), better.milliseconds);
+}
+
+}  // namespace equistream::play
