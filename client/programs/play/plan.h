@@ -1,8 +1,8 @@
 #pragma once
 /// `--method auto`: of all ways to play a frame, the most accurate one that keeps to a time.
 ///
-/// Ways are tried in one fixed order, from the most accurate down, on the first frame and this machine, until one fits;
-/// the order comes from measured figures (docs/guide.md, "Choosing by time").
+/// Ways are tried in one fixed order, from the most accurate down, on the first frame and this machine, until one fits
+/// (docs/guide.md, "Choosing by time").
 #include <functional>
 #include <string>
 #include <vector>
