@@ -118,7 +118,6 @@ template <typename ColourPixel>
 std::int64_t over_gaps(const GapLookUp& task, EyePicture& picture, const ColourPixel& colour_pixel) {
     std::atomic<std::int64_t> total{0};
     const std::span<const GapSpan> spans = task.gaps.spans();
-    const FloatImage& inverse_planar = task.seen.inverse_planar();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, spans.size(), 64), [&](const auto& range) {
         std::int64_t coloured = 0;
         for (std::size_t i = range.begin(); i < range.end(); ++i)
@@ -128,9 +127,6 @@ std::int64_t over_gaps(const GapLookUp& task, EyePicture& picture, const ColourP
                     continue;
                 *origin = std::uint8_t(task.mark);
                 ++coloured;
-                if (!picture.depth_m.empty())
-                    picture.depth_m.pixel(x, y)[0] =
-                        radial_over_planar(task.eye.camera, x, y) / inverse_planar.pixel(x, y)[0];
             }
         total += coloured;
     });
@@ -148,8 +144,15 @@ template <typename Grid>
 std::int64_t by_surface(const Grid& grid, const GapLookUp& task, EyePicture& picture) {
     return with_lookup(grid, [&](const auto& lookup) {
         const GapColours colours(grid, lookup, task);
-        return over_gaps(task, picture,
-                         [&](int x, int y, std::uint8_t* rgba) { return colours.by_surface(x, y, rgba); });
+        return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
+            if (!colours.by_surface(x, y, rgba))
+                return false;
+            // By direction nothing tells how far it is: depth stays NaN there.
+            if (!picture.depth_m.empty())
+                picture.depth_m.pixel(x, y)[0] =
+                    radial_over_planar(task.eye.camera, x, y) / task.seen.inverse_planar().pixel(x, y)[0];
+            return true;
+        });
     });
 }
 

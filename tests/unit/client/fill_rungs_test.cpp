@@ -36,6 +36,17 @@ TEST_P(BothWays, SmallViewFillsWhatItsEyeSees) {
     EXPECT_LE(scene.worst_filled(PixelOrigin::small, rim()), 8) << look();
 }
 
+TEST_P(BothWays, SmallViewWithoutDepthFillsByDirection) {
+    const Rendered small = render(wall_alone, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, scene.right);
+    SourceView view = small.source(0.063);
+    view.depth_m = {};
+    EXPECT_EQ(scene.fill("small", {.main = &scene.main_view, .small = &view}, PixelOrigin::small), 1);
+    EXPECT_LE(scene.worst_filled(PixelOrigin::small, 12), 8) << "but for the ball's rim" << look();
+    EXPECT_TRUE(std::ranges::equal(scene.picture.depth_m.samples(), scene.unfilled.depth_m.samples(),
+                                   [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }))
+        << "nothing tells how far it is";
+}
+
 TEST_P(BothWays, EarlierFrameShowsWhatTheHeadHasPassed) {
     const Rendered before = render(ball_and_wall, red_and_smooth, sphere, {{0.05, 0.01, 0}, yaw_pitch(0.3, 0)});
     const SourceView earlier[] = {before.source(0.1)};
