@@ -119,6 +119,55 @@ TEST_P(DepthTracks, ComeBackBesideTheirColour) {
     EXPECT_EQ(track.codec, settings.tracks[1].codec(GetParam().codec) == Codec::h264 ? "h264" : "hevc");
 }
 
+/// As a hidden layer has it: a band beside the ball shows what lies behind, everything else nothing.
+FloatImage band_of(std::int64_t index) {
+    FloatImage depth_m(width, height, 1, std::nanf(""));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double r = std::hypot(x - 60.0 - 2.0 * double(index), y - 48.0);
+            if (r >= 12 && r < 20)
+                depth_m.pixel(x, y)[0] = y < 48 ? HUGE_VALF : float(1.5 + 0.02 * y);
+        }
+    return depth_m;
+}
+
+TEST_P(DepthTracks, PixelsWithoutASurfaceStaySo) {
+    const DepthCodeInfo code{GetParam().code, {range.box_radius_m, range.near_m, true}, 0};
+    StreamSettings settings = settings_of(GetParam().codec, GetParam().code);
+    settings.tracks.push_back({TrackRole::hidden, width, height});
+    settings.tracks.push_back({TrackRole::hidden_depth, width, height, GetParam().code});
+    {
+        StreamWriter writer(file(), settings);
+        for (std::int64_t index = 0; index < pictures; ++index) {
+            const ByteImage colour = synthetic::picture(width, height, index);
+            FrameInfo hidden = info_of(index);
+            hidden.depth_code = code;
+            writer.write(TrackRole::main, colour.view(), info_of(index));
+            writer.write_depth(TrackRole::depth, depth_of(index).view(), info_of(index, GetParam().code));
+            writer.write(TrackRole::hidden, colour.view(), info_of(index));
+            writer.write_depth(TrackRole::hidden_depth, band_of(index).view(), hidden);
+        }
+        writer.finish();
+    }
+    const auto feed = open_feed(file(), {.depth = true});
+    std::int64_t index = 0, surfaces = 0, lost = 0, invented = 0;
+    for (; const auto frame = feed->next(); ++index) {
+        ASSERT_TRUE(frame->hidden);
+        const FloatImage sent = band_of(index);
+        ASSERT_EQ(frame->hidden->depth_m.samples().size(), sent.samples().size());
+        for (std::size_t i = 0; i < sent.samples().size(); ++i) {
+            const bool was = !std::isnan(sent.samples()[i]), is = !std::isnan(frame->hidden->depth_m.samples()[i]);
+            surfaces += was;
+            lost += was && !is;
+            invented += is && !was;
+        }
+    }
+    EXPECT_EQ(index, pictures);
+    EXPECT_GT(surfaces, 1000);
+    EXPECT_EQ(lost, 0);
+    EXPECT_EQ(invented, 0);
+}
+
 TEST_P(DepthTracks, SameInputGivesSameBytes) {
     write(file(), settings_of(GetParam().codec, GetParam().code), GetParam().code);
     const std::string first = bytes_of(file());
