@@ -66,7 +66,12 @@ int main(int argc, char** argv) {
     check(es_sequence_open(&settings, &sequence, &error), &error);
     for (int f = 0; f < frames; f++) {
         if (es_sequence_has_frame(sequence, f)) continue; /* finished by an earlier run */
-        const es_frame_settings now = {sizeof now, f, f / 30.0, head_at(f - 1), head_at(f), head_at(f + 1)};
+        const es_frame_settings now = {.struct_size = sizeof now,
+                                       .index = f,
+                                       .time_s = f / 30.0,
+                                       .head_previous = head_at(f - 1),
+                                       .head = head_at(f),
+                                       .head_next = head_at(f + 1)};
         es_frame* frame;
         check(es_frame_begin(sequence, &now, &frame, &error), &error);
         render(frame, f);

@@ -147,9 +147,10 @@ std::string complaint(const std::function<void()>& action) {
 }
 
 TEST(Generators, BadNamesAndOptionsAreNamedWithTheAcceptedOnes) {
-    EXPECT_EQ(
-        complaint([] { find_generator("castle"); }),
-        "scene: expected one of pavilion, orientation, sphere, furnace, motion, materials, empty, found 'castle'");
+    EXPECT_EQ(complaint([] { find_generator("castle"); }),
+              "scene: expected one of pavilion, orientation, sphere, furnace, motion, materials, leaf, near, poles, "
+              "seam, wires, "
+              "mirror, glass, empty, found 'castle'");
     EXPECT_EQ(complaint([] { made("sphere", {"size=3"}); }),
               "options of sphere: expected NAME=VALUE with a name of radius, n, offset, found 'size=3'");
     EXPECT_EQ(complaint([] { made("sphere", {"n"}); }),

@@ -89,8 +89,7 @@ TEST_F(SceneTest, FullDescription) {
 TEST_F(SceneTest, UnknownAndRepeatedKeysNameTheirLine) {
     EXPECT_EQ(error("{\n \"sunn\": 1,\n \"model\": \"model.glb\"}"),
               "scene.json:2: expected one of name, model, model_unit_m, sun, sky, camera, head_box, exposure, "
-              "frames_per_second, "
-              "moving, found \"sunn\"");
+              "frames_per_second, moving, stands_for, found \"sunn\"");
     EXPECT_EQ(error("{\"model\": \"a\",\n\n\"model\": \"b\"}"),
               "scene.json:3: expected each key once, found \"model\" again after line 1");
     expect_contains(
