@@ -12,6 +12,11 @@ namespace equistream::files {
 
 namespace {
 
+/// What mirrors and panes show is for our own hosts to say: no renderer writes it, and nobody's conventions cover it.
+bool is_imported(const AovInfo& aov) {
+    return aov.group != "virtual";
+}
+
 std::string lower(std::string text) {
     for (char& c : text)
         c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -213,7 +218,7 @@ private:
     void take_ours(const Layer& layer) {
         for (const AovInfo& aov : aov_catalogue())
             for (const ForeignChannel& channel : layer.channels)
-                if (channel.name == *aov.channels.begin()) {
+                if (is_imported(aov) && channel.name == *aov.channels.begin()) {
                     std::vector<ForeignChannel> found;
                     for (const std::string_view name : aov.channels)
                         for (const ForeignChannel& other : layer.channels)
@@ -292,10 +297,12 @@ std::map<std::string, std::vector<std::string>> parse_channels(const std::string
     for (const std::string_view entry : split_at_commas(text)) {
         const std::size_t equals = entry.find('=');
         const std::string plane(trimmed(entry.substr(0, equals)));
-        if (equals == entry.npos || !find_aov(plane)) {
+        const auto aov = find_aov(plane);
+        if (equals == entry.npos || !aov || !is_imported(*aov)) {
             std::string planes;
-            for (const AovInfo& aov : aov_catalogue())
-                planes += (planes.empty() ? "" : ", ") + std::string(aov.name);
+            for (const AovInfo& other : aov_catalogue())
+                if (is_imported(other))
+                    planes += (planes.empty() ? "" : ", ") + std::string(other.name);
             throw InputError(expected_found("--channels", "PLANE=CHANNEL or PLANE=LAYER, PLANE one of " + planes,
                                             "'" + std::string(entry) + "'"));
         }

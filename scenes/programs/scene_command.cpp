@@ -73,14 +73,14 @@ std::function<void()> set_up(CLI::App& app) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
     CLI::App* generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
-    generate_command->footer(
-        "Examples:\n  equistream scene generate pavilion --out scenes\n  equistream scene generate wires --knob 0.5 "
-        "--out scenes");
+    generate_command->footer("Example:\n  equistream scene generate pavilion --out scenes");
     generate_command->add_option("NAME", generating->name, "which one (--list shows them)");
     generate_command->add_option("--out", generating->folder, "folder to write to, made if need be");
     generate_command->add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
         ->type_name("NAME=VALUE");
-    generate_command->add_option("--knob", generating->knob, "value of the scene's first option (--list shows it)")
+    generate_command
+        ->add_option("--knob", generating->knob,
+                     "value of the scene's first option (--list shows it), such as wires --knob 0.5")
         ->type_name("VALUE");
     generate_command->add_flag("--list", generating->list, "list the scenes and their options");
     CLI::App* info_command = app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");

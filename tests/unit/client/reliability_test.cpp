@@ -214,7 +214,8 @@ TEST(Reliability, BrokenDepthGivesNumbersAllTheSame) {
     for (int i = 0; i < 7; ++i)
         played.depth_m.pixel(20 + 10 * i, 50)[0] = broken[i];
     estimate_reliability(played.view(), played.eye, played.picture);
-    for (const float risk : played.risks().samples())
+    const FloatImage risks = played.risks();
+    for (const float risk : risks.samples())
         ASSERT_TRUE(std::isfinite(risk) && risk >= 0) << risk;
 }
 
