@@ -105,7 +105,7 @@ class Accuracy:
         record = self.steps.run(f"encode-{pathlib.Path(stream).stem}", "encode", f"renders/{source}-{seed}", "--out", stream, "--crf", crf,
                                 "--fill", fill, "--json", "--progress", "none")
         report = json.loads(self.steps.output_of(f"encode-{pathlib.Path(stream).stem}"))
-        return stream, {"command": record["command"], "crf": crf, "bytes": {t["role"]: t["bytes"] for t in report["tracks"]}}
+        return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
     def ours_at_no_more_bytes(self, seed, limit):
         """The best quality whose bytes, all tracks together, do not pass the paper's."""

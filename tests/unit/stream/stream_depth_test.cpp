@@ -175,7 +175,7 @@ TEST_P(DepthTracks, SameInputGivesSameBytes) {
     EXPECT_TRUE(first == bytes_of(file()));
 }
 
-// Measured at CRF 16 on this picture and rounded up: what a change makes worse shows.
+// Limits at CRF 16 on this picture: what a change makes much worse shows.
 INSTANTIATE_TEST_SUITE_P(Stream, DepthTracks,
                          testing::Values(Case{DepthCodeId::w8, Codec::h264, "mp4", 0.3, 3},
                                          Case{DepthCodeId::w8, Codec::h265, "nut", 0.3, 3},
