@@ -94,12 +94,12 @@ const DepthRange& DepthRanges::of(std::size_t position) {
 
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings) {
     DepthPlan plan;
-    if (request.code == "none")
-        return plan;
-    const bool automatic = request.code == "auto";
+    // What lies behind or beside the main picture is of no use without its depth: no client's scene gives that.
+    const bool main_has_some = request.code != "none";
+    const bool automatic = request.code == "auto" || !main_has_some;
     for (const SourceTrack& source : sources.tracks) {
         const auto role = depth_role_of(source.role);
-        if (!role)
+        if (!role || (source.role == TrackRole::main && !main_has_some))
             continue;
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const Frame first = read_exr(file, {"depth"});

@@ -63,7 +63,8 @@ FloatImage depth_to_code(FloatImage depth_m, TrackRole colour);
 FloatImage read_depth(const SourceTrack& source, std::int64_t index);
 
 /// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its
-/// tracks. Throws InputError where depth was asked for and cannot be had.
+/// tracks. Hidden layers and patches have depth whatever was asked for main, at the stream's CRF if main has none.
+/// Throws InputError where depth was asked for and cannot be had.
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings);
 
 }  // namespace equistream

@@ -134,7 +134,8 @@ private:
 }  // namespace
 
 void choose_crf(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
-    if (request.crf || plan.tracks.empty() || plan.tracks.front().code == DepthCodeId::lossless)
+    if (request.crf || plan.tracks.empty() || plan.tracks.front().role != TrackRole::depth ||
+        plan.tracks.front().code == DepthCodeId::lossless)
         return;
     const Trials trials(plan.tracks.front(), sources, settings);
     // Bytes fall as the CRF rises: the smallest within the share.

@@ -213,9 +213,10 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--fill", options.fill,
                    "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")
         ->capture_default_str();
-    app.add_option("--depth", options.depth,
-                   "Depth beside the colour, for clients without the scene: none, auto (code and bits from the error "
-                   "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
+    app.add_option(
+           "--depth", options.depth,
+           "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
+           "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
         ->capture_default_str();
     app.add_option("--depth-share", options.depth_share, "Of the main stream's bits that its depth may take")
         ->capture_default_str();

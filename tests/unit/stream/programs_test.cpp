@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -99,6 +100,31 @@ TEST_F(Programs, EncodeMakesBothTracks) {
         expect_same_info(*picture.info, info(width, height, picture.info->index, main ? Eye::centre : Eye::right));
         EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(width, height, picture.info->index)), 33);
     }
+}
+
+TEST_F(Programs, HiddenLayersAreSentWithTheirDepthThatOfMainOnlyWhenAsked) {
+    render("r/centre", 64, 64, 0, 1);
+    fs::create_directories(folder / "r/hidden");
+    for (std::int64_t index = 0; index < 2; ++index) {
+        Frame frame = read_exr(folder / "r/centre" / frame_file_name(index));
+        FloatImage depth_m(64, 64, 1, std::nanf(""));
+        for (int y = 20; y < 40; ++y)
+            std::fill_n(depth_m.pixel(0, y), 8, 2.0f);
+        frame.planes.emplace("depth", std::move(depth_m));
+        write_exr(folder / "r/hidden" / frame_file_name(index), frame);
+    }
+    ASSERT_EQ(run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'").status, 0);
+    StreamReader reader(path("a.mkv"));
+    int depths = 0;
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        EXPECT_NE(picture.role, TrackRole::depth);
+        if (picture.role != TrackRole::hidden_depth)
+            continue;
+        ++depths;
+        EXPECT_TRUE(std::isnan(*picture.depth_m.pixel(4, 4)));
+        EXPECT_NEAR(*picture.depth_m.pixel(4, 30), 2.0, 0.05);
+    }
+    EXPECT_EQ(depths, 2);
 }
 
 TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
