@@ -218,6 +218,9 @@ private:
         for (int k = 0; k < 4; ++k)
             corners[k] = project_point(centre_ + double(sample.distance) *
                                                      direction(x - 0.5 + 2 * (k % 2), y - 0.5 + 2 * (k / 2)));
+        // A corner that is not before the eye has no place in its picture.
+        if (std::ranges::any_of(corners, [](const Projected& corner) { return std::isnan(corner.inverse); }))
+            return;
         draw_triangle(corners[0], corners[1], corners[3], -1);
         draw_triangle(corners[0], corners[3], corners[2], -1);
     }

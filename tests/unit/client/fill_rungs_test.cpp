@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
+
 namespace equistream::test {
 namespace {
 
@@ -45,6 +48,29 @@ TEST_P(BothWays, SmallViewWithoutDepthFillsByDirection) {
     EXPECT_TRUE(std::ranges::equal(scene.picture.depth_m.samples(), scene.unfilled.depth_m.samples(),
                                    [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }))
         << "nothing tells how far it is";
+}
+
+TEST(DrawnForward, IsTheSameWhateverTheOrderOfDrawing) {
+    FillScene scene;
+    scene.forget_eye_depth();
+    std::ranges::fill(scene.unfilled.rgba.samples(), std::uint8_t{0});
+    std::ranges::fill(scene.unfilled.origin.samples(), std::uint8_t(PixelOrigin::gap));
+    std::ranges::fill(scene.unfilled.depth_m.samples(), std::nanf(""));
+    // No sample is of its neighbour's surface, and footprints as coarse as these reach behind the eye.
+    const auto scattered = [](const dvec3&, const dvec3& d) {
+        const double noise = std::sin(1e4 * d.x + 2e4 * d.y + 3e4 * d.z);
+        return 1.5 + 1.4 * noise;
+    };
+    const Rendered around = render(scattered, red_and_smooth, EquirectCamera{128, 64, {}}, scene.right);
+    const SourceView view = around.source(0.1);
+    std::optional<ByteImage> first;
+    for (int i = 0; i < 100; ++i) {
+        scene.picture = scene.unfilled;
+        scene.fill("small", {.main = &scene.main_view, .small = &view}, PixelOrigin::small);
+        if (!first)
+            first = scene.picture.rgba;
+        ASSERT_TRUE(std::ranges::equal(first->samples(), scene.picture.rgba.samples())) << "fill " << i;
+    }
 }
 
 TEST_P(BothWays, EarlierFrameShowsWhatTheHeadHasPassed) {
