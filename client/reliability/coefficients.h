@@ -1,6 +1,7 @@
 #pragma once
 /// Written by tests/study/reproject/fit_reliability.py: change it by running that.
-/// 445463 pixels of glass, kitchen, leaf, mirror, near, pavilion, san-miguel, sibenik, sponza-crytek, voxel-city, wires.
+/// 445463 pixels of glass, kitchen, leaf, mirror, near, pavilion, san-miguel, sibenik, sponza-crytek, voxel-city,
+/// wires.
 #include <equistream_client/reliability.h>
 
 #include <array>

@@ -9,15 +9,18 @@
 ///
 /// `lean`     no depth: the pictures lie on a sphere of one radius, and the eye moves inside it, as in the paper.
 ///
-/// The others need the source's depth only and find the eye's themselves, so they fill EyePicture::depth_m (unless the eye
-/// is at the source's position, where nothing needs it); the colour of what they find is looked up as `surface` does.
+/// The others need the source's depth only and find the eye's themselves, so they fill EyePicture::depth_m (unless the
+/// eye is at the source's position, where nothing needs it); the colour of what they find is looked up as `surface`
+/// does.
 ///
-/// `splat`    forward: each sample of the source is drawn as the parallelogram of the eye's pixels that it covers, in the
+/// `splat`    forward: each sample of the source is drawn as the parallelogram of the eye's pixels that it covers, in
+/// the
 ///            order of McMillan 1995 that needs no buffer of depths.
 /// `gather`   backward: each ray of the eye looks for the first place where it goes in through the source's surface: by
 ///            fixed point, from the neighbour's solution, and by a walk along the ray where that fails or something
 ///            may lie before it. Past an edge is a gap.
-/// `mesh`     the source's depth as cells as large as keep w within `mesh_share` of the budget, cut where w jumps more than a
+/// `mesh`     the source's depth as cells as large as keep w within `mesh_share` of the budget, cut where w jumps more
+/// than a
 ///            surface's slope explains; drawn with a buffer of depths.
 /// `mesh-plain`  every cell of the source's depth, never cut, each point coloured whether the source saw it or not: the
 ///            baseline that stretches rubber sheets from edges to what lies behind.
@@ -34,10 +37,11 @@ namespace equistream {
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
     double error_budget_px = 0.25;
-    /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and codec
-    /// and geometry.
+    /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and
+    /// codec and geometry.
     double mesh_share = 0.25;
-    /// For `lean`: the radius of its sphere of pictures; 0: the median of the source's depths where it has some, else 3 m.
+    /// For `lean`: the radius of its sphere of pictures; 0: the median of the source's depths where it has some, else 3
+    /// m.
     double lean_radius_m = 0;
     /// The slow, plain implementation in double precision, which tests compare the fast one with.
     bool reference = false;

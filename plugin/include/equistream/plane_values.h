@@ -5,8 +5,8 @@
 
 namespace equistream {
 
-/// Distances (also virtual ones) are at least 0 and may be +inf, everything else is finite; of colour nothing is asked, the writer takes
-/// care of it. Throws InputError naming the plane, the pixel and the value.
+/// Distances (also virtual ones) are at least 0 and may be +inf, everything else is finite; of colour nothing is asked,
+/// the writer takes care of it. Throws InputError naming the plane, the pixel and the value.
 void require_plane_values(const AovInfo& aov, ImageView<const float> plane);
 
 }  // namespace equistream

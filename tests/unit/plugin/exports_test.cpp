@@ -19,11 +19,14 @@ TEST(Exports, are_the_functions_of_the_header_only) {
         const std::string name = text.substr(text.find_last_of(' ') + 1);
         found.insert(name.substr(0, name.find('\n')));
     }
-    const std::set<std::string> wanted = {
-        "es_abi_version",      "es_version",           "es_sequence_open",     "es_sequence_has_frame",
-        "es_sequence_close",   "es_frame_begin",       "es_frame_next_tile",   "es_tile_geometry_rays",
-        "es_tile_probe_rays",  "es_tile_put_distances", "es_tile_colour_rays", "es_tile_put_surfaces",
-        "es_tile_put_radiance", "es_frame_put_plane", "es_frame_end",        "es_frame_discard"};
+    const std::set<std::string> wanted = {"es_abi_version",       "es_version",
+                                          "es_sequence_open",     "es_sequence_has_frame",
+                                          "es_sequence_close",    "es_frame_begin",
+                                          "es_frame_next_tile",   "es_tile_geometry_rays",
+                                          "es_tile_probe_rays",   "es_tile_put_distances",
+                                          "es_tile_colour_rays",  "es_tile_put_surfaces",
+                                          "es_tile_put_radiance", "es_frame_put_plane",
+                                          "es_frame_end",         "es_frame_discard"};
     EXPECT_EQ(found, wanted);
 }
 

@@ -175,9 +175,9 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
             parse_aov_groups(wrong);
             ADD_FAILURE() << wrong;
         } catch (const InputError& error) {
-            EXPECT_NE(
-                std::string(error.what()).find("expected albedo, depth, motion, normal, ids, specular, virtual, all or none"),
-                std::string::npos)
+            EXPECT_NE(std::string(error.what())
+                          .find("expected albedo, depth, motion, normal, ids, specular, virtual, all or none"),
+                      std::string::npos)
                 << error.what();
         }
     }
