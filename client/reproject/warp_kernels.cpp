@@ -2,9 +2,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "warp_kernels.cpp"
-// The scalar loops too, whatever the processor has; and none for processors of before 2008.
+// The scalar loops too, whatever the processor has.
 #define HWY_COMPILE_ALL_ATTAINABLE
-#define HWY_DISABLED_TARGETS HWY_SSSE3
 // Highway leaves its scalar vectors out for GCC before 12.3, which may vectorise high halves of products wrongly
 // (GCC 106322); nothing here takes those, and tests hold the scalar loops to the others.
 #define HWY_BROKEN_EMU128 0

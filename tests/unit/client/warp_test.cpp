@@ -15,11 +15,11 @@ namespace {
 
 using glm::dvec3;
 
-/// As bits of hwy's targets; without those that warp_kernels.cpp has no loops for.
+/// As bits of hwy's targets: all that this processor has.
 std::vector<std::int64_t> targets_here() {
     std::vector<std::int64_t> targets = {HWY_EMU128};
     hwy::SetSupportedTargetsForTest(0);
-    for (const std::int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_NEON})
+    for (const std::int64_t target : {HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_NEON})
         if ((hwy::SupportedTargets() & target) != 0)
             targets.push_back(target);
     return targets;
