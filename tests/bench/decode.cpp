@@ -1,10 +1,10 @@
 /// Reading a stream of 24 pictures of 1280x640 (H.264, CRF 16) to its end: our reader, which finds the poses, checks
 /// every picture and holds one back, against libavformat and libavcodec alone; and both with the way to RGB, there by
 /// libswscale. All use every core.
+#include "coded_sphere.h"
 #include "libav.h"
 
 #include <equistream/error.h>
-#include <equistream/stream.h>
 
 #include <benchmark/benchmark.h>
 
@@ -13,8 +13,6 @@ extern "C" {
 }
 
 #include <cmath>
-#include <filesystem>
-#include <unistd.h>
 
 namespace {
 
@@ -36,35 +34,8 @@ ByteImage picture(int index) {
     return rgb;
 }
 
-/// The stream as a file, removed at exit.
-class Coded {
-public:
-    Coded()
-        : file_(std::filesystem::temp_directory_path() / ("equistream-bench-" + std::to_string(getpid()) + ".mp4")) {
-        StreamSettings settings;
-        settings.preset = "fast";
-        settings.tracks = {{TrackRole::main, width, height}};
-        settings.pictures = picture_count;
-        StreamWriter writer(file_.string(), settings);
-        for (int i = 0; i < picture_count; ++i) {
-            FrameInfo info;
-            info.index = i;
-            info.camera = EquirectCamera{width, height, {}};
-            writer.write(TrackRole::main, picture(i).view(), info);
-        }
-        writer.finish();
-    }
-    ~Coded() { std::filesystem::remove(file_); }
-    Coded(const Coded&) = delete;
-    Coded& operator=(const Coded&) = delete;
-    std::string name() const { return file_.string(); }
-
-private:
-    std::filesystem::path file_;
-};
-
-const Coded& coded() {
-    static const Coded coded;
+const bench::CodedSphere& coded() {
+    static const bench::CodedSphere coded({width, height, {}}, picture_count, "fast", picture);
     return coded;
 }
 

@@ -2,19 +2,16 @@
 /// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Both use every core.
 #include "bench_scene.h"
 #include "big_views.h"
+#include "coded_sphere.h"
 
 #include <equistream/bound.h>
-#include <equistream/stream.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <filesystem>
 #include <optional>
-
-#include <unistd.h>
 
 namespace {
 
@@ -38,34 +35,6 @@ ByteImage picture(int index) {
     }
     return rgb;
 }
-
-/// The stream as a file, removed at exit.
-class Coded {
-public:
-    Coded()
-        : file_(std::filesystem::temp_directory_path() /
-                ("equistream-bench-playback-" + std::to_string(getpid()) + ".mp4")) {
-        StreamSettings settings;
-        settings.preset = "veryfast";
-        settings.tracks = {{TrackRole::main, bench::big_sphere.width, bench::big_sphere.height}};
-        settings.pictures = picture_count;
-        StreamWriter writer(file_.string(), settings);
-        for (int i = 0; i < picture_count; ++i) {
-            FrameInfo info;
-            info.index = i;
-            info.camera = bench::big_sphere;
-            writer.write(TrackRole::main, picture(i).view(), info);
-        }
-        writer.finish();
-    }
-    ~Coded() { std::filesystem::remove(file_); }
-    Coded(const Coded&) = delete;
-    Coded& operator=(const Coded&) = delete;
-    std::string name() const { return file_.string(); }
-
-private:
-    std::filesystem::path file_;
-};
 
 /// Where the source and the eyes are, and their depths.
 class Eyes {
@@ -110,7 +79,7 @@ private:
 };
 
 void play(benchmark::State& state, bool eyes) {
-    static const Coded coded;
+    static const bench::CodedSphere coded(bench::big_sphere, picture_count, "veryfast", picture);
     static Eyes both;
     for (auto _ : state) {
         StreamReader reader(coded.name(), {.yuv = true});
