@@ -88,6 +88,28 @@ class Steps:
         return (self.work / "steps" / f"{name}.out").read_text()
 
 
+def measured_json(program, words, folder):
+    """What a built program prints as JSON, run in `folder`."""
+    program, words = pathlib.Path(program).resolve(), [str(word) for word in words]
+    if not program.is_file():
+        raise Failed(f"{program}: expected the built program, found nothing (give --bin)")
+    done = subprocess.run([program, *words], cwd=folder, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(f"{' '.join([program.name, *words])}: exit {done.returncode}: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def run_as_program(main):
+    """One clear line for what failed, under the script's name."""
+    name = pathlib.Path(sys.argv[0]).name
+    try:
+        main()
+    except Failed as failure:
+        sys.exit(f"{name}: {failure}")
+    except KeyboardInterrupt:
+        sys.exit(f"{name}: interrupted; run it again to go on")
+
+
 def machine():
     """What ran the programs, without saying whose it is."""
     cpu = {}
@@ -99,6 +121,12 @@ def machine():
     return {"cpu": cpu.get("model name", "unknown"), "cores": len(os.sched_getaffinity(0)),
             "memory_gib": round(memory_kib / 1024 ** 2, 1), "system": system.get("PRETTY_NAME", "unknown").strip('"'),
             "gpu": "none used", "load_average_at_start": round(os.getloadavg()[0], 2)}
+
+
+def provenance(programs, repository):
+    """When, of which versions and on what machine a result is made: keys that every result has."""
+    return {"made": time.strftime("%Y-%m-%d", time.gmtime()), "versions": versions(pathlib.Path(programs) / "equistream", repository),
+            "machine": machine()}
 
 
 def versions(program, repository):

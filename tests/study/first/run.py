@@ -21,7 +21,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from steps import Failed, Steps, machine, versions, write_whole  # noqa: E402
+from steps import Failed, Steps, machine, run_as_program, versions, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = (1, 2)
@@ -179,9 +179,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"run.py: {failure}")
-    except KeyboardInterrupt:
-        sys.exit("run.py: interrupted; run it again to go on")
+    run_as_program(main)

@@ -23,7 +23,7 @@ from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from steps import Failed, Steps, machine, versions, write_whole  # noqa: E402
+from steps import Steps, machine, run_as_program, versions, write_whole  # noqa: E402
 
 SEEDS = (1, 2)
 FRAMES = 4
@@ -148,7 +148,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"documentation_scene.py: {failure}")
+    run_as_program(main)

@@ -10,15 +10,13 @@ finds that the sphere did not see: one mask for all systems of a source and a he
 docs/results/reproject/accuracy/SCENE.json.
 """
 
-import argparse
 import json
 import pathlib
 import sys
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from renders import EYE, FRAMES, HEADS, LEAN_M, MOVE_M, REPOSITORY, SEEDS, SPHERES, SceneRenders  # noqa: E402
-from steps import Failed, machine, versions, write_whole  # noqa: E402
+from renders import EYE, HEADS, LEAN_M, MOVE_M, REPOSITORY, SEEDS, SPHERES, SceneRenders, scene_parser  # noqa: E402
+from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 EXACT = ["--depth", "exact"]
 LADDER = "patches,hidden,small,geometry,pushpull"
@@ -49,12 +47,12 @@ class Accuracy:
         self.steps = self.renders.steps
         self.work = self.renders.work
         self.result = {
-            "scene": scene, "made": time.strftime("%Y-%m-%d", time.gmtime()),
+            "scene": scene,
             "command": f"tests/study/reproject/accuracy.py --bin BIN --work WORK --spp {options.spp} {scene}",
-            "settings": {"frame": FRAMES[scene], "spp": options.spp, "seeds": list(SEEDS), "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M,
+            "settings": {"frame": self.renders.frame, "spp": options.spp, "seeds": list(SEEDS), "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M,
                          "move_m": MOVE_M, "spheres": {name: sphere["size"] for name, sphere in SPHERES.items()}, "crf": CRF},
             "n": {"frames": 1, "seeds": len(SEEDS), "eyes": 2},
-            "versions": versions(self.steps.program, REPOSITORY), "machine": machine(),
+            **provenance(options.bin, REPOSITORY),
         }
 
     # -- one system played for one head
@@ -151,10 +149,7 @@ class Accuracy:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
-    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that renders.py filled")
+    parser = scene_parser(__doc__, work="folder that renders.py filled")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/accuracy", help="folder for SCENE.json")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--systems", default=",".join([*SYSTEMS, "coded", "rungs"]), help="a comma-separated list of " + ", ".join([*SYSTEMS, "coded", "rungs"]))
@@ -164,9 +159,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"accuracy.py: {failure}")
-    except KeyboardInterrupt:
-        sys.exit("accuracy.py: interrupted; run it again to go on")
+    run_as_program(main)

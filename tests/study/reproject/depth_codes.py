@@ -10,15 +10,13 @@ played from streamed depth alone; the eye that the sphere was rendered for is on
 noise-free error takes both seeds (docs/compare.md). Figures go to docs/results/reproject/depth_codes/SCENE.json.
 """
 
-import argparse
 import json
 import pathlib
 import sys
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from renders import EYE, FRAMES, LEAN_M, REPOSITORY, SEEDS, SPHERES, SceneRenders  # noqa: E402
-from steps import Failed, machine, versions, write_whole  # noqa: E402
+from renders import EYE, LEAN_M, REPOSITORY, SEEDS, SPHERES, SceneRenders, scene_parser  # noqa: E402
+from steps import provenance, run_as_program, write_whole  # noqa: E402
 
 CRF = 16
 REFERENCE = "lossless"
@@ -46,13 +44,13 @@ class DepthCodes:
         self.steps = self.renders.steps
         self.work = self.renders.work
         self.result = {
-            "scene": scene, "made": time.strftime("%Y-%m-%d", time.gmtime()),
+            "scene": scene,
             "command": f"tests/study/reproject/depth_codes.py --bin BIN --work WORK --spp {options.spp} --share {options.share} {scene}",
-            "settings": {"frame": FRAMES[scene], "spp": options.spp, "seeds": list(SEEDS), "source": options.source,
+            "settings": {"frame": self.renders.frame, "spp": options.spp, "seeds": list(SEEDS), "source": options.source,
                          "sphere": SPHERES[options.source]["size"], "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M, "crf": CRF,
                          "preset": "medium", "share": options.share, "fill": "pushpull"},
             "n": {"frames": 1, "seeds": len(SEEDS), "eyes": 2},
-            "versions": versions(self.steps.program, REPOSITORY), "machine": machine(),
+            **provenance(options.bin, REPOSITORY),
         }
 
     def encode(self, name, seed):
@@ -116,10 +114,7 @@ class DepthCodes:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
-    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that renders.py filled")
+    parser = scene_parser(__doc__, work="folder that renders.py filled")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--share", type=float, default=0.1, help="of the colour's bits that depth may take")
     parser.add_argument("--source", default="left", choices=["left", "centre"], help="which sphere; `centre` moves both eyes")
@@ -127,15 +122,8 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/depth_codes")
     options = parser.parse_args()
     for scene in options.scenes:
-        if scene not in FRAMES:
-            raise Failed(f"SCENE: expected one of {', '.join(FRAMES)}, found {scene}")
         DepthCodes(options, scene).run()
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"depth_codes.py: {failure}")
-    except KeyboardInterrupt:
-        sys.exit("depth_codes.py: interrupted; run it again to go on")
+    run_as_program(main)

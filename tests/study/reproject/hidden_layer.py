@@ -9,20 +9,18 @@ more than the error budget in w = B / (r - B). It is held if one of the hidden l
 there: within the budget of it, or between those of the layer's pixels around. Pixels count by their solid angle.
 """
 
-import argparse
 import json
 import pathlib
 import subprocess
 import sys
-import time
 
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
 from independent import equirect_direction, equirect_pixel, pixel_centres, read_frame  # noqa: E402
-from renders import FRAMES, REPOSITORY  # noqa: E402
-from steps import Failed, machine, versions, write_whole  # noqa: E402
+from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
+from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 BUDGET = 1 / (4 * 960)
 
@@ -111,10 +109,7 @@ def measure(options, scene):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
-    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for renders; not in the repository")
+    parser = scene_parser(__doc__, work="folder for renders; not in the repository")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/hidden-layer", help="folder for SCENE.json")
     parser.add_argument("--width", type=int, default=960, help="columns of the sphere")
     parser.add_argument("--eye-size", default="480x240")
@@ -123,19 +118,14 @@ def main():
     options = parser.parse_args()
     options.bin = options.bin.resolve()
     for scene in options.scenes:
-        if scene not in FRAMES:
-            raise Failed(f"SCENE: expected one of {', '.join(FRAMES)}, found {scene}")
         measured = measure(options, scene)
         command = f"hidden_layer.py {scene} --width {options.width} --eye-size {options.eye_size} --eyes {options.eyes} --seed {options.seed}"
-        result = {"scene": scene, "frame": FRAMES[scene], "made": time.strftime("%Y-%m-%d", time.gmtime()), "command": command,
+        result = {"scene": scene, "frame": FRAMES[scene], "command": command,
                   "n": {"eyes": options.eyes, "seed": options.seed}, "measured": measured,
-                  "versions": versions(options.bin / "equistream", REPOSITORY), "machine": machine()}
+                  **provenance(options.bin, REPOSITORY)}
         write_whole(options.out / f"{scene}.json", json.dumps(result, indent=1) + "\n")
         print(options.out / f"{scene}.json", flush=True)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"hidden_layer.py: {failure}")
+    run_as_program(main)

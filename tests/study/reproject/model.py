@@ -8,15 +8,13 @@ turns the spheres of both seeds to both eyes with the scene's own geometry and w
 both seeds (docs/compare.md). Figures go to docs/results/reproject/model/SCENE.json.
 """
 
-import argparse
 import json
 import pathlib
 import sys
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from renders import EYE, FRAMES, LEAN_M, REPOSITORY, SEEDS, SceneRenders  # noqa: E402
-from steps import Failed, machine, versions, write_whole  # noqa: E402
+from renders import EYE, LEAN_M, REPOSITORY, SEEDS, SceneRenders, scene_parser  # noqa: E402
+from steps import provenance, run_as_program, write_whole  # noqa: E402
 
 BUDGETS_PX = (0.0625, 0.25, 1.0, 4.0)
 SHARE = 0.25
@@ -62,22 +60,19 @@ class ModelStudy:
             file, made = self.model(error_px)
             score = self.score(f"{error_px:g}px", "--model", file)
             models.append({"model": made, "noise_free": score})
-        result = {"scene": self.renders.name, "made": time.strftime("%Y-%m-%d", time.gmtime()),
+        result = {"scene": self.renders.name,
                   "command": f"tests/study/reproject/model.py --bin BIN --work WORK --spp {self.options.spp} --source {self.options.source} {self.renders.name}",
                   "settings": {"frame": self.renders.frame, "spp": self.options.spp, "seeds": list(SEEDS), "source": self.options.source,
                                "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M, "fill": "spread"},
                   "n": {"frames": 1, "seeds": len(SEEDS), "eyes": 2}, "scene_geometry": exact, "models": models,
-                  "versions": versions(self.steps.program, REPOSITORY), "machine": machine()}
+                  **provenance(self.options.bin, REPOSITORY)}
         file = self.options.out / f"{self.renders.name}.json"
         write_whole(file, json.dumps(result, indent=1) + "\n")
         print(f"{file}: {len(models)} models")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
-    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that renders.py filled")
+    parser = scene_parser(__doc__, work="folder that renders.py filled")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/model", help="folder for SCENE.json")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--source", default="centre", help="which sphere of renders.py: centre or left")
@@ -89,9 +84,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"model.py: {failure}")
-    except KeyboardInterrupt:
-        sys.exit("model.py: interrupted; run it again to go on")
+    run_as_program(main)

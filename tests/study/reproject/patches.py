@@ -9,28 +9,15 @@ patches: all their auxiliary spheres whole, which no choice of patches can excee
 there for the same command is kept.
 """
 
-import argparse
 import json
 import pathlib
-import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from renders import FRAMES, REPOSITORY  # noqa: E402
-from steps import Failed, machine, versions, write_whole  # noqa: E402
+from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
+from steps import measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
 SEED, EYES = 20, 64
-
-
-def first_frame(scene):
-    return str(FRAMES[scene]).split("-")[0]
-
-
-def measured(programs, words):
-    done = subprocess.run([programs / "equistream_gap_coverage", *words], cwd=REPOSITORY, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Failed(f"equistream_gap_coverage {' '.join(words)}: exit {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout)
 
 
 def measure(options, scene):
@@ -38,35 +25,26 @@ def measure(options, scene):
     results = json.loads(file.read_text())["results"] if file.exists() else []
     for size in options.sizes.split(","):
         for side in options.sides.split(","):
-            words = [f"scenes/descriptions/{scene}.json", "--frame", first_frame(scene), "--sphere-size", size, "--side", side,
+            words = [f"scenes/descriptions/{scene}.json", "--frame", str(FRAMES[scene]), "--sphere-size", size, "--side", side,
                      "--eyes", str(EYES), "--seed", str(SEED), "--budgets", options.budgets]
             command = "equistream_gap_coverage " + " ".join(words)
             if any(result["command"] == command for result in results):
                 continue
             print(command, flush=True)
-            results.append({"command": command, **measured(options.bin, words)})
-            record = {"seed": SEED, "n": EYES, "versions": versions(options.bin / "equistream", REPOSITORY), "machine": machine(),
-                      "results": results}
+            results.append({"command": command, **measured_json(options.bin / "equistream_gap_coverage", words, REPOSITORY)})
+            record = {"seed": SEED, "n": EYES, **provenance(options.bin, REPOSITORY), "results": results}
             write_whole(file, json.dumps(record, indent=1) + "\n")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), metavar="SCENE", help=", ".join(FRAMES))
-    parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of the built programs")
+    parser = scene_parser(__doc__)
     parser.add_argument("--sizes", default="960x480,1920x960", help="of the sphere (default: %(default)s)")
     parser.add_argument("--sides", default="16,8", help="of a patch, pixels (default: %(default)s)")
     parser.add_argument("--budgets", default="2.5,5,10,15,20", help="percent of the sphere's pixels (default: %(default)s)")
     options = parser.parse_args()
-    options.bin = options.bin.resolve()
-    try:
-        for scene in options.scenes:
-            if scene not in FRAMES:
-                raise Failed(f"{scene}: expected one of {', '.join(FRAMES)}")
-            measure(options, scene)
-    except Failed as failure:
-        sys.exit(f"patches.py: {failure}")
+    for scene in options.scenes:
+        measure(options, scene)
 
 
 if __name__ == "__main__":
-    main()
+    run_as_program(main)

@@ -16,7 +16,7 @@ import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from steps import Failed, Steps  # noqa: E402
+from steps import Failed, Steps, run_as_program  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = (1, 2)
@@ -99,24 +99,30 @@ class SceneRenders:
         return made + [self.sphere(name, seed) for name in SPHERES for seed in SEEDS if name in names]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=list(FRAMES), help=", ".join(FRAMES))
+def scene_name(text):
+    if text not in FRAMES:
+        raise argparse.ArgumentTypeError(f"expected one of {', '.join(FRAMES)}, found {text}")
+    return text
+
+
+def scene_parser(description, work=None):
+    """What every program of this folder takes: scenes, the built programs, and, where it needs one, a work folder."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", type=scene_name, metavar="SCENE", default=list(FRAMES), help=", ".join(FRAMES))
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for renders; not in the repository")
+    if work:
+        parser.add_argument("--work", required=True, type=pathlib.Path, help=work)
+    return parser
+
+
+def main():
+    parser = scene_parser(__doc__, work="folder for renders; not in the repository")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--only", default="truth,left,centre-3840,centre", help="truth and spheres, a comma-separated list")
     options = parser.parse_args()
     for scene in options.scenes:
-        if scene not in FRAMES:
-            raise Failed(f"SCENE: expected one of {', '.join(FRAMES)}, found {scene}")
         SceneRenders(options.work, options.bin, scene, options.spp).all(options.only.split(","))
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        sys.exit(f"renders.py: {failure}")
-    except KeyboardInterrupt:
-        sys.exit("renders.py: interrupted; run it again to go on")
+    run_as_program(main)
