@@ -7,9 +7,9 @@
 /// runs. So pixels are told apart by whether the samples around q, linear in w, tell the depth there to within the
 /// budget: "sampled" ones, for which the bound must hold, and the others. Prints JSON, for each engine: quantiles of
 /// the shift and the share within the budget, over all coloured pixels and over the sampled ones.
-#include <equistream/bound.h>
+#include "random_eyes.h"
+
 #include <equistream/error.h>
-#include <equistream_cli/program.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/ray_depth.h>
 #include <equistream_scene/embree_rays.h>
@@ -20,17 +20,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
-#include <random>
 
 namespace equistream {
 namespace {
 
-struct Options {
-    std::string scene, model, engines = "surface,gather,mesh,splat", size = "480x270", sphere = "1920x960";
-    std::int64_t frame = 0;
-    int eyes = 64;
-    double lean_m = -1;
-    std::uint64_t seed = 1;
+struct Options : RandomEyeOptions {
+    Options() { size = "480x270"; }
+    std::string model, engines = "surface,gather,mesh,splat";
 };
 
 /// Casts along directions that no camera has; the geometry is always the scene's own.
@@ -53,21 +49,6 @@ private:
     SceneModel model_;
     Bvh bvh_;
 };
-
-glm::dvec3 random_direction(std::mt19937_64& generator) {
-    std::normal_distribution<double> normal;
-    return glm::normalize(glm::dvec3(normal(generator), normal(generator), normal(generator)));
-}
-
-/// Uniform in the ball, turned any way.
-Pose random_eye(const glm::dvec3& centre, double radius_m, std::mt19937_64& generator) {
-    std::uniform_real_distribution<double> uniform;
-    std::normal_distribution<double> normal;
-    const double r = radius_m * std::cbrt(uniform(generator));
-    const glm::dvec3 position = centre + r * random_direction(generator);
-    const glm::dquat turn(normal(generator), normal(generator), normal(generator), normal(generator));
-    return {position, glm::normalize(turn)};
-}
 
 FloatImage cast(DepthSource& source, const Camera& camera, const Pose& pose) {
     FloatImage depth_m(width_of(camera), height_of(camera), 1);
@@ -115,31 +96,24 @@ class Measurement {
 public:
     explicit Measurement(const Options& options)
         : options_(options), scene_(load_scene(options.scene)),
-          depth_(options.model.empty() ? scene_ : load_scene(options.model)), truth_(scene_) {
-        const double time_s = double(options.frame) / scene_.frames_per_second;
-        source_pose_ = {scene_.camera_path.at(time_s).position_m, {1, 0, 0, 0}};
-        const cli::Size sphere = cli::parse_size(options.sphere);
-        sphere_ = {sphere.width, sphere.height, {}};
-        const cli::Size size = cli::parse_size(options.size);
-        eye_camera_ = {size.width, size.height, pi / 2};
-        box_radius_m_ = head_box_radius_centre(options.lean_m >= 0 ? options.lean_m : scene_.lean_m, default_ipd_m);
-        sphere_depth_ = cast(depth_, sphere_, source_pose_);
-        rgb_ = ByteImage(sphere.width, sphere.height, 3, 128);
+          depth_(options.model.empty() ? scene_ : load_scene(options.model)), truth_(scene_), eyes_(options, scene_) {
+        sphere_depth_ = cast(depth_, eyes_.sphere, eyes_.centre);
+        rgb_ = ByteImage(eyes_.sphere.width, eyes_.sphere.height, 3, 128);
     }
 
     nlohmann::json measure(const std::string& name) {
         const auto engine = make_engine(name);
         engine->set_source({.rgb = rgb_.view(),
-                            .camera = sphere_,
-                            .pose = source_pose_,
+                            .camera = eyes_.sphere,
+                            .pose = eyes_.centre,
                             .depth_m = sphere_depth_.view(),
-                            .box_radius_m = box_radius_m_});
-        std::mt19937_64 generator(options_.seed);
+                            .box_radius_m = eyes_.box_radius_m});
+        std::mt19937_64 generator = eyes_.generator();
         Shifts shifts;
         std::int64_t pixels = 0;
-        for (int i = 0; i < options_.eyes; ++i) {
-            add_shifts(*engine, random_eye(source_pose_.position_m, box_radius_m_, generator), shifts);
-            pixels += std::int64_t(eye_camera_.width) * eye_camera_.height;
+        for (int i = 0; i < eyes_.count; ++i) {
+            add_shifts(*engine, eyes_.next(generator), shifts);
+            pixels += std::int64_t(eyes_.eye.width) * eyes_.eye.height;
         }
         return {{"engine", name},
                 {"pixels", pixels},
@@ -155,36 +129,36 @@ private:
 
     /// Whether the source's samples around it tell the distance in this direction.
     bool sampled(const glm::dvec3& direction, double distance_m) const {
-        const SampledW w = sampled_w(sphere_depth_, sphere_, sphere_.pixel(direction), box_radius_m_);
-        const double error = std::abs(w.interpolated - bounded_inverse_depth(distance_m, box_radius_m_));
-        const double budget = std::sin(EngineOptions{}.error_budget_px / eye_camera_.focal_px());
+        const SampledW w = sampled_w(sphere_depth_, eyes_.sphere, eyes_.sphere.pixel(direction), eyes_.box_radius_m);
+        const double error = std::abs(w.interpolated - bounded_inverse_depth(distance_m, eyes_.box_radius_m));
+        const double budget = std::sin(EngineOptions{}.error_budget_px / eyes_.eye.focal_px());
         return error <= budget && w.bend <= 8 * budget;
     }
 
     void add_shifts(const Engine& engine, const Pose& pose, Shifts& shifts) {
-        const FloatImage eye_depth = cast(depth_, eye_camera_, pose);
+        const FloatImage eye_depth = cast(depth_, eyes_.eye, pose);
         EyePicture picture;
-        const bool given = engine.needs_depth(source_pose_, pose).eye;
-        engine.reproject({eye_camera_, pose, given ? eye_depth.view() : ImageView<const float>{}}, picture);
+        const bool given = engine.needs_depth(eyes_.centre, pose).eye;
+        engine.reproject({eyes_.eye, pose, given ? eye_depth.view() : ImageView<const float>{}}, picture);
         const ImageView<const float> shown_m = given ? eye_depth.view() : std::as_const(picture.depth_m).view();
-        const std::size_t columns = std::size_t(eye_camera_.width);
+        const std::size_t columns = std::size_t(eyes_.eye.width);
         struct Pixel {
             float shift_px = -1;
             bool sampled = false;
         };
-        std::vector<Pixel> found(columns * std::size_t(eye_camera_.height));
-        tbb::parallel_for(0, eye_camera_.height, [&](int y) {
+        std::vector<Pixel> found(columns * std::size_t(eyes_.eye.height));
+        tbb::parallel_for(0, eyes_.eye.height, [&](int y) {
             trace_thread_init();
-            for (int x = 0; x < eye_camera_.width; ++x) {
+            for (int x = 0; x < eyes_.eye.width; ++x) {
                 if (*picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::source))
                     continue;
                 const double depth_m = std::min<double>(shown_m.pixel(x, y)[0], 1e7);
-                const glm::dvec3 ray = pose.orientation * eye_camera_.direction(x + 0.5, y + 0.5);
+                const glm::dvec3 ray = pose.orientation * eyes_.eye.direction(x + 0.5, y + 0.5);
                 const glm::dvec3 point_m = pose.position_m + depth_m * ray;
-                const glm::dvec3 direction = glm::normalize(point_m - source_pose_.position_m);
-                const double distance_m = truth_.distance_m(source_pose_.position_m, direction);
-                const double shift = shift_rad(source_pose_.position_m, distance_m, pose, point_m);
-                found[std::size_t(y) * columns + std::size_t(x)] = {float(shift * eye_camera_.focal_px()),
+                const glm::dvec3 direction = glm::normalize(point_m - eyes_.centre.position_m);
+                const double distance_m = truth_.distance_m(eyes_.centre.position_m, direction);
+                const double shift = shift_rad(eyes_.centre.position_m, distance_m, pose, point_m);
+                found[std::size_t(y) * columns + std::size_t(x)] = {float(shift * eyes_.eye.focal_px()),
                                                                     sampled(direction, distance_m)};
             }
         });
@@ -212,10 +186,7 @@ private:
     SceneDescription scene_;
     RayDepth depth_;
     Truth truth_;
-    Pose source_pose_;
-    EquirectCamera sphere_;
-    PerspectiveCamera eye_camera_;
-    double box_radius_m_ = 0;
+    RandomEyes eyes_;
     FloatImage sphere_depth_;
     ByteImage rgb_;
 };
@@ -223,11 +194,8 @@ private:
 void run(const Options& options) {
     Measurement measurement(options);
     nlohmann::json results = nlohmann::json::array();
-    for (std::size_t start = 0; start <= options.engines.size();) {
-        const std::size_t comma = std::min(options.engines.find(',', start), options.engines.size());
-        results.push_back(measurement.measure(options.engines.substr(start, comma - start)));
-        start = comma + 1;
-    }
+    for (const std::string& engine : between_commas(options.engines))
+        results.push_back(measurement.measure(engine));
     std::printf("%s\n", results.dump(1).c_str());
 }
 
@@ -237,20 +205,14 @@ void run(const Options& options) {
 int main(int argc, char** argv) {
     using namespace equistream;
     Options options;
-    return cli::run_program(
-        argc, argv,
-        {"measured_shift", "Measures how far engines displace what random eyes of the head box see",
-         "equistream_measured_shift scenes/descriptions/sibenik.json --frame 30"},
-        [&](CLI::App& app) {
-            app.add_option("SCENE", options.scene, "Scene description whose geometry is the truth")->required();
-            app.add_option("--model", options.model, "Client model that gives depth instead (equistream model)");
-            app.add_option("--engines", options.engines, "Comma-separated")->capture_default_str();
-            app.add_option("--frame", options.frame, "Of the scene's path")->capture_default_str();
-            app.add_option("--size", options.size, "Of an eye, 90 degrees wide")->capture_default_str();
-            app.add_option("--sphere-size", options.sphere, "Of the source")->capture_default_str();
-            app.add_option("--eyes", options.eyes, "How many")->check(CLI::Range(1, 100000))->capture_default_str();
-            app.add_option("--lean", options.lean_m, "Head box in metres instead of the scene's");
-            app.add_option("--seed", options.seed, "Of the eyes")->capture_default_str();
-            return [&options] { run(options); };
-        });
+    return cli::run_program(argc, argv,
+                            {"measured_shift", "Measures how far engines displace what random eyes of the head box see",
+                             "equistream_measured_shift scenes/descriptions/sibenik.json --frame 30"},
+                            [&](CLI::App& app) {
+                                add_random_eye_options(app, options);
+                                app.add_option("--model", options.model,
+                                               "Client model that gives depth instead (equistream model)");
+                                app.add_option("--engines", options.engines, "Comma-separated")->capture_default_str();
+                                return [&options] { run(options); };
+                            });
 }
