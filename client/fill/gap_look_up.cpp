@@ -1,7 +1,6 @@
 #include "gap_look_up.h"
 
-#include "../reproject/eye_rays.h"
-#include "../reproject/source_lookup.h"
+#include "../reproject/specular_look_up.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
@@ -25,37 +24,66 @@ struct Neighbourhood {
     std::array<SamplePlace, 4> places{};
 };
 
+/// Where a grid has what a gap pixel sees.
 template <typename Grid, typename Lookup>
-class GapColours {
+class PointSamples {
 public:
-    GapColours(const Grid& grid, const Lookup& lookup, const GapLookUp& task)
+    PointSamples(const Grid& grid, const Lookup& lookup, const GapLookUp& task)
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
           agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()),
                      float(std::sin(error_budget_rad(task.eye.camera.focal_px())))} {}
 
-    bool by_surface(int x, int y, std::uint8_t* rgba) const {
+    /// Samples of the surface that the pixel sees: false if there are too few.
+    bool of_surface(int x, int y, Neighbourhood& around) const {
         const FloatImage& inverse_planar = task_.seen.inverse_planar();
         const float inverse = inverse_planar.pixel(x, y)[0];
         if (!(inverse >= 0))
             return false;
         const Vec3f d = rays_.direction(x, y) + rays_.eye() * inverse;
         const PixelPosition position = lookup_.project(d);
-        Neighbourhood around;
         if (!lookup_.contains(position) || !find(position, around))
             return false;
         if (rays_.shows_back_to_source(inverse_planar, x, y))
             return false;
         keep_same_surface(around, agreement_.reach(std::sqrt(dot(d, d)) / inverse), x, y);
-        return mix(around, rgba);
+        return enough(around);
     }
 
-    bool by_direction(int x, int y, std::uint8_t* rgba) const {
+    bool in_direction(int x, int y, Neighbourhood& around) const {
         const PixelPosition position = lookup_.project(rays_.direction(x, y));
-        Neighbourhood around;
-        return lookup_.contains(position) && find(position, around) && mix(around, rgba);
+        return lookup_.contains(position) && find(position, around) && enough(around);
     }
+
+    void mix(const Neighbourhood& around, std::uint8_t* rgba) const {
+        float sum = 0;
+        Vec3f colour;
+        for (int k = 0; k < 4; ++k) {
+            const float weight = around.taps.weight[k];
+            if (weight == 0)
+                continue;
+            sum += weight;
+            colour = colour + grid_.colour(around.places[k]) * weight;
+        }
+        rgba[0] = std::uint8_t(colour.x / sum + 0.5f);
+        rgba[1] = std::uint8_t(colour.y / sum + 0.5f);
+        rgba[2] = std::uint8_t(colour.z / sum + 0.5f);
+        rgba[3] = 255;
+    }
+
+    /// Of the pixel's point, from the grid's centre; 0 at infinity.
+    float inverse_distance(int x, int y) const {
+        const float inverse = task_.seen.inverse_planar().pixel(x, y)[0];
+        const Vec3f d = rays_.direction(x, y) + rays_.eye() * inverse;
+        return inverse / std::sqrt(dot(d, d));
+    }
+    float eye_distance_m() const { return rays_.distance_m(); }
 
 private:
+    static bool enough(const Neighbourhood& around) {
+        const auto& w = around.taps.weight;
+        return w[0] + w[1] + w[2] + w[3] > least_weight;
+    }
+
     bool find(PixelPosition position, Neighbourhood& around) const {
         around.taps = lookup_.taps(position);
         bool any = false;
@@ -87,30 +115,84 @@ private:
         }
     }
 
-    bool mix(const Neighbourhood& around, std::uint8_t* rgba) const {
-        float sum = 0;
-        Vec3f colour;
-        for (int k = 0; k < 4; ++k) {
-            const float weight = around.taps.weight[k];
-            if (weight == 0)
-                continue;
-            sum += weight;
-            colour = colour + grid_.colour(around.places[k]) * weight;
-        }
-        if (!(sum > least_weight))
-            return false;
-        rgba[0] = std::uint8_t(colour.x / sum + 0.5f);
-        rgba[1] = std::uint8_t(colour.y / sum + 0.5f);
-        rgba[2] = std::uint8_t(colour.z / sum + 0.5f);
-        rgba[3] = 255;
-        return true;
-    }
-
     const Grid& grid_;
     const Lookup& lookup_;
     const GapLookUp& task_;
     EyeRays rays_;
     DepthAgreement agreement_;
+};
+
+/// What a gap pixel that sees a mirror or glass takes from a picture's samples of that surface.
+enum class InMirror { as_surface, coloured, passed_over };
+
+/// The heaviest of the four.
+SpecularSample main_sample(const SourceView& view, const Neighbourhood& around) {
+    const auto& weight = around.taps.weight;
+    const auto k = std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin());
+    return specular_sample(view, around.taps.x[k], around.taps.y[k]);
+}
+
+struct NoMirrors {
+    template <typename Samples>
+    InMirror operator()(const Samples&, const Neighbourhood&, int, int, std::uint8_t*) const {
+        return InMirror::as_surface;
+    }
+};
+
+/// By the picture's own mask and virtual depths.
+template <typename Lookup>
+class OwnMirrors {
+public:
+    OwnMirrors(const Lookup& lookup, const SourceView& view, const GapLookUp& task)
+        : view_(view), task_(task), look_up_(lookup, view, task.eye, error_budget_rad(task.eye.camera.focal_px())) {}
+
+    template <typename Samples>
+    InMirror operator()(const Samples&, const Neighbourhood& around, int x, int y, std::uint8_t* rgba) const {
+        using Answer = typename SpecularLookUp<Lookup>::Answer;
+        const float depth_m = radial_over_planar(task_.eye.camera, x, y) / task_.seen.inverse_planar().pixel(x, y)[0];
+        const Answer answer = look_up_.look_at(main_sample(view_, around), x, y, depth_m, rgba);
+        if (answer == Answer::by_image)
+            rgba[3] = 255;
+        return answer == Answer::by_image ? InMirror::coloured
+               : answer == Answer::gap    ? InMirror::passed_over
+                                          : InMirror::as_surface;
+    }
+
+private:
+    const SourceView& view_;
+    const GapLookUp& task_;
+    SpecularLookUp<Lookup> look_up_;
+};
+
+/// Where main sees the same surface, its mask says what that is; and as far as its image lies behind it there, it does
+/// as seen from elsewhere (for plane mirrors along the same ray; else nearly, the places being near each other).
+template <typename MainLookup>
+class MainsMirrors {
+public:
+    MainsMirrors(const MainLookup& lookup, const GapLookUp& task)
+        : main_(*task.main), grid_(main_), samples_(grid_, lookup, task),
+          tolerance_(float(std::sin(error_budget_rad(task.eye.camera.focal_px())))) {}
+
+    template <typename Samples>
+    InMirror operator()(const Samples& taken, const Neighbourhood&, int x, int y, std::uint8_t*) const {
+        Neighbourhood around;
+        if (!samples_.of_surface(x, y, around))
+            return InMirror::as_surface;
+        const SpecularSample sample = main_sample(main_, around);
+        if (!sample.specular)
+            return InMirror::as_surface;
+        const float surface_m = std::min(1 / taken.inverse_distance(x, y), far_distance_m);
+        const float behind_m = image_distance(main_, sample) - main_.depth_m.pixel(sample.x, sample.y)[0];
+        const DepthAgreement agreement{taken.eye_distance_m(), tolerance_};
+        return warps_with_surface(agreement, surface_m, surface_m + behind_m) ? InMirror::as_surface
+                                                                              : InMirror::passed_over;
+    }
+
+private:
+    const SourceView& main_;
+    PictureGrid grid_;
+    PointSamples<PictureGrid, MainLookup> samples_;
+    float tolerance_;
 };
 
 /// Runs colour_pixel(x, y, rgba) -> coloured? for every gap that is still open, on all cores.
@@ -133,44 +215,65 @@ std::int64_t over_gaps(const GapLookUp& task, EyePicture& picture, const ColourP
     return total;
 }
 
-template <typename Grid, typename Run>
-std::int64_t with_lookup(const Grid& grid, const Run& run) {
-    if (const auto* sphere = std::get_if<EquirectCamera>(&grid.camera()))
-        return run(EquirectLookup(*sphere));
-    return run(PerspectiveLookup(std::get<PerspectiveCamera>(grid.camera())));
+template <typename Grid, typename Lookup, typename Mirrors>
+std::int64_t colour_by_surface(const PointSamples<Grid, Lookup>& samples, const Mirrors& mirrors, const GapLookUp& task,
+                               EyePicture& picture) {
+    return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
+        Neighbourhood around;
+        if (!samples.of_surface(x, y, around))
+            return false;
+        const InMirror answer = mirrors(samples, around, x, y, rgba);
+        if (answer == InMirror::passed_over)
+            return false;
+        if (answer == InMirror::as_surface)
+            samples.mix(around, rgba);
+        // By direction nothing tells how far it is: depth stays NaN there.
+        if (!picture.depth_m.empty())
+            picture.depth_m.pixel(x, y)[0] =
+                radial_over_planar(task.eye.camera, x, y) / task.seen.inverse_planar().pixel(x, y)[0];
+        return true;
+    });
 }
 
-template <typename Grid>
-std::int64_t by_surface(const Grid& grid, const GapLookUp& task, EyePicture& picture) {
-    return with_lookup(grid, [&](const auto& lookup) {
-        const GapColours colours(grid, lookup, task);
-        return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
-            if (!colours.by_surface(x, y, rgba))
-                return false;
-            // By direction nothing tells how far it is: depth stays NaN there.
-            if (!picture.depth_m.empty())
-                picture.depth_m.pixel(x, y)[0] =
-                    radial_over_planar(task.eye.camera, x, y) / task.seen.inverse_planar().pixel(x, y)[0];
-            return true;
-        });
+bool tells_of_mirrors(const SourceView& view) {
+    return view.specular.data != nullptr && view.depth_m.data != nullptr;
+}
+
+template <typename Grid, typename Lookup>
+std::int64_t by_surface(const PointSamples<Grid, Lookup>& samples, const GapLookUp& task, EyePicture& picture) {
+    if (task.main == nullptr || !tells_of_mirrors(*task.main))
+        return colour_by_surface(samples, NoMirrors{}, task, picture);
+    return with_lookup(task.main->camera, [&](const auto& lookup) {
+        return colour_by_surface(samples, MainsMirrors(lookup, task), task, picture);
     });
 }
 
 }  // namespace
 
 std::int64_t look_up_gaps(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture) {
-    return by_surface(grid, task, picture);
+    return with_lookup(grid.camera(), [&](const auto& lookup) {
+        const PointSamples samples(grid, lookup, task);
+        if (tells_of_mirrors(grid.view()))
+            return colour_by_surface(samples, OwnMirrors(lookup, grid.view(), task), task, picture);
+        return by_surface(samples, task, picture);
+    });
 }
 
 std::int64_t look_up_gaps(const PatchGrid& grid, const GapLookUp& task, EyePicture& picture) {
-    return by_surface(grid, task, picture);
+    return with_lookup(grid.camera(),
+                       [&](const auto& lookup) { return by_surface(PointSamples(grid, lookup, task), task, picture); });
 }
 
 std::int64_t look_up_gaps_by_direction(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture) {
-    return with_lookup(grid, [&](const auto& lookup) {
-        const GapColours colours(grid, lookup, task);
-        return over_gaps(task, picture,
-                         [&](int x, int y, std::uint8_t* rgba) { return colours.by_direction(x, y, rgba); });
+    return with_lookup(grid.camera(), [&](const auto& lookup) {
+        const PointSamples samples(grid, lookup, task);
+        return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
+            Neighbourhood around;
+            if (!samples.in_direction(x, y, around))
+                return false;
+            samples.mix(around, rgba);
+            return true;
+        });
     });
 }
 

@@ -10,9 +10,13 @@ struct GapLookUp {
     const SeenPoints& seen;
     const Gaps& gaps;
     PixelOrigin mark = PixelOrigin::gap;
+    /// Says where mirrors and glass are if the grid's picture does not itself; null: nobody does.
+    const SourceView* main = nullptr;
 };
 
-/// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured.
+/// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured. What
+/// mirrors and glass show is not on them: such a pixel is coloured only where the picture shows the same in them from
+/// its own place, within the budget, or where it has virtual depths and the eye's image is found by them (specular.h).
 std::int64_t look_up_gaps(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture);
 std::int64_t look_up_gaps(const PatchGrid& grid, const GapLookUp& task, EyePicture& picture);
 

@@ -24,14 +24,21 @@ std::int64_t fill_from(const SourceView& source, const GapLookUp& task, SeenPoin
     return look_up_gaps(grid, task, picture);
 }
 
-std::int64_t fill_from_one(const SourceView* source, PixelOrigin mark, const EyeView& eye, EyePicture& picture,
-                           std::pair<Gaps&, Spares<SeenPoints>&> with) {
-    auto& [gaps, spares] = with;
+/// A picture, who it is, and the main one.
+struct OnePicture {
+    const SourceView* source = nullptr;
+    PixelOrigin mark = PixelOrigin::gap;
+    const SourceView* main = nullptr;
+};
+
+std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePicture& picture, Gaps& gaps,
+                           Spares<SeenPoints>& spares) {
+    const SourceView* source = from.source;
     if (source == nullptr || source->depth_m.data == nullptr || gaps.empty())
         return 0;
     std::unique_ptr<SeenPoints> seen = spares.take();
     seen->look(eye, picture, gaps);
-    const std::int64_t filled = fill_from(*source, {eye, *seen, gaps, mark}, *seen, picture, {});
+    const std::int64_t filled = fill_from(*source, {eye, *seen, gaps, from.mark, from.main}, *seen, picture, {});
     spares.give_back(std::move(seen));
     gaps.narrow(picture.origin.view());
     return filled;
@@ -73,7 +80,7 @@ std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps
     if (small_ == nullptr || gaps.empty())
         return 0;
     if (small_->depth_m.data != nullptr)
-        return fill_from_one(small_, PixelOrigin::small, eye, picture, {gaps, spares_});
+        return fill_from_one({small_, PixelOrigin::small, main_}, eye, picture, gaps, spares_);
     const SeenPoints nothing;
     const std::int64_t filled =
         look_up_gaps_by_direction(PictureGrid(*small_), {eye, nothing, gaps, PixelOrigin::small}, picture);
@@ -82,7 +89,7 @@ std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps
 }
 
 std::int64_t HiddenRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    return fill_from_one(hidden_, PixelOrigin::hidden, eye, picture, {gaps, spares_});
+    return fill_from_one({hidden_, PixelOrigin::hidden, main_}, eye, picture, gaps, spares_);
 }
 
 std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
@@ -97,7 +104,7 @@ std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         if (source.depth_m.data == nullptr)
             continue;
         seen->look(eye, picture, gaps);
-        filled += fill_from(source, {eye, *seen, gaps, PixelOrigin::earlier}, *seen, picture, still_there);
+        filled += fill_from(source, {eye, *seen, gaps, PixelOrigin::earlier, main_}, *seen, picture, still_there);
         gaps.narrow(picture.origin.view());
     }
     spares_.give_back(std::move(seen));
@@ -106,6 +113,7 @@ std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
 
 void PatchesRung::set_frame(const FillInputs& inputs) {
     patches_ = inputs.patches;
+    main_ = inputs.main;
     index_.reset();
     if (patches_ != nullptr && patches_->depth_m.data != nullptr)
         index_.emplace(*patches_->atlas);
@@ -132,7 +140,7 @@ std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
     for (const auto& grid : grids) {
         if (gaps.empty())
             break;
-        filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches}, picture);
+        filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches, main_}, picture);
         gaps.narrow(picture.origin.view());
     }
     spares_.give_back(std::move(seen));

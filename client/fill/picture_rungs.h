@@ -14,11 +14,15 @@ class SmallRung : public FillRung {
 public:
     std::string_view name() const override { return "small"; }
     bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override { small_ = inputs.small; }
+    void set_frame(const FillInputs& inputs) override {
+        small_ = inputs.small;
+        main_ = inputs.main;
+    }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
     const SourceView* small_ = nullptr;
+    const SourceView* main_ = nullptr;
     mutable Spares<SeenPoints> spares_;
 };
 
@@ -27,11 +31,15 @@ class HiddenRung : public FillRung {
 public:
     std::string_view name() const override { return "hidden"; }
     bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override { hidden_ = inputs.hidden; }
+    void set_frame(const FillInputs& inputs) override {
+        hidden_ = inputs.hidden;
+        main_ = inputs.main;
+    }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
     const SourceView* hidden_ = nullptr;
+    const SourceView* main_ = nullptr;
     mutable Spares<SeenPoints> spares_;
 };
 
@@ -62,6 +70,7 @@ public:
 
 private:
     const PatchesView* patches_ = nullptr;
+    const SourceView* main_ = nullptr;
     std::optional<PatchIndex> index_;  ///< of their atlas
     mutable Spares<SeenPoints> spares_;
 };

@@ -33,6 +33,7 @@ class PictureGrid {
 public:
     explicit PictureGrid(const SourceView& view) : view_(view) {}
 
+    const SourceView& view() const { return view_; }
     const Camera& camera() const { return view_.camera; }
     const Pose& pose() const { return view_.pose; }
     double box_radius_m() const { return view_.box_radius_m; }

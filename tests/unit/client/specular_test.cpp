@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 namespace equistream::test {
 namespace {
 
@@ -80,6 +82,19 @@ struct Mirror : ::testing::Test {
         engine->set_source(source);
         engine->reproject(eye, picture);
     }
+    /// Opens every mirror pixel whose image the main picture does not tell, and fills them.
+    double filled_db(const std::string& rungs, const FillInputs& inputs) {
+        reproject(*inputs.main);
+        EXPECT_GT(rework_specular(*inputs.main, eye, 0.25, picture).gaps, 10000);
+        const FillLadder ladder = make_fill_ladder(rungs);
+        for (const auto& rung : ladder)
+            rung->set_frame(inputs);
+        for (const auto& [name, count] : fill_gaps(ladder, eye, picture))
+            filled[name] = count;
+        return mirror_psnr_db();
+    }
+    std::map<std::string, std::int64_t> filled;
+
     bool in_mirror(int x, int y) const { return *truth.specular.pixel(x, y) > 0.5f; }
     double mirror_psnr_db() const {
         double squares = 0, samples = 0;
@@ -151,6 +166,56 @@ TEST_F(Mirror, AnEyeThatHardlyMovedKeepsItsPixels) {
     EXPECT_EQ(counts.by_image + counts.gaps, 0);
     EXPECT_GT(counts.kept, 10000);
     EXPECT_TRUE(std::ranges::equal(picture.rgba.samples(), before.rgba.samples()));
+}
+
+TEST_F(Mirror, WithoutImagesOtherPicturesPassItOver) {
+    SourceView source = main.source();
+    source.virtual_depth_m = {};
+    const double push_pull_db = filled_db("pushpull", {.main = &source});
+    // Earlier frames have masks as main has; a second eye's view has none of its own.
+    const MirrorView before(EquirectCamera{2048, 1024, {}}, {{-0.7, 0.3, 0.4}, {1, 0, 0, 0}});
+    SourceView earlier = before.source();
+    earlier.virtual_depth_m = {};
+    SourceView small = before.source();
+    small.specular = small.virtual_depth_m = {};
+    for (const bool masked : {true, false}) {
+        const double db = masked ? filled_db("earlier,pushpull", {.main = &source, .earlier = {&earlier, 1}})
+                                 : filled_db("small,pushpull", {.main = &source, .small = &small});
+        EXPECT_GE(db, push_pull_db - 0.05) << masked << look();
+        // Not by filling nothing: what the eye uncovered beside the mirror's edges may come from there.
+        EXPECT_LT(filled[masked ? "earlier" : "small"], picture.count(PixelOrigin::push_pull) / 20);
+    }
+    // Taken as if it were painted on the surface, the mirror would be wrong: the test can fail.
+    SourceView unaware = source;
+    unaware.specular = {};
+    reproject(source);
+    rework_specular(source, eye, 0.25, picture);
+    const FillLadder ladder = make_fill_ladder("small,pushpull");
+    for (const auto& rung : ladder)
+        rung->set_frame({.main = &unaware, .small = &small});
+    fill_gaps(ladder, eye, picture);
+    EXPECT_LT(mirror_psnr_db(), push_pull_db - 1);
+}
+
+TEST_F(Mirror, APictureFromTheEyesOwnPlaceIsRightInIt) {
+    SourceView source = main.source();
+    source.virtual_depth_m = {};
+    const double push_pull_db = filled_db("pushpull", {.main = &source});
+    const MirrorView own(EquirectCamera{2048, 1024, {}}, {eye_pose.position_m, {1, 0, 0, 0}});
+    SourceView small = own.source();
+    small.specular = small.virtual_depth_m = {};
+    EXPECT_GT(filled_db("small,pushpull", {.main = &source, .small = &small}), push_pull_db + 10) << look();
+    EXPECT_GT(filled["small"], 10000);
+}
+
+TEST_F(Mirror, EarlierImagesAreFoundByTheirOwnVirtualDepth) {
+    SourceView source = main.source();
+    source.virtual_depth_m = {};
+    const double push_pull_db = filled_db("pushpull", {.main = &source});
+    const MirrorView before(EquirectCamera{2048, 1024, {}}, {{0, 0, 0.04}, {1, 0, 0, 0}});
+    const SourceView earlier = before.source();
+    EXPECT_GT(filled_db("earlier,pushpull", {.main = &source, .earlier = {&earlier, 1}}), push_pull_db + 10) << look();
+    EXPECT_GT(filled["earlier"], 10000);
 }
 
 }  // namespace
