@@ -1,6 +1,8 @@
 #include "gap_look_up.h"
 
-#include "../reproject/specular_look_up.h"
+#include "../reproject/eye_rays.h"
+#include "../reproject/source_lookup.h"
+#include "../reproject/specular_sample.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
@@ -8,6 +10,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 
@@ -31,7 +34,11 @@ public:
     PointSamples(const Grid& grid, const Lookup& lookup, const GapLookUp& task)
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
           agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()),
-                     float(std::sin(error_budget_rad(task.eye.camera.focal_px())))} {}
+                     float(std::sin(error_budget_rad(task.eye.camera.focal_px())))},
+          width_(width_of(grid.camera())), height_(height_of(grid.camera())) {
+        const auto* sphere = std::get_if<EquirectCamera>(&grid.camera());
+        closes_ = sphere != nullptr && sphere->range.closes();
+    }
 
     /// Samples of the surface that the pixel sees: false if there are too few.
     bool of_surface(int x, int y, Neighbourhood& around) const {
@@ -46,7 +53,17 @@ public:
         if (rays_.shows_back_to_source(inverse_planar, x, y))
             return false;
         keep_same_surface(around, agreement_.reach(std::sqrt(dot(d, d)) / inverse), x, y);
-        return enough(around);
+        if (!enough(around))
+            return false;
+        Neighbourhood unmixed = around;
+        for (int k = 0; k < 4; ++k)
+            if (around.taps.weight[k] != 0 && is_mixed(around.taps.x[k], around.taps.y[k], around.places[k]))
+                unmixed.taps.weight[k] = 0;
+        if (enough(unmixed))
+            around = unmixed;
+        else if (task_.unmixed_only)
+            return false;
+        return true;
     }
 
     bool in_direction(int x, int y, Neighbourhood& around) const {
@@ -115,83 +132,76 @@ private:
         }
     }
 
+    /// Whether something nearer begins beside a sample: its colour, filtered over the pixel, has a share in it. What a
+    /// slope explains is the same surface.
+    bool is_mixed(int x, int y, SamplePlace place) const {
+        const float own = inverse(grid_.depth_m(place));
+        for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+            const float beside = inverse_at(x + dx, y + dy);
+            if (!(beside > own) || agreement_.same_inverse(own, beside))
+                continue;
+            const float behind = inverse_at(x - dx, y - dy);
+            if (!agreement_.same_inverse(2 * own - behind, beside))
+                return true;
+        }
+        return false;
+    }
+    static float inverse(float depth_m) { return 1 / std::min(depth_m, far_distance_m); }
+    /// NaN where the grid has nothing.
+    float inverse_at(int x, int y) const {
+        if (closes_)
+            x = (x + width_) % width_;
+        SamplePlace place;
+        if (x < 0 || y < 0 || x >= width_ || y >= height_ || !grid_.find(x, y, place))
+            return std::nanf("");
+        return inverse(grid_.depth_m(place));
+    }
+
     const Grid& grid_;
     const Lookup& lookup_;
     const GapLookUp& task_;
     EyeRays rays_;
     DepthAgreement agreement_;
+    int width_, height_;
+    bool closes_ = false;
 };
-
-/// What a gap pixel that sees a mirror or glass takes from a picture's samples of that surface.
-enum class InMirror { as_surface, coloured, passed_over };
-
-/// The heaviest of the four.
-SpecularSample main_sample(const SourceView& view, const Neighbourhood& around) {
-    const auto& weight = around.taps.weight;
-    const auto k = std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin());
-    return specular_sample(view, around.taps.x[k], around.taps.y[k]);
-}
 
 struct NoMirrors {
     template <typename Samples>
-    InMirror operator()(const Samples&, const Neighbourhood&, int, int, std::uint8_t*) const {
-        return InMirror::as_surface;
+    bool show_the_same(const Samples&, int, int) const {
+        return true;
     }
 };
 
-/// By the picture's own mask and virtual depths.
+/// What one picture's mask and virtual depths say of the surfaces that it sees.
 template <typename Lookup>
-class OwnMirrors {
+class Mirrors {
 public:
-    OwnMirrors(const Lookup& lookup, const SourceView& view, const GapLookUp& task)
-        : view_(view), task_(task), look_up_(lookup, view, task.eye, error_budget_rad(task.eye.camera.focal_px())) {}
+    Mirrors(const Lookup& lookup, const SourceView& view, const GapLookUp& task)
+        : view_(view), grid_(view), samples_(grid_, lookup, task),
+          tolerance_(float(std::sin(error_budget_rad(task.eye.camera.focal_px())))) {}
 
+    /// Whether samples taken from some place have what the eye sees at a pixel, which may be an image. That lies as far
+    /// behind the surface as the mask's picture says: from places near each other nearly the same.
     template <typename Samples>
-    InMirror operator()(const Samples&, const Neighbourhood& around, int x, int y, std::uint8_t* rgba) const {
-        using Answer = typename SpecularLookUp<Lookup>::Answer;
-        const float depth_m = radial_over_planar(task_.eye.camera, x, y) / task_.seen.inverse_planar().pixel(x, y)[0];
-        const Answer answer = look_up_.look_at(main_sample(view_, around), x, y, depth_m, rgba);
-        if (answer == Answer::by_image)
-            rgba[3] = 255;
-        return answer == Answer::by_image ? InMirror::coloured
-               : answer == Answer::gap    ? InMirror::passed_over
-                                          : InMirror::as_surface;
+    bool show_the_same(const Samples& taken, int x, int y) const {
+        Neighbourhood around;
+        if (!samples_.of_surface(x, y, around))
+            return true;
+        const auto& weight = around.taps.weight;
+        const auto k = std::size_t(std::max_element(weight.begin(), weight.end()) - weight.begin());
+        const SpecularSample sample = specular_sample(view_, around.taps.x[k], around.taps.y[k]);
+        if (!sample.specular)
+            return true;
+        const float surface_m = std::min(1 / taken.inverse_distance(x, y), far_distance_m);
+        const float behind_m = image_distance(view_, sample) - view_.depth_m.pixel(sample.x, sample.y)[0];
+        return warps_with_surface({taken.eye_distance_m(), tolerance_}, surface_m, surface_m + behind_m);
     }
 
 private:
     const SourceView& view_;
-    const GapLookUp& task_;
-    SpecularLookUp<Lookup> look_up_;
-};
-
-/// Where main sees the same surface, its mask says what that is; and as far as its image lies behind it there, it does
-/// as seen from elsewhere (for plane mirrors along the same ray; else nearly, the places being near each other).
-template <typename MainLookup>
-class MainsMirrors {
-public:
-    MainsMirrors(const MainLookup& lookup, const GapLookUp& task)
-        : main_(*task.main), grid_(main_), samples_(grid_, lookup, task),
-          tolerance_(float(std::sin(error_budget_rad(task.eye.camera.focal_px())))) {}
-
-    template <typename Samples>
-    InMirror operator()(const Samples& taken, const Neighbourhood&, int x, int y, std::uint8_t*) const {
-        Neighbourhood around;
-        if (!samples_.of_surface(x, y, around))
-            return InMirror::as_surface;
-        const SpecularSample sample = main_sample(main_, around);
-        if (!sample.specular)
-            return InMirror::as_surface;
-        const float surface_m = std::min(1 / taken.inverse_distance(x, y), far_distance_m);
-        const float behind_m = image_distance(main_, sample) - main_.depth_m.pixel(sample.x, sample.y)[0];
-        const DepthAgreement agreement{taken.eye_distance_m(), tolerance_};
-        return warps_with_surface(agreement, surface_m, surface_m + behind_m) ? InMirror::as_surface
-                                                                              : InMirror::passed_over;
-    }
-
-private:
-    const SourceView& main_;
     PictureGrid grid_;
-    PointSamples<PictureGrid, MainLookup> samples_;
+    PointSamples<PictureGrid, Lookup> samples_;
     float tolerance_;
 };
 
@@ -215,18 +225,22 @@ std::int64_t over_gaps(const GapLookUp& task, EyePicture& picture, const ColourP
     return total;
 }
 
-template <typename Grid, typename Lookup, typename Mirrors>
-std::int64_t colour_by_surface(const PointSamples<Grid, Lookup>& samples, const Mirrors& mirrors, const GapLookUp& task,
+/// Runs run(lookup) with the look-up of a camera.
+template <typename Run>
+std::int64_t with_lookup(const Camera& camera, const Run& run) {
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera))
+        return run(EquirectLookup(*sphere));
+    return run(PerspectiveLookup(std::get<PerspectiveCamera>(camera)));
+}
+
+template <typename Samples, typename AnyMirrors>
+std::int64_t colour_by_surface(const Samples& samples, const AnyMirrors& mirrors, const GapLookUp& task,
                                EyePicture& picture) {
     return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
         Neighbourhood around;
-        if (!samples.of_surface(x, y, around))
+        if (!samples.of_surface(x, y, around) || !mirrors.show_the_same(samples, x, y))
             return false;
-        const InMirror answer = mirrors(samples, around, x, y, rgba);
-        if (answer == InMirror::passed_over)
-            return false;
-        if (answer == InMirror::as_surface)
-            samples.mix(around, rgba);
+        samples.mix(around, rgba);
         // By direction nothing tells how far it is: depth stays NaN there.
         if (!picture.depth_m.empty())
             picture.depth_m.pixel(x, y)[0] =
@@ -235,33 +249,31 @@ std::int64_t colour_by_surface(const PointSamples<Grid, Lookup>& samples, const 
     });
 }
 
-bool tells_of_mirrors(const SourceView& view) {
-    return view.specular.data != nullptr && view.depth_m.data != nullptr;
+bool tells_of_mirrors(const SourceView* view) {
+    return view != nullptr && view->specular.data != nullptr && view->depth_m.data != nullptr;
 }
 
-template <typename Grid, typename Lookup>
-std::int64_t by_surface(const PointSamples<Grid, Lookup>& samples, const GapLookUp& task, EyePicture& picture) {
-    if (task.main == nullptr || !tells_of_mirrors(*task.main))
-        return colour_by_surface(samples, NoMirrors{}, task, picture);
-    return with_lookup(task.main->camera, [&](const auto& lookup) {
-        return colour_by_surface(samples, MainsMirrors(lookup, task), task, picture);
+template <typename Grid>
+std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapLookUp& task, EyePicture& picture) {
+    const SourceView* teller = tells_of_mirrors(own) ? own : task.main;
+    return with_lookup(grid.camera(), [&](const auto& lookup) {
+        const PointSamples samples(grid, lookup, task);
+        if (!tells_of_mirrors(teller))
+            return colour_by_surface(samples, NoMirrors{}, task, picture);
+        return with_lookup(teller->camera, [&](const auto& tellers) {
+            return colour_by_surface(samples, Mirrors(tellers, *teller, task), task, picture);
+        });
     });
 }
 
 }  // namespace
 
 std::int64_t look_up_gaps(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture) {
-    return with_lookup(grid.camera(), [&](const auto& lookup) {
-        const PointSamples samples(grid, lookup, task);
-        if (tells_of_mirrors(grid.view()))
-            return colour_by_surface(samples, OwnMirrors(lookup, grid.view(), task), task, picture);
-        return by_surface(samples, task, picture);
-    });
+    return by_surface(grid, &grid.view(), task, picture);
 }
 
 std::int64_t look_up_gaps(const PatchGrid& grid, const GapLookUp& task, EyePicture& picture) {
-    return with_lookup(grid.camera(),
-                       [&](const auto& lookup) { return by_surface(PointSamples(grid, lookup, task), task, picture); });
+    return by_surface(grid, nullptr, task, picture);
 }
 
 std::int64_t look_up_gaps_by_direction(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture) {

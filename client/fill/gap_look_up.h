@@ -12,11 +12,13 @@ struct GapLookUp {
     PixelOrigin mark = PixelOrigin::gap;
     /// Says where mirrors and glass are if the grid's picture does not itself; null: nobody does.
     const SourceView* main = nullptr;
+    /// Take only samples whose colours are not mixed with what stands before them.
+    bool unmixed_only = false;
 };
 
 /// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured. What
 /// mirrors and glass show is not on them: such a pixel is coloured only where the picture shows the same in them from
-/// its own place, within the budget, or where it has virtual depths and the eye's image is found by them (specular.h).
+/// its own place, within the budget.
 std::int64_t look_up_gaps(const PictureGrid& grid, const GapLookUp& task, EyePicture& picture);
 std::int64_t look_up_gaps(const PatchGrid& grid, const GapLookUp& task, EyePicture& picture);
 

@@ -137,12 +137,13 @@ std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         end_drawing(forward);
     }
     std::int64_t filled = 0;
-    for (const auto& grid : grids) {
-        if (gaps.empty())
-            break;
-        filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches, main_}, picture);
-        gaps.narrow(picture.origin.view());
-    }
+    for (const bool unmixed_only : {true, false})
+        for (const auto& grid : grids) {
+            if (gaps.empty())
+                break;
+            filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches, main_, unmixed_only}, picture);
+            gaps.narrow(picture.origin.view());
+        }
     spares_.give_back(std::move(seen));
     return filled;
 }

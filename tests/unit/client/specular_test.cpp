@@ -208,15 +208,5 @@ TEST_F(Mirror, APictureFromTheEyesOwnPlaceIsRightInIt) {
     EXPECT_GT(filled["small"], 10000);
 }
 
-TEST_F(Mirror, EarlierImagesAreFoundByTheirOwnVirtualDepth) {
-    SourceView source = main.source();
-    source.virtual_depth_m = {};
-    const double push_pull_db = filled_db("pushpull", {.main = &source});
-    const MirrorView before(EquirectCamera{2048, 1024, {}}, {{0, 0, 0.04}, {1, 0, 0, 0}});
-    const SourceView earlier = before.source();
-    EXPECT_GT(filled_db("earlier,pushpull", {.main = &source, .earlier = {&earlier, 1}}), push_pull_db + 10) << look();
-    EXPECT_GT(filled["earlier"], 10000);
-}
-
 }  // namespace
 }  // namespace equistream::test
