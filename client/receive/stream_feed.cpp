@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <utility>
@@ -27,9 +28,11 @@ constexpr int pictures_to_judge_by = 4;
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
-        : source_(source),
-          reader_(source,
-                  {.rgb = true, .yuv = options.yuv, .depth = options.depth, .interrupted = options.interrupted}),
+        : source_(source), reader_(source, {.rgb = true,
+                                            .yuv = options.yuv,
+                                            .depth = options.depth,
+                                            .images = options.specular,
+                                            .interrupted = options.interrupted}),
           options_(options), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
@@ -94,9 +97,10 @@ private:
         }
     };
 
-    /// Depth that nobody asked for does not come.
+    /// What nobody asked for does not come.
     bool is_expected(const Track& track) const {
-        return track.origin != Origin::foreign && (options_.depth || !is_depth(track.role));
+        const StreamReadOptions asked{.depth = options_.depth, .images = options_.specular};
+        return track.origin != Origin::foreign && asked.wants(track.role);
     }
 
     /// All pictures of the first waiting frame are here, or will not come.
@@ -198,6 +202,7 @@ private:
         frame.posed = partial.posed;
         frame.main = *give(partial, TrackRole::main);
         if (partial.posed) {
+            give_images(partial, frame.main);
             frame.small = give(partial, TrackRole::small);
             frame.hidden = give(partial, TrackRole::hidden);
             frame.patches = give(partial, TrackRole::patches);
@@ -228,6 +233,21 @@ private:
         picture.decode_ms += depth.decode_ms;
         picture.convert_ms += depth.convert_ms;
         return picture;
+    }
+
+    /// Mirrors and glass of the main picture, where they came.
+    void give_images(Partial& partial, ReceivedPicture& main) {
+        std::optional<DecodedPicture>& images = partial.picture(TrackRole::images);
+        if (!images)
+            return;
+        require_same_view(main, *images);
+        count(*images);
+        main.specular = FloatImage(images->width, images->height, 1);
+        std::ranges::transform(images->depth_m.samples(), main.specular.samples().begin(),
+                               [](float distance_m) { return std::isnan(distance_m) ? 0.0f : 1.0f; });
+        main.virtual_depth_m = std::move(images->depth_m);
+        main.decode_ms += images->decode_ms;
+        main.convert_ms += images->convert_ms;
     }
 
     void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {

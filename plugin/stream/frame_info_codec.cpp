@@ -201,7 +201,7 @@ std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
-    tagged.role = in.get_enum(TrackRole::patches_depth, "track role");
+    tagged.role = in.get_enum(TrackRole::images, "track role");
     const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
     info.eye = in.get_enum(Eye::right, "eye");
     info.lock = in.get_enum(AxisLock::path, "axis lock");
@@ -243,13 +243,15 @@ bool starts_with_our_uuid(std::span<const std::uint8_t> payload) {
 }  // namespace
 
 const char* track_name(TrackRole role) {
-    constexpr const char* names[] = {"main", "small", "depth", "hidden", "hidden-depth", "patches", "patches-depth"};
+    constexpr const char* names[] = {"main",         "small",   "depth",         "hidden",
+                                     "hidden-depth", "patches", "patches-depth", "images"};
     static_assert(std::size(names) == track_role_count);
     return names[static_cast<std::size_t>(role)];
 }
 
 bool is_depth(TrackRole role) {
-    return role == TrackRole::depth || role == TrackRole::hidden_depth || role == TrackRole::patches_depth;
+    return role == TrackRole::depth || role == TrackRole::hidden_depth || role == TrackRole::patches_depth ||
+           role == TrackRole::images;
 }
 
 std::optional<TrackRole> depth_role_of(TrackRole colour) {

@@ -227,7 +227,7 @@ std::optional<DecodedPicture> StreamReader::State::take() {
         if (!picture)
             return std::nullopt;
         picture->track = std::size_t(earliest - tracks.begin());
-        const bool is_wanted = options.depth || !decoder.holds_depth();
+        const bool is_wanted = !decoder.known_role() || options.wants(*decoder.known_role());
         if (!is_wanted) {
             decoder.leave_out();
             format->streams[(*earliest)->index]->discard = AVDISCARD_ALL;

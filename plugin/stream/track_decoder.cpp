@@ -266,7 +266,7 @@ std::optional<DecodedPicture> TrackDecoder::take(const StreamReadOptions& option
     const auto start = Clock::now();
     if (!picture.info || !picture.info->depth_code)
         give_colour(std::move(ready.frame), options, picture);
-    else if (options.depth)
+    else if (options.wants(picture.role))
         give_depth(*ready.frame, picture);
     picture.convert_ms = milliseconds_since(start);
     return picture;

@@ -37,7 +37,8 @@ public:
     /// The next picture that is ready, given as `options` ask.
     std::optional<DecodedPicture> take(const StreamReadOptions& options);
     /// Known to hold depth: its pictures need not be decoded where nobody wants them.
-    bool holds_depth() const { return tally_.ours && is_depth(tally_.role); }
+    /// What it holds, once a picture of ours has said so.
+    std::optional<TrackRole> known_role() const { return tally_.ours ? std::optional(tally_.role) : std::nullopt; }
     /// Nobody wants this track: what is left of it is not missing.
     void leave_out();
     bool is_left_out() const { return tally_.left_out; }

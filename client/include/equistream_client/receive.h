@@ -19,7 +19,7 @@ struct ReceivedPicture {
     ByteImage rgb;       ///< display-referred sRGB, 3 channels; empty where `yuv` is given
     YuvPicture yuv;      ///< the decoder's own planes, where FeedOptions::yuv asked for them and they are of that kind
     FloatImage depth_m;  ///< where it was asked for and is there: the renderer's AOV, or the depth track's; else empty
-    /// Mirrors and glass (SourceView): of folders whose main picture has these AOVs, where they were asked for.
+    /// Mirrors and glass (SourceView): of the main picture, where they were asked for and are there.
     FloatImage specular, virtual_depth_m;
     double decode_ms = 0;   ///< of colour and depth
     double convert_ms = 0;  ///< the same
@@ -62,7 +62,9 @@ public:
 struct FeedOptions {
     bool depth = false;  ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
     bool yuv = false;    ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
-    bool specular = false;  ///< fill ReceivedPicture::specular and virtual_depth_m of the main picture (folders)
+    /// Fill ReceivedPicture::specular and virtual_depth_m of the main picture: from the track of mirrors and glass,
+    /// or those AOVs of folders.
+    bool specular = false;
     std::int64_t first_frame = 0;
     std::int64_t last_frame = INT64_MAX;
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions

@@ -94,7 +94,7 @@ def _view(picture: Any, where: str) -> _View:
         specular: Any = picture.planes.get("specular")
     elif isinstance(picture, (FeedPicture, Picture)):
         info, rgb, depth = picture.info, picture.rgb, getattr(picture, "depth_m", None)
-        specular = None
+        specular = getattr(picture, "specular", None)
     else:
         raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
     if info is None:

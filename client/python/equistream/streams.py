@@ -81,11 +81,16 @@ def open_stream(source: PathLike) -> Stream:
 
 @dataclass
 class FeedPicture:
-    """A picture and where it was seen from. `rgb` is 8-bit sRGB; `depth_m` the renderer's own or the depth track's, where asked for."""
+    """A picture and where it was seen from. `rgb` is 8-bit sRGB; `depth_m` the renderer's own or the depth track's, where asked for.
+
+    So are, of a main picture with mirrors or glass, `specular` (1 there, 0 elsewhere) and `virtual_depth_m`, how far away what they show is.
+    """
 
     info: FrameInfo
     rgb: Optional[NDArray[np.uint8]]
     depth_m: Optional[NDArray[np.float32]] = None
+    specular: Optional[NDArray[np.float32]] = None
+    virtual_depth_m: Optional[NDArray[np.float32]] = None
 
     def __repr__(self) -> str:
         return f"FeedPicture({self.info!r}, depth: {'yes' if self.depth_m is not None else 'no'})"
@@ -114,7 +119,7 @@ class FeedFrame:
 class Feed:
     """Frames as a client receives them: of a stream (file or URL), or of a folder of rendered frames as if coded without loss.
 
-    `depth` reads depth too: the renderer's (folders), or the depth tracks'. `first_frame` and `last_frame` choose by number; a folder starts there, a
+    `depth` reads depth too, and mirrors and glass: the renderer's (folders), or their tracks'. `first_frame` and `last_frame` choose by number; a folder starts there, a
     stream decodes what comes before and leaves it out.
     """
 

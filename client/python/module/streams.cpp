@@ -78,7 +78,12 @@ nb::object picture_of(ReceivedPicture&& picture) {
     nb::dict found;
     found["info"] = nb::cast(picture.info);
     found["rgb"] = picture.rgb.empty() ? nb::none() : to_array(std::move(picture.rgb));
-    found["depth_m"] = picture.depth_m.empty() ? nb::none() : to_array(std::move(picture.depth_m));
+    const auto plane = [&](const char* name, FloatImage& image) {
+        found[name] = image.empty() ? nb::none() : to_array(std::move(image));
+    };
+    plane("depth_m", picture.depth_m);
+    plane("specular", picture.specular);
+    plane("virtual_depth_m", picture.virtual_depth_m);
     return found;
 }
 
@@ -100,8 +105,11 @@ class Feed {
 public:
     Feed(const std::string& source, bool depth, std::int64_t first, std::int64_t last) {
         waiting_.run([&] {
-            feed_ = open_feed(
-                source, {.depth = depth, .first_frame = first, .last_frame = last, .interrupted = waiting_.question()});
+            feed_ = open_feed(source, {.depth = depth,
+                                       .specular = depth,
+                                       .first_frame = first,
+                                       .last_frame = last,
+                                       .interrupted = waiting_.question()});
         });
     }
     nb::object next() {

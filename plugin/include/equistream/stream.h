@@ -25,12 +25,13 @@ enum class TrackRole : std::uint8_t {
     hidden_depth = 4,   ///< hidden's radial depth
     patches = 5,        ///< what an eye of the head box uncovers, packed in an atlas
     patches_depth = 6,  ///< the atlas's radial depth, each patch's from its own origin
+    images = 7,         ///< main's mirrors and glass: how far away what they show is, no surface where there are none
 };
-inline constexpr int track_role_count = 7;
+inline constexpr int track_role_count = 8;
 
 const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden", "hidden-depth", ...
 
-/// Whether pictures of this role are depth, coded by a DepthCode (depth_code.h).
+/// Whether pictures of this role are distances, coded by a DepthCode (depth_code.h).
 bool is_depth(TrackRole role);
 /// Of colour tracks: the role of their depth, where there is one (all but small).
 std::optional<TrackRole> depth_role_of(TrackRole colour);
@@ -152,7 +153,10 @@ struct StreamReadOptions {
     /// Give the decoder's own planes in place of rgb wherever they are as equistream/yuv.h describes, without
     /// conversion or copy.
     bool yuv = false;
-    bool depth = true;  ///< false: depth tracks are not decoded beyond their first picture, nor given
+    bool depth = true;   ///< false: depth tracks are not decoded beyond their first picture, nor given
+    bool images = true;  ///< the same for the track of mirrors and glass
+
+    bool wants(TrackRole role) const { return role == TrackRole::images ? images : depth || !is_depth(role); }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};
 };

@@ -29,51 +29,89 @@ double box_radius_m(const FrameInfo& info) {
 
 struct Extent {
     double nearest_m = std::numeric_limits<double>::infinity();
-    bool has_empty = false;
+    bool has_empty = false, has_surface = false;
 
     void take_in(const FloatImage& depth_m) {
         float nearest = std::numeric_limits<float>::infinity();
-        bool empty = false;
+        bool empty = false, surface = false;
         for (const float r : depth_m.samples()) {
             nearest = r < nearest ? r : nearest;
             empty |= std::isnan(r);
+            surface |= !std::isnan(r);
         }
         nearest_m = std::min(nearest_m, double(nearest));
         has_empty |= empty;
+        has_surface |= surface;
     }
 };
-
-/// Nearest of the first frames of a few groups, spread over all of them.
-double nearest_of_some(const SourceTrack& source, const std::vector<std::int64_t>& frames, int gop) {
-    const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
-    const std::size_t looks = std::min(groups, looked_at);
-    Extent extent;
-    for (std::size_t i = 0; i < looks; ++i)
-        extent.take_in(read_depth(source, frames[i * groups / looks * std::size_t(gop)]));
-    return extent.nearest_m;
-}
 
 InputError no_depth(const std::filesystem::path& file) {
     return InputError(expected_found(file.string(), "a depth plane to code (render with --aovs depth)", "none"));
 }
 
-}  // namespace
-
-FloatImage read_depth(const SourceTrack& source, std::int64_t index) {
-    const std::filesystem::path file = source.folder / frame_file_name(index);
-    Frame frame = read_exr(file, {"depth"});
-    const auto depth = frame.planes.find("depth");
-    if (depth == frame.planes.end())
-        throw no_depth(file);
-    return depth_to_code(std::move(depth->second), source.role);
+FloatImage read_distances(const DepthTrack& track, std::int64_t index) {
+    const std::filesystem::path file = track.source.folder / frame_file_name(index);
+    Frame frame = read_exr(file, planes_of(track.role));
+    return distances_to_code(track, frame, file);
 }
 
-FloatImage depth_to_code(FloatImage depth_m, TrackRole colour) {
+/// Of the first frames of a few groups, spread over all of them.
+Extent extent_of_some(const DepthTrack& track, const std::vector<std::int64_t>& frames, int gop) {
+    const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
+    const std::size_t looks = std::min(groups, looked_at);
+    Extent extent;
+    for (std::size_t i = 0; i < looks; ++i)
+        extent.take_in(read_distances(track, frames[i * groups / looks * std::size_t(gop)]));
+    return extent;
+}
+
+/// In place of a mask of 0 and 1 and distances: distances where there is a mirror or glass, NaN elsewhere.
+void leave_images_only(const FloatImage& specular, FloatImage& image_m) {
+    std::ranges::transform(specular.samples(), image_m.samples(), image_m.samples().begin(),
+                           [](float mask, float distance_m) {
+                               if (!(mask > 0.5f))
+                                   return std::numeric_limits<float>::quiet_NaN();
+                               return distance_m > 0 ? distance_m : std::numeric_limits<float>::infinity();
+                           });
+}
+
+/// The track of main's mirrors and glass, where main has some.
+std::optional<DepthTrack> plan_images(const SourceTrack& main, const Sources& sources, const StreamSettings& settings) {
+    const Frame first = read_exr(main.folder / frame_file_name(sources.frames.front()));  // whatever it has
+    const std::vector<std::string> planes = planes_of(TrackRole::images);
+    DepthTrack track{TrackRole::images, main, box_radius_m(first.info), DepthCodeId::w10, {}};
+    if (!std::ranges::all_of(planes, [&](const std::string& plane) { return first.planes.contains(plane); }) ||
+        !(track.box_radius_m > 0))
+        return std::nullopt;
+    const Extent extent = extent_of_some(track, sources.frames, settings.gop);
+    if (!extent.has_surface)
+        return std::nullopt;
+    track.code = code_for_bound(track.box_radius_m, extent.nearest_m, default_focal_length_px);
+    return track;
+}
+
+}  // namespace
+
+std::vector<std::string> planes_of(TrackRole role) {
+    return role == TrackRole::images ? std::vector<std::string>{"specular", "virtual_depth"}
+                                     : std::vector<std::string>{"depth"};
+}
+
+FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file) {
+    const std::vector<std::string> planes = planes_of(track.role);
+    for (const std::string& plane : planes)
+        if (!frame.planes.contains(plane))
+            throw plane == "depth"
+                ? no_depth(file)
+                : InputError(expected_found(file.string(), "a plane " + plane + ", as other frames have", "none"));
+    FloatImage distances_m = std::move(frame.planes.at(planes.back()));
+    if (track.role == TrackRole::images)
+        leave_images_only(frame.planes.at(planes.front()), distances_m);
     // Slots of an atlas that nobody uses may hold none; the atlas says which these are.
-    if (colour == TrackRole::patches)
+    if (track.role == TrackRole::patches_depth)
         std::ranges::replace_if(
-            depth_m.samples(), [](float r) { return std::isnan(r); }, std::numeric_limits<float>::infinity());
-    return depth_m;
+            distances_m.samples(), [](float r) { return std::isnan(r); }, std::numeric_limits<float>::infinity());
+    return distances_m;
 }
 
 DepthRanges::DepthRanges(const DepthTrack& track, std::vector<std::int64_t> frames, int gop)
@@ -85,7 +123,7 @@ const DepthRange& DepthRanges::of(std::size_t position) {
         return range_;
     Extent extent;
     for (std::size_t i = group * gop_; i < std::min((group + 1) * gop_, frames_.size()); ++i)
-        extent.take_in(read_depth(track_.source, frames_[i]));
+        extent.take_in(read_distances(track_, frames_[i]));
     range_ = depth_range(*make_depth_code(track_.code), track_.box_radius_m, extent.nearest_m, default_focal_length_px);
     range_.has_empty = extent.has_empty;
     group_ = group;
@@ -114,12 +152,15 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
                                             "no distance between the eyes and no lean"));
-        track.code = automatic
-                         ? code_for_bound(track.box_radius_m, nearest_of_some(source, sources.frames, settings.gop),
-                                          default_focal_length_px)
-                         : make_depth_code(request.code)->id();
+        track.code = automatic ? code_for_bound(track.box_radius_m,
+                                                extent_of_some(track, sources.frames, settings.gop).nearest_m,
+                                                default_focal_length_px)
+                               : make_depth_code(request.code)->id();
         plan.tracks.push_back(std::move(track));
     }
+    if (request.images)
+        if (auto track = plan_images(sources.tracks.front(), sources, settings))
+            plan.tracks.push_back(std::move(*track));
     choose_crf(request, sources, settings, plan);
     return plan;
 }

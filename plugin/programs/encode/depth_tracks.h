@@ -1,8 +1,9 @@
 #pragma once
-/// Depth tracks of a stream to be: which code, how good, and for which depths.
+/// Depth tracks of a stream to be, and the one of mirrors and glass: which code, how good, and for which depths.
 #include "sources.h"
 
 #include <equistream/depth_code.h>
+#include <equistream/frame.h>
 
 #include <optional>
 #include <string>
@@ -14,9 +15,10 @@ struct DepthRequest {
     std::string code = "none";  ///< auto, none, or a depth code's name
     double share = 0.1;         ///< of the main colour track's bits that main's depth may take
     std::optional<double> crf;  ///< nothing: the best within that share
+    bool images = true;         ///< also a track of mirrors and glass, where main has them
 };
 
-/// One colour track's depth.
+/// One colour track's depth, or main's mirrors and glass.
 struct DepthTrack {
     TrackRole role = TrackRole::depth;
     SourceTrack source;       ///< the colour it belongs to
@@ -58,12 +60,16 @@ struct DepthPlan {
     std::optional<DepthTrial> trial;  ///< with what was chosen; nothing where there was nothing to choose
 };
 
-/// As a depth track has it: metres, +inf for a miss, NaN where the picture holds no surface.
-FloatImage depth_to_code(FloatImage depth_m, TrackRole colour);
-FloatImage read_depth(const SourceTrack& source, std::int64_t index);
+/// Planes of a rendered frame that a track of distances is made of.
+std::vector<std::string> planes_of(TrackRole role);
+/// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass. An
+/// image whose distance the renderer does not know counts as far away. Takes the planes out of `frame`, which was read
+/// from `file`; throws InputError where they are not there.
+FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file);
 
 /// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its
 /// tracks. Hidden layers and patches have depth whatever was asked for main, at the stream's CRF if main has none.
+/// Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows some.
 /// Throws InputError where depth was asked for and cannot be had.
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings);
 

@@ -65,7 +65,7 @@ std::vector<TrialFrame> read_frames(const DepthTrack& track, const std::vector<s
         frame.info.depth_code = DepthCodeInfo{track.code, ranges.of(i), 0};
         read.push_back({frame.info,
                         quantise_8bit(display.to_display(frame.planes.at("colour").view(), frame.info.exposure).view()),
-                        depth_to_code(std::move(frame.planes.at("depth")), track.source.role)});
+                        distances_to_code(track, frame, file)});
     }
     return read;
 }

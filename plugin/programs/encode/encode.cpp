@@ -22,6 +22,7 @@ struct Options {
     std::string depth = "none";
     double depth_share = DepthRequest{}.share;
     std::optional<double> depth_crf;
+    std::string mirrors = "auto";
     std::string progress = "auto";
     int crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
@@ -41,7 +42,7 @@ DepthRequest depth_request_of(const Options& options) {
                                         std::to_string(options.depth_share)));
     if (options.depth_crf && !(*options.depth_crf >= 0 && *options.depth_crf <= 51))
         throw InputError(expected_found("--depth-crf", "0 to 51", std::to_string(*options.depth_crf)));
-    return {options.depth, options.depth_share, options.depth_crf};
+    return {options.depth, options.depth_share, options.depth_crf, options.mirrors == "auto"};
 }
 
 EncodeRequest request_of(const Options& options) {
@@ -221,6 +222,10 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--depth-share", options.depth_share, "Of the main stream's bits that its depth may take")
         ->capture_default_str();
     app.add_option("--depth-crf", options.depth_crf, "Quality of depth, 0 to 51, rather than by --depth-share");
+    app.add_option("--mirrors", options.mirrors,
+                   "auto: where main has mirrors or glass, a track of how far away what they show is; none: without")
+        ->check(CLI::IsMember({"auto", "none"}))
+        ->capture_default_str();
     app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
     return [&options] { run(options); };

@@ -19,27 +19,39 @@ struct Picture {
     TrackRole role = TrackRole::main;
     FrameInfo info;
     ByteImage rgb;
-    FloatImage depth_m;  ///< where its track has one of depth
+    /// Of the tracks that go with its own, in their order.
+    std::vector<std::pair<const DepthTrack*, FloatImage>> distances_m;
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;
     double display_ms = 0;
 };
 
-Picture read_picture(const SourceTrack& track, std::int64_t index, bool with_depth, const DisplayTransform& display) {
+/// Depth of a colour track, and what its mirrors show, where the plan has them.
+std::vector<const DepthTrack*> distances_of(const DepthPlan& plan, TrackRole colour) {
+    std::vector<const DepthTrack*> tracks;
+    for (const DepthTrack& track : plan.tracks)
+        if (track.source.role == colour)
+            tracks.push_back(&track);
+    return tracks;
+}
+
+Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPlan& plan,
+                     const DisplayTransform& display) {
     Picture picture;
     picture.role = track.role;
     const auto file = track.folder / frame_file_name(index);
     auto start = Clock::now();
-    Frame frame =
-        read_exr(file, with_depth ? std::vector<std::string>{"colour", "depth"} : std::vector<std::string>{"colour"});
+    std::vector<std::string> planes = {"colour"};
+    for (const DepthTrack* distances : distances_of(plan, track.role))
+        for (std::string& plane : planes_of(distances->role))
+            planes.push_back(std::move(plane));
+    Frame frame = read_exr(file, planes);
     picture.read_ms = milliseconds_since(start);
     const auto colour = frame.planes.find("colour");
     if (colour == frame.planes.end())
         throw InputError(expected_found(file.string(), "channels R, G and B", "none"));
-    if (with_depth && !frame.planes.contains("depth"))
-        throw InputError(expected_found(file.string(), "a depth plane, as the first frame has", "none"));
-    if (with_depth)
-        picture.depth_m = depth_to_code(std::move(frame.planes.at("depth")), track.role);
+    for (const DepthTrack* distances : distances_of(plan, track.role))
+        picture.distances_m.emplace_back(distances, distances_to_code(*distances, frame, file));
     picture.info = frame.info;
     picture.info.index = index;  // a foreign file has its number in its name only
     start = Clock::now();
@@ -50,29 +62,22 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, bool with_dep
     return picture;
 }
 
-/// The depth track of a colour track, where the plan has one.
-const DepthTrack* depth_of(const DepthPlan& plan, TrackRole colour) {
-    const auto role = depth_role_of(colour);
-    const auto track = std::ranges::find_if(plan.tracks, [&](const DepthTrack& t) { return t.role == role; });
-    return track == plan.tracks.end() ? nullptr : &*track;
-}
-
 std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
                                 const DisplayTransform& display) {
     std::vector<Picture> pictures;
     for (const SourceTrack& track : sources.tracks)
-        pictures.push_back(read_picture(track, index, depth_of(plan, track.role) != nullptr, display));
+        pictures.push_back(read_picture(track, index, plan, display));
     return pictures;
 }
 
-StreamSettings settings_for(const EncodeRequest& request, const DepthPlan& plan, const std::vector<Picture>& first) {
+StreamSettings settings_for(const EncodeRequest& request, const std::vector<Picture>& first) {
     StreamSettings settings = request.settings;
     settings.tracks.clear();
     for (const Picture& picture : first) {
         settings.tracks.push_back({picture.role, picture.rgb.width(), picture.rgb.height()});
-        if (const DepthTrack* depth = depth_of(plan, picture.role))
+        for (const auto& [track, distances_m] : picture.distances_m)
             settings.tracks.push_back(
-                {depth->role, picture.rgb.width(), picture.rgb.height(), depth->code, depth->crf});
+                {track->role, distances_m.width(), distances_m.height(), track->code, track->crf});
     }
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;
@@ -132,22 +137,10 @@ public:
             written_.push_back({DepthRanges(track, frames, gop), {}, 0, 0});
     }
 
-    /// The depth of `picture`, where its track has some.
+    /// What goes with `picture`.
     void write(StreamWriter& writer, const Picture& picture, std::size_t position) {
-        const DepthTrack* track = depth_of(plan_, picture.role);
-        if (track == nullptr)
-            return;
-        Written& written = written_[std::size_t(track - plan_.tracks.data())];
-        FrameInfo info = picture.info;
-        info.depth_code = DepthCodeInfo{track->code, written.ranges.of(position), 0};
-        const DepthRange& range = info.depth_code->range;
-        written.bound_rad = std::max(written.bound_rad, quantisation_bound_rad(*make_depth_code(track->code), range));
-        if (!written.first)
-            written.first = range;
-        if (track->code != DepthCodeId::lossless)
-            written.clamped_pixels +=
-                std::ranges::count_if(picture.depth_m.samples(), [&](float r) { return r < float(range.near_m); });
-        writer.write_depth(track->role, picture.depth_m.view(), info);
+        for (const auto& [track, distances_m] : picture.distances_m)
+            write(writer, *track, distances_m.view(), {picture.info, position});
     }
 
     void report(EncodedTrack& encoded) const {
@@ -160,6 +153,24 @@ public:
     }
 
 private:
+    struct At {
+        FrameInfo info;
+        std::size_t position = 0;
+    };
+    void write(StreamWriter& writer, const DepthTrack& track, ImageView<const float> distances_m, At at) {
+        Written& written = written_[std::size_t(&track - plan_.tracks.data())];
+        at.info.depth_code = DepthCodeInfo{track.code, written.ranges.of(at.position), 0};
+        const DepthRange& range = at.info.depth_code->range;
+        written.bound_rad = std::max(written.bound_rad, quantisation_bound_rad(*make_depth_code(track.code), range));
+        if (!written.first)
+            written.first = range;
+        if (track.code != DepthCodeId::lossless)
+            for (int y = 0; y < distances_m.height; ++y)
+                written.clamped_pixels += std::count_if(distances_m.row(y), distances_m.row(y) + distances_m.width,
+                                                        [&](float r) { return r < float(range.near_m); });
+        writer.write_depth(track.role, distances_m, at.info);
+    }
+
     struct Written {
         DepthRanges ranges;
         std::optional<DepthRange> first;
@@ -185,7 +196,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     check_one_render(pictures, request.sources, renders);
     check_companions(pictures, request.sources);
     EncodeReport report;
-    report.settings = settings_for(request, plan, pictures);
+    report.settings = settings_for(request, pictures);
     report.trial = plan.trial;
     report.first = pictures.front().info;
     DepthWriter depths(plan, frames, request.settings.gop);
@@ -222,10 +233,10 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     report.encode_ms += milliseconds_since(ending);
     for (std::size_t i = 0; i < report.settings.tracks.size(); ++i) {
         const TrackSettings& track = report.settings.tracks[i];
-        const auto source = std::ranges::find_if(request.sources.tracks, [&](const SourceTrack& colour) {
-            return colour.role == track.role || depth_role_of(colour.role) == track.role;
-        });
-        report.tracks.push_back({track, source->folder, writer.bytes()[i]});
+        const auto distances = std::ranges::find(plan.tracks, track.role, &DepthTrack::role);
+        const auto source = std::ranges::find(request.sources.tracks, track.role, &SourceTrack::role);
+        report.tracks.push_back(
+            {track, distances != plan.tracks.end() ? distances->source.folder : source->folder, writer.bytes()[i]});
         depths.report(report.tracks.back());
     }
     report.sphere_tag = writer.tags_sphere();

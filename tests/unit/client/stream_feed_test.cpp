@@ -117,6 +117,41 @@ TEST_F(StreamFeeds, TheLastFrameAloneCanBeAskedFor) {
     EXPECT_EQ(feed->truncation(), "");
 }
 
+TEST_F(StreamFeeds, MirrorsComeWithTheMainPictureWhereAskedFor) {
+    const fs::path file = folder_ / "mirrors.mkv";
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::images, 128, 64, DepthCodeId::w10}};
+    FloatImage image_m(128, 64, 1, std::nanf(""));
+    for (int y = 0; y < 64; ++y)
+        std::fill_n(image_m.pixel(0, y), 64, 2.0f);
+    StreamWriter writer(file.string(), settings);
+    for (std::int64_t index = first_index; index < first_index + 2; ++index) {
+        FrameInfo with_code = info(index, 128, 64);
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), with_code);
+        with_code.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+        writer.write_depth(TrackRole::images, image_m.view(), with_code);
+    }
+    writer.finish();
+    for (const bool depth : {false, true})
+        for (const bool specular : {false, true}) {
+            SCOPED_TRACE(std::to_string(depth) + std::to_string(specular));
+            const auto feed = open_feed(file.string(), {.depth = depth, .specular = specular});
+            int frames = 0;
+            while (const auto frame = feed->next()) {
+                ++frames;
+                ASSERT_EQ(frame->main.specular.empty(), !specular);
+                ASSERT_EQ(frame->main.virtual_depth_m.empty(), !specular);
+                if (!specular)
+                    continue;
+                EXPECT_EQ(*frame->main.specular.pixel(20, 30), 1);
+                EXPECT_NEAR(*frame->main.virtual_depth_m.pixel(20, 30), 2, 0.02);
+                EXPECT_EQ(*frame->main.specular.pixel(100, 30), 0);
+            }
+            EXPECT_EQ(frames, 2);
+        }
+}
+
 TEST_F(StreamFeeds, ASecondTrackOfSomebodyElsesVideoIsNoSecondEye) {
     const fs::path file = write("a.mkv", true);
     disown(file, {TrackRole::main, TrackRole::small});

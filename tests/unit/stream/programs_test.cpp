@@ -127,6 +127,44 @@ TEST_F(Programs, HiddenLayersAreSentWithTheirDepthThatOfMainOnlyWhenAsked) {
     EXPECT_EQ(depths, 2);
 }
 
+TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
+    render("r/centre", 64, 64, 0, 1);
+    const auto with_planes = [&](const std::string& name, bool mirror) {
+        fs::create_directories(folder / name / "centre");
+        for (std::int64_t index = 0; index < 2; ++index) {
+            Frame frame = read_exr(folder / "r/centre" / frame_file_name(index));
+            FloatImage specular(64, 64, 1, 0), image_m(64, 64, 1, 1.5f);
+            for (int y = 20; mirror && y < 40; ++y) {
+                std::fill_n(specular.pixel(0, y), 16, 1.0f);
+                std::fill_n(image_m.pixel(0, y), 16, y < 30 ? 3.0f : std::numeric_limits<float>::infinity());
+            }
+            frame.planes.emplace("specular", std::move(specular));
+            frame.planes.emplace("virtual_depth", std::move(image_m));
+            write_exr(folder / name / "centre" / frame_file_name(index), frame);
+        }
+        return "encode '" + path(name) + "' --preset ultrafast --out '" + path(name + ".mkv") + "'";
+    };
+    ASSERT_EQ(run(with_planes("matt", false)).status, 0);
+    const std::string mirror = with_planes("mirror", true);
+    ASSERT_EQ(run(mirror + " --mirrors none").status, 0);
+    for (const char* file : {"matt.mkv", "mirror.mkv"})
+        EXPECT_EQ(StreamReader(path(file)).tracks().size(), 1u);
+    ASSERT_EQ(run(mirror).status, 0);
+    StreamReader reader(path("mirror.mkv"));
+    int images = 0;
+    for (const DecodedPicture& picture : synthetic::read_all(reader)) {
+        if (picture.role != TrackRole::images)
+            continue;
+        ++images;
+        EXPECT_TRUE(std::isnan(*picture.depth_m.pixel(40, 4)));
+        EXPECT_TRUE(std::isnan(*picture.depth_m.pixel(40, 30)));
+        EXPECT_NEAR(*picture.depth_m.pixel(6, 24), 3.0, 0.1);
+        EXPECT_GT(*picture.depth_m.pixel(6, 35), 100);
+    }
+    EXPECT_EQ(images, 2);
+    EXPECT_NE(run("info '" + path("mirror.mkv") + "'").output.find("track images"), std::string::npos);
+}
+
 TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
     render("r/left", 64, 64, 0, 3, Eye::left);
     render("r/right", 64, 64, 0, 5, Eye::right);
