@@ -19,7 +19,7 @@ from renders import EYE, HEADS, LEAN_M, MOVE_M, REPOSITORY, SEEDS, SPHERES, Scen
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 EXACT = ["--depth", "exact"]
-LADDER = "patches,hidden,small,geometry,pushpull"
+LADDER = "patches,hidden,earlier,small,geometry,pushpull"
 # Name -> source, method, depth, fill. Engines are told apart with the same fill; then what fills the gaps.
 SYSTEMS = {
     "sphere": ("centre", "sphere", [], "none"),
@@ -36,7 +36,7 @@ SYSTEMS = {
     "mesh-3840": ("centre-3840", "mesh", EXACT, "pushpull"),
     "sphere-3840": ("centre-3840", "sphere", [], "none"),
 }
-RUNGS = ("none", "spread", "pushpull", "small", "hidden", "patches", "geometry", LADDER)
+RUNGS = ("none", "spread", "pushpull", "small", "hidden", "patches", "geometry", "earlier", LADDER)
 CRF = 16
 
 
@@ -69,7 +69,7 @@ class Accuracy:
     def compare(self, name, *words):
         file = f"scores/{name}.json"
         (self.work / "scores").mkdir(exist_ok=True)
-        record = self.steps.run(f"compare-{name}", "compare", *words, "--progress", "none", "--out", file)
+        record = self.steps.run(f"compare-{name}", "compare", *words, "--frames", self.renders.frame, "--progress", "none", "--out", file)
         eyes = json.loads((self.work / file).read_text())["eyes"]
         for eye in eyes.values():
             eye.pop("per_frame", None)
@@ -125,12 +125,15 @@ class Accuracy:
         return scores
 
     def rungs(self, head):
-        """What each rung gives alone (push-pull fills the rest), then all of them."""
+        """What each rung gives alone (push-pull fills the rest), then all of them; earlier frames where there are some."""
+        source = "walk" if self.renders.walk else "centre"
         scores = []
         for rung in RUNGS:
+            if rung == "earlier" and not self.renders.walk:
+                continue
             fill = rung if rung in ("none", "spread", "pushpull") or "," in rung else f"{rung},pushpull"
             name = "rung-" + ("ladder" if "," in rung else rung)
-            score = self.score(name, [f"renders/centre-{seed}" for seed in SEEDS], head, ["--method", "surface", "--fill", fill],
+            score = self.score(name, [f"renders/{source}-{seed}" for seed in SEEDS], head, ["--method", "surface", "--fill", fill],
                                self.gaps_of("centre", head))
             scores.append({**score, "fill": fill})
         return scores
