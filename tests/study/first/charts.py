@@ -6,22 +6,20 @@
 
 import argparse
 import pathlib
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+import sys
 
 import results
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from drawing import STYLE, plain_number  # noqa: E402
+
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 COLOURS = {"perspective": "#c0392b", "sphere-left": "#2e86c1", "sphere-centre": "#1e8449"}
 MARKERS = {"uncoded": "*", "H.264, CRF 16": "o", "H.264, CRF 24": "s", "H.265, CRF 16": "^", "H.265, CRF 24": "D"}
 SIZES = {"*": 11, "o": 7, "s": 6.5, "^": 7.5, "D": 6}
-STYLE = {"font.size": 9.5, "font.family": "sans-serif", "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-         "grid.color": "#e6e6e6", "grid.linewidth": 0.7, "axes.axisbelow": True, "svg.hashsalt": "equistream", "svg.fonttype": "none",
-         "axes.titlesize": 10.5, "axes.titleweight": "bold"}
 
 
 # Beyond this an error is that of rounding to 8 bits: the perspective system's left eye, uncoded, is the truth itself.
@@ -65,10 +63,6 @@ def draw_ceiling(axes, result, eye):
     axes.axhline(ceiling, color="#555555", linewidth=1.1, linestyle=(0, (5, 3)))
     axes.annotate(f"truth against truth: {ceiling:.1f} dB", (0.98, ceiling), xycoords=("axes fraction", "data"), xytext=(0, 3),
                   textcoords="offset points", ha="right", va="bottom", fontsize=8, color="#555555")
-
-
-def plain_number(value, _):
-    return f"{value:,.0f}" if value >= 1 else f"{value:g}"
 
 
 def legend(figure, codings, columns):

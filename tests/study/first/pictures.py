@@ -6,32 +6,21 @@
 
 import argparse
 import pathlib
-import subprocess
+import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
 
 import results
 from run import SYSTEMS
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from drawing import rgb, truth  # noqa: E402
+
+import matplotlib.pyplot as plt  # noqa: E402
+
 DIFFERENCE_GAIN = 4
 # An eye's view of the rows below it: what was shown, how far it is from the truth, and where the source saw nothing.
 COLUMNS = ("left eye", "right eye", f"right: difference x {DIFFERENCE_GAIN}", "right: gaps")
-
-
-def rgb(file):
-    return np.asarray(Image.open(file).convert("RGB"))
-
-
-def truth(program, work, eye, frame):
-    """The truth as PNG, by `info --pictures`."""
-    folder = work / f"pictures/truth-{eye}"
-    subprocess.run([program, "info", f"renders/truth-1/{eye}/frame.{frame:04d}.exr", "--pictures", folder], cwd=work, check=True, capture_output=True)
-    return rgb(next(folder.glob("*colour*.png")))
 
 
 def row_of(work, system, coding, frame, true_right):
@@ -52,7 +41,7 @@ def main():
     options = parser.parse_args()
     work = options.work / options.scene
     program = options.bin.resolve() / "equistream"
-    left, right = (truth(program, work.resolve(), eye, options.frame) for eye in ("left", "right"))
+    left, right = (truth(program, work.resolve(), "truth-1", eye, options.frame) for eye in ("left", "right"))
     rows = [("truth", (left, right, None, None))]
     rows += [(results.SYSTEM_NAMES[system], row_of(work, system, options.coding, options.frame, right)) for system in SYSTEMS]
     height, width = right.shape[:2]

@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""Draws docs/results/reproject/accuracy-time.svg and .png from the JSON files of docs/results/reproject/accuracy and nothing else.
+
+    charts.py [--results FOLDER]
+"""
+
+import argparse
+import pathlib
+import sys
+
+import results
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from drawing import STYLE, plain_number  # noqa: E402
+
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
+
+HEADS = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
+# Name -> colour, marker: ours are filled, what they are compared with is hollow.
+LOOKS = {"sphere": ("#7f8c8d", "o"), "lean": ("#7f8c8d", "s"), "mesh-plain": ("#b9770e", "D"), "paper": ("#c0392b", "^"), "splat": ("#8e44ad", "v"),
+         "gather": ("#2e86c1", "P"), "mesh": ("#16a085", "D"), "surface": ("#1e8449", "o"), "ours": ("#145a32", "*")}
+HOLLOW = ("sphere", "lean", "mesh-plain", "paper")
+
+
+def eye_decibels(entry):
+    """dB of each eye; a bound where the interval reaches zero error."""
+    figures = [results.display_error(entry, eye) for eye in results.EYES]
+    return [figure["db_low"] if figure["only_bounded"] else figure["db"] for figure in figures]
+
+
+def front(points):
+    """Those that no other point beats in both time and accuracy."""
+    kept = []
+    for ms, db in sorted(points, key=lambda point: (point[0], -point[1])):
+        if not kept or db > kept[-1][1]:
+            kept.append((ms, db))
+    return kept
+
+
+def draw_panel(axes, result, head):
+    points = []
+    for system, (colour, marker) in LOOKS.items():
+        entry = results.find(result, "systems", system, head)
+        if entry is None:
+            continue
+        ms = results.client_ms(entry)
+        left, right = eye_decibels(entry)
+        points.append((ms, (left + right) / 2))
+        axes.plot([ms, ms], [left, right], color=colour, linewidth=1, zorder=2)
+        axes.plot([ms], [(left + right) / 2], marker=marker, markersize=11 if marker == "*" else 7, color=colour, linestyle="none",
+                  markerfacecolor="white" if system in HOLLOW else colour, markeredgewidth=1.3, label=results.NAMES[system], zorder=3)
+    line = front(points)
+    axes.step(*zip(*line), where="post", color="#aaaaaa", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(FuncFormatter(plain_number))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    ceiling = sum(result["ceiling"][head]["eyes"][eye]["psnr_db"] for eye in results.EYES) / 2
+    axes.set_title(f"{result['scene']}, {HEADS[head]}", loc="left")
+    axes.annotate(f"truth against truth: PSNR {ceiling:.1f} dB", (0.98, 0.02), xycoords="axes fraction", ha="right", fontsize=8, color="#555555")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
+    folder = parser.parse_args().results
+    found = results.load("accuracy", folder)
+    if not found:
+        raise SystemExit(f"charts.py: {folder / 'accuracy'}: expected SCENE.json files as accuracy.py makes them, found none")
+    plt.rcParams.update(STYLE)
+    figure, panels = plt.subplots(len(HEADS), len(found), figsize=(3.6 * len(found), 7.4), squeeze=False, sharey="row", layout="constrained")
+    for column, result in enumerate(found.values()):
+        for row, head in enumerate(HEADS):
+            draw_panel(panels[row][column], result, head)
+            panels[row][0].set_ylabel("noise-free error, dB: mean of the eyes, line from eye to eye")
+        panels[-1][column].set_xlabel("client, ms a frame (both eyes)")
+    first = next(iter(found.values()))
+    settings = first["settings"]
+    figure.suptitle(f"Accuracy against time: {settings['spheres']['centre']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, "
+                    f"uncoded, n = 1 frame x {first['n']['seeds']} seeds; {first['machine']['cpu']}, {first['machine']['cores']} cores. Dashed: the Pareto front.",
+                    fontsize=10, x=0.005, ha="left")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncol=5, frameon=False, fontsize=9)
+    figure.savefig(folder / "accuracy-time.svg", metadata={"Date": None})
+    figure.savefig(folder / "accuracy-time.png", dpi=100)
+    print(folder / "accuracy-time.svg")
+
+
+if __name__ == "__main__":
+    main()
