@@ -60,8 +60,9 @@ class Accuracy:
     def play(self, name, source, head, seed, words):
         views = f"views/{name}-{head}-{seed}"
         place = ["--head", self.renders.moved_head()] if head == "moved" else []
+        frames = [] if "--frames" in words else ["--frames", self.renders.frame]
         record = self.steps.run(f"play-{name}-{head}-{seed}", "play", source, "--scene", self.renders.scene, "--size", EYE, "--fov", 90,
-                                *place, *words, "--progress", "none", "--out", views)
+                                *place, *frames, *words, "--progress", "none", "--out", views)
         report = json.loads((self.work / views / "report.json").read_text())
         return views, {"command": record["command"], "milliseconds": report["milliseconds"], "notes": report["notes"],
                        "eyes": report["eyes"], "bytes": report["bytes"]["input"]}
@@ -101,7 +102,7 @@ class Accuracy:
         stream = f"streams/{source}-{fill.replace(',', '-')}-crf{crf}-{seed}.mp4"
         (self.work / "streams").mkdir(exist_ok=True)
         record = self.steps.run(f"encode-{pathlib.Path(stream).stem}", "encode", f"renders/{source}-{seed}", "--out", stream, "--crf", crf,
-                                "--fill", fill, "--json", "--progress", "none")
+                                "--frames", self.renders.frame, "--fill", fill, "--json", "--progress", "none")
         report = json.loads(self.steps.output_of(f"encode-{pathlib.Path(stream).stem}"))
         return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
@@ -126,14 +127,14 @@ class Accuracy:
 
     def rungs(self, head):
         """What each rung gives alone (push-pull fills the rest), then all of them; earlier frames where there are some."""
-        source = "walk" if self.renders.walk else "centre"
+        frames = ["--frames", self.renders.walk] if self.renders.walk else []
         scores = []
         for rung in RUNGS:
             if rung == "earlier" and not self.renders.walk:
                 continue
             fill = rung if rung in ("none", "spread", "pushpull") or "," in rung else f"{rung},pushpull"
             name = "rung-" + ("ladder" if "," in rung else rung)
-            score = self.score(name, [f"renders/{source}-{seed}" for seed in SEEDS], head, ["--method", "surface", "--fill", fill],
+            score = self.score(name, [f"renders/centre-{seed}" for seed in SEEDS], head, ["--method", "surface", "--fill", fill, *frames],
                                self.gaps_of("centre", head))
             scores.append({**score, "fill": fill})
         return scores

@@ -41,8 +41,8 @@ class ModelStudy:
         views = []
         for seed in SEEDS:
             views.append(f"views/model-{name}-{seed}")
-            self.steps.run(f"play-model-{name}-{seed}", "play", f"renders/{self.options.source}-{seed}", *geometry, "--method", "surface", "--fill",
-                           "spread", "--size", EYE, "--fov", 90, "--progress", "none", "--out", views[-1])
+            self.steps.run(f"play-model-{name}-{seed}", "play", f"renders/{self.options.source}-{seed}", *geometry, "--frames", self.renders.frame, "--method",
+                           "surface", "--fill", "spread", "--size", EYE, "--fov", 90, "--progress", "none", "--out", views[-1])
         file = f"scores/model-{name}.json"
         (self.work / "scores").mkdir(exist_ok=True)
         truth = [f"renders/truth-stereo-{seed}" for seed in SEEDS]

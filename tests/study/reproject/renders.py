@@ -5,8 +5,8 @@
 
 One frame a scene, two seeds, equal samples everywhere. Truth: both eyes at 63 mm where the path's head is ("stereo"), and
 where it is 0.25 m aside ("moved"). Sources: a sphere at the head's centre with its hidden layer, patches and small right
-eye; the paper's sphere at the left eye with its small right eye; a sphere of twice the width at the centre; where a leaf is
-before an eye, the centre's sphere for the frames before too ("walk"). The head box of
+eye, where a leaf is before an eye for the frames before too; the paper's sphere at the left eye with its small right eye; a
+sphere of twice the width at the centre. The head box of
 the scene's description is widened to 0.25 m, so that the moved head stands on its surface. Interrupted runs go on.
 """
 
@@ -23,17 +23,15 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = (1, 2)
 # Scene -> the frame that is studied: san-miguel's has a leaf before the left eye.
 FRAMES = {"kitchen": 30, "san-miguel": 2, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30}
-# Scene -> the first of the frames that are rendered up to the studied one, for the `earlier` rung.
+# Scene -> the first of the frames that the centre's sphere is rendered for, up to the studied one: for the `earlier` rung.
 WALKS_FROM = {"san-miguel": 0}
 LEAN_M = 0.25
 MOVE_M = (0.20, 0.09, -0.12)  # 0.25 m, in the head's axes
 EYE = "960x540"
 HEADS = ("stereo", "moved")
 
-EVERYTHING = ["--eye", "centre", "--small", "right", "--layers", "--patches"]
 SPHERES = {
-    "centre": {"size": "1920x960", "options": EVERYTHING},
-    "walk": {"size": "1920x960", "options": EVERYTHING},
+    "centre": {"size": "1920x960", "options": ["--eye", "centre", "--small", "right", "--layers", "--patches"]},
     "left": {"size": "1920x960", "options": ["--eye", "left", "--small", "right"]},
     "centre-3840": {"size": "3840x1920", "options": ["--eye", "centre"]},
 }
@@ -76,7 +74,7 @@ class SceneRenders:
 
     def render(self, name, seed, *options):
         folder = f"renders/{name}-{seed}"
-        frames = self.walk if name == "walk" else self.frame
+        frames = self.walk if name == "centre" and self.walk else self.frame
         done = self.steps.run(f"render-{name}-seed{seed}", "render", self.scene, "--frames", frames, "--spp", self.spp, "--seed", seed,
                               *options, "--json", "--progress", "none", "--out", folder, fresh=folder)
         return {"name": name, "seed": seed, **done}
@@ -103,8 +101,7 @@ class SceneRenders:
 
     def all(self, names):
         made = [self.truth(head, seed) for head in HEADS for seed in SEEDS] if "truth" in names else []
-        spheres = [name for name in SPHERES if name in names and (name != "walk" or self.walk)]
-        return made + [self.sphere(name, seed) for name in spheres for seed in SEEDS]
+        return made + [self.sphere(name, seed) for name in SPHERES for seed in SEEDS if name in names]
 
 
 def scene_name(text):
@@ -126,7 +123,7 @@ def scene_parser(description, work=None):
 def main():
     parser = scene_parser(__doc__, work="folder for renders; not in the repository")
     parser.add_argument("--spp", type=int, default=16)
-    parser.add_argument("--only", default="truth,left,centre,walk,centre-3840", help="truth and spheres, a comma-separated list")
+    parser.add_argument("--only", default="truth,left,centre,centre-3840", help="truth and spheres, a comma-separated list")
     options = parser.parse_args()
     for scene in options.scenes:
         SceneRenders(options.work, options.bin, scene, options.spp).all(options.only.split(","))
