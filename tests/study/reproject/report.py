@@ -5,6 +5,7 @@
 """
 
 import argparse
+import json
 import pathlib
 import sys
 
@@ -68,10 +69,13 @@ def coded(found):
 def rungs(result):
     rows = []
     for entry in result.get("rungs", []):
-        gaps = entry["played"][0]["eyes"]
-        filled = ", ".join(f"{rung} {100 * (gaps['left']['filled'][rung] + gaps['right']['filled'][rung]) / 2:.2f} %" for rung in gaps["left"]["filled"])
-        rows.append([HEAD_NAMES[entry["head"]], entry["fill"], eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error), filled or "-"])
-    return table(["head", "fill", "noise-free dB, left / right", "in gaps, left / right", "filled, of all pixels (mean of the eyes)"], rows)
+        eyes = entry["played"][0]["eyes"].values()
+        pixels, gaps = sum(eye["pixels"] for eye in eyes), sum(eye["gaps"] for eye in eyes)
+        counts = {rung: sum(eye["filled"][rung] for eye in eyes) for rung in next(iter(eyes))["filled"]}
+        filled = ", ".join(f"{rung} {100 * count / gaps:.1f}" for rung, count in counts.items() if count)
+        rows.append([HEAD_NAMES[entry["head"]], entry["fill"], eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error),
+                     f"{100 * gaps / pixels:.2f}", filled or "-"])
+    return table(["head", "fill", "noise-free dB, left / right", "in gaps, left / right", "gaps, % of pixels", "filled by, % of gaps"], rows)
 
 
 def shift(found):
@@ -84,6 +88,51 @@ def shift(found):
     return table(["scene", "engine", "coloured %", "of these sampled %", "sampled within e, %", "sampled, 99.9 % of shifts below px", "all coloured within e, %"], rows)
 
 
+def ladders(found, head):
+    """What fills first, push-pull the rest: noise-free dB in the gaps, left / right, a column a scene."""
+    fills = dict.fromkeys(entry["fill"] for result in found.values() for entry in result.get("rungs", []))
+    rows = []
+    for fill in fills:
+        entries = [next((e for e in result.get("rungs", []) if e["fill"] == fill and e["head"] == head), None) for result in found.values()]
+        rows.append([fill] + ["-" if entry is None else eyes_cell(entry, results.gap_error) for entry in entries])
+    return table(["fill", *found], rows)
+
+
+def model(found):
+    """Triangles kept against dB lost to the scene's own geometry, beyond what the scene's own geometry gives."""
+    rows = []
+    for scene, result in found.items():
+        exact = result["scene_geometry"]["eyes"]
+        for entry in result["models"]:
+            made, eyes = entry["model"], entry["noise_free"]["eyes"]
+            lost = [exact[eye]["noise_free"]["display"]["db"] - eyes[eye]["noise_free"]["display"]["db"] for eye in results.EYES]
+            before, after = made["triangles"]["before"], made["triangles"]["after"]
+            rows.append([scene, f"{made['error_px']:g}", f"{after:,} of {before:,}", cell(100 * after / before, 1), " / ".join(f"{db:+.3f}" for db in lost)])
+    return table(["scene", "e, pixels", "triangles", "kept, %", "dB lost, left / right"], rows)
+
+
+def patches(found):
+    rows = []
+    for scene, result in found.items():
+        for measured in result["results"]:
+            for plan in measured["patches"]:
+                rows.append([scene, measured["sphere"], str(measured["block_side"]), cell(100 * measured["gap_share"]), cell(100 * plan["pixel_share"], 1),
+                             cell(100 * plan["covered"], 1), cell(100 * measured["all_auxiliary_spheres"], 1), cell(100 * measured["small_stream"], 1)])
+    return table(["scene", "sphere", "block", "gaps, %", "patches, % of its pixels", "gaps covered, %", "all auxiliary spheres, %", "small stream, %"], rows)
+
+
+def hidden(found):
+    rows = [[scene, cell(100 * r["measured"]["layer_share_of_pixels"], 1), cell(100 * r["measured"]["gap_share"]["mean"]),
+             cell(100 * r["measured"]["held_share_of_gaps"]["all"], 1), cell(100 * r["measured"]["held_share_of_gaps"]["worst_eye"], 1)]
+            for scene, r in found.items()]
+    return table(["scene", "layer, % of the sphere's pixels", "gaps, %", "gaps held, %", "of the worst eye, %"], rows)
+
+
+def speed(result):
+    rows = [[f["name"], cell(f["ms"], 3), "-" if f["ratio"] is None else f"{f['ratio']:.2f}", f["peer"]] for f in result["figures"]]
+    return table(["figure", "ours, ms", "peer's time / ours", "peer"], rows)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
@@ -93,9 +142,13 @@ def main():
     found = results.load("accuracy", options.results)
     for head in HEAD_NAMES:
         page = place(page, f"summary-{head}", "all", summary(found, head))
+        page = place(page, f"ladders-{head}", "all", ladders(found, head))
     page = place(page, "coded", "all", coded(found))
-    if shifts := results.load("shift", options.results):
-        page = place(page, "shift", "all", shift(shifts))
+    for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
+        if measured := results.load(kind, options.results):
+            page = place(page, kind, "all", tabled(measured))
+    if (file := options.results / "speed.json").exists():
+        page = place(page, "speed", "all", speed(json.loads(file.read_text())))
     for scene, result in found.items():
         for head in HEAD_NAMES:
             page = place(page, f"accuracy-{head}", scene, accuracy(result, head))
