@@ -58,7 +58,7 @@ def coded(found):
     rows = []
     for scene, result in found.items():
         for head in HEAD_NAMES:
-            for system in ("paper-coded", "ours-coded"):
+            for system in results.CODED:
                 entry = results.find(result, "coded", system, head)
                 if entry:
                     rows.append([scene, f"{results.NAMES[system]}, {HEAD_NAMES[head]}", ", ".join(str(r["crf"]) for r in entry["encoded"]),

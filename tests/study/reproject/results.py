@@ -11,8 +11,11 @@ NAMES = {
     "sphere": "rotation only", "lean": "leaning without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
     "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
     "surface-3840": "surface, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
-    "paper-coded": "the paper's method, coded", "ours-coded": "ours, coded",
+    "paper-coded": "the paper's method, coded", "ours-coded-none": "ours, coded, no track for gaps",
+    "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
 }
+
+CODED = [name for name in NAMES if "-coded" in name]
 
 
 def load(kind, folder=RESULTS):
