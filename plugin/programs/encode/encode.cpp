@@ -21,7 +21,7 @@ struct Options {
     std::string fill = "auto";
     std::string depth = "none";
     double depth_share = DepthRequest{}.share;
-    std::optional<double> depth_crf;
+    std::optional<double> depth_crf, fill_crf;
     std::string mirrors = "auto";
     std::string progress = "auto";
     int crf = StreamSettings{}.crf;
@@ -29,6 +29,11 @@ struct Options {
     std::string preset = StreamSettings{}.preset;
     bool json = false;
 };
+
+void check_crf(const char* option, const std::optional<double>& crf) {
+    if (crf && !(*crf >= 0 && *crf <= 51))
+        throw InputError(expected_found(option, "0 to 51", std::to_string(*crf)));
+}
 
 DepthRequest depth_request_of(const Options& options) {
     if (options.depth != "auto" && options.depth != "none")
@@ -40,8 +45,7 @@ DepthRequest depth_request_of(const Options& options) {
     if (!(options.depth_share > 0 && options.depth_share <= 100))
         throw InputError(expected_found("--depth-share", "a share of the colour's bits above 0 and up to 100",
                                         std::to_string(options.depth_share)));
-    if (options.depth_crf && !(*options.depth_crf >= 0 && *options.depth_crf <= 51))
-        throw InputError(expected_found("--depth-crf", "0 to 51", std::to_string(*options.depth_crf)));
+    check_crf("--depth-crf", options.depth_crf);
     return {options.depth, options.depth_share, options.depth_crf, options.mirrors == "auto"};
 }
 
@@ -55,6 +59,8 @@ EncodeRequest request_of(const Options& options) {
     sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.depth = depth_request_of(options);
+    check_crf("--fill-crf", options.fill_crf);
+    request.fill_crf = options.fill_crf;
     request.target = options.target;
     request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
     request.settings.crf = options.crf;
@@ -214,6 +220,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--fill", options.fill,
                    "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")
         ->capture_default_str();
+    app.add_option("--fill-crf", options.fill_crf,
+                   "Quality of these streams' colour, 0 to 51 (default: small's is --crf, the others' 12 more)");
     app.add_option(
            "--depth", options.depth,
            "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "

@@ -1,5 +1,7 @@
 #include "encode_sequence.h"
 
+#include "layer_extension.h"
+
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
@@ -59,6 +61,11 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPl
                                                [](float value) { return !std::isfinite(value); });
     picture.rgb = quantise_8bit(display.to_display(colour->second.view(), frame.info.exposure).view());
     picture.display_ms = milliseconds_since(start);
+    if (track.role == TrackRole::hidden)
+        for (auto& [distances, distances_m] : picture.distances_m) {
+            extend_colour(picture.rgb, distances_m.view());
+            extend_depth(distances_m, distances->box_radius_m);
+        }
     return picture;
 }
 
@@ -75,6 +82,9 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     settings.tracks.clear();
     for (const Picture& picture : first) {
         settings.tracks.push_back({picture.role, picture.rgb.width(), picture.rgb.height()});
+        if (picture.role != TrackRole::main)
+            settings.tracks.back().crf =
+                request.fill_crf.value_or(default_fill_crf(picture.role, request.settings.crf));
         for (const auto& [track, distances_m] : picture.distances_m)
             settings.tracks.push_back(
                 {track->role, distances_m.width(), distances_m.height(), track->code, track->crf});

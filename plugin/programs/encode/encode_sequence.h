@@ -4,15 +4,24 @@
 
 #include <equistream/stream.h>
 
+#include <algorithm>
 #include <functional>
 
 namespace equistream {
+
+/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear: 12 above the stream's CRF
+/// loses 0.1 to 0.2 dB in the gaps for a fifth of the bits (docs/results/reproject.md). The small view is coarse
+/// already.
+inline double default_fill_crf(TrackRole role, int crf) {
+    return role == TrackRole::small ? crf : std::min(crf + 12, 51);
+}
 
 struct EncodeRequest {
     Sources sources;
     std::string target;
     DepthRequest depth;
-    StreamSettings settings;  ///< tracks, frame rate, scene, sphere and length are filled from the frames
+    std::optional<double> fill_crf;  ///< of the gap filling tracks' colour; nothing: as default_fill_crf
+    StreamSettings settings;         ///< tracks, frame rate, scene, sphere and length are filled from the frames
 };
 
 struct EncodedTrack {
