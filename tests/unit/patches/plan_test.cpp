@@ -47,6 +47,8 @@ PatchSettings settings_of(int side, double budget) {
     settings.sphere = {480, 240, {}};
     settings.box_radius_m = box_radius_m;
     settings.block_side = side;
+    settings.training_eyes = 32;  // few corners to look round: more eyes find nothing new
+    settings.stride = 3;
     settings.budget = budget;
     return settings;
 }

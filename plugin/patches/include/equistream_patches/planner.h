@@ -26,8 +26,8 @@ struct PatchSettings {
     double box_radius_m = 0;              ///< every eye stays within this of the sphere's centre (bound.h); above 0
     double budget = 0.1;                  ///< most pixels of the atlas, as a share of the sphere's
     int block_side = 8;                   ///< pixels
-    int training_eyes = 32;               ///< places in the ball that gap samples are taken from
-    int stride = 3;                       ///< of the training eyes' pixels every so many columns and rows are samples
+    int training_eyes = 128;              ///< places in the ball that gap samples are taken from
+    int stride = 2;                       ///< of the training eyes' pixels every so many columns and rows are samples
     double hysteresis = 0.25;             ///< by so much better must a new block be than one that has its slot already
     std::vector<glm::dvec3> offsets_m{};  ///< of the auxiliary spheres; empty: patch_offsets
     double tolerance_rad = error_budget_rad(default_focal_length_px);  ///< of depth_agreement.h
