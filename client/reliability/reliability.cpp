@@ -1,5 +1,5 @@
 #include "coefficients.h"
-#include "risks.h"
+#include "map_kernels.h"
 
 #include <equistream_client/engine.h>
 
@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 
@@ -23,37 +24,49 @@ inline std::uint8_t look_up(const Group& group, float sum) {
     return group.share_255[std::size_t(entry)];
 }
 
-struct WeightedRows {
-    explicit WeightedRows(int width) : risks(width), sums(std::size_t(width)) {}
-    RiskRow risks;
-    std::vector<float> sums;
-
-    void add_up(const Group& group) {
-        std::ranges::fill(sums, 0.0f);
-        for (int k = 0; k < risk_count; ++k) {
-            const float weight = group.weights[std::size_t(k)];
-            const float* risk = risks.of(Risk(k));
-            if (weight > 0)
-                for (std::size_t x = 0; x < sums.size(); ++x)
-                    sums[x] += weight * risk[x];
-        }
-    }
-};
-
 bool same_view(const SourceView& source, const EyeView& eye) {
     return same_camera(source.camera, eye.camera) && same_pose(source.pose, eye.pose);
 }
 
+/// Rows that one thread goes through at a time: their surroundings are computed anew for each band.
+constexpr int band_rows = 32;
+
+void estimate_plainly(const SourceView& source, const EyeView& eye, EyePicture& picture,
+                      const ReliabilityOptions& options) {
+    const int width = picture.origin.width();
+    const RiskPicture risks(source, eye, picture, options);
+    RiskRow row(width);
+    std::vector<std::uint8_t> group(static_cast<std::size_t>(width));
+    std::array<float, risk_count> here{};
+    for (int y = 0; y < picture.origin.height(); ++y) {
+        risks.row(y, row);
+        risks.groups(y, group.data());
+        for (int x = 0; x < width; ++x) {
+            for (int k = 0; k < risk_count; ++k)
+                here[std::size_t(k)] = row.of(Risk(k))[x];
+            const std::uint8_t g = group[std::size_t(x)];
+            picture.reliability.pixel(x, y)[0] =
+                g == no_risk_group ? std::uint8_t(0) : std::uint8_t(255 * reliability_of(RiskGroup(g), here) + 0.5f);
+            if (same_view(source, eye) && picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::source))
+                picture.reliability.pixel(x, y)[0] = 255;
+        }
+    }
+}
+
 }  // namespace
 
-RiskGroup risk_group(PixelOrigin origin, bool has_depth) {
+RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored) {
     switch (origin) {
     case PixelOrigin::source:
-        return has_depth ? RiskGroup::source : RiskGroup::turned;
+        if (depth == KnownDepth::none)
+            return RiskGroup::turned;
+        if (mirrored)
+            return RiskGroup::mirrored;
+        return depth == KnownDepth::coarse ? RiskGroup::coarse : RiskGroup::source;
     case PixelOrigin::earlier:
     case PixelOrigin::patches:
     case PixelOrigin::hidden:
-        return RiskGroup::source;
+        return RiskGroup::seen;
     case PixelOrigin::small:
         return RiskGroup::small;
     default:
@@ -73,39 +86,37 @@ void estimate_reliability(const SourceView& source, const EyeView& eye, EyePictu
                           const ReliabilityOptions& options) {
     const int width = picture.origin.width(), height = picture.origin.height();
     picture.reliability = ByteImage(width, height, 1);
-    const bool untouched = same_view(source, eye);
-    const RiskPicture risks(source, eye, picture, options);
-    const bool moved_blindly = !risks.has_depth() && !same_position(source.pose, eye.pose);
-    tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
-        WeightedRows weighted(width);
-        for (int y = rows.begin(); y < rows.end(); ++y) {
-            const std::uint8_t* origin = picture.origin.pixel(0, y);
-            std::uint8_t* out = picture.reliability.pixel(0, y);
-            risks.row(y, weighted.risks);
-            std::array<bool, pixel_origin_count> there{};
-            for (int x = 0; x < width; ++x)
-                there[std::min<std::size_t>(origin[x], there.size() - 1)] = true;
-            for (int group = 0; group < risk_group_count; ++group) {
-                std::array<bool, pixel_origin_count> takes{};
-                bool any = false;
-                for (std::size_t o = 1; o < takes.size(); ++o) {
-                    takes[o] = there[o] && risk_group(PixelOrigin(o), !moved_blindly) == RiskGroup(group);
-                    any |= takes[o];
-                }
-                if (!any)
-                    continue;
-                const Group& model = groups[std::size_t(group)];
-                weighted.add_up(model);
-                for (int x = 0; x < width; ++x)
-                    if (takes[origin[x]])
-                        out[x] = look_up(model, weighted.sums[std::size_t(x)]);
-            }
-            if (untouched)
-                for (int x = 0; x < width; ++x)
-                    if (origin[x] == std::uint8_t(PixelOrigin::source))
-                        out[x] = 255;
-        }
+    if (options.reference || width < least_map_width) {
+        estimate_plainly(source, eye, picture, options);
+        return;
+    }
+    const RiskNumbers numbers(source, eye, picture, options);
+    ByteImage contrast(width, height, 1), along(width, height, 1), filled;
+    MapJob job{.numbers = numbers,
+               .picture = picture,
+               .rays = EyeRays(eye.camera, eye.pose, source.pose),
+               .grid = source_grid(source.camera),
+               .specular = source.specular,
+               .untouched = same_view(source, eye)};
+    job.contrast = contrast.view();
+    job.along = along.view();
+    job.out = picture.reliability.view();
+    using Range = tbb::blocked_range<int>;
+    std::atomic<bool> others{false};
+    tbb::parallel_for(Range(0, height, band_rows), [&](const Range& rows) {
+        if (find_differences(job, rows.begin(), rows.end()))
+            others = true;
     });
+    if (others) {
+        constexpr int strip = 256;
+        filled = ByteImage(width, height, 1);
+        job.filled = filled.view();
+        tbb::parallel_for(0, (width + strip - 1) / strip,
+                          [&](int i) { fill_columns(job, i * strip, std::min(width, (i + 1) * strip)); });
+    }
+    tbb::parallel_for(
+        Range(0, height, band_rows), [&](const Range& rows) { judge_rows(job, rows.begin(), rows.end()); },
+        tbb::simple_partitioner());
 }
 
 }  // namespace equistream

@@ -5,6 +5,7 @@
 #include "../reproject/eye_rays.h"
 
 #include <equistream/bound.h>
+#include <equistream_client/engine.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -18,10 +19,10 @@ namespace equistream {
 
 namespace {
 
-constexpr float most_halvings = 4;
 constexpr float most_radii_outside = 2;
-/// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
-constexpr float largest_inverse_m = 1e4f;
+constexpr int longest_step = 8;
+/// Steps to either side that texture is a mean over.
+constexpr int texture_steps = 4;
 
 /// log2 within 0.01 for x > 0, rising wherever x does: a straight line from power to power would err by 0.09, its
 /// quadratic correction leaves a tenth of that.
@@ -76,64 +77,71 @@ FloatImage inverse_planar_depth(const PerspectiveCamera& camera, ImageView<const
 
 }  // namespace
 
+RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                         const ReliabilityOptions& options)
+    : depth_m(depth_of(eye, picture)) {
+    const glm::dvec3 centre_world = source.pose.position_m - eye.pose.position_m;
+    const glm::dvec3 in_eye = glm::conjugate(eye.pose.orientation) * centre_world;
+    const double focal = eye.camera.focal_px();
+    centre = {float(in_eye.x), float(in_eye.y), float(in_eye.z)};
+    baseline_m = float(glm::length(centre_world));
+    focal_px = float(focal);
+    density = float(density_per_rad(source.camera) / focal);
+    step = std::clamp(int(std::lround(1 / density)), 1, longest_step);
+    texture_reach = texture_steps * step;
+    const double box = source.box_radius_m > 0 ? source.box_radius_m : baseline_m;
+    if (box > 0) {
+        const double share = baseline_m / box;
+        outside = float(std::clamp(share - 1 - 1e-6, 0.0, double(most_radii_outside)));
+        depth_error_px = float(options.depth_tolerance_w * share * focal);
+    }
+    // Far outside the box w is B / r, so a step of w is B times one of 1 / r.
+    least_step_inverse_m = float(error_budget_rad(focal) / std::max<double>(baseline_m, 1e-6));
+    const bool moved = !same_position(source.pose, eye.pose);
+    if (moved && !has_depth())
+        known = KnownDepth::none;
+    else if (depth_error_px > default_budget_share * error_budget_rad(focal) * focal)
+        known = KnownDepth::coarse;
+    mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth() && moved;
+}
+
 struct RiskPicture::State {
     const SourceView& source;
     const EyePicture& picture;
     const PerspectiveCamera camera;
+    const RiskNumbers numbers;
     glm::dquat source_from_eye{1, 0, 0, 0};
-    Vec3f centre;          ///< of the source in the eye's axes
-    float baseline_m = 0;  ///< from the source to the eye
-    float focal_px = 1;
-    float density = 1;         ///< source pixels per radian over the eye's at its middle
-    float outside = 0;         ///< radii beyond the head box
-    float depth_error_px = 0;  ///< by which the depth's tolerance displaces a pixel
-    int step = 1;              ///< a source pixel, in pixels of the eye
     FloatImage inverse_planar;
     ByteImage closeness, filled;
     Differences differences;
+    FloatImage texture;
 
     State(const SourceView& source_view, const EyeView& eye, const EyePicture& eye_picture,
           const ReliabilityOptions& options)
         : source(source_view), picture(eye_picture), camera(eye.camera),
-          source_from_eye(glm::conjugate(source_view.pose.orientation) * eye.pose.orientation) {
-        const glm::dvec3 centre_world = source.pose.position_m - eye.pose.position_m;
-        const glm::dvec3 in_eye = glm::conjugate(eye.pose.orientation) * centre_world;
-        centre = {float(in_eye.x), float(in_eye.y), float(in_eye.z)};
-        baseline_m = float(glm::length(centre_world));
-        focal_px = float(camera.focal_px());
-        density = float(density_per_rad(source.camera) / camera.focal_px());
-        step = std::clamp(int(std::lround(1 / density)), 1, 8);
-        const double box = source.box_radius_m > 0 ? source.box_radius_m : baseline_m;
-        if (box > 0) {
-            const double share = baseline_m / box;
-            outside = float(std::clamp(share - 1 - 1e-6, 0.0, double(most_radii_outside)));
-            depth_error_px = float(options.depth_tolerance_w * share * camera.focal_px());
-        }
-        const ImageView<const float> depth = depth_of(eye, picture);
-        float least_step = 0;
-        if (depth.data != nullptr) {
-            inverse_planar = inverse_planar_depth(camera, depth);
-            // Far outside the box w is B / r, so a step of w is B times one of 1 / r.
-            least_step = float(error_budget_rad(camera.focal_px()) / std::max<double>(baseline_m, 1e-6));
-        }
-        closeness = silhouette_closeness(inverse_planar, picture.origin, least_step);
-        filled = fill_depth(picture.origin);
-        differences = equistream::differences(picture.rgba, step);
+          numbers(source_view, eye, eye_picture, options),
+          source_from_eye(glm::conjugate(source_view.pose.orientation) * eye.pose.orientation),
+          filled(fill_depth(picture.origin)), differences(equistream::differences(picture.rgba, numbers.step)),
+          texture(mean_around(differences.contrast, numbers.texture_reach)) {
+        if (numbers.has_depth())
+            inverse_planar = inverse_planar_depth(camera, numbers.depth_m);
+        closeness = silhouette_closeness(inverse_planar, picture.origin, numbers.least_step_inverse_m);
     }
 
     void shape_risks(int y, const float* detail, RiskRow& out) const;
     void flat_risks(const float* detail, RiskRow& out) const;
-    void specular_risk(int y, RiskRow& out) const;
+    bool mirrored(int x, int y) const;
+    /// By which an eye that has moved sees the point displaced from where the source does; needs depth.
+    float parallax_px(int x, int y) const;
 };
 
 /// Without depth nothing is known of the surface: it is taken to face the eye, a metre away.
 void RiskPicture::State::flat_risks(const float* detail, RiskRow& out) const {
-    const float halvings = std::clamp(-std::log2(density), 0.0f, most_halvings);
-    const float doublings = std::clamp(std::log2(density), 0.0f, most_halvings);
-    const float parallax = std::log2(1 + focal_px * baseline_m);
+    const float doublings = std::log2(numbers.density);
+    const float parallax = log_of(numbers.focal_px * numbers.baseline_m);
     for (int x = 0; x < out.width; ++x) {
-        out.of(Risk::blur)[x] = detail[x] * halvings;
-        out.of(Risk::minification)[x] = detail[x] * doublings;
+        out.of(Risk::blur)[x] = detail[x] * std::clamp(-doublings, 0.0f, most_halvings);
+        out.of(Risk::minification)[x] = detail[x] * std::clamp(doublings, 0.0f, most_halvings);
         out.of(Risk::grazing)[x] = 0;
         out.of(Risk::parallax)[x] = parallax;
     }
@@ -141,6 +149,8 @@ void RiskPicture::State::flat_risks(const float* detail, RiskRow& out) const {
 
 void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) const {
     const int width = out.width, height = inverse_planar.height();
+    const Vec3f centre = numbers.centre;
+    const float focal_px = numbers.focal_px, density = numbers.density;
     const float* q = inverse_planar.pixel(0, y);
     const float* above = inverse_planar.pixel(0, std::max(0, y - 1));
     const float* below = inverse_planar.pixel(0, std::min(height - 1, y + 1));
@@ -164,39 +174,39 @@ void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) c
         const float sx = a / std::sqrt(length2) - centre.x * inverse_r;
         const float sy = b / std::sqrt(length2) - centre.y * inverse_r;
         const float sz = -1 / std::sqrt(length2) - centre.z * inverse_r;
-        const float nearer2 = 1 / std::max(sx * sx + sy * sy + sz * sz, 1e-6f);
+        const float nearer2 = 1 / std::max(sx * sx + sy * sy + sz * sz, least_distance2);
         const float facing = std::abs(1 - nx * centre.x - ny * centre.y - nz * centre.z);
         // Density of the source's samples on the surface over that of the eye's, squared.
-        const float size2 =
-            density * density / (length2 * std::sqrt(length2)) * nearer2 * std::sqrt(nearer2) * std::max(facing, 1e-3f);
+        const float size2 = density * density / (length2 * std::sqrt(length2)) * nearer2 * std::sqrt(nearer2) *
+                            std::max(facing, least_facing);
         const float doublings = 0.5f * fast_log2(size2);
-        const float halvings_of_cosine = q[x] > 0 ? -0.5f * fast_log2(std::max(cosine2, 1e-6f)) : 0.0f;
+        const float halvings_of_cosine = q[x] > 0 ? -0.5f * fast_log2(std::max(cosine2, least_cosine2)) : 0.0f;
         blur[x] = detail[x] * std::clamp(-doublings, 0.0f, most_halvings);
         minification[x] = detail[x] * std::clamp(doublings, 0.0f, most_halvings);
         grazing[x] = detail[x] * std::clamp(halvings_of_cosine, 0.0f, most_halvings);
-        parallax[x] = log_of(focal_px * baseline_m * inverse_r);
+        parallax[x] = log_of(parallax_px(x, y));
     }
 }
 
-void RiskPicture::State::specular_risk(int y, RiskRow& out) const {
-    float* specular = out.of(Risk::specular);
-    std::fill_n(specular, out.width, 0.0f);
-    if (source.specular.data == nullptr)
-        return;
-    const bool moved = !inverse_planar.empty();
-    const glm::dvec3 origin(centre.x, centre.y, centre.z);
-    for (int x = 0; x < out.width; ++x) {
-        glm::dvec3 towards = camera.direction(x + 0.5, y + 0.5);
-        const float q = moved ? inverse_planar.pixel(x, y)[0] : 0.0f;
-        towards /= std::max(-towards.z, 1e-9);
-        const glm::dvec2 at = pixel_of(source.camera, source_from_eye * (towards - double(q) * origin));
-        if (!(at.x >= 0 && at.y >= 0 && at.x <= source.specular.width && at.y <= source.specular.height))
-            continue;
-        const int column = std::min(int(at.x), source.specular.width - 1);
-        const int row = std::min(int(at.y), source.specular.height - 1);
-        const float flag = std::clamp(source.specular.pixel(column, row)[0], 0.0f, 1.0f);
-        specular[x] = flag * (1 + out.of(Risk::parallax)[x]);
-    }
+float RiskPicture::State::parallax_px(int x, int y) const {
+    const float inverse_focal = 1 / numbers.focal_px;
+    const float a = (float(x) + 0.5f - 0.5f * float(camera.width)) * inverse_focal;
+    const float b = (0.5f * float(camera.height) - float(y) - 0.5f) * inverse_focal;
+    return numbers.focal_px * numbers.baseline_m * inverse_planar.pixel(x, y)[0] / std::sqrt(1 + a * a + b * b);
+}
+
+/// Whether the nearest sample of where the source shows what the eye sees is of a mirror.
+bool RiskPicture::State::mirrored(int x, int y) const {
+    const glm::dvec3 centre(numbers.centre.x, numbers.centre.y, numbers.centre.z);
+    glm::dvec3 towards = camera.direction(x + 0.5, y + 0.5);
+    towards /= std::max(-towards.z, 1e-9);
+    const glm::dvec2 at =
+        pixel_of(source.camera, source_from_eye * (towards - double(inverse_planar.pixel(x, y)[0]) * centre));
+    if (!(at.x >= 0 && at.y >= 0 && at.x <= source.specular.width && at.y <= source.specular.height))
+        return false;
+    const int column = std::min(int(at.x), source.specular.width - 1);
+    const int row = std::min(int(at.y), source.specular.height - 1);
+    return source.specular.pixel(column, row)[0] > is_mirrored;
 }
 
 RiskPicture::RiskPicture(const SourceView& source, const EyeView& eye, const EyePicture& picture,
@@ -204,37 +214,47 @@ RiskPicture::RiskPicture(const SourceView& source, const EyeView& eye, const Eye
     : state_(std::make_unique<State>(source, eye, picture, options)) {}
 RiskPicture::~RiskPicture() = default;
 
-bool RiskPicture::has_depth() const {
-    return !state_->inverse_planar.empty();
-}
-
 void RiskPicture::row(int y, RiskRow& out) const {
     const State& s = *state_;
     const std::uint8_t* difference = s.differences.contrast.pixel(0, y);
     const std::uint8_t* bend = s.differences.detail.pixel(0, y);
-    float* contrast = out.of(Risk::contrast);
+    const float* texture = s.texture.pixel(0, y);
     float* detail = out.of(Risk::detail);
     for (int x = 0; x < out.width; ++x) {
-        contrast[x] = log_of(0.5f * float(difference[x]));
+        out.of(Risk::contrast)[x] = log_of(0.5f * float(difference[x]));
+        out.of(Risk::texture)[x] = log_of(0.5f * texture[x]);
         detail[x] = log_of(0.5f * float(bend[x]));
     }
-    if (has_depth())
+    if (s.numbers.has_depth())
         s.shape_risks(y, detail, out);
     else
         s.flat_risks(detail, out);
-    s.specular_risk(y, out);
     const std::uint8_t* closeness = s.closeness.pixel(0, y);
     const std::uint8_t* filled = s.filled.pixel(0, y);
     const std::uint8_t* rgba = s.picture.rgba.pixel(0, y);
-    const float depth_error = s.depth_error_px;
+    std::vector<std::uint8_t> group(std::size_t(out.width));
+    groups(y, group.data());
     for (int x = 0; x < out.width; ++x) {
+        const bool mirrored = group[std::size_t(x)] == std::uint8_t(RiskGroup::mirrored);
         out.of(Risk::silhouette_0)[x] = closeness[x] >= 3 ? 1.0f : 0.0f;
         out.of(Risk::silhouette_1)[x] = closeness[x] >= 2 ? 1.0f : 0.0f;
         out.of(Risk::silhouette_2)[x] = closeness[x] >= 1 ? 1.0f : 0.0f;
-        out.of(Risk::depth_error)[x] = log_of(depth_error * float(difference[x]));
-        out.of(Risk::outside)[x] = s.outside;
+        out.of(Risk::specular)[x] = mirrored ? log_of(s.parallax_px(x, y) * float(difference[x])) : 0.0f;
+        out.of(Risk::depth_error)[x] = log_of(s.numbers.depth_error_px * float(difference[x]));
+        out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));
         out.of(Risk::brightness)[x] = float(std::max({rgba[4 * x], rgba[4 * x + 1], rgba[4 * x + 2]})) * (1 / 255.0f);
+    }
+}
+
+void RiskPicture::groups(int y, std::uint8_t* out) const {
+    const std::uint8_t* origin = state_->picture.origin.pixel(0, y);
+    const RiskNumbers& n = state_->numbers;
+    for (int x = 0; x < state_->camera.width; ++x) {
+        const bool mirrored = n.mirrors && PixelOrigin(origin[x]) == PixelOrigin::source && state_->mirrored(x, y);
+        out[x] = PixelOrigin(origin[x]) == PixelOrigin::gap
+                     ? no_risk_group
+                     : std::uint8_t(risk_group(PixelOrigin(origin[x]), n.known, mirrored));
     }
 }
 
@@ -250,6 +270,15 @@ FloatImage reliability_risks(const SourceView& source, const EyeView& eye, const
                 planes.pixel(x, y)[k] = row.of(Risk(k))[x];
     }
     return planes;
+}
+
+ByteImage reliability_groups(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                             const ReliabilityOptions& options) {
+    const RiskPicture risks(source, eye, picture, options);
+    ByteImage groups(picture.origin.width(), picture.origin.height(), 1);
+    for (int y = 0; y < groups.height(); ++y)
+        risks.groups(y, groups.pixel(0, y));
+    return groups;
 }
 
 }  // namespace equistream

@@ -1,11 +1,41 @@
 #pragma once
-/// Risks of one eye's pixels, a row at a time.
+/// Risks of one eye's pixels, a row at a time: the plain implementation, and the numbers that the fast one shares.
+#include "../reproject/float_math.h"
+
 #include <equistream_client/reliability.h>
 
 #include <memory>
 #include <vector>
 
 namespace equistream {
+
+inline constexpr float most_halvings = 4;
+/// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
+inline constexpr float largest_inverse_m = 1e4f;
+inline constexpr float least_cosine2 = 1e-6f, least_facing = 1e-3f, least_distance2 = 1e-6f;
+/// Of a specular mask of 0 and 1.
+inline constexpr float is_mirrored = 0.5f;
+
+/// What holds for the whole picture.
+struct RiskNumbers {
+    RiskNumbers(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                const ReliabilityOptions& options);
+
+    ImageView<const float> depth_m;  ///< of the eye; empty where it is not known
+    Vec3f centre;                    ///< of the source in the eye's axes, metres
+    float baseline_m = 0;            ///< from the source to the eye
+    float focal_px = 1;
+    float density = 1;                    ///< source pixels per radian over the eye's at its middle
+    float outside = 0;                    ///< radii beyond the head box
+    float depth_error_px = 0;             ///< by which the depth's tolerance displaces a pixel
+    int step = 1;                         ///< a source pixel, in pixels of the eye
+    int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
+    float least_step_inverse_m = 0;       ///< of inverse planar depth, at a silhouette
+    bool mirrors = false;                 ///< the source's specular mask counts
+    KnownDepth known = KnownDepth::fine;  ///< an eye that has not moved needs none
+
+    bool has_depth() const { return depth_m.data != nullptr; }
+};
 
 /// One row of every risk, each contiguous.
 struct RiskRow {
@@ -24,8 +54,9 @@ public:
                 const ReliabilityOptions& options);
     ~RiskPicture();
 
-    bool has_depth() const;
     void row(int y, RiskRow& out) const;
+    /// Groups of the row's pixels; no_risk_group for gaps.
+    void groups(int y, std::uint8_t* out) const;
 
 private:
     struct State;

@@ -23,18 +23,18 @@ inline std::uint8_t steps(float a, float b, float c, float d, float least) {
 
 /// Steps to the right of each pixel, and what is beside them.
 void mark_along_row(const float* q, int width, float least, std::uint8_t* scratch, std::uint8_t* out) {
-    for (int x = 1; x + 2 < width; ++x)
-        scratch[x] = steps(q[x - 1], q[x], q[x + 1], q[x + 2], least);
-    for (int x = 1; x + 1 < width; ++x)
-        out[x] = std::max({out[x], scratch[x - 1], scratch[x]});
+    for (int x = 0; x + 1 < width; ++x)
+        scratch[x] = steps(q[std::max(0, x - 1)], q[x], q[x + 1], q[std::min(width - 1, x + 2)], least);
+    for (int x = 0; x < width; ++x)
+        out[x] = std::max({out[x], scratch[std::max(0, x - 1)], scratch[x]});
 }
 
 /// A step between rows `above` and `above` + 1.
 void mark_between_rows(const FloatImage& q, int above, float least, std::uint8_t* out) {
-    if (above < 1 || above + 2 >= q.height())
+    if (above < 0 || above + 1 >= q.height())
         return;
-    const float *a = q.pixel(0, above - 1), *b = q.pixel(0, above), *c = q.pixel(0, above + 1),
-                *d = q.pixel(0, above + 2);
+    const float *a = q.pixel(0, std::max(0, above - 1)), *b = q.pixel(0, above), *c = q.pixel(0, above + 1),
+                *d = q.pixel(0, std::min(q.height() - 1, above + 2));
     for (int x = 0; x < q.width(); ++x)
         out[x] = std::max(out[x], steps(a[x], b[x], c[x], d[x], least));
 }
@@ -202,6 +202,33 @@ Differences differences(const ByteImage& rgba, int step) {
         }
     });
     return found;
+}
+
+FloatImage mean_around(const ByteImage& image, int reach) {
+    const int width = image.width(), height = image.height();
+    // Sums of all that lies above and to the left: 8 K by 8 K of the largest samples stay far below 2^64.
+    const std::size_t stride = std::size_t(width) + 1;
+    std::vector<std::uint64_t> sums(stride * (std::size_t(height) + 1), 0);
+    for (int y = 0; y < height; ++y) {
+        std::uint64_t along = 0;
+        for (int x = 0; x < width; ++x) {
+            along += image.pixel(x, y)[0];
+            const std::size_t at = std::size_t(y + 1) * stride + std::size_t(x) + 1;
+            sums[at] = sums[at - stride] + along;
+        }
+    }
+    FloatImage means(width, height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const std::size_t left = std::size_t(std::max(0, x - reach)),
+                              right = std::size_t(std::min(width, x + reach + 1));
+            const std::size_t top = std::size_t(std::max(0, y - reach)),
+                              bottom = std::size_t(std::min(height, y + reach + 1));
+            const std::uint64_t sum = sums[bottom * stride + right] + sums[top * stride + left] -
+                                      sums[top * stride + right] - sums[bottom * stride + left];
+            means.pixel(x, y)[0] = float(sum) / float((right - left) * (bottom - top));
+        }
+    return means;
 }
 
 }  // namespace equistream

@@ -21,4 +21,7 @@ struct Differences {
 };
 Differences differences(const ByteImage& rgba, int step);
 
+/// Mean over the square that reaches so many pixels to either side, what of it lies in the picture.
+FloatImage mean_around(const ByteImage& image, int reach);
+
 }  // namespace equistream

@@ -48,11 +48,7 @@ std::int64_t run(const WarpJob& job) {
 
 template <typename AnyCamera>
 std::int64_t look_up(const AnyCamera& camera, const LookUpOptions& options, WarpJob& job) {
-    job.grid = grid_of(camera);
-    job.grid.width = camera.width;
-    job.grid.height = camera.height;
-    job.grid.half_width = 0.5f * float(camera.width);
-    job.grid.half_height = 0.5f * float(camera.height);
+    job.grid = source_grid(camera);
     job.radians_per_sample = float(camera.pixel_angle_rad());
     job.interpolation = float(
         std::min(interpolation_share * options.tolerance_rad / camera.pixel_angle_rad(), largest_interpolation_error));
@@ -88,6 +84,19 @@ std::int64_t look_up(const SourceView& source, const EyeView& eye, const LookUpO
 }
 
 }  // namespace
+
+SourceGrid source_grid(const Camera& camera) {
+    return std::visit(
+        [](const auto& any) {
+            SourceGrid grid = grid_of(any);
+            grid.width = any.width;
+            grid.height = any.height;
+            grid.half_width = 0.5f * float(any.width);
+            grid.half_height = 0.5f * float(any.height);
+            return grid;
+        },
+        camera);
+}
 
 std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                   EyePicture& picture) {

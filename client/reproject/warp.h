@@ -33,6 +33,8 @@ struct SourceGrid {
     bool closes = false, north_pole = false, south_pole = false;
 };
 
+SourceGrid source_grid(const Camera& camera);
+
 struct Sample {
     int x = 0, y = 0;
 };

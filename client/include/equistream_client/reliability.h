@@ -23,6 +23,7 @@ enum class Risk {
     contrast,      ///< log of the worst channel's difference to the picture one source pixel away, in 1/2 of 1/255
     detail,        ///< log of the largest difference of the pixel, or of those one source pixel around it, to the mean
                    ///< of the pictures one source pixel to either side, in 1/2 of 1/255
+    texture,       ///< log of contrast's mean over nine source pixels by nine, in 1/2 of 1/255
     blur,          ///< detail, for each halving of the source's pixels per eye pixel below one
     minification,  ///< detail, for each doubling above one
     grazing,       ///< detail, for each halving of the cosine between ray and normal, at most four
@@ -30,29 +31,39 @@ enum class Risk {
     silhouette_1,  ///< 1 up to one pixel from there
     silhouette_2,  ///< 1 up to two pixels
     parallax,      ///< log of the pixels by which the eye sees the point displaced from where the source does
-    specular,      ///< the source's flag, times 1 + parallax
+    specular,      ///< of group mirrored: log of parallax in pixels, by which what is mirrored may be displaced, times
+                   ///< contrast in 1/255
     depth_error,   ///< log of how much the depth's tolerance may displace the pixel, times contrast in 1/255
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels
     brightness,    ///< of the brightest channel, 0 to 1: errors in the dark are small
 };
-inline constexpr int risk_count = 14;
+inline constexpr int risk_count = 15;
 inline constexpr std::array<std::string_view, risk_count> risk_names = {
-    "contrast",     "detail",   "blur",     "minification", "grazing", "silhouette_0", "silhouette_1",
-    "silhouette_2", "parallax", "specular", "depth_error",  "outside", "fill_depth",   "brightness"};
+    "contrast",     "detail",   "texture",  "blur",        "minification", "grazing",    "silhouette_0", "silhouette_1",
+    "silhouette_2", "parallax", "specular", "depth_error", "outside",      "fill_depth", "brightness"};
 
 /// Whose weights a pixel takes.
 enum class RiskGroup {
-    source,   ///< looked up by depth at the source's density: origins source, earlier, patches, hidden
-    small,    ///< looked up by depth in the small view
-    guessed,  ///< made from other pixels or from geometry without its light: neighbours, push_pull, geometry
-    turned,   ///< origin source, from another position and with no depth known: direction only
+    source,    ///< looked up in the source by depth that its tolerance displaces by no more than its share of the bound
+    coarse,    ///< the same by coarser depth
+    seen,      ///< looked up by depth elsewhere at the source's density: origins earlier, patches, hidden
+    small,     ///< looked up by depth in the small view
+    guessed,   ///< made from other pixels or from geometry without its light: neighbours, push_pull, geometry
+    turned,    ///< origin source, from another position and with no depth known: direction only
+    mirrored,  ///< looked up by the depth of a mirror or a pane, which is not the depth of what is seen in it
 };
-inline constexpr int risk_group_count = 4;
+inline constexpr int risk_group_count = 7;
+inline constexpr std::array<std::string_view, risk_group_count> risk_group_names = {
+    "source", "coarse", "seen", "small", "guessed", "turned", "mirrored"};
 
 struct ReliabilityOptions {
     /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
     double depth_tolerance_w = 0;
+    /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
+    bool specular_reworked = false;
+    /// The slow, plain implementation, which tests compare the fast one with.
+    bool reference = false;
 };
 
 /// Fills `picture.reliability` for a finished picture (origin and rgba as engine and rungs left them). Depth of the eye
@@ -65,8 +76,16 @@ void estimate_reliability(const SourceView& source, const EyeView& eye, EyePictu
 FloatImage reliability_risks(const SourceView& source, const EyeView& eye, const EyePicture& picture,
                              const ReliabilityOptions& options = {});
 
-/// Group of a pixel; not of gaps.
-RiskGroup risk_group(PixelOrigin origin, bool has_depth);
+/// The risks' group of each pixel, 1 channel; no_risk_group for gaps.
+ByteImage reliability_groups(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                             const ReliabilityOptions& options = {});
+inline constexpr std::uint8_t no_risk_group = 255;
+
+/// What is known of the depth that pixels of origin source were looked up by.
+enum class KnownDepth { none, coarse, fine };
+
+/// Group of a pixel; not of gaps. `mirrored` counts where depth looked it up in the source.
+RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored = false);
 
 /// The model itself, for one pixel's risks: from 0 to 1.
 float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks);

@@ -306,7 +306,8 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     for (auto [eye, figures] :
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
         estimate_reliability(source, eye->view(), eye->picture,
-                             {.depth_tolerance_w = depth_tolerance_w(settings_, frame.main.info)});
+                             {.depth_tolerance_w = depth_tolerance_w(settings_, frame.main.info),
+                              .specular_reworked = true});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
     }

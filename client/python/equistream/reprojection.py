@@ -37,6 +37,9 @@ ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden
 RISKS: tuple[str, ...] = tuple(_core.RISKS)
 """What makes a pixel less reliable, in the order of EyePicture.risks' channels."""
 
+RISK_GROUPS: tuple[str, ...] = tuple(_core.RISK_GROUPS)
+"""Whose weights a pixel's risks take, by the values of EyePicture.risk_groups."""
+
 RELIABILITY_TOLERANCE = _core.RELIABILITY_TOLERANCE
 """Of 255: a pixel is good if no channel differs from the true eye's by more."""
 
@@ -61,6 +64,8 @@ class EyePicture:
     """Where asked for: 255 times the probability that no channel is off by more than RELIABILITY_TOLERANCE."""
     risks: Optional[NDArray[np.float32]] = field(default=None)
     """Where asked for: what reliability is estimated from, rows x columns x RISKS."""
+    risk_groups: Optional[NDArray[np.uint8]] = field(default=None)
+    """With `risks`: index into RISK_GROUPS, 255 for gaps."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
@@ -195,11 +200,11 @@ class Reprojector:
             None if frame is None or frame.patches is None else _patches(frame.patches, box),
             [_view(picture, "earlier").core(True) for picture in earlier])
         assess = _core.Assess(reliability, risks, depth_tolerance_w)
-        rgba, origin, before_fill, filled, found, reliable, risk_planes = self._core.reproject(
+        rgba, origin, before_fill, filled, found, reliable, risk_planes, groups = self._core.reproject(
             main.core(bool(needed)), fill_from, camera, pose, eye_depth, assess)
         known = found if eye_depth is None else eye_depth[:, :, 0]
         return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, known, reliable if reliability else None,
-                          risk_planes if risks else None)
+                          risk_planes if risks else None, groups if risks else None)
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"

@@ -111,11 +111,13 @@ public:
     }
 
     /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, the depth that the
-    /// engine found, or None, and what `assess` asks for: reliability and its risks, or empty arrays.
+    /// engine found, or None, and what `assess` asks for: reliability, its risks and their groups, or
+    /// empty arrays.
     nb::tuple reproject(const Source& source, const FillFrom& from, const PerspectiveCamera& camera, const Pose& pose,
                         const std::optional<ArrayIn<float>>& depth_m, const Assess& assess) {
         EyePicture picture;
         FloatImage risks(0, 0, risk_count);
+        ByteImage risk_groups;
         ByteImage origin_before_fill;
         FilledCounts filled;
         waiting_.run([&] {
@@ -127,10 +129,13 @@ public:
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
+            const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w};
             if (assess.reliability)
-                estimate_reliability(views.main(), eye, picture, {.depth_tolerance_w = assess.depth_tolerance_w});
-            if (assess.risks)
-                risks = reliability_risks(views.main(), eye, picture, {.depth_tolerance_w = assess.depth_tolerance_w});
+                estimate_reliability(views.main(), eye, picture, options);
+            if (assess.risks) {
+                risks = reliability_risks(views.main(), eye, picture, options);
+                risk_groups = reliability_groups(views.main(), eye, picture, options);
+            }
         });
         nb::dict counts;
         for (const auto& [name, count] : filled)
@@ -138,7 +143,8 @@ public:
         const nb::object found = picture.depth_m.empty() ? nb::none() : nb::cast(to_array(std::move(picture.depth_m)));
         return nb::make_tuple(to_array(std::move(picture.rgba)), to_array(std::move(picture.origin)),
                               to_array(std::move(origin_before_fill)), counts, found,
-                              to_array(std::move(picture.reliability)), to_array(std::move(risks)));
+                              to_array(std::move(picture.reliability)), to_array(std::move(risks)),
+                              to_array(std::move(risk_groups)));
     }
 
 private:
@@ -159,6 +165,7 @@ void bind_reprojection(nb::module_& m) {
     m.attr("METHODS") = tuple_of(engine_names());
     m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
     m.attr("RISKS") = tuple_of(risk_names);
+    m.attr("RISK_GROUPS") = tuple_of(risk_group_names);
     m.attr("RELIABILITY_TOLERANCE") = reliability_tolerance;
     nb::class_<Source>(m, "Source")
         .def(

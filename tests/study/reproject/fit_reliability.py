@@ -4,41 +4,57 @@
     PYTHONPATH=build/release/package fit_reliability.py --work FOLDER [--write]
 
 FOLDER is what reliability_pairs.py filled. Every eye of every shot is reprojected at the source's own density and a third of it,
-with the engine `surface` and several fill ladders, and by rotation alone; every pixel gives its risks and whether it is good (no
-channel off by more than the tolerance). Pixels whose noise may be more than a third of the tolerance are left out.
+with the engine `surface` and several fill ladders, with exact and with coarse depth, and by rotation alone; every pixel gives its
+risks, their group and whether it is good (no channel off by more than the tolerance). Pixels whose noise may be more than a quarter of the
+tolerance are left out, and mirrors and panes of scenes with direct light only: what is reflected is black there.
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the
-weighted sum (isotonic regression). Each scene in turn is left out and judged by what the others give: docs/results/reproject/
-reliability.json. --write also fits to all scenes and writes client/reliability/coefficients.h.
+weighted sum (isotonic regression). Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn
+is left out and judged by what the others give: docs/results/reproject/reliability.json. --write also fits to all scenes and writes
+client/reliability/coefficients.h.
 """
 
 import argparse
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
+import textwrap
 import time
 
 import equistream as es
 import numpy as np
-from equistream.reprojection import RELIABILITY_TOLERANCE, RISKS
+from equistream.reprojection import ORIGINS, RELIABILITY_TOLERANCE, RISK_GROUPS, RISKS
 from scipy.ndimage import uniform_filter
 from scipy.optimize import isotonic_regression, minimize
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from reliability_pairs import BREAKERS  # noqa: E402
-from steps import machine, write_whole  # noqa: E402
+from steps import Failed, machine, run_as_program, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 COEFFICIENTS = REPOSITORY / "client/reliability/coefficients.h"
 RESULTS = REPOSITORY / "docs/results/reproject/reliability.json"
-GROUPS = ("source", "small", "guessed", "turned")
-GROUP_OF_ORIGIN = {"source": 0, "earlier": 0, "patches": 0, "hidden": 0, "small": 1, "neighbours": 2, "push_pull": 2, "geometry": 2}
 COARSER = (1, 3)
 SMALLER = 4
-# Method, fill ladder, whether there is a small view, bits of the depth's w (0: exact).
-CHAINS = (("surface", "small,pushpull", True, 0), ("surface", "pushpull", False, 0), ("surface", "spread", False, 6), ("surface", "pushpull", False, 4),
-          ("sphere", "none", False, 0))
-NOISE_SHARE = 1 / 3
+MIRRORED, NO_GROUP = RISK_GROUPS.index("mirrored"), 255
+TURNED = RISK_GROUPS.index("turned")
+
+
+class Chain:
+    """A method, a fill ladder with what it fills from, and the bits of the depth's w (0: exact)."""
+
+    def __init__(self, method, fill, depth_bits, only_filled):
+        self.method, self.fill, self.depth_bits = method, fill, depth_bits
+        self.only_filled = only_filled  # another chain has the same pixels of the source
+
+
+# What `earlier` brings, the other eye's whole view with its depth, stands for patches and hidden layers too: all of them are looked up
+# by depth, at the source's density, in a picture from elsewhere.
+CHAINS = (Chain("surface", "small,pushpull", 0, False), Chain("surface", "pushpull", 0, True), Chain("surface", "earlier", 0, True),
+          Chain("surface", "spread", 6, False), Chain("surface", "earlier,spread", 5, False), Chain("surface", "pushpull", 4, False),
+          Chain("sphere", "none", 0, False))
+NOISE_SHARE = 1 / 4
 ENTRIES_PER_UNIT, TABLE_SIZE = 16, 256
 FEWEST_IN_BIN = 500
 # Breakers are much alike: together they count as much as two scenes.
@@ -109,21 +125,25 @@ class Shot:
         # No pixel lies in the middle of an even number: depth comes from the nearest one.
         return es.Frame(info, {"colour": smaller(colour, SMALLER), "depth": middle(frames[0]["depth"], SMALLER)})
 
-    def samples(self):
-        """(group, risks, good) of the pixels of all eyes, densities and chains; and how many noise left out."""
+    def other(self, eye):
+        """The other eye's whole view: what an earlier frame, a patch or a hidden layer shows."""
+        frames, colour = self.eyes[1 - eye]
+        return es.Frame(frames[0].info, {"colour": np.ascontiguousarray(colour, np.float32), "depth": frames[0]["depth"]})
+
+    def samples(self, mirrors_show):
+        """(group, risks, good, exact) of the pixels of all eyes, densities and chains; and how many noise left out."""
         parts, left_out, counted = [], 0, 0
         for eye, (frames, colour) in enumerate(self.eyes):
             info = frames[0].info
             truth = 255 * es.DisplayTransform().to_display(np.ascontiguousarray(colour, np.float32), info.exposure).astype(float)
             noise = noise_of(frames, info.exposure)
             for factor in COARSER:
-                source = self.source(factor, eye)
-                small = self.small(eye)
+                source, small, other = self.source(factor, eye), self.small(eye), self.other(eye)
                 # The source has half as many samples; bilinear lookup averages 2.25 pixels or so, the filter factor^2.
                 quiet = noise * np.sqrt(1 + 2 / 2.25 / factor ** 2) <= NOISE_SHARE * RELIABILITY_TOLERANCE
-                for method, fill, with_small, bits in CHAINS:
+                for chain in CHAINS:
                     box_m = source.info.box_radius_m
-                    step = coding_step(source["depth"], box_m, bits)
+                    step = coding_step(source["depth"], box_m, chain.depth_bits)
 
                     def depth(camera, pose):
                         for frame in (source, small, frames[0]):
@@ -131,23 +151,21 @@ class Shot:
                                 return coded(frame["depth"], box_m, step)
                         raise AssertionError("depth of an unknown view")
 
-                    picture = es.Reprojector(method, fill=fill)(source, info.camera, info.camera_pose, depth=depth, risks=True,
-                                                                small=small if with_small else None, depth_tolerance_w=step / 2)
+                    picture = es.Reprojector(chain.method, fill=chain.fill)(
+                        source, info.camera, info.camera_pose, depth=depth, risks=True, small=small if "small" in chain.fill else None,
+                        earlier=[other] if "earlier" in chain.fill else (), depth_tolerance_w=step / 2)
+                    group = picture.risk_groups
+                    wanted = group != NO_GROUP
+                    if chain.only_filled:
+                        wanted &= picture.origin != ORIGINS.index("source")
+                    if not mirrors_show:
+                        wanted &= group != MIRRORED
+                    used = quiet & wanted
                     worst = np.abs(picture.rgb.astype(float) - truth).max(axis=2)
-                    used = quiet & (picture.origin > 0)
-                    counted, left_out = counted + int((picture.origin > 0).sum()), left_out + int((~quiet & (picture.origin > 0)).sum())
-                    group = groups_of(picture.origin, method != "sphere")[used]
-                    parts.append((group, picture.risks[used], worst[used] <= RELIABILITY_TOLERANCE))
+                    counted, left_out = counted + int(wanted.sum()), left_out + int((~quiet & wanted).sum())
+                    parts.append((group[used], picture.risks[used], worst[used] <= RELIABILITY_TOLERANCE,
+                                  np.full(used.sum(), chain.depth_bits == 0)))
         return tuple(np.concatenate(arrays) for arrays in zip(*parts)), left_out, counted
-
-
-def groups_of(origin, with_depth):
-    table = np.full(len(es.reprojection.ORIGINS), 2, np.uint8)
-    for name, group in GROUP_OF_ORIGIN.items():
-        table[es.reprojection.ORIGINS.index(name)] = group
-    if not with_depth:
-        table[es.reprojection.ORIGINS.index("source")] = 3
-    return table[origin]
 
 
 class GroupModel:
@@ -162,6 +180,8 @@ class GroupModel:
 
 
 def fit_group(risks, good, weight):
+    if len(risks) == 0:
+        raise Failed("a group of pixels without any sample: expected shots of every kind (see reliability_pairs.py)")
     risks = risks.astype(np.float64)
     sign = np.where(good, 1.0, -1.0)
 
@@ -198,7 +218,7 @@ def calibrated(sums, good, weight):
 class Samples:
     """All pixels, with their scene."""
 
-    def __init__(self, work, rng, per_shot):
+    def __init__(self, work, rng, per_shot, path_traced=False):
         self.scenes, self.notes = [], {}
         parts = []
         for scene in sorted(folder for folder in work.iterdir() if folder.is_dir()):
@@ -206,20 +226,20 @@ class Samples:
             for folder in sorted(scene.glob("*-*")):
                 if not all(list(folder.glob(f"{name}-{run}/*/frame.{frame:04d}.exr")) for name, frame in (("eyes", 1), ("source", 0)) for run in (0, 1)):
                     continue
-                (group, risks, good), noisy, seen = Shot(folder).samples()
-                chosen = rng.random(len(group)) < np.minimum(1, per_shot / np.bincount(group, minlength=4).clip(1))[group]
-                stands_for = 1 / np.minimum(1, per_shot / np.bincount(group, minlength=4).clip(1))[group[chosen]]
-                parts.append((np.full(chosen.sum(), len(self.scenes)), group[chosen], risks[chosen], good[chosen], stands_for))
+                (group, risks, good, exact), noisy, seen = Shot(folder).samples(path_traced or scene.name in BREAKERS)
+                share = np.minimum(1, per_shot / np.bincount(group, minlength=len(RISK_GROUPS)).clip(1))[group]
+                chosen = rng.random(len(group)) < share
+                parts.append((np.full(chosen.sum(), len(self.scenes)), group[chosen], risks[chosen], good[chosen], exact[chosen], 1 / share[chosen]))
                 taken, left_out, counted = taken + int(chosen.sum()), left_out + noisy, counted + seen
             if taken:
                 self.scenes.append(scene.name)
                 self.notes[scene.name] = {"pixels": taken, "left_out_for_noise": round(left_out / counted, 4)}
                 print(f"{scene.name}: {taken} pixels, {100 * left_out / counted:.1f} % left out for their noise", flush=True)
-        self.scene, self.group, self.risks, self.good, self.stands_for = (np.concatenate(arrays) for arrays in zip(*parts))
+        self.scene, self.group, self.risks, self.good, self.exact, self.stands_for = (np.concatenate(arrays) for arrays in zip(*parts))
 
     def fit(self, scenes):
         models = []
-        for group in range(len(GROUPS)):
+        for group in range(len(RISK_GROUPS)):
             inside = (self.group == group) & np.isin(self.scene, scenes)
             count = np.bincount(self.scene[inside], minlength=len(self.scenes))
             of_scene = np.array([BREAKER_WEIGHT if name in BREAKERS else 1.0 for name in self.scenes])
@@ -234,8 +254,10 @@ class Samples:
         group, risks, good, stands_for = self.group[inside], self.risks[inside], self.good[inside], self.stands_for[inside]
         for index, model in enumerate(models):
             predicted[group == index] = model.reliability(risks[group == index])
-        judged = {"all": calibration(predicted[group != 3], good[group != 3], stands_for[group != 3])}
-        for index, name in enumerate(GROUPS):
+        exact, with_depth = self.exact[inside], group != TURNED
+        judged = {"all": calibration(predicted[with_depth], good[with_depth], stands_for[with_depth]),
+                  "exact": calibration(predicted[with_depth & exact], good[with_depth & exact], stands_for[with_depth & exact])}
+        for index, name in enumerate(RISK_GROUPS):
             judged[name] = calibration(predicted[group == index], good[group == index], stands_for[group == index])
         return judged
 
@@ -275,10 +297,11 @@ def header(models, provenance):
         shares = numbers(np.round(model.table * 255).astype(int), "{}", 24)
         return f"    // {name}\n    Group{{{{{weights}}},\n          {{{shares}}}}},"
 
-    groups = "\n".join(group(name, model) for name, model in zip(GROUPS, models))
+    groups = "\n".join(group(name, model) for name, model in zip(RISK_GROUPS, models))
+    told = "\n".join(textwrap.wrap(provenance, 120, initial_indent="/// ", subsequent_indent="/// "))
     return f"""#pragma once
 /// Written by tests/study/reproject/fit_reliability.py: change it by running that.
-/// {provenance}
+{told}
 #include <equistream_client/reliability.h>
 
 #include <array>
@@ -305,6 +328,24 @@ inline constexpr std::array<Group, risk_group_count> groups{{{{
 """
 
 
+def formatted(text):
+    """What clang-format would not change; where it is not installed the test of the repository's formatting says the same."""
+    program = shutil.which("clang-format-14")
+    if program is None:
+        return text
+    done = subprocess.run([program, "--assume-filename", COEFFICIENTS], input=text, capture_output=True, text=True, check=True)
+    if done.stdout != text:
+        raise Failed(f"{COEFFICIENTS.name}: expected text in clang-format's own form, found lines that it would change")
+    return text
+
+
+def commit():
+    done = subprocess.run(["git", "-C", REPOSITORY, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(f"{REPOSITORY.name}: expected a git repository whose commit the figures can name, found: {done.stderr.strip()}")
+    return done.stdout.strip()
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that reliability_pairs.py filled")
@@ -324,27 +365,27 @@ def main():
     for index, scene in enumerate(samples.scenes):
         left_out[scene] = {**samples.notes[scene], **samples.judge(samples.fit(everything[everything != index]), index)}
         judged = left_out[scene]["all"]
-        print(f"{scene} left out: good {judged['good']}, expected calibration error {judged['expected_calibration_error']}, worst bin {judged['worst_bin']}")
+        print(f"{scene} left out: good {judged['good']}, expected calibration error {judged['expected_calibration_error']} "
+              f"(exact depth {left_out[scene]['exact']['expected_calibration_error']}), worst bin {judged['worst_bin']}", flush=True)
     path_traced = {}
     if options.path_traced is not None:
-        checks = Samples(options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot)
+        checks = Samples(options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
         for index, scene in enumerate(checks.scenes):
             others = np.array([i for i, name in enumerate(samples.scenes) if name != scene])
             path_traced[scene] = {**checks.notes[scene], **checks.judge(samples.fit(others), index)}
     models = samples.fit(everything)
-    commit = subprocess.run(["git", "-C", REPOSITORY, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip()
     result = {"command": f"tests/study/reproject/fit_reliability.py --work WORK --pixels-per-shot {options.pixels_per_shot} --seed {options.seed}",
-              "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit, "version": es.__version__, "machine": machine(),
+              "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
               "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out,
               "path_traced": path_traced,
-              "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(GROUPS, models)}}
+              "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
     write_whole(options.out, json.dumps(result, indent=1) + "\n")
     print(options.out)
     if options.write:
         provenance = f"{sum(note['pixels'] for note in samples.notes.values())} pixels of {', '.join(samples.scenes)}."
-        write_whole(COEFFICIENTS, header(models, provenance))
+        write_whole(COEFFICIENTS, formatted(header(models, provenance)))
         print(COEFFICIENTS)
 
 
 if __name__ == "__main__":
-    main()
+    run_as_program(main)

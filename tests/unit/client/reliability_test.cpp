@@ -1,11 +1,12 @@
 #include "analytic_scene.h"
+#include "simd_targets.h"
 
 #include <equistream_client/fill.h>
 #include <equistream_client/reliability.h>
 
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <random>
 
 namespace equistream::test {
 namespace {
@@ -121,21 +122,108 @@ TEST(Reliability, NoRiskMakesAPixelMoreTrustworthy) {
             }
 }
 
-TEST(Reliability, MapIsTheModelOfTheRisks) {
+TEST(Reliability, ThePlainMapIsTheModelOfTheRisks) {
     Played played(ball_and_wall, smooth_colour, moved, "surface", "pushpull");
-    estimate_reliability(played.view(), played.eye, played.picture);
+    estimate_reliability(played.view(), played.eye, played.picture, {.reference = true});
     const FloatImage risks = played.risks();
-    int different = 0;
+    const ByteImage groups = reliability_groups(played.view(), played.eye, played.picture);
     for (int y = 0; y < eye_camera.height; ++y)
         for (int x = 0; x < eye_camera.width; ++x) {
             std::array<float, risk_count> here;
             std::copy_n(risks.pixel(x, y), risk_count, here.begin());
             const auto origin = PixelOrigin(played.picture.origin.pixel(x, y)[0]);
-            const float expected = reliability_of(risk_group(origin, true), here);
-            // The order of a sum may put it on the other side of an entry of the table.
-            different += std::abs(expected * 255 - float(played.picture.reliability.pixel(x, y)[0])) > 0.5f;
+            ASSERT_EQ(groups.pixel(x, y)[0], std::uint8_t(risk_group(origin, KnownDepth::fine)));
+            ASSERT_NEAR(reliability_of(RiskGroup(groups.pixel(x, y)[0]), here) * 255,
+                        float(played.picture.reliability.pixel(x, y)[0]), 0.01);
         }
-    EXPECT_LE(different, 16);
+}
+
+/// How many pixels two maps of one picture differ in by more than the order of a sum explains, and by how much at most.
+struct MapDifference {
+    int pixels = 0, most = 0;
+};
+MapDifference difference(const ByteImage& a, const ByteImage& b) {
+    MapDifference found;
+    for (std::size_t i = 0; i < a.samples().size(); ++i) {
+        const int off = std::abs(int(a.samples()[i]) - int(b.samples()[i]));
+        found.pixels += off > 0;
+        found.most = std::max(found.most, off);
+    }
+    return found;
+}
+
+/// Noise in every channel, so that no difference between neighbours is like another, and a mirror in a corner.
+void expect_maps_of_all_targets_alike(Played& played, ReliabilityOptions options,
+                                      const FloatImage* specular = nullptr) {
+    SourceView view = played.view();
+    if (specular != nullptr)
+        view.specular = specular->view();
+    std::mt19937 random(7);
+    for (std::uint8_t& sample : played.picture.rgba.samples())
+        sample = std::uint8_t(std::clamp<int>(sample + int(random() % 41) - 20, 0, 255));
+    options.reference = true;
+    estimate_reliability(view, played.eye, played.picture, options);
+    const ByteImage plain = played.picture.reliability;
+    const int pixels = int(plain.samples().size());
+    options.reference = false;
+    for (const std::int64_t target : targets_here()) {
+        const OnlyTarget only(target);
+        estimate_reliability(view, played.eye, played.picture, options);
+        const MapDifference found = difference(plain, played.picture.reliability);
+        // The order of a sum may put it on the other side of an entry of the table.
+        EXPECT_LE(found.pixels, pixels / 500) << hwy::TargetName(target);
+        EXPECT_LE(found.most, 24) << hwy::TargetName(target);
+    }
+}
+
+TEST(Reliability, EveryInstructionSetMakesThePlainMap) {
+    for (const char* fill : {"none", "pushpull", "spread"})
+        for (const char* method : {"surface", "sphere", "splat"}) {
+            SCOPED_TRACE(std::string(method) + " " + fill);
+            Played played(ball_and_wall, smooth_colour, moved, method, fill);
+            expect_maps_of_all_targets_alike(played, {.depth_tolerance_w = 0.01});
+        }
+    Played still(ball_and_wall, smooth_colour, Pose{}, "surface", "none");
+    expect_maps_of_all_targets_alike(still, {});
+}
+
+TEST(Reliability, EveryInstructionSetFindsMirrors) {
+    Played played(ball_and_wall, smooth_colour, moved, "surface", "pushpull");
+    FloatImage specular(640, 320, 1);
+    for (int y = 0; y < 320; ++y)
+        for (int x = 0; x < 640; ++x)
+            specular.pixel(x, y)[0] = (x / 7 + y / 5) % 2 == 0 ? 1.0f : 0.0f;
+    expect_maps_of_all_targets_alike(played, {}, &specular);
+}
+
+/// Every kind of origin side by side, sizes that no vector divides, and more of them than a band of rows has.
+TEST(Reliability, EveryInstructionSetTakesAnyOriginAndSize) {
+    for (const auto& [width, height] : {std::pair{33, 7}, {61, 41}, {97, 70}, {20, 9}}) {
+        const PerspectiveCamera camera{width, height, 1.2};
+        EyePicture picture;
+        picture.reset(camera);
+        FloatImage depth_m(width, height, 1);
+        std::mt19937 random(static_cast<unsigned>(width));
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                for (int c = 0; c < 4; ++c)
+                    picture.rgba.pixel(x, y)[c] = std::uint8_t(random() % 256);
+                picture.origin.pixel(x, y)[0] =
+                    std::uint8_t(random() % 3 == 0 ? random() % unsigned(pixel_origin_count) : 1);
+                depth_m.pixel(x, y)[0] = random() % 9 == 0 ? float(infinity) : 1 + float(random() % 1000) / 500;
+            }
+        const Rendered source = render(ball_and_wall, smooth_colour, EquirectCamera{64, 32, {}}, Pose{});
+        const EyeView eye{camera, moved, depth_m.view()};
+        const SourceView view = source.source(0.063);
+        estimate_reliability(view, eye, picture, {.reference = true});
+        const ByteImage plain = picture.reliability;
+        for (const std::int64_t target : targets_here()) {
+            const OnlyTarget only(target);
+            estimate_reliability(view, eye, picture);
+            EXPECT_LE(difference(plain, picture.reliability).pixels, 1 + width * height / 500)
+                << hwy::TargetName(target) << " " << width << "x" << height;
+        }
+    }
 }
 
 /// A floor 1.6 m down: cosine, parallax and density in closed form.
@@ -205,7 +293,17 @@ TEST(Reliability, DepthErrorAndMirrorsCount) {
     view.specular = specular.view();
     const FloatImage mirrors = reliability_risks(view, played.eye, played.picture);
     EXPECT_EQ(risk_at(exact, Risk::specular, 40, 50), 0);
-    EXPECT_NEAR(risk_at(mirrors, Risk::specular, 40, 50), 1 + risk_at(exact, Risk::parallax, 40, 50), 1e-5);
+    const double parallax_px = std::exp2(risk_at(exact, Risk::parallax, 40, 50)) - 1;
+    const double contrast_255 = 2 * (std::exp2(risk_at(exact, Risk::contrast, 40, 50)) - 1);
+    EXPECT_NEAR(risk_at(mirrors, Risk::specular, 40, 50), std::log2(1 + parallax_px * contrast_255), 0.05);
+    const auto group_of = [&](const ReliabilityOptions& options) {
+        return RiskGroup(reliability_groups(view, played.eye, played.picture, options).pixel(40, 50)[0]);
+    };
+    EXPECT_EQ(group_of({}), RiskGroup::mirrored);
+    EXPECT_EQ(group_of({.specular_reworked = true}), RiskGroup::source);
+    view.specular = {};
+    EXPECT_EQ(group_of({}), RiskGroup::source);
+    EXPECT_EQ(group_of({.depth_tolerance_w = 0.02}), RiskGroup::coarse);
 }
 
 TEST(Reliability, BrokenDepthGivesNumbersAllTheSame) {

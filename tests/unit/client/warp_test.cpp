@@ -1,11 +1,11 @@
 /// The loops of every instruction set that this processor has, the scalar ones included, against the plain reference.
 #include "analytic_scene.h"
 #include "evidence.h"
+#include "simd_targets.h"
 
 #include <yuv420.h>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <array>
 #include <random>
@@ -14,31 +14,6 @@ namespace equistream::test {
 namespace {
 
 using glm::dvec3;
-
-/// As bits of hwy's targets: all that this processor has.
-std::vector<std::int64_t> targets_here() {
-    std::vector<std::int64_t> targets = {HWY_EMU128};
-    hwy::SetSupportedTargetsForTest(0);
-    for (const std::int64_t target : {HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_NEON})
-        if ((hwy::SupportedTargets() & target) != 0)
-            targets.push_back(target);
-    return targets;
-}
-
-/// Only one of them is used while this lives.
-class OnlyTarget {
-public:
-    explicit OnlyTarget(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-    ~OnlyTarget() {
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-    OnlyTarget(const OnlyTarget&) = delete;
-    OnlyTarget& operator=(const OnlyTarget&) = delete;
-};
 
 enum class Samples { rgb, rgba, planes };
 constexpr std::array sample_names = {"rgb", "rgba", "planes"};
