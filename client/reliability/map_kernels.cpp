@@ -78,7 +78,8 @@ bool find_differences_here(const MapJob& job, int first, int last) {
     RowsAround<std::uint8_t> bends(width, 1);
     std::uint8_t* bend = bends.row(0);
     std::fill_n(bend - step, width + 2 * step, std::uint8_t{0});
-    std::uint8_t others = 0;
+    const Block source = hn::Set(block_tag, std::uint8_t(PixelOrigin::source));
+    Block others = hn::Zero(block_tag);
     for (int y = first; y < last; ++y) {
         const std::uint8_t* here = rgba.pixel(0, y);
         const bool rows = y >= step && y + step < height;
@@ -111,12 +112,14 @@ bool find_differences_here(const MapJob& job, int first, int last) {
             alone(x);
         std::uint8_t* along = job.along.row(y);
         const std::uint8_t* origin = job.picture.origin.pixel(0, y);
-        for (x = 0; x < width; ++x) {
-            along[x] = std::max({bend[x - step], bend[x], bend[x + step]});
-            others = std::uint8_t(others | (origin[x] ^ std::uint8_t(PixelOrigin::source)));
-        }
+        over_blocks(width, [&](int at) HWY_ATTR {
+            hn::StoreU(
+                hn::Max(load_block(bend + at), hn::Max(load_block(bend + at - step), load_block(bend + at + step))),
+                block_tag, along + at);
+            others = hn::Or(others, hn::Xor(load_block(origin + at), source));
+        });
     }
-    return others != 0;
+    return !hn::AllTrue(block_tag, others == hn::Zero(block_tag));
 }
 
 void fill_columns_here(const MapJob& job, int first, int last) {
@@ -143,11 +146,16 @@ void fill_columns_here(const MapJob& job, int first, int last) {
 }
 
 /// Steps along the row too: out and back again through each stretch that is not the source's.
-void fill_row(const std::uint8_t* columns, int width, std::uint8_t* out) {
+HWY_INLINE void fill_row(const std::uint8_t* columns, int width, std::uint8_t* out) {
     std::copy_n(columns, width, out);
+    constexpr int block = int(hn::MaxLanes(BlockTag()));
     for (int x = 0; x < width; ++x) {
-        if (out[x] == 0)
-            continue;
+        while (x + block <= width && hn::AllTrue(block_tag, load_block(out + x) == hn::Zero(block_tag)))
+            x += block;
+        while (x < width && out[x] == 0)
+            ++x;
+        if (x == width)
+            return;
         int steps = x > 0 ? 0 : 255;
         for (; x < width && out[x] != 0; ++x)
             steps = out[x] = std::uint8_t(std::min<int>(out[x], std::min(steps, 254) + 1));
@@ -183,8 +191,10 @@ public:
         const int step = job_.numbers.step;
         const std::uint8_t *above = job_.along.row(std::max(0, y - step)), *here = job_.along.row(y),
                            *below = job_.along.row(std::min(height_ - 1, y + step));
-        for (int x = 0; x < width_; ++x)
-            detail[x] = std::max({above[x], here[x], below[x]});
+        over_blocks(width_, [&](int x) HWY_ATTR {
+            hn::StoreU(hn::Max(load_block(here + x), hn::Max(load_block(above + x), load_block(below + x))), block_tag,
+                       detail + x);
+        });
         over_row(width_, [&](int x) HWY_ATTR { judge(x, y, closeness, filled, detail); });
     }
 
@@ -209,7 +219,7 @@ private:
             hn::Neg(slope(hn::LoadU(float_tag, planar(y - 1) + x), hn::LoadU(float_tag, planar(y + 1) + x)) * focal);
         const Floats nz = hn::MulAdd(nx, a, hn::MulSub(ny, b, q));
         const Floats length2 = hn::MulAdd(a, a, hn::MulAdd(b, b, all(1.0f)));
-        const Floats over_length = all(1.0f) / hn::Sqrt(length2);
+        const Floats over_length = over_sqrt(length2);
         const Floats n2 = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, nz * nz));
         const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(1e-30f));
         const Floats inverse_r = q * over_length;
@@ -219,8 +229,8 @@ private:
         const Floats s2 = hn::Max(hn::MulAdd(sx, sx, hn::MulAdd(sy, sy, sz * sz)), all(least_distance2));
         const Floats facing = hn::Abs(hn::NegMulAdd(
             nx, all(n.centre.x), hn::NegMulAdd(ny, all(n.centre.y), hn::NegMulAdd(nz, all(n.centre.z), all(1.0f)))));
-        const Floats size2 = all(n.density * n.density) * over_length * over_length * over_length *
-                             hn::Max(facing, all(least_facing)) / (s2 * hn::Sqrt(s2));
+        const Floats nearer = over_sqrt(s2), density = all(n.density) * over_length * nearer;
+        const Floats size2 = density * density * over_length * nearer * hn::Max(facing, all(least_facing));
         const Floats most = all(most_halvings), none = all(0.0f);
         const Floats doublings = all(0.5f) * fast_log2(size2);
         const Floats aslant =
@@ -290,14 +300,20 @@ private:
         const IntMask from_source = origin == all(int(PixelOrigin::source));
         Ints group = hn::GatherIndex(int_tag, group_of_origin_.data(), hn::Min(origin, all(pixel_origin_count)));
         group = hn::IfThenElse(hn::And(from_source, hn::MaskFromVec(mirrored)), all(int(RiskGroup::mirrored)), group);
-        of(risks, Risk::specular) = hn::IfThenElseZero(
-            hn::RebindMask(float_tag, group == all(int(RiskGroup::mirrored))), log_of(parallax_px * contrast));
+        of(risks, Risk::specular) =
+            hn::IfThenElseZero(hn::RebindMask(float_tag, group == all(int(RiskGroup::mirrored))),
+                               log_of(half * contrast * hn::Min(one, parallax_px)));
 
+        const int first = hn::GetLane(group);
         Ints result = all(0);
-        for (int g = 0; g < risk_group_count; ++g) {
-            const IntMask takes = group == all(g);
-            if (!hn::AllFalse(int_tag, takes))
-                result = hn::IfThenElse(takes, share(g, risks), result);
+        if (hn::AllTrue(int_tag, group == all(first))) {
+            result = first < risk_group_count ? share(first, risks) : result;
+        } else {
+            for (int g = 0; g < risk_group_count; ++g) {
+                const IntMask takes = group == all(g);
+                if (!hn::AllFalse(int_tag, takes))
+                    result = hn::IfThenElse(takes, share(g, risks), result);
+            }
         }
         if (job_.untouched)
             result = hn::IfThenElse(from_source, all(255), result);
@@ -311,12 +327,7 @@ private:
             sum = hn::MulAdd(all(weights[k]), risks[k], sum);
         const Floats entry =
             hn::Min(sum * all(reliability_model::entries_per_unit), all(float(reliability_model::table_size - 1)));
-        return hn::GatherIndex(int_tag, shares().share_255[group], hn::ConvertTo(int_tag, entry));
-    }
-
-    static const Shares& shares() {
-        static const Shares made;
-        return made;
+        return hn::GatherIndex(int_tag, shares_.share_255[group], hn::ConvertTo(int_tag, entry));
     }
 
     /// Gaps, and what is no origin at all, belong to none.
@@ -333,6 +344,7 @@ private:
     RowsAround<float> planar_;
     ClosenessRows closeness_rows_;
     TextureRows texture_rows_;
+    Shares shares_;
     RowsAround<float> texture_;
     RowsAround<std::uint8_t> bytes_;
     std::array<std::int32_t, pixel_origin_count + 1> group_of_origin_ = groups_of_origins();

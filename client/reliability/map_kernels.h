@@ -12,7 +12,7 @@
 
 namespace equistream {
 
-/// Pictures below this width are left to the plain implementation.
+/// Pictures not wider than this and two pixels are left to the plain implementation.
 inline constexpr int least_map_width = 32;
 
 /// One eye whose pixels are to be judged, and planes in between, all of the picture's size and allocated by the caller.

@@ -10,6 +10,7 @@
 
 #include "../reproject/warp_positions-inl.h"
 
+#include <memory>
 #include <vector>
 
 HWY_BEFORE_NAMESPACE();
@@ -26,9 +27,11 @@ HWY_INLINE Floats bytes_as_floats(const std::uint8_t* from) {
 template <typename Sample>
 class RowsAround {
 public:
-    RowsAround(int width, int rows) : stride_(width + 2 * margin), samples_(std::size_t(stride_) * std::size_t(rows)) {}
-    Sample* row(int index) { return samples_.data() + std::ptrdiff_t(index) * stride_ + margin; }
-    const Sample* row(int index) const { return samples_.data() + std::ptrdiff_t(index) * stride_ + margin; }
+    RowsAround(int width, int rows)
+        : stride_(width + 2 * margin),
+          samples_(std::make_unique_for_overwrite<Sample[]>(std::size_t(stride_) * std::size_t(rows))) {}
+    Sample* row(int index) { return samples_.get() + std::ptrdiff_t(index) * stride_ + margin; }
+    const Sample* row(int index) const { return samples_.get() + std::ptrdiff_t(index) * stride_ + margin; }
     void repeat_ends(int index, int width) {
         std::fill_n(row(index) - margin, margin, row(index)[0]);
         std::fill_n(row(index) + width, margin, row(index)[width - 1]);
@@ -37,7 +40,7 @@ public:
 private:
     static constexpr int margin = 16;
     int stride_;
-    std::vector<Sample> samples_;
+    std::unique_ptr<Sample[]> samples_;
 };
 
 /// Calls `at(x)` for vectors of pixels that together cover a row; the last may overlap the one before.
@@ -45,6 +48,30 @@ template <typename At>
 HWY_INLINE void over_row(int width, const At& at) {
     for (int x = 0; x < width; x += lanes)
         at(std::min(x, width - lanes));
+}
+
+/// Bytes by the block, for loops whose pointers a compiler cannot tell apart.
+using BlockTag = hn::CappedTag<std::uint8_t, least_map_width>;
+using Block = hn::Vec<BlockTag>;
+constexpr BlockTag block_tag;
+
+HWY_INLINE Block load_block(const std::uint8_t* from) {
+    return hn::LoadU(block_tag, from);
+}
+
+/// As over_row, in blocks of bytes; `count` is at least one block.
+template <typename At>
+HWY_INLINE void over_blocks(int count, const At& at) {
+    constexpr int block = int(hn::MaxLanes(BlockTag()));
+    for (int x = 0; x < count; x += block)
+        at(std::min(x, count - block));
+}
+
+/// 1 / sqrt(x) within 3e-7 of itself, for what is neither 0 nor infinite: one step of Newton's from the processor's
+/// guess.
+HWY_INLINE Floats over_sqrt(Floats x) {
+    const Floats guess = hn::ApproximateReciprocalSqrt(x);
+    return guess * hn::NegMulAdd(all(0.5f) * x, guess * guess, all(1.5f));
 }
 
 /// 1 / planar depth of a row; 0 for a miss and where there is no depth.
@@ -56,7 +83,8 @@ HWY_INLINE void inverse_planar_row(const RiskNumbers& n, int y, float* to) {
     over_row(width, [&](int x) HWY_ATTR {
         const Floats a = (columns_from(x) + all(0.5f - 0.5f * float(width))) * all(inverse_focal);
         const Floats depth = hn::LoadU(float_tag, from + x);
-        const Floats inverse = hn::Sqrt(hn::MulAdd(a, a, all(1 + b * b))) / depth;
+        const Floats length2 = hn::MulAdd(a, a, all(1 + b * b));
+        const Floats inverse = length2 * over_sqrt(length2) / depth;
         hn::StoreU(hn::IfThenElseZero(depth > all(0.0f), hn::Min(inverse, all(largest_inverse_m))), float_tag, to + x);
     });
 }
@@ -105,29 +133,37 @@ public:
         const std::uint8_t *a = marks_.row(at - 2), *b = marks_.row(at - 1), *c = marks_.row(at),
                            *d = marks_.row(at + 1), *e = marks_.row(at + 2);
         std::uint8_t *near = near_.row(0), *nearer = nearer_.row(0);
-        for (int x = -2; x < width_ + 2; ++x) {
-            nearer[x] = std::uint8_t(b[x] | c[x] | d[x]);
-            near[x] = std::uint8_t(a[x] | e[x] | nearer[x]);
-        }
-        for (int x = 0; x < width_; ++x) {
-            const auto two = std::uint8_t(near[x - 2] | near[x - 1] | near[x] | near[x + 1] | near[x + 2]);
-            const auto one = std::uint8_t(nearer[x - 1] | nearer[x] | nearer[x + 1]);
-            out[x] = std::uint8_t(two + one + c[x]);
-        }
+        over_blocks(width_ + 2 * reach, [&](int i) HWY_ATTR {
+            const int x = i - reach;
+            const Block three = hn::Or(load_block(b + x), hn::Or(load_block(c + x), load_block(d + x)));
+            hn::StoreU(three, block_tag, nearer + x);
+            hn::StoreU(hn::Or(three, hn::Or(load_block(a + x), load_block(e + x))), block_tag, near + x);
+        });
+        over_blocks(width_, [&](int x) HWY_ATTR {
+            const Block two =
+                hn::Or(hn::Or(load_block(near + x - 2), load_block(near + x - 1)),
+                       hn::Or(load_block(near + x), hn::Or(load_block(near + x + 1), load_block(near + x + 2))));
+            const Block one =
+                hn::Or(load_block(nearer + x - 1), hn::Or(load_block(nearer + x), load_block(nearer + x + 1)));
+            hn::StoreU(two + one + load_block(c + x), block_tag, out + x);
+        });
     }
 
 private:
     static constexpr int reach = 2;
 
-    void mark_origins(const ByteImage& origin, int y, std::uint8_t* marks) const {
+    HWY_INLINE void mark_origins(const ByteImage& origin, int y, std::uint8_t* marks) const {
         const std::uint8_t* here = origin.pixel(0, y);
         const std::uint8_t* above = origin.pixel(0, std::max(0, y - 1));
         const std::uint8_t* below = origin.pixel(0, std::min(origin.height() - 1, y + 1));
-        for (int x = 1; x + 1 < width_; ++x) {
-            const auto differs = std::uint8_t((here[x] ^ here[x - 1]) | (here[x] ^ here[x + 1]) | (here[x] ^ above[x]) |
-                                              (here[x] ^ below[x]));
-            marks[x] = differs != 0 ? 1 : 0;
-        }
+        over_blocks(width_ - 2, [&](int i) HWY_ATTR {
+            const int x = i + 1;
+            const Block o = load_block(here + x);
+            const Block differs =
+                hn::Or(hn::Or(hn::Xor(o, load_block(here + x - 1)), hn::Xor(o, load_block(here + x + 1))),
+                       hn::Or(hn::Xor(o, load_block(above + x)), hn::Xor(o, load_block(below + x))));
+            hn::StoreU(hn::Min(differs, hn::Set(block_tag, 1)), block_tag, marks + x);
+        });
         for (const int x : {0, width_ - 1}) {
             const int before = std::max(0, x - 1), after = std::min(width_ - 1, x + 1);
             marks[x] = here[x] != here[before] || here[x] != here[after] || here[x] != above[x] || here[x] != below[x];

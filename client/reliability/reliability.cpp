@@ -29,7 +29,7 @@ bool same_view(const SourceView& source, const EyeView& eye) {
 }
 
 /// Rows that one thread goes through at a time: their surroundings are computed anew for each band.
-constexpr int band_rows = 32;
+constexpr int band_rows = 64;
 
 void estimate_plainly(const SourceView& source, const EyeView& eye, EyePicture& picture,
                       const ReliabilityOptions& options) {
@@ -86,7 +86,7 @@ void estimate_reliability(const SourceView& source, const EyeView& eye, EyePictu
                           const ReliabilityOptions& options) {
     const int width = picture.origin.width(), height = picture.origin.height();
     picture.reliability = ByteImage(width, height, 1);
-    if (options.reference || width < least_map_width) {
+    if (options.reference || width < least_map_width + 2) {
         estimate_plainly(source, eye, picture, options);
         return;
     }

@@ -239,7 +239,8 @@ void RiskPicture::row(int y, RiskRow& out) const {
         out.of(Risk::silhouette_0)[x] = closeness[x] >= 3 ? 1.0f : 0.0f;
         out.of(Risk::silhouette_1)[x] = closeness[x] >= 2 ? 1.0f : 0.0f;
         out.of(Risk::silhouette_2)[x] = closeness[x] >= 1 ? 1.0f : 0.0f;
-        out.of(Risk::specular)[x] = mirrored ? log_of(s.parallax_px(x, y) * float(difference[x])) : 0.0f;
+        out.of(Risk::specular)[x] =
+            mirrored ? log_of(0.5f * float(difference[x]) * std::min(1.0f, s.parallax_px(x, y))) : 0.0f;
         out.of(Risk::depth_error)[x] = log_of(s.numbers.depth_error_px * float(difference[x]));
         out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));

@@ -31,8 +31,8 @@ enum class Risk {
     silhouette_1,  ///< 1 up to one pixel from there
     silhouette_2,  ///< 1 up to two pixels
     parallax,      ///< log of the pixels by which the eye sees the point displaced from where the source does
-    specular,      ///< of group mirrored: log of parallax in pixels, by which what is mirrored may be displaced, times
-                   ///< contrast in 1/255
+    specular,      ///< of group mirrored: log of contrast in 1/2 of 1/255, times parallax in pixels where that is below
+                   ///< one (what is mirrored may be displaced by that; beyond a pixel it shows something else)
     depth_error,   ///< log of how much the depth's tolerance may displace the pixel, times contrast in 1/255
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels

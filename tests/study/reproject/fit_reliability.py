@@ -37,6 +37,8 @@ COEFFICIENTS = REPOSITORY / "client/reliability/coefficients.h"
 RESULTS = REPOSITORY / "docs/results/reproject/reliability.json"
 COARSER = (1, 3)
 SMALLER = 4
+# Two scenes show mirrors: what more than one risk says of those would be said of these two.
+RISKS_OF_GROUP = {"mirrored": ("specular",)}
 MIRRORED, NO_GROUP = RISK_GROUPS.index("mirrored"), 255
 TURNED = RISK_GROUPS.index("turned")
 
@@ -244,7 +246,8 @@ class Samples:
             count = np.bincount(self.scene[inside], minlength=len(self.scenes))
             of_scene = np.array([BREAKER_WEIGHT if name in BREAKERS else 1.0 for name in self.scenes])
             weight = (of_scene / np.maximum(count, 1))[self.scene[inside]]
-            models.append(fit_group(self.risks[inside], self.good[inside], weight / weight.sum()))
+            allowed = np.isin(RISKS, RISKS_OF_GROUP.get(RISK_GROUPS[group], RISKS))
+            models.append(fit_group(np.where(allowed, self.risks[inside], 0), self.good[inside], weight / weight.sum()))
         return models
 
     def judge(self, models, scene):
