@@ -172,6 +172,8 @@ public:
         : job_(job), width_(job.picture.origin.width()), height_(job.picture.origin.height()), first_(first),
           planar_(width_, last - first + 2 * planar_reach), closeness_rows_(width_, last - first),
           texture_rows_(job, first), texture_(width_, 1), bytes_(width_, 3) {
+        if (job.filled.data == nullptr)
+            std::fill_n(bytes_.row(1), width_, std::uint8_t{0});
         if (job.numbers.has_depth())
             for (int y = first - planar_reach; y < last + planar_reach; ++y) {
                 if (y < 0 || y >= height_)
@@ -239,7 +241,7 @@ private:
         of(risks, Risk::blur) = detail * hn::Min(hn::Max(hn::Neg(doublings), none), most);
         of(risks, Risk::minification) = detail * hn::Min(hn::Max(doublings, none), most);
         of(risks, Risk::grazing) = detail * hn::Min(hn::Max(aslant, none), most);
-        of(risks, Risk::parallax) = log_of(parallax_px);
+        of(risks, Risk::parallax) = parallax_counts_ ? log_of(parallax_px) : none;
         mirrored = n.mirrors ? mirrors_at(x, y, q) : all(0);
     }
 
@@ -289,35 +291,41 @@ private:
         of(risks, Risk::silhouette_0) = hn::IfThenElseZero(close >= all(3.0f), one);
         of(risks, Risk::silhouette_1) = hn::IfThenElseZero(close >= all(2.0f), one);
         of(risks, Risk::silhouette_2) = hn::Min(close, one);
-        of(risks, Risk::depth_error) = log_of(all(n.depth_error_px) * contrast);
+        of(risks, Risk::depth_error) = n.depth_error_px > 0 ? log_of(all(n.depth_error_px) * contrast) : all(0.0f);
         of(risks, Risk::outside) = all(n.outside);
-        of(risks, Risk::fill_depth) = job_.filled.data != nullptr ? log_of(bytes_as_floats(filled + x)) : all(0.0f);
         const hn::Repartition<std::uint8_t, IntTag> rgba_tag;
         const auto brightest = worst_channel(hn::LoadU(rgba_tag, job_.picture.rgba.pixel(x, y)));
         of(risks, Risk::brightness) = hn::ConvertTo(float_tag, hn::PromoteTo(int_tag, brightest)) * all(1 / 255.0f);
 
         const Ints origin = hn::PromoteTo(int_tag, hn::LoadU(byte_tag, job_.picture.origin.pixel(x, y)));
         const IntMask from_source = origin == all(int(PixelOrigin::source));
-        Ints group = hn::GatherIndex(int_tag, group_of_origin_.data(), hn::Min(origin, all(pixel_origin_count)));
-        group = hn::IfThenElse(hn::And(from_source, hn::MaskFromVec(mirrored)), all(int(RiskGroup::mirrored)), group);
-        of(risks, Risk::specular) =
-            hn::IfThenElseZero(hn::RebindMask(float_tag, group == all(int(RiskGroup::mirrored))),
-                               log_of(half * contrast * hn::Min(one, parallax_px)));
-
-        const int first = hn::GetLane(group);
         Ints result = all(0);
-        if (hn::AllTrue(int_tag, group == all(first))) {
-            result = first < risk_group_count ? share(first, risks) : result;
+        if (hn::AllTrue(int_tag, hn::AndNot(hn::MaskFromVec(mirrored), from_source))) {
+            of(risks, Risk::fill_depth) = of(risks, Risk::specular) = all(0.0f);
+            result = share(group_of_origin_[std::size_t(PixelOrigin::source)], risks);
         } else {
-            for (int g = 0; g < risk_group_count; ++g) {
-                const IntMask takes = group == all(g);
-                if (!hn::AllFalse(int_tag, takes))
-                    result = hn::IfThenElse(takes, share(g, risks), result);
-            }
+            of(risks, Risk::fill_depth) = log_of(bytes_as_floats(filled + x));
+            of(risks, Risk::specular) =
+                hn::IfThenElseZero(hn::RebindMask(float_tag, hn::And(from_source, hn::MaskFromVec(mirrored))),
+                                   log_of(half * contrast * hn::Min(one, parallax_px)));
+            result = of_mixed_groups(origin, mirrored, risks);
         }
         if (job_.untouched)
             result = hn::IfThenElse(from_source, all(255), result);
         hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<IntTag>(), result)), byte_tag, job_.out.row(y) + x);
+    }
+
+    HWY_INLINE Ints of_mixed_groups(Ints origin, Ints mirrored, const Risks& risks) const {
+        Ints group = hn::GatherIndex(int_tag, group_of_origin_.data(), hn::Min(origin, all(pixel_origin_count)));
+        const IntMask mirrors = hn::And(origin == all(int(PixelOrigin::source)), hn::MaskFromVec(mirrored));
+        group = hn::IfThenElse(mirrors, all(int(RiskGroup::mirrored)), group);
+        Ints result = all(0);
+        for (int g = 0; g < risk_group_count; ++g) {
+            const IntMask takes = group == all(g);
+            if (!hn::AllFalse(int_tag, takes))
+                result = hn::IfThenElse(takes, share(g, risks), result);
+        }
+        return result;
     }
 
     HWY_INLINE Ints share(int group, const Risks& risks) const {
@@ -328,6 +336,10 @@ private:
         const Floats entry =
             hn::Min(sum * all(reliability_model::entries_per_unit), all(float(reliability_model::table_size - 1)));
         return hn::GatherIndex(int_tag, shares_.share_255[group], hn::ConvertTo(int_tag, entry));
+    }
+
+    static bool counts(Risk risk) {
+        return std::ranges::any_of(groups, [risk](const auto& group) { return group.weights[std::size_t(risk)] > 0; });
     }
 
     /// Gaps, and what is no origin at all, belong to none.
@@ -347,6 +359,7 @@ private:
     Shares shares_;
     RowsAround<float> texture_;
     RowsAround<std::uint8_t> bytes_;
+    bool parallax_counts_ = counts(Risk::parallax);
     std::array<std::int32_t, pixel_origin_count + 1> group_of_origin_ = groups_of_origins();
 };
 

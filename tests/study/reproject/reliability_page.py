@@ -15,13 +15,26 @@ def percent(value, digits=1):
     return "-" if value is None else cell(100 * value, digits)
 
 
+GROUPS = ("source", "coarse", "seen", "small", "guessed", "turned", "mirrored")
+
+
+def share_off(judged):
+    return percent(judged["expected_calibration_error"]) if judged["n"] else "-"
+
+
 def scenes_table(left_out):
     rows = [[scene, f"{judged['all']['n']:,}", percent(judged["left_out_for_noise"]), percent(judged["all"]["good"]),
-             *(percent(judged[group]["expected_calibration_error"]) for group in ("all", "source", "turned", "guessed", "small")),
-             percent(judged["all"]["worst_bin"]), percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
+             *(share_off(judged[part]) for part in ("all", "exact")), percent(judged["all"]["worst_bin"]),
+             percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
             for scene, judged in left_out.items()]
-    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE source", "ECE turned", "ECE guessed", "ECE small", "worst bin",
-                  "precision %", "recall %"], rows)
+    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %"], rows)
+
+
+def groups_table(left_out):
+    """ECE in points (pixels) of each group alone."""
+    rows = [[scene, *(f"{share_off(judged[group])} ({judged[group]['n']:,})" if judged[group]["n"] >= 100 else "-" for group in GROUPS)]
+            for scene, judged in left_out.items()]
+    return table(["scene left out", *GROUPS], rows)
 
 
 def bins_table(left_out):
@@ -43,7 +56,7 @@ def main():
     result = json.loads((FOLDER / "reliability.json").read_text())
     file = FOLDER / "reliability.md"
     page = file.read_text()
-    for name, text in (("scenes", scenes_table(result["left_out"])), ("bins", bins_table(result["left_out"])),
+    for name, text in (("scenes", scenes_table(result["left_out"])), ("groups", groups_table(result["left_out"])), ("bins", bins_table(result["left_out"])),
                        ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
                        ("weights", weights_table(result["weights"])),
                        ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
