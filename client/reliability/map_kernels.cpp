@@ -238,7 +238,11 @@ private:
         const Floats aslant =
             hn::IfThenElseZero(q > none, all(-0.5f) * fast_log2(hn::Max(cosine2, all(least_cosine2))));
         parallax_px = all(n.focal_px * n.baseline_m) * inverse_r;
-        of(risks, Risk::blur) = detail * hn::Min(hn::Max(hn::Neg(doublings), none), most);
+        const Floats sine = hn::MulAdd(all(n.pole.x), sx, hn::MulAdd(all(n.pole.y), sy, all(n.pole.z) * sz)) * nearer;
+        const Floats closer = all(-0.5f) * fast_log2(hn::Max(hn::NegMulAdd(sine, sine, all(1.0f)), all(least_cosine2)));
+        const Floats rows = hn::Min(hn::Max(hn::Neg(doublings), none), most);
+        const Floats columns = hn::Min(hn::Max(hn::Neg(doublings) - closer, none), most);
+        of(risks, Risk::blur) = detail * all(0.5f) * (rows + columns);
         of(risks, Risk::minification) = detail * hn::Min(hn::Max(doublings, none), most);
         of(risks, Risk::grazing) = detail * hn::Min(hn::Max(aslant, none), most);
         of(risks, Risk::parallax) = parallax_counts_ ? log_of(parallax_px) : none;

@@ -97,6 +97,10 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const Eye
     }
     // Far outside the box w is B / r, so a step of w is B times one of 1 / r.
     least_step_inverse_m = float(error_budget_rad(focal) / std::max<double>(baseline_m, 1e-6));
+    if (std::holds_alternative<EquirectCamera>(source.camera)) {
+        const glm::dvec3 up = glm::conjugate(eye.pose.orientation) * (source.pose.orientation * glm::dvec3(0, 1, 0));
+        pole = {float(up.x), float(up.y), float(up.z)};
+    }
     const bool moved = !same_position(source.pose, eye.pose);
     if (moved && !has_depth())
         known = KnownDepth::none;
@@ -181,7 +185,11 @@ void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) c
                             std::max(facing, least_facing);
         const float doublings = 0.5f * fast_log2(size2);
         const float halvings_of_cosine = q[x] > 0 ? -0.5f * fast_log2(std::max(cosine2, least_cosine2)) : 0.0f;
-        blur[x] = detail[x] * std::clamp(-doublings, 0.0f, most_halvings);
+        // Towards a sphere's poles its columns draw together, its rows do not.
+        const float sine = numbers.pole.x * sx + numbers.pole.y * sy + numbers.pole.z * sz;
+        const float closer = -0.5f * fast_log2(std::max(1 - sine * sine * nearer2, least_cosine2));
+        blur[x] = detail[x] * 0.5f *
+                  (std::clamp(-doublings, 0.0f, most_halvings) + std::clamp(-doublings - closer, 0.0f, most_halvings));
         minification[x] = detail[x] * std::clamp(doublings, 0.0f, most_halvings);
         grazing[x] = detail[x] * std::clamp(halvings_of_cosine, 0.0f, most_halvings);
         parallax[x] = log_of(parallax_px(x, y));

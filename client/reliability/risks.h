@@ -23,6 +23,7 @@ struct RiskNumbers {
 
     ImageView<const float> depth_m;  ///< of the eye; empty where it is not known
     Vec3f centre;                    ///< of the source in the eye's axes, metres
+    Vec3f pole;                      ///< of the source's rows in the eye's axes; 0 where its columns do not converge
     float baseline_m = 0;            ///< from the source to the eye
     float focal_px = 1;
     float density = 1;                    ///< source pixels per radian over the eye's at its middle

@@ -24,7 +24,8 @@ enum class Risk {
     detail,        ///< log of the largest difference of the pixel, or of those one source pixel around it, to the mean
                    ///< of the pictures one source pixel to either side, in 1/2 of 1/255
     texture,       ///< log of contrast's mean over nine source pixels by nine, in 1/2 of 1/255
-    blur,          ///< detail, for each halving of the source's pixels per eye pixel below one
+    blur,          ///< detail, for each halving of the source's pixels per eye pixel below one, the mean of rows and
+                   ///< columns (a sphere's columns draw together towards its poles)
     minification,  ///< detail, for each doubling above one
     grazing,       ///< detail, for each halving of the cosine between ray and normal, at most four
     silhouette_0,  ///< 1 at a silhouette or at a pixel beside one of another origin

@@ -248,7 +248,9 @@ TEST(Reliability, RisksOfAPlaneAreThoseOfItsGeometry) {
         const double source_pixels = std::pow(density * r / glm::length(point), 2) * cosine_source / cosine *
                                      std::pow(-d.z, 3) / (focal * focal);
         const double doublings = 0.5 * std::log2(source_pixels);
-        EXPECT_NEAR(risk_at(risks, Risk::blur, x, y), detail * std::max(0.0, -doublings), 0.03 * detail);
+        const double closer = -std::log2(std::sqrt(1 - std::pow(point.y / glm::length(point), 2)));
+        EXPECT_NEAR(risk_at(risks, Risk::blur, x, y),
+                    0.5 * detail * (std::max(0.0, -doublings) + std::max(0.0, -doublings - closer)), 0.03 * detail);
         EXPECT_NEAR(risk_at(risks, Risk::minification, x, y), detail * std::max(0.0, doublings), 0.03 * detail);
     }
 }
