@@ -3,7 +3,7 @@
 
     PYTHONPATH=build/release/package fit_reliability.py --work FOLDER [--write]
 
-FOLDER is what reliability_pairs.py filled. Every eye of every shot is reprojected at the source's own density and a third of it,
+FOLDER is what reliability_pairs.py filled. Every eye of every shot is reprojected at the source's own density, a half and a third of it,
 with the engine `surface` and several fill ladders, with exact and with coarse depth, and by rotation alone; every pixel gives its
 risks, their group and whether it is good (no channel off by more than the tolerance). Pixels whose noise may be more than a quarter of the
 tolerance are left out, and mirrors and panes of scenes with direct light only: what is reflected is black there.
@@ -35,7 +35,7 @@ from steps import Failed, machine, run_as_program, write_whole  # noqa: E402
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 COEFFICIENTS = REPOSITORY / "client/reliability/coefficients.h"
 RESULTS = REPOSITORY / "docs/results/reproject/reliability.json"
-COARSER = (1, 3)
+COARSER = (1, 2, 3)
 SMALLER = 4
 # Two scenes show mirrors: what more than one risk says of those would be said of these two.
 RISKS_OF_GROUP = {"mirrored": ("specular",)}
@@ -71,7 +71,7 @@ def smaller(image, factor):
 
 
 def middle(plane, factor):
-    """The middle one of an odd number of samples lies at the coarser pixel's centre."""
+    """The middle one of an odd number of samples lies at the coarser pixel's centre; of an even number the nearest one does nearly."""
     return np.ascontiguousarray(plane[factor // 2::factor, factor // 2::factor])
 
 
