@@ -9,19 +9,14 @@
 
 namespace equistream {
 
-/// Colour of one sample, 0 to 255; of a decoder's planes (yuv.h) with the chroma of the 2x2 samples that share it.
+/// Colour of one sample, 0 to 255.
 inline Vec3f sample_colour(ImageView<const std::uint8_t> rgb, const YuvView& yuv, int x, int y) {
     if (rgb.data != nullptr) {
         const std::uint8_t* sample = rgb.pixel(x, y);
         return {float(sample[0]), float(sample[1]), float(sample[2])};
     }
-    const float luma = (float(yuv.y.pixel(x, y)[0]) - 16) * float(1 / bt709::luma_scale);
-    const float cb = (float(yuv.cb.pixel(x / 2, y / 2)[0]) - 128) * float(1 / bt709::chroma_scale);
-    const float cr = (float(yuv.cr.pixel(x / 2, y / 2)[0]) - 128) * float(1 / bt709::chroma_scale);
-    const auto in_range = [](float c) { return std::clamp(c, 0.0f, 255.0f); };
-    return {in_range(luma + cr * float(bt709::cr_divisor)),
-            in_range(luma + cb * float(bt709::green_from_cb) + cr * float(bt709::green_from_cr)),
-            in_range(luma + cb * float(bt709::cb_divisor))};
+    const yuv_to_rgb::Rgb sample = yuv_to_rgb::rgb_at(yuv, x, y);
+    return {float(sample[0]), float(sample[1]), float(sample[2])};
 }
 
 /// Pixels of its picture that a grid's samples lie in.

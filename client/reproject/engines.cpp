@@ -26,9 +26,12 @@ std::string accepted_names() {
 }
 
 void copy(const SourceView& source, EyePicture& picture) {
-    for (int y = 0; y < source.rgb.height; ++y)
-        for (int x = 0; x < source.rgb.width; ++x) {
-            std::copy_n(source.rgb.pixel(x, y), 3, picture.rgba.pixel(x, y));
+    for (int y = 0; y < picture.rgba.height(); ++y)
+        for (int x = 0; x < picture.rgba.width(); ++x) {
+            if (source.rgb.data != nullptr)
+                std::copy_n(source.rgb.pixel(x, y), 3, picture.rgba.pixel(x, y));
+            else
+                std::ranges::copy(yuv_to_rgb::rgb_at(source.yuv, x, y), picture.rgba.pixel(x, y));
             picture.rgba.pixel(x, y)[3] = 255;
         }
     std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
@@ -49,7 +52,7 @@ public:
         picture.size_for(eye.camera);
         LookUpOptions options;
         options.tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
-        if (source_.rgb.data != nullptr && same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
+        if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
             copy(source_, picture);
         else if (needs_depth(source_.pose, eye.pose).any())
             look_up_by_surface(source_, eye, options, picture);

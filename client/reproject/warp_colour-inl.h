@@ -125,15 +125,22 @@ HWY_INLINE std::uint32_t locate(const Tile& tile, const ImageView<const std::uin
     return outside;
 }
 
-/// Four samples of one pixel, wherever they lie; 128 times their mean.
-inline int mixed_one_by_one(const SourceGrid& grid, const ImageView<const std::uint8_t>& plane, Sample first,
-                            std::uint32_t weights, int channel) {
-    int sum = 0;
+/// Four samples of one pixel, wherever they lie; `colour(x, y)` gives R, G, B of any sample of the source.
+template <typename Colour>
+std::uint32_t mixed_one_by_one(const SourceGrid& grid, const Tile& tile, int pixel, std::uint32_t weights,
+                               const Colour& colour) {
+    std::array<int, 3> sum{};
     for (int k = 0; k < 4; ++k) {
-        const Sample s = wrapped(grid, first.x + (k & 1), first.y + (k >> 1), plane.width, plane.height);
-        sum += int(weights >> (8 * k) & 0xff) * plane.pixel(s.x, s.y)[channel];
+        const Sample s = wrapped(grid, (tile.u[pixel] >> position_bits) + (k & 1),
+                                 (tile.v[pixel] >> position_bits) + (k >> 1), grid.width, grid.height);
+        const auto sample = colour(s.x, s.y);
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[c] += int(weights >> (8 * k) & 0xff) * sample[c];
     }
-    return sum;
+    std::uint32_t rgb = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        rgb |= std::uint32_t((sum[c] + position_one / 2) >> position_bits) << (8 * c);
+    return rgb;
 }
 
 /// Calls `redo(i)` for the pixels of the groups of lanes that `groups` names, where they are no gaps.
@@ -147,14 +154,9 @@ HWY_INLINE void for_each_pixel(const Tile& tile, std::uint32_t groups, const Red
     }
 }
 
-/// RGB or RGBA samples; bytes of `pixels` are R, G, B and anything.
-HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
-    const ImageView<const std::uint8_t>& plane = job.source.rgb;
-    Mixture mixture;
-    weigh(tile, mixture);
-    const std::uint32_t outside = locate(tile, plane, mixture.offset);
-    ask_ahead(plane.data, mixture.offset);
-
+/// All pixels of a tile from RGB or RGBA samples, whose offsets and weights are known; bytes of `pixels` are R, G, B
+/// and anything.
+HWY_INLINE void mix_samples(const ImageView<const std::uint8_t>& plane, const Mixture& mixture, std::uint32_t* pixels) {
     const hn::CappedTag<std::uint8_t, 64> bytes;
     const hn::Repartition<std::uint64_t, decltype(bytes)> eights;
     const hn::Rebind<std::uint32_t, decltype(eights)> fours;
@@ -169,7 +171,7 @@ HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pix
     const auto sign = hn::Set(bytes, 0x80);
     const std::uint8_t* first_row = plane.data;
     const std::uint8_t* second_row = plane.data + plane.row_stride;
-    for (int at = 0; at < tile_pixels && !too_small(plane); at += int(hn::MaxLanes(eights))) {
+    for (int at = 0; at < tile_pixels; at += int(hn::MaxLanes(eights))) {
         const auto weights = hn::BitCast(bytes, hn::PromoteTo(eights, hn::Load(fours, mixture.weights + at)));
         const auto row = [&](const std::uint8_t* base, decltype(by_channel) pick) HWY_ATTR {
             const auto pairs = hn::TableLookupBytes(load_eights(bytes, base, mixture.offset + at), by_channel);
@@ -180,13 +182,21 @@ HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pix
         const auto rgba = hn::DemoteTo(narrow, rounded + hn::Set(sums, 128));
         hn::StoreU(hn::BitCast(fours, rgba), fours, pixels + at);
     }
-    for_each_pixel(tile, outside, [&](int i) HWY_ATTR {
-        const Sample first{tile.u[i] >> position_bits, tile.v[i] >> position_bits};
-        pixels[i] = 0;
-        for (int c = 0; c < 3; ++c) {
-            const int sum = mixed_one_by_one(job.grid, plane, first, mixture.weights[i], c);
-            pixels[i] |= std::uint32_t((sum + position_one / 2) >> position_bits) << (8 * c);
-        }
+}
+
+/// RGB or RGBA samples.
+HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
+    const ImageView<const std::uint8_t>& plane = job.source.rgb;
+    Mixture mixture;
+    weigh(tile, mixture);
+    const std::uint32_t outside = locate(tile, plane, mixture.offset);
+    if (!too_small(plane)) {
+        ask_ahead(plane.data, mixture.offset);
+        mix_samples(plane, mixture, pixels);
+    }
+    for_each_pixel(tile, outside, [&](int i) {
+        pixels[i] =
+            mixed_one_by_one(job.grid, tile, i, mixture.weights[i], [&](int x, int y) { return plane.pixel(x, y); });
     });
 }
 

@@ -11,100 +11,121 @@
 HWY_BEFORE_NAMESPACE();
 namespace equistream::HWY_NAMESPACE {
 
-/// The four samples of each pixel as bytes of one number, in the order of the weights.
-inline void collect(const ImageView<const std::uint8_t>& plane, const std::int32_t* offset, std::int32_t* samples) {
-    const std::uint8_t* first_row = plane.data;
-    const std::uint8_t* second_row = plane.data + plane.row_stride;
-    for (int i = 0; i < tile_pixels; ++i) {
-        std::uint16_t above, below;
-        std::memcpy(&above, first_row + offset[i], 2);
-        std::memcpy(&below, second_row + offset[i], 2);
-        samples[i] = std::int32_t(above | std::uint32_t(below) << 16);
-    }
-}
+/// The cells that a tile's pixels lie in.
+struct CellBox {
+    int x = 0, y = 0, width = 0, height = 0;
+};
 
-/// 128 times what the weights make of the samples, less 128 each.
-HWY_INLINE Ints mixed(Ints samples, const std::uint32_t* weights) {
-    const hn::Repartition<std::uint8_t, IntTag> bytes;
-    const auto s = hn::Xor(hn::BitCast(bytes, samples), hn::Set(bytes, 0x80));
-    const auto w = hn::BitCast(bytes, hn::Load(hn::RebindToUnsigned<IntTag>(), weights));
-    const Ints pairs = hn::BitCast(int_tag, weighted_pairs(bytes, w, s));
-    return hn::ShiftRight<16>(hn::ShiftLeft<16>(pairs)) + hn::ShiftRight<16>(pairs);
-}
-
-/// The cells of chroma that a tile's pixels fall into: mostly few, as an eye magnifies the sphere and chroma has a
-/// quarter of its samples. Each cell's samples are collected once, for all pixels in it.
-class ChromaCells {
-public:
-    /// Chroma's planes have one size; `tile` holds positions among their samples.
-    HWY_INLINE void collect_from(const YuvView& planes, const Tile& tile) {
-        const LastCell last = last_cell(planes.cb);
-        Ints least_x = all(last.x), least_y = all(last.y), most_x = all(0), most_y = all(0);
-        for (int at = 0; at < tile_pixels; at += lanes) {
-            const Cells c = brought_inside(hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at)),
-                                           hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at)), last);
+/// Of those that are no gaps, brought inside; empty where all are.
+HWY_INLINE CellBox box_of(const Tile& tile, LastCell last) {
+    Ints least_x = all(last.x), least_y = all(last.y), most_x = all(-1), most_y = all(-1);
+    for (int at = 0; at < tile_pixels; at += lanes) {
+        const Cells c = brought_inside(hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at)),
+                                       hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at)), last);
+        if (tile.regular) {
             least_x = hn::Min(least_x, c.x);
             least_y = hn::Min(least_y, c.y);
             most_x = hn::Max(most_x, c.x);
             most_y = hn::Max(most_y, c.y);
+        } else {
+            const IntMask there = hn::Load(int_tag, tile.keep + at) != all(0);
+            least_x = hn::IfThenElse(there, hn::Min(least_x, c.x), least_x);
+            least_y = hn::IfThenElse(there, hn::Min(least_y, c.y), least_y);
+            most_x = hn::IfThenElse(there, hn::Max(most_x, c.x), most_x);
+            most_y = hn::IfThenElse(there, hn::Max(most_y, c.y), most_y);
         }
-        const int x = hn::GetLane(hn::MinOfLanes(int_tag, least_x)), y = hn::GetLane(hn::MinOfLanes(int_tag, least_y));
-        const int width = hn::GetLane(hn::MaxOfLanes(int_tag, most_x)) - x + 1;
-        const int height = hn::GetLane(hn::MaxOfLanes(int_tag, most_y)) - y + 1;
-        if (width * height > tile_pixels)
-            collect_each(planes, tile);
-        else
-            collect_block(planes, tile, {x, y}, width, height);
     }
-    /// The samples of some pixels, in the order of weights.
-    HWY_INLINE void at(int pixel, Ints& cb, Ints& cr) const {
-        const hn::Repartition<std::uint8_t, IntTag> bytes;
-        const auto* base = reinterpret_cast<const std::uint8_t*>(cells_);
-        const Ints low = hn::BitCast(int_tag, load_eights(bytes, base, offset_ + pixel));
-        const Ints high = hn::BitCast(int_tag, load_eights(bytes, base, offset_ + pixel + lanes / 2));
-        cb = hn::ConcatEven(int_tag, high, low);
-        cr = hn::ConcatOdd(int_tag, high, low);
+    const int x = hn::GetLane(hn::MinOfLanes(int_tag, least_x)), y = hn::GetLane(hn::MinOfLanes(int_tag, least_y));
+    return {x, y, hn::GetLane(hn::MaxOfLanes(int_tag, most_x)) - x + 1,
+            hn::GetLane(hn::MaxOfLanes(int_tag, most_y)) - y + 1};
+}
+
+/// A rectangle of the source's samples as RGBA, from its planes (yuv_to_rgb). An eye mostly magnifies the sphere, so
+/// that this is less work than mixing each plane for each pixel, and one rounding makes it the same picture as from
+/// RGB.
+class RgbBlock {
+public:
+    /// False where the cells need more samples than there is room for, or the planes are too narrow.
+    HWY_INLINE bool fill(const YuvView& planes, const CellBox& cells) {
+        width_ = (cells.width + 2 + lanes - 1) / lanes * lanes;
+        const int height = cells.height + 1;
+        if (planes.cb.width < chroma_at_once || planes.y.width < width_ || width_ * height > capacity)
+            return false;
+        x_ = std::min(cells.x & ~1, planes.y.width - width_);
+        y_ = cells.y;
+        for (int row = 0; row < height; ++row)
+            for (int i = 0; i < width_; i += lanes)
+                store_bytes(rgb_from(planes, x_ + i, y_ + row), samples_ + row * width_ + i);
+        return true;
+    }
+    /// Where pixels' first samples lie in it; of gaps anywhere.
+    HWY_INLINE void locate(const Tile& tile, const CellBox& cells, std::int32_t* offset) const {
+        for (int at = 0; at < tile_pixels; at += lanes) {
+            Ints x = hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at));
+            Ints y = hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at));
+            if (!tile.regular) {
+                x = hn::Min(hn::Max(x, all(cells.x)), all(cells.x + cells.width - 1));
+                y = hn::Min(hn::Max(y, all(cells.y)), all(cells.y + cells.height - 1));
+            }
+            hn::Store(hn::ShiftLeft<2>((y - all(y_)) * all(width_) + x - all(x_)), int_tag, offset + at);
+        }
+    }
+    ImageView<const std::uint8_t> view() const {
+        return {reinterpret_cast<const std::uint8_t*>(samples_), width_, capacity / width_, 4, 4 * width_};
     }
 
 private:
-    static std::uint32_t four(const ImageView<const std::uint8_t>& plane, int x, int y) {
-        std::uint16_t above, below;
-        const std::uint8_t* first = plane.data + y * plane.row_stride + x;
-        std::memcpy(&above, first, 2);
-        std::memcpy(&below, first + plane.row_stride, 2);
-        return above | std::uint32_t(below) << 16;
+    static constexpr int chroma_at_once = 16;
+    static constexpr int capacity = 4096;
+
+    using Bytes = hn::FixedTag<std::uint8_t, chroma_at_once>;
+
+    /// Chroma less 128, in eighths, of `lanes` samples from an even column on.
+    static HWY_INLINE Ints chroma_eighths(const ImageView<const std::uint8_t>& plane, int x, int y) {
+        constexpr Bytes bytes;
+        const int from = std::min(x / 2, plane.width - chroma_at_once);
+        const auto shift = hn::Set(bytes, std::uint8_t(x / 2 - from));
+        const auto last = hn::Set(bytes, std::uint8_t(chroma_at_once - 1));
+        const auto half = hn::ShiftRight<1>(hn::Iota(bytes, 0)), next = hn::ShiftRight<1>(hn::Iota(bytes, 1));
+        const auto near_row = hn::LoadU(bytes, plane.row(y / 2) + from);
+        const auto far_row = hn::LoadU(bytes, plane.row(yuv_to_rgb::farther_row(y, plane.height)) + from);
+        const auto left = half + shift, right = hn::Min(next + shift, last);
+        const auto of = [&](decltype(near_row) row, decltype(left) index)
+                            HWY_ATTR { return promoted(bytes, hn::TableLookupBytes(row, index)); };
+        const Ints near_sum = of(near_row, left) + of(near_row, right);
+        return near_sum + near_sum + near_sum + of(far_row, left) + of(far_row, right) - all(8 * 128);
     }
-    static std::uint64_t cell(const YuvView& planes, int x, int y) {
-        return four(planes.cb, x, y) | std::uint64_t(four(planes.cr, x, y)) << 32;
-    }
-    HWY_INLINE void collect_block(const YuvView& planes, const Tile& tile, Sample first, int width, int height) {
-        const LastCell last = last_cell(planes.cb);
-        for (int i = 0; i < width * height; ++i)
-            cells_[i] = cell(planes, first.x + i % width, first.y + i / width);
-        for (int at = 0; at < tile_pixels; at += lanes) {
-            const Cells c = brought_inside(hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at)),
-                                           hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at)), last);
-            const Ints index = (c.y - all(first.y)) * all(width) + c.x - all(first.x);
-            hn::Store(hn::ShiftLeft<3>(index), int_tag, offset_ + at);
-        }
-    }
-    HWY_INLINE void collect_each(const YuvView& planes, const Tile& tile) {
-        const LastCell last = last_cell(planes.cb);
-        for (int i = 0; i < tile_pixels; ++i) {
-            cells_[i] = cell(planes, std::clamp(tile.u[i] >> position_bits, 0, last.x),
-                             std::clamp(tile.v[i] >> position_bits, 0, last.y));
-            offset_[i] = 8 * i;
+
+    /// The first of some bytes.
+    template <typename Tag, typename Vector>
+    static HWY_INLINE Ints promoted(Tag, Vector values) {
+        if constexpr (hn::MaxLanes(Tag()) == lanes) {
+            return hn::PromoteTo(int_tag, values);
+        } else {
+            const hn::Half<Tag> half;
+            return promoted(half, hn::LowerHalf(half, values));
         }
     }
 
-    alignas(64) std::uint64_t cells_[tile_pixels];
-    alignas(64) std::int32_t offset_[tile_pixels];
+    /// The integers of yuv_to_rgb::rgb_at.
+    static HWY_INLINE Ints rgb_from(const YuvView& planes, int x, int y) {
+        using namespace yuv_to_rgb;
+        const auto byte = [](Ints sum)
+                              HWY_ATTR { return hn::Min(hn::Max(hn::ShiftRight<sum_bits>(sum), all(0)), all(255)); };
+        const Ints luma = hn::PromoteTo(int_tag, hn::LoadU(hn::Rebind<std::uint8_t, IntTag>(), planes.y.row(y) + x));
+        const Ints base = luma * all(luma_gain) + all(offset);
+        const Ints cb = chroma_eighths(planes.cb, x, y), cr = chroma_eighths(planes.cr, x, y);
+        const Ints red = byte(base + cr * all(red_from_cr)), blue = byte(base + cb * all(blue_from_cb));
+        const Ints green = byte(base + cb * all(green_from_cb) + cr * all(green_from_cr));
+        return hn::Or(red, hn::Or(hn::ShiftLeft<8>(green), hn::ShiftLeft<16>(blue)));
+    }
+
+    int x_ = 0, y_ = 0, width_ = 0;
+    alignas(64) std::uint32_t samples_[capacity];
 };
 
 /// Some pixels have samples outside of the plane; bits as of locate.
 HWY_INLINE std::uint32_t outside_of(const Tile& tile, const ImageView<const std::uint8_t>& plane) {
-    if (too_small(plane))
-        return all_groups;
     std::uint32_t outside = 0;
     for (int at = 0; at < tile_pixels && !tile.regular; at += lanes) {
         const Cells cells =
@@ -115,76 +136,24 @@ HWY_INLINE std::uint32_t outside_of(const Tile& tile, const ImageView<const std:
     return outside;
 }
 
-/// Where pixels lie among the samples of chroma: columns on luma's even ones, rows between two of luma's. Positions are
-/// where the kept samples' middle is, so that an edge in depth takes chroma from its own side.
-HWY_INLINE void map_chroma(const Tile& tile, const Mixture& luma, Tile& chroma) {
-    const hn::RebindToUnsigned<IntTag> tag;
-    for (int at = 0; at < tile_pixels; at += lanes) {
-        const Ints w = hn::BitCast(int_tag, hn::Load(tag, luma.weights + at));
-        const Ints last = hn::BitCast(int_tag, hn::ShiftRight<24>(hn::BitCast(tag, w)));
-        const Ints right = hn::And(hn::ShiftRight<8>(w), all(0xff)) + last;
-        const Ints below = hn::And(hn::ShiftRight<16>(w), all(0xff)) + last;
-        const Ints u = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.u + at)) + right;
-        const Ints v = hn::AndNot(all(position_one - 1), hn::Load(int_tag, tile.v + at)) + below;
-        hn::Store(hn::ShiftRight<1>(u), int_tag, chroma.u + at);
-        hn::Store(hn::ShiftRight<1>(v - all(position_one / 2)), int_tag, chroma.v + at);
-    }
-}
-
-/// Steps of luma above black and of chroma off grey, to bytes R, G, B of one number (yuv.h).
-HWY_INLINE Ints rgb_of_steps(Floats y, Floats cb, Floats cr) {
-    using namespace bt709;
-    const auto byte = [](Floats value)
-                          HWY_ATTR { return hn::NearestInt(hn::Min(hn::Max(value, all(0.0f)), all(255.0f))); };
-    const Floats grey = y * all(float(1 / luma_scale));
-    const Floats r = hn::MulAdd(cr, all(float(cr_divisor / chroma_scale)), grey);
-    const Floats b = hn::MulAdd(cb, all(float(cb_divisor / chroma_scale)), grey);
-    const Floats g = hn::MulAdd(cb, all(float(green_from_cb / chroma_scale)),
-                                hn::MulAdd(cr, all(float(green_from_cr / chroma_scale)), grey));
-    return hn::Or(byte(r), hn::Or(hn::ShiftLeft<8>(byte(g)), hn::ShiftLeft<16>(byte(b))));
-}
-
-/// A decoder's planes, each sampled where it has its samples; bytes as of mix_rgb.
+/// A decoder's planes; bytes as of mix_samples.
 HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
     const YuvView& planes = job.source.yuv;
-    Mixture luma, chroma;
-    weigh(tile, luma);
-    Tile chroma_tile;
-    chroma_tile.regular = tile.regular;
-    map_chroma(tile, luma, chroma_tile);
-    std::fill_n(chroma_tile.keep, tile_pixels, 15);
-    weigh(chroma_tile, chroma);
-    const std::uint32_t outside_luma = locate(tile, planes.y, luma.offset);
-    const std::uint32_t outside_chroma = outside_of(chroma_tile, planes.cb);
-
-    if (!too_small(planes.y) && !too_small(planes.cb)) {
-        alignas(64) std::int32_t y[tile_pixels];
-        ask_ahead(planes.y.data, luma.offset);
-        collect(planes.y, luma.offset, y);
-        ChromaCells cells;
-        cells.collect_from(planes, chroma_tile);
-        const Floats unit = all(1.0f / position_one);
-        const auto steps = [&](Ints sum) HWY_ATTR { return hn::ConvertTo(float_tag, sum) * unit; };
-        for (int at = 0; at < tile_pixels; at += lanes) {
-            Ints cb, cr;
-            cells.at(at, cb, cr);
-            const Floats above_black = steps(mixed(hn::Load(int_tag, y + at), luma.weights + at)) + all(128.0f - 16.0f);
-            store_bytes(
-                rgb_of_steps(above_black, steps(mixed(cb, chroma.weights + at)), steps(mixed(cr, chroma.weights + at))),
-                pixels + at);
+    Mixture mixture;
+    weigh(tile, mixture);
+    std::uint32_t one_by_one = all_groups;
+    if (!too_small(planes.y)) {
+        const CellBox cells = box_of(tile, last_cell(planes.y));
+        RgbBlock block;
+        if (cells.width > 0 && block.fill(planes, cells)) {
+            block.locate(tile, cells, mixture.offset);
+            mix_samples(block.view(), mixture, pixels);
+            one_by_one = outside_of(tile, planes.y);
         }
     }
-    for_each_pixel(tile, outside_luma | outside_chroma, [&](int i) HWY_ATTR {
-        const auto value = [&](const Tile& t, const Mixture& m, const ImageView<const std::uint8_t>& plane) HWY_ATTR {
-            const Sample first{t.u[i] >> position_bits, t.v[i] >> position_bits};
-            return float(mixed_one_by_one(job.grid, plane, first, m.weights[i], 0)) / position_one;
-        };
-        alignas(64) std::uint32_t rgb[lanes];
-        store_bytes(rgb_of_steps(all(value(tile, luma, planes.y) - 16),
-                                 all(value(chroma_tile, chroma, planes.cb) - 128),
-                                 all(value(chroma_tile, chroma, planes.cr) - 128)),
-                    rgb);
-        pixels[i] = rgb[0];
+    for_each_pixel(tile, one_by_one, [&](int i) {
+        pixels[i] = mixed_one_by_one(job.grid, tile, i, mixture.weights[i],
+                                     [&](int x, int y) { return yuv_to_rgb::rgb_at(planes, x, y); });
     });
 }
 

@@ -21,15 +21,11 @@ namespace {
 
 using namespace bt709;
 
-constexpr int fraction_bits = 16;
-constexpr int fixed(double value) {
-    const double scaled = value * (1 << fraction_bits);
-    return static_cast<int>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
-}
+using yuv_to_rgb::fixed;
+using yuv_to_rgb::fraction_bits;
 
-/// Chroma sums have eight taps going down and weights of eighths going up.
-constexpr int tap_bits = 3;
-constexpr int chroma_bits = fraction_bits + tap_bits;
+/// Going down, chroma sums have eight taps.
+constexpr int chroma_bits = fraction_bits + 3;
 constexpr int rows_per_block = 32;
 
 std::uint8_t to_byte(int value) {
@@ -69,13 +65,11 @@ void chroma_row(const int* sums, int half_width, std::uint8_t* cb, std::uint8_t*
     }
 }
 
-/// One row of chroma at full width, in eighths and without its offset of 128.
+/// chroma_eighths of a whole row.
 EQUISTREAM_ALSO_FOR_AVX2
 void upsampled_chroma(const ImageView<const std::uint8_t>& plane, int y, int* row) {
-    const int nearer = y / 2;
-    const int farther = std::clamp(y % 2 == 0 ? nearer - 1 : nearer + 1, 0, plane.height - 1);
-    const std::uint8_t* near_row = plane.row(nearer);
-    const std::uint8_t* far_row = plane.row(farther);
+    const std::uint8_t* near_row = plane.row(y / 2);
+    const std::uint8_t* far_row = plane.row(yuv_to_rgb::farther_row(y, plane.height));
     const auto quarters = [&](int i) { return 3 * near_row[i] + far_row[i] - 4 * 128; };
     const int last = plane.width - 1;
     for (int i = 0; i < last; ++i) {
@@ -87,16 +81,10 @@ void upsampled_chroma(const ImageView<const std::uint8_t>& plane, int y, int* ro
 
 EQUISTREAM_ALSO_FOR_AVX2
 void rgb_row(const std::uint8_t* luma, const int* cb, const int* cr, int width, std::uint8_t* rgb) {
-    constexpr int gain = fixed(1 / luma_scale);
-    constexpr int red = fixed(cr_divisor / chroma_scale), blue = fixed(cb_divisor / chroma_scale);
-    constexpr int green_cb = fixed(green_from_cb / chroma_scale);
-    constexpr int green_cr = fixed(green_from_cr / chroma_scale);
-    constexpr int half = 1 << (chroma_bits - 1);
     for (int x = 0; x < width; ++x) {
-        const int base = ((luma[x] - 16) * gain << tap_bits) + half;
-        rgb[3 * x] = to_byte((base + red * cr[x]) >> chroma_bits);
-        rgb[3 * x + 1] = to_byte((base + green_cb * cb[x] + green_cr * cr[x]) >> chroma_bits);
-        rgb[3 * x + 2] = to_byte((base + blue * cb[x]) >> chroma_bits);
+        const yuv_to_rgb::Rgb sample = yuv_to_rgb::rgb_of(luma[x], cb[x], cr[x]);
+        for (int c = 0; c < 3; ++c)
+            rgb[3 * x + c] = sample[static_cast<std::size_t>(c)];
     }
 }
 

@@ -92,6 +92,7 @@ public:
         report_.settings = settings;
         const bool depth = settings.depth != "ray" || settings.method == "auto" || fill_wants_depth_of_feed(settings);
         feed_ = open_feed(settings.source, {.depth = depth,
+                                            .yuv = true,
                                             .specular = true,
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last});

@@ -27,8 +27,8 @@ bool colour_of(const SourceView& source, const glm::dvec3& direction, std::uint8
         if (full && (y < 0 || y >= height))
             x += width / 2;
         x = closes ? (x % width + width) % width : std::clamp(x, 0, width - 1);
-        const std::uint8_t* sample = source.rgb.pixel(x, std::clamp(y, 0, height - 1));
-        sum += (k % 2 ? a.x : 1 - a.x) * (k / 2 ? a.y : 1 - a.y) * glm::dvec3(sample[0], sample[1], sample[2]);
+        const glm::dvec3 sample = colour_of_sample(source, x, std::clamp(y, 0, height - 1));
+        sum += (k % 2 ? a.x : 1 - a.x) * (k / 2 ? a.y : 1 - a.y) * sample;
     }
     for (int c = 0; c < 3; ++c)
         rgba[c] = std::uint8_t(sum[c] + 0.5);

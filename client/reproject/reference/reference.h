@@ -12,6 +12,10 @@ std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions&
 /// `splat`, `gather`, `mesh`, `mesh-plain` or `lean`.
 std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options);
 
+/// A sample of the source, 0 to 255. Of planes as RGB in 8 bits, from the real-valued formula (yuv.h): chroma between
+/// its own samples, on the even columns and between the rows, the picture's border repeated.
+glm::dvec3 colour_of_sample(const SourceView& source, int x, int y);
+
 /// What the plain ways to find an eye's depth work with.
 struct PlainTask {
     const SourceView& source;

@@ -13,15 +13,13 @@ namespace {
 struct Tap {
     int x = 0, y = 0;
     double weight = 0;
-    int column = 0, row = 0;  ///< before it was brought back into the picture
 };
 
-/// The four samples around (u, v) of a plane with one sample for `step` x `step` of the camera's pixels, or nothing
-/// where the source does not cover it.
-std::optional<std::array<Tap, 4>> taps_around(const Camera& camera, glm::dvec2 p, int step = 1) {
-    const int width = width_of(camera) / step;
-    const int height = height_of(camera) / step;
-    const double edge = step == 1 ? 0.02 : 1;
+/// The four samples around (u, v), or nothing where the source does not cover it.
+std::optional<std::array<Tap, 4>> taps_around(const Camera& camera, glm::dvec2 p) {
+    const int width = width_of(camera);
+    const int height = height_of(camera);
+    constexpr double edge = 0.02;
     if (!(p.x >= -edge && p.x <= width + edge && p.y >= -edge && p.y <= height + edge))
         return std::nullopt;
     const auto* sphere = std::get_if<EquirectCamera>(&camera);
@@ -38,10 +36,22 @@ std::optional<std::array<Tap, 4>> taps_around(const Camera& camera, glm::dvec2 p
             x += width / 2;
         x = closes ? (x % width + width) % width : std::clamp(x, 0, width - 1);
         y = std::clamp(y, 0, height - 1);
-        taps[k] = {x, y, (k % 2 ? a.x : 1 - a.x) * (k / 2 ? a.y : 1 - a.y), int(corner.x) + k % 2,
-                   int(corner.y) + k / 2};
+        taps[k] = {x, y, (k % 2 ? a.x : 1 - a.x) * (k / 2 ? a.y : 1 - a.y)};
     }
     return taps;
+}
+
+/// Chroma, in steps of 255, at a sample of luma.
+double chroma(const ImageView<const std::uint8_t>& plane, int luma_x, int luma_y) {
+    const double x = 0.5 * luma_x, y = 0.5 * luma_y - 0.25;
+    const glm::dvec2 corner(std::floor(x), std::floor(y));
+    double sum = 0;
+    for (int k = 0; k < 4; ++k) {
+        const glm::dvec2 at = corner + glm::dvec2(k % 2, k / 2);
+        const int i = std::clamp(int(at.x), 0, plane.width - 1), j = std::clamp(int(at.y), 0, plane.height - 1);
+        sum += (1 - std::abs(at.x - x)) * (1 - std::abs(at.y - y)) * (plane.pixel(i, j)[0] - 128.0);
+    }
+    return sum / bt709::chroma_scale;
 }
 
 class ReferenceEngine : public Engine {
@@ -95,41 +105,13 @@ private:
             sum += tap.weight;
         if (!(sum > 0.1))
             return false;
-        const glm::dvec3 rgb = source_.rgb.data != nullptr ? mixed_rgb(taps) / sum : mixed_planes(taps, sum);
+        glm::dvec3 rgb(0);
+        for (const Tap& tap : taps)
+            rgb += tap.weight / sum * colour_of_sample(source_, tap.x, tap.y);
         for (int c = 0; c < 3; ++c)
-            rgba[c] = std::uint8_t(std::clamp(rgb[c], 0.0, 255.0) + 0.5);
+            rgba[c] = std::uint8_t(rgb[c] + 0.5);
         rgba[3] = 255;
         return true;
-    }
-
-    glm::dvec3 mixed_rgb(const std::array<Tap, 4>& taps) const {
-        glm::dvec3 rgb(0);
-        for (const Tap& tap : taps) {
-            const std::uint8_t* sample = source_.rgb.pixel(tap.x, tap.y);
-            rgb += tap.weight * glm::dvec3(sample[0], sample[1], sample[2]);
-        }
-        return rgb;
-    }
-
-    /// Luma of the samples that count; chroma where their middle is, among its own samples.
-    glm::dvec3 mixed_planes(const std::array<Tap, 4>& taps, double sum) const {
-        using namespace bt709;
-        double luma = 0;
-        glm::dvec2 middle(0);
-        for (const Tap& tap : taps) {
-            luma += tap.weight * source_.yuv.y.pixel(tap.x, tap.y)[0] / sum;
-            middle += tap.weight * glm::dvec2(tap.column + 0.5, tap.row + 0.5) / sum;
-        }
-        glm::dvec2 chroma(0);
-        // On the even columns, between the rows: column i of chroma is at luma's 2 i + 1/2, row j at 2 j + 1.
-        const auto around = taps_around(source_.camera, {0.5 * middle.x + 0.25, 0.5 * middle.y}, 2);
-        for (const Tap& tap : *around)
-            chroma += tap.weight * glm::dvec2(source_.yuv.cb.pixel(tap.x, tap.y)[0] - 128.0,
-                                              source_.yuv.cr.pixel(tap.x, tap.y)[0] - 128.0);
-        chroma /= chroma_scale;
-        const double grey = (luma - 16) / luma_scale;
-        return {grey + cr_divisor * chroma.y, grey + green_from_cb * chroma.x + green_from_cr * chroma.y,
-                grey + cb_divisor * chroma.x};
     }
 
     double box_radius_m(const EyeView& eye) const {
@@ -218,6 +200,19 @@ private:
 };
 
 }  // namespace
+
+glm::dvec3 colour_of_sample(const SourceView& source, int x, int y) {
+    using namespace bt709;
+    if (source.rgb.data != nullptr) {
+        const std::uint8_t* sample = source.rgb.pixel(x, y);
+        return {sample[0], sample[1], sample[2]};
+    }
+    const double grey = (source.yuv.y.pixel(x, y)[0] - 16) / luma_scale;
+    const double cb = chroma(source.yuv.cb, x, y), cr = chroma(source.yuv.cr, x, y);
+    const glm::dvec3 sample(grey + cr_divisor * cr, grey + green_from_cb * cb + green_from_cr * cr,
+                            grey + cb_divisor * cb);
+    return glm::round(glm::clamp(sample, 0.0, 255.0));
+}
 
 std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options) {
     return std::make_unique<ReferenceEngine>(surface, options);

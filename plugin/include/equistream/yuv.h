@@ -6,6 +6,8 @@
 /// with R, G, B, Y in 0 to 255. Views borrow their samples.
 #include <equistream/image.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace equistream {
@@ -30,5 +32,57 @@ inline constexpr double cb_divisor = 2 * (1 - kb), cr_divisor = 2 * (1 - kr);
 inline constexpr double green_from_cb = -kb * cb_divisor / kg, green_from_cr = -kr * cr_divisor / kg;
 
 }  // namespace bt709
+
+/// The way back to 8-bit R, G, B in fixed point, within 1/100 of a step of the real-valued formula, chroma interpolated
+/// linearly and the picture's border repeated. Whoever needs a sample's colour takes it from here, or computes these
+/// very integers in vectors: a picture looked up in planes is then the one looked up in their RGB, bit for bit.
+namespace yuv_to_rgb {
+
+inline constexpr int fraction_bits = 16;
+/// Interpolated chroma is in eighths.
+inline constexpr int tap_bits = 3;
+inline constexpr int sum_bits = fraction_bits + tap_bits;
+
+constexpr int fixed(double value) {
+    const double scaled = value * (1 << fraction_bits);
+    return static_cast<int>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+}
+
+inline constexpr int luma_gain = fixed(1 / bt709::luma_scale) << tap_bits;
+inline constexpr int red_from_cr = fixed(bt709::cr_divisor / bt709::chroma_scale);
+inline constexpr int blue_from_cb = fixed(bt709::cb_divisor / bt709::chroma_scale);
+inline constexpr int green_from_cb = fixed(bt709::green_from_cb / bt709::chroma_scale);
+inline constexpr int green_from_cr = fixed(bt709::green_from_cr / bt709::chroma_scale);
+/// Black, and half a step for rounding: what `luma_gain * luma` is added to.
+inline constexpr int offset = -16 * luma_gain + (1 << (sum_bits - 1));
+
+/// The row of chroma that counts a quarter in a row of luma; the one that counts three quarters is y / 2.
+inline int farther_row(int y, int chroma_height) {
+    return std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, chroma_height - 1);
+}
+
+/// Chroma less 128, in eighths, at column x and row y of luma.
+inline int chroma_eighths(const ImageView<const std::uint8_t>& plane, int x, int y) {
+    const std::uint8_t* near_row = plane.row(y / 2);
+    const std::uint8_t* far_row = plane.row(farther_row(y, plane.height));
+    const int left = x / 2, right = std::min((x + 1) / 2, plane.width - 1);
+    return 3 * (near_row[left] + near_row[right]) + far_row[left] + far_row[right] - 8 * 128;
+}
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+inline Rgb rgb_of(int luma, int cb_eighths, int cr_eighths) {
+    const auto byte = [](int sum) { return static_cast<std::uint8_t>(std::clamp(sum >> sum_bits, 0, 255)); };
+    const int base = luma_gain * luma + offset;
+    return {byte(base + red_from_cr * cr_eighths), byte(base + green_from_cb * cb_eighths + green_from_cr * cr_eighths),
+            byte(base + blue_from_cb * cb_eighths)};
+}
+
+/// One sample's colour.
+inline Rgb rgb_at(const YuvView& planes, int x, int y) {
+    return rgb_of(planes.y.row(y)[x], chroma_eighths(planes.cb, x, y), chroma_eighths(planes.cr, x, y));
+}
+
+}  // namespace yuv_to_rgb
 
 }  // namespace equistream

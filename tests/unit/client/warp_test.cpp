@@ -186,6 +186,41 @@ TEST_P(EveryTarget, SurfacesAndGapsAreTheReferences) {
     }
 }
 
+/// Planes are turned into RGB by the same integers wherever that is done, and weights do not depend on the samples: a
+/// picture looked up in planes is that looked up in their RGB, with nothing left to rounding.
+TEST_P(EveryTarget, PlanesGiveThePictureOfTheirRgb) {
+    if (samples() != Samples::planes)
+        return;
+    std::mt19937 random(11);
+    for (const auto& [width, height] : {std::pair{768, 384}, {64, 32}, {38, 18}, {10, 6}}) {
+        ByteImage y(width, height, 1), cb(width / 2, height / 2, 1), cr(width / 2, height / 2, 1);
+        for (ByteImage* plane : {&y, &cb, &cr})
+            for (std::uint8_t& sample : plane->samples())
+                sample = std::uint8_t(random());
+        ByteImage rgb(width, height, 3);
+        yuv420_to_rgb({y.view(), cb.view(), cr.view()}, rgb.view());
+        FloatImage depth_m(width, height, 1);
+        const EquirectCamera camera{width, height, {}};
+        AnalyticDepth(scene).cast(camera, Pose{}, depth_m.view());
+        SourceView in_rgb{.rgb = rgb.view(), .camera = camera, .depth_m = depth_m.view(), .box_radius_m = 0.1};
+        SourceView in_planes = in_rgb;
+        in_planes.rgb = {};
+        in_planes.yuv = {y.view(), cb.view(), cr.view()};
+        for (const double fov : {0.3, pi / 2, 2.6})  // the eye magnifies the sphere, and the other way round
+            for (const auto& [yaw, pitch] : directions)
+                for (const char* engine : {"sphere", "surface"}) {
+                    const EyeView turned{{211, 123, fov}, {{0.05, 0.02, 0}, yaw_pitch(yaw, pitch)}};
+                    FloatImage eye_depth_m(211, 123, 1);
+                    AnalyticDepth(scene).cast(turned.camera, turned.pose, eye_depth_m.view());
+                    const EyeView eye{turned.camera, turned.pose, eye_depth_m.view()};
+                    const EyePicture a = fast(engine, in_planes, eye), b = fast(engine, in_rgb, eye);
+                    ASSERT_EQ(agreement(a, b).worst, 0) << engine << " " << width << " " << fov << " " << yaw << " "
+                                                        << evidence(a.rgb().view(), b.rgb().view());
+                    ASSERT_TRUE(std::ranges::equal(a.origin.samples(), b.origin.samples()));
+                }
+    }
+}
+
 /// Sources smaller than what is read at once.
 TEST_P(EveryTarget, SmallSourcesAreReadInside) {
     for (const auto& [width, height] : {std::pair{2, 2}, {4, 2}, {6, 4}, {10, 6}, {16, 8}}) {
