@@ -51,7 +51,7 @@ class Chain:
         self.only_filled = only_filled  # another chain has the same pixels of the source
 
 
-# What `earlier` brings, the other eye's whole view with its depth, stands for patches and hidden layers too: all of them are looked up
+# What `earlier` brings, the other eye's view with its depth, stands for patches and hidden layers too: all of them are looked up
 # by depth, at the source's density, in a picture from elsewhere.
 CHAINS = (Chain("surface", "small,pushpull", 0, False), Chain("surface", "pushpull", 0, True), Chain("surface", "earlier", 0, True),
           Chain("surface", "spread", 6, False), Chain("surface", "earlier,spread", 5, False), Chain("surface", "pushpull", 4, False),
@@ -127,10 +127,12 @@ class Shot:
         # No pixel lies in the middle of an even number: depth comes from the nearest one.
         return es.Frame(info, {"colour": smaller(colour, SMALLER), "depth": middle(frames[0]["depth"], SMALLER)})
 
-    def other(self, eye):
-        """The other eye's whole view: what an earlier frame, a patch or a hidden layer shows."""
+    def other(self, eye, factor):
+        """The other eye's view at the source's density: what an earlier frame, a patch or a hidden layer shows."""
         frames, colour = self.eyes[1 - eye]
-        return es.Frame(frames[0].info, {"colour": np.ascontiguousarray(colour, np.float32), "depth": frames[0]["depth"]})
+        camera = frames[0].info.camera
+        info = es.frame_info(es.PerspectiveCamera(camera.width // factor, camera.height // factor, camera.fov_x_rad), like=frames[0].info)
+        return es.Frame(info, {"colour": smaller(colour, factor), "depth": middle(frames[0]["depth"], factor)})
 
     def samples(self, mirrors_show):
         """(group, risks, good, exact) of the pixels of all eyes, densities and chains; and how many noise left out."""
@@ -140,7 +142,7 @@ class Shot:
             truth = 255 * es.DisplayTransform().to_display(np.ascontiguousarray(colour, np.float32), info.exposure).astype(float)
             noise = noise_of(frames, info.exposure)
             for factor in COARSER:
-                source, small, other = self.source(factor, eye), self.small(eye), self.other(eye)
+                source, small, other = self.source(factor, eye), self.small(eye), self.other(eye, factor)
                 # The source has half as many samples; bilinear lookup averages 2.25 pixels or so, the filter factor^2.
                 quiet = noise * np.sqrt(1 + 2 / 2.25 / factor ** 2) <= NOISE_SHARE * RELIABILITY_TOLERANCE
                 for chain in CHAINS:

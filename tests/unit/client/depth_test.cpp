@@ -1,5 +1,6 @@
 #include "analytic_scene.h"
 #include "evidence.h"
+#include "squares.h"
 
 #include <equistream/error.h>
 #include <equistream_client/ray_depth.h>
@@ -26,8 +27,8 @@ protected:
     void SetUp() override {
         SceneModel model;
         model.materials.resize(1);
-        add_square(model, "wall", 4, {0, 0, -3});
-        add_square(model, "block", 0.5, {0, 0, -2});
+        add_square(model, "wall", 4, {0, 0, -3}, 0);
+        add_square(model, "block", 0.5, {0, 0, -2}, 0);
         fs::create_directories(folder);
         scene.model = folder / "two.glb";
         write_glb(scene.model, model);
@@ -35,19 +36,6 @@ protected:
         scene.moving.push_back({"block", PosePath({key(0, 0), key(1, 1)}, "test")});
     }
     void TearDown() override { fs::remove_all(folder); }
-
-    static void add_square(SceneModel& model, const std::string& name, float half, const glm::vec3& at) {
-        Mesh mesh;
-        mesh.name = name;
-        mesh.positions = {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
-        mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-        mesh.material = 0;
-        glm::mat4 transform(1);
-        transform[3] = glm::vec4(at, 1);
-        model.instances.push_back({std::uint32_t(model.meshes.size()), std::uint32_t(model.objects.size()), transform});
-        model.meshes.push_back(mesh);
-        model.objects.push_back({name, -1});
-    }
 
     static Distance expected(double block_x) {
         return [block_x](const dvec3& o, const dvec3& d) {

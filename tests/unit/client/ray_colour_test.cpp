@@ -1,4 +1,5 @@
 #include "analytic_scene.h"
+#include "squares.h"
 
 #include <equistream/picture.h>
 #include <equistream/srgb.h>
@@ -52,30 +53,16 @@ protected:
         model.materials[2].metallic = 1;
         model.materials[2].roughness = 0;
         model.materials[3].base_colour = {0.1f, 0.2f, 0.3f};
-        add_square(model, "wall", 2, {0, 0, -3});
-        add_square(model, "lamp", 0.2f, {-1, 1, -2.5});
-        add_square(model, "mirror", 0.2f, {1, 1, -2.5});
-        add_square(model, "block", 0.2f, {0, 0, -2});
+        add_square(model, "wall", 2, {0, 0, -3}, std::uint32_t(model.meshes.size()));
+        add_square(model, "lamp", 0.2f, {-1, 1, -2.5}, std::uint32_t(model.meshes.size()));
+        add_square(model, "mirror", 0.2f, {1, 1, -2.5}, std::uint32_t(model.meshes.size()));
+        add_square(model, "block", 0.2f, {0, 0, -2}, std::uint32_t(model.meshes.size()));
         scene.model = folder / "four.glb";
         write_glb(scene.model, model);
         const auto key = [](double time_s, double x) { return PosePath::Key{time_s, {{x, 0, -2}, {1, 0, 0, 0}}}; };
         scene.moving.push_back({"block", PosePath({key(0, 0), key(1, 1)}, "test")});
     }
     void TearDown() override { fs::remove_all(folder); }
-
-    static void add_square(SceneModel& model, const std::string& name, float half, const glm::vec3& at) {
-        Mesh mesh;
-        mesh.name = name;
-        mesh.positions = {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
-        mesh.uvs = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
-        mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-        mesh.material = std::uint32_t(model.meshes.size());
-        glm::mat4 transform(1);
-        transform[3] = glm::vec4(at, 1);
-        model.instances.push_back({std::uint32_t(model.meshes.size()), std::uint32_t(model.objects.size()), transform});
-        model.meshes.push_back(mesh);
-        model.objects.push_back({name, -1});
-    }
 
     static GeometryHit cast(RayColour& geometry, const glm::vec3& to, float spread_rad = 0) {
         const GeometryRay ray{glm::vec3(0), glm::normalize(to), spread_rad};
