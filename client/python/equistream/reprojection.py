@@ -28,8 +28,8 @@ METHODS: tuple[str, ...] = tuple(_core.METHODS)
 FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
 """The rungs of the fill ladder, in the order in which they are best run."""
 
-DEFAULT_FILL = "patches,hidden,earlier,small,pushpull"
-"""Those of FILL_RUNGS that have something to do here; 'spread' has nothing left after 'pushpull'."""
+DEFAULT_FILL = "patches,hidden,earlier,pushpull"
+"""What `play` does unless told otherwise: of FILL_RUNGS those that measured best (docs/results/reproject.md)."""
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""

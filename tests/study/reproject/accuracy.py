@@ -19,7 +19,7 @@ from renders import EYE, HEADS, LEAN_M, MOVE_M, REPOSITORY, SEEDS, SPHERES, Scen
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 EXACT = ["--depth", "exact"]
-LADDER = "patches,hidden,earlier,small,geometry,pushpull"
+LADDER = "patches,hidden,earlier,pushpull"  # what `play` does unless told otherwise
 # Name -> source, method, depth, fill. Engines are told apart with the same fill; then what fills the gaps.
 SYSTEMS = {
     "sphere": ("centre", "sphere", [], "none"),
