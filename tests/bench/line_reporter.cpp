@@ -35,11 +35,15 @@ void LineReporter::ReportRuns(const std::vector<Run>& runs) {
 
 void LineReporter::Finalize() {
     for (const auto& [name, figure] : figures_) {
-        if (figure.peers_ms.empty())
-            std::printf("%-28s %9.3f ms       - -\n", name.c_str(), figure.ours_ms);
-        for (const auto& [peer, peer_ms] : figure.peers_ms)
-            std::printf("%-28s %9.3f ms %7.3f %s\n", name.c_str(), figure.ours_ms, peer_ms / figure.ours_ms,
-                        peer.c_str());
+        if (figure.ours_ms && figure.peers_ms.empty())
+            std::printf("%-28s %9.3f ms       - -\n", name.c_str(), *figure.ours_ms);
+        for (const auto& [peer, peer_ms] : figure.peers_ms) {
+            if (figure.ours_ms)
+                std::printf("%-28s %9.3f ms %7.3f %s\n", name.c_str(), *figure.ours_ms, peer_ms / *figure.ours_ms,
+                            peer.c_str());
+            else
+                std::printf("%-28s %9.3f ms       - -\n", (name + "/" + peer).c_str(), peer_ms);
+        }
     }
 }
 

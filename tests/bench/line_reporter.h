@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@
 namespace equistream::bench {
 
 /// Takes google-benchmark's medians of runs named FIGURE/ours and FIGURE/PEER. A figure without a peer has "-" for
-/// both.
+/// both; a peer without ours is a line of its own, named FIGURE/PEER.
 class LineReporter : public benchmark::BenchmarkReporter {
 public:
     bool ReportContext(const Context& context) override;
@@ -20,7 +21,7 @@ public:
 
 private:
     struct Figure {
-        double ours_ms = 0;
+        std::optional<double> ours_ms;  ///< none where a filter left it out
         std::map<std::string, double> peers_ms;
     };
     std::map<std::string, Figure> figures_;

@@ -1,5 +1,7 @@
 /// A stream of 3840x1920 pictures (H.264, CRF 16) played to two 1920x1080 eyes: decoding, the `surface` engine on the
-/// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Both use every core.
+/// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Both use every core, and the
+/// clock runs from opening the file to the last picture: libav decodes the pictures ahead on threads of its own while
+/// eyes are filled, which takes the cores from them, so that the ratio is that of all work done.
 #include "bench_scene.h"
 #include "big_views.h"
 #include "coded_sphere.h"
@@ -9,6 +11,7 @@
 #include <equistream_client/fill.h>
 
 #include <benchmark/benchmark.h>
+#include <tbb/parallel_for.h>
 
 #include <cmath>
 #include <optional>
@@ -60,10 +63,10 @@ public:
         inputs.main = &source_;
         for (const auto& rung : ladder_)
             rung->set_frame(inputs);
-        for (int i = 0; i < 2; ++i) {
+        tbb::parallel_for(0, 2, [&](int i) {
             engine_->reproject(eyes_[i], pictures_[i]);
             fill_gaps(ladder_, eyes_[i], pictures_[i]);
-        }
+        });
         benchmark::DoNotOptimize(pictures_[1].rgba.samples().data());
     }
 
