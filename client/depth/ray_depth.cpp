@@ -1,3 +1,4 @@
+#pragma GCC diagnostic ignored "-Wconversion"
 #include <equistream_client/ray_depth.h>
 
 #include "ray_directions.h"
@@ -12,7 +13,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace equistream {
@@ -42,6 +48,11 @@ public:
         directions_.pixels(x, y, out_);
         intersect();
         return packet_.rays.ray.tfar;
+    }
+
+    /// Of the last packet's rays.
+    std::int32_t plane(const SurfacePlanes& planes, std::size_t lane) const {
+        return planes.of(bvh_.resolve(packet_.hit(lane)));
     }
 
 private:
@@ -80,8 +91,8 @@ void cast_picture(const Bvh& bvh, const Camera& camera, const Pose& pose, ImageV
 /// Pixels to cast, wherever they are, in packets of 16 that are near each other.
 class PixelCaster {
 public:
-    PixelCaster(Caster& caster, SphereHistory& history, ImageView<float> depth_m)
-        : caster_(caster), history_(history), depth_m_(depth_m) {}
+    PixelCaster(Caster& caster, SphereHistory& history, const SurfacePlanes& planes, ImageView<float> depth_m)
+        : caster_(caster), history_(history), planes_(planes), depth_m_(depth_m) {}
     ~PixelCaster() { flush(); }
     PixelCaster(const PixelCaster&) = delete;
     PixelCaster& operator=(const PixelCaster&) = delete;
@@ -98,7 +109,7 @@ public:
         caster_.square(x, y, depth_m_);
         for (int j = y; j < std::min(y + packet_side, depth_m_.height); ++j)
             for (int i = x; i < std::min(x + packet_side, depth_m_.width); ++i)
-                history_.set_cast(i, j, depth_m_.pixel(i, j)[0]);
+                history_.set_cast(i, j, caster_.plane(planes_, std::size_t((j - y) * packet_side + i - x)));
     }
 
 private:
@@ -112,13 +123,14 @@ private:
         const std::span<const float> distance_m = caster_.pixels(x_, y_);
         for (std::size_t i = 0; i < std::size_t(count_); ++i) {
             depth_m_.pixel(x_[i], y_[i])[0] = distance_m[i];
-            history_.set_cast(x_[i], y_[i], distance_m[i]);
+            history_.set_cast(x_[i], y_[i], caster_.plane(planes_, i));
         }
         count_ = 0;
     }
 
     Caster& caster_;
     SphereHistory& history_;
+    const SurfacePlanes& planes_;
     ImageView<float> depth_m_;
     std::array<int, packet_size> x_{}, y_{};
     int count_ = 0;
@@ -144,6 +156,7 @@ struct RayDepth::State {
     SceneModel model;
     std::vector<std::uint32_t> movers;
     Bvh bvh;
+    std::optional<SurfacePlanes> planes;                    ///< where frames are reused
     std::vector<MoverBall> mover_balls;                     ///< now
     std::vector<std::unique_ptr<SphereHistory>> histories;  ///< the oldest first
     CastMask cast;                                          ///< of the frame at hand
@@ -151,7 +164,10 @@ struct RayDepth::State {
 
     State(const SceneDescription& description, const RayDepthOptions& ray_options)
         : scene(description), options(ray_options), model(load_model(description, {.shading = false})),
-          movers(find_moving_instances(model, scene)), bvh(model, {.moving_instances = movers}) {}
+          movers(find_moving_instances(model, scene)), bvh(model, {.moving_instances = movers}) {
+        if (options.reuse)
+            planes.emplace(model, movers);
+    }
 
     ReuseBound bound() const { return {head_box_radius_centre(scene.lean_m, options.ipd_m), options.error_rad}; }
 
@@ -188,22 +204,46 @@ struct RayDepth::State {
         if (!carried)
             cast.set_all(1);
         ++frame;
+        if (getenv("CNT")) {
+            long m = 0, ref = 0, pol = 0;
+            int sq = 0;
+            for (int y = 0; y < camera.height; ++y)
+                for (int x = 0; x < camera.width; ++x) {
+                    bool r = is_refreshed(x / 4, y / 4, frame);
+                    bool c = cast.row(y)[x];
+                    m += c;
+                    ref += r && !c;
+                    double lat = (0.5 - (y + .5) / camera.height) * 3.14159265;
+                    if (std::cos(lat) < 0.1)
+                        pol += c;
+                }
+            for (int y = 0; y < camera.height; y += 4)
+                for (int x = 0; x < camera.width; x += 4) {
+                    bool a = false;
+                    for (int j = 0; j < 4; ++j)
+                        for (int i = 0; i < 4; ++i)
+                            a |= cast.row(y + j)[x + i];
+                    sq += a;
+                }
+            fprintf(stderr, "marked %.2f%% polar %.2f%% refresh %.2f%% squares touched %.2f%%\n", m / 18432.0,
+                    pol / 18432.0, ref / 18432.0, sq / 1152.0);
+        }
         cast_marked(camera, pose, *next, depth_m);
         if (carried)
             next->fill_poles(depth_m);
-        next->finish(pose, mover_balls);
+        next->finish(pose, mover_balls, depth_m);
         histories.push_back(std::move(next));
     }
 
     /// The memory of the oldest one, if there are enough of them.
     std::unique_ptr<SphereHistory> take_history(const EquirectCamera& camera, const SphereHistory* in_use) {
         if (histories.size() < most_histories)
-            return std::make_unique<SphereHistory>(camera, bound());
+            return std::make_unique<SphereHistory>(camera, bound(), *planes);
         const auto oldest = histories.front().get() == in_use ? histories.begin() + 1 : histories.begin();
         std::unique_ptr<SphereHistory> taken = std::move(*oldest);
         histories.erase(oldest);
         if (!same_camera(taken->camera(), camera))
-            taken = std::make_unique<SphereHistory>(camera, bound());
+            taken = std::make_unique<SphereHistory>(camera, bound(), *planes);
         return taken;
     }
 
@@ -214,15 +254,19 @@ struct RayDepth::State {
         tbb::parallel_for(tbb::blocked_range2d<int>(0, rows, 4, 0, columns, 16), [&](const auto& r) {
             trace_thread_init();
             Caster caster(bvh, directions, pose.position_m);
-            PixelCaster pixels(caster, next, depth_m);
+            PixelCaster pixels(caster, next, *planes, depth_m);
             for (int row = r.rows().begin(); row < r.rows().end(); ++row)
                 for (int column = r.cols().begin(); column < r.cols().end(); ++column) {
-                    if (is_refreshed(column, row, frame) ||
-                        cast.is_full(column * packet_side, row * packet_side, packet_side))
-                        pixels.square(column * packet_side, row * packet_side);
-                    else
-                        cast.each_in(column * packet_side, row * packet_side, packet_side,
-                                     [&](int x, int y) { pixels.add(x, y); });
+                    const int x = column * packet_side, y = row * packet_side;
+                    const unsigned marked = cast.square(x, y);
+                    if (marked == 0xffff || is_refreshed(column, row, frame)) {
+                        pixels.square(x, y);
+                        continue;
+                    }
+                    for (unsigned left = marked; left != 0; left &= left - 1) {
+                        const int bit = std::countr_zero(left);
+                        pixels.add(x + bit % packet_side, y + bit / packet_side);
+                    }
                 }
         });
     }
