@@ -126,44 +126,21 @@ public:
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
                       const PlanesView& planes) const override {
         const Scale scale(range, depth_rows::pece_full);
-        std::atomic<std::int64_t> too_near = 0;
-        tbb::parallel_for(tbb::blocked_range<int>(0, depth_m.height / 2, rows_per_block), [&](const auto& pairs) {
-            Image<std::uint8_t> waves(depth_m.width, 4, 1);  // both waves of two rows
-            std::int64_t count = 0;
-            for (int j = pairs.begin(); j < pairs.end(); ++j) {
-                for (int i = 0; i < 2; ++i) {
-                    std::uint8_t* const rows_of_pair[3] = {planes.bytes[0].row(2 * j + i), waves.pixel(0, i),
-                                                           waves.pixel(0, 2 + i)};
-                    count += rows().pack_pece(row_of(depth_m, 2 * j + i), scale, rows_of_pair);
-                }
-                for (int wave = 0; wave < 2; ++wave)
-                    halve(waves.pixel(0, 2 * wave), waves.pixel(0, 2 * wave + 1), planes.bytes[1 + wave], j);
-            }
-            too_near += count;
+        return sum_over_rows(depth_m.height / 2, [&](int j) {
+            const int upper = 2 * j, lower = upper + 1;
+            return rows().pack_pece420({row_of(depth_m, upper),
+                                        row_of(depth_m, lower),
+                                        {planes.bytes[0].row(upper), planes.bytes[0].row(lower)},
+                                        {planes.bytes[1].row(j), planes.bytes[2].row(j)}},
+                                       scale);
         });
-        return too_near;
     }
 
     void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
         const Scale scale(range, depth_rows::pece_full);
-        tbb::parallel_for(tbb::blocked_range<int>(0, depth_m.height, rows_per_block), [&](const auto& range_of_rows) {
-            Image<std::uint8_t> wave(depth_m.width, 1, 1);
-            for (int y = range_of_rows.begin(); y < range_of_rows.end(); ++y) {
-                const std::uint8_t* half = planes.bytes[2].row(y / 2);
-                for (int x = 0; x < depth_m.width; ++x)
-                    wave.pixel(0, 0)[x] = half[x / 2];
-                // The first wave is never read (plain_pixels.h).
-                const std::uint8_t* const rows_of_pixel[3] = {planes.bytes[0].row(y), nullptr, wave.pixel(0, 0)};
-                rows().unpack_pece(rows_of_pixel, scale, row_of(depth_m, y));
-            }
+        for_each_row(depth_m.height, [&](int y) {
+            rows().unpack_pece420(planes.bytes[0].row(y), planes.bytes[2].row(y / 2), scale, row_of(depth_m, y));
         });
-    }
-
-private:
-    static void halve(const std::uint8_t* upper, const std::uint8_t* lower, ImageView<std::uint8_t> half, int row) {
-        for (int i = 0; i < half.width; ++i)
-            half.row(row)[i] =
-                static_cast<std::uint8_t>((upper[2 * i] + upper[2 * i + 1] + lower[2 * i] + lower[2 * i + 1] + 2) / 4);
     }
 };
 

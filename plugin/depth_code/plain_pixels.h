@@ -46,6 +46,26 @@ inline std::array<std::uint8_t, 3> pece_of(float depth_m, const Scale& scale) {
             byte(triangle(d - pece_half_period / 2, pece_half_period) * to_byte)};
 }
 
+/// From column `first`, which is even, on; how many were too near.
+inline std::int64_t pece420_from(const PecePair& pair, const Scale& scale, std::size_t first) {
+    std::int64_t too_near = 0;
+    for (std::size_t x = first; x < pair.upper_m.size(); x += 2) {
+        int sums[2] = {2, 2};
+        for (int row = 0; row < 2; ++row)
+            for (std::size_t i = x; i < x + 2; ++i) {
+                const float depth_m = (row == 0 ? pair.upper_m : pair.lower_m)[i];
+                const auto samples = pece_of(depth_m, scale);
+                pair.luma[row][i] = samples[0];
+                sums[0] += samples[1];
+                sums[1] += samples[2];
+                too_near += depth_m < scale.near_m;
+            }
+        for (int wave = 0; wave < 2; ++wave)
+            pair.waves[wave][x / 2] = static_cast<std::uint8_t>(sums[wave] / 4);
+    }
+    return too_near;
+}
+
 /// Luma of 8 bits is always at the start or in the middle of a period (a step is half of one), where the paper's m(L)
 /// is 3 or 1: its rule never looks at the first wave, and L0 = L - p/4.
 inline float pece_sample(const std::array<std::uint8_t, 3>& planes) {

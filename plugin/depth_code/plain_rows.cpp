@@ -43,6 +43,16 @@ void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::s
         depth_m[x] = depth_of(pece_sample(load(planes, x)), scale);
 }
 
+std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
+    return pece420_from(pair, scale, 0);
+}
+
+void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, const Scale& scale,
+                    std::span<float> depth_m) {
+    for (std::size_t x = 0; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of(pece_sample({luma[x], 0, half_wave[x / 2]}), scale);
+}
+
 std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
     for (std::size_t x = 0; x < depth_m.size(); ++x)
         store(hue_of(depth_m[x], scale), x, planes);
@@ -80,6 +90,8 @@ Rows plain_rows() {
             unpack_w<std::uint16_t>,
             pack_pece,
             unpack_pece,
+            pack_pece420,
+            unpack_pece420,
             pack_hue,
             unpack_hue,
             pack_bits,

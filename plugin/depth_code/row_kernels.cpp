@@ -11,6 +11,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace equistream::depth_rows::HWY_NAMESPACE {
 
+#if HWY_TARGET == HWY_SCALAR
+
+// One lane has no bytes to narrow to.
+Rows rows() {
+    return plain_rows();
+}
+
+#else
+
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::ScalableTag<float>;
@@ -26,7 +35,7 @@ struct Packer {
           top(hn::Set(f, scale.top)), empty(hn::Set(f, scale.has_empty ? scale.full : 0)) {}
 
     Float operator()(Float depth_m) {
-        too_near += static_cast<std::int64_t>(hn::CountTrue(f, hn::Lt(depth_m, near)));
+        too_near = hn::Sub(too_near, hn::BitCast(i, hn::VecFromMask(f, hn::Lt(depth_m, near))));
         const Float inverse = hn::Div(span, hn::Sub(depth_m, box));
         const Float x = hn::IfThenElse(hn::Gt(depth_m, near), inverse, hn::Set(f, 1));
         return hn::IfThenElse(hn::Eq(depth_m, depth_m), hn::Mul(x, top), empty);
@@ -35,8 +44,11 @@ struct Packer {
 
     static constexpr Floats f{};
     static constexpr Ints i{};
+    /// Of a row, whose length an int holds.
+    std::int64_t count() const { return hn::GetLane(hn::SumOfLanes(i, too_near)); }
+
     Float box, near, span, top, empty;
-    std::int64_t too_near = 0;
+    hn::Vec<Ints> too_near = hn::Zero(i);
 };
 
 struct Unpacker {
@@ -58,26 +70,50 @@ std::size_t lanes() {
     return hn::Lanes(Floats{});
 }
 
-template <typename T>
-std::int64_t pack_w(std::span<const float> depth_m, const Scale& scale, T* samples) {
+/// Whole registers of bytes: pixel 4 i + k of a stretch is in lane i of register k, so that four narrow to one by
+/// shifts.
+struct Four {
+    explicit Four(const float* from) { hn::LoadInterleaved4(Floats(), from, value[0], value[1], value[2], value[3]); }
+    Float value[4];
+};
+
+/// `sample(k)` is that of register k, from 0 to 255.
+template <typename Sample>
+void store_four(const Sample& sample, std::uint8_t* to) {
+    const hn::Repartition<std::uint8_t, Ints> bytes;
+    const auto low = hn::Or(sample(0), hn::ShiftLeft<8>(sample(1)));
+    const auto high = hn::Or(hn::ShiftLeft<16>(sample(2)), hn::ShiftLeft<24>(sample(3)));
+    hn::StoreU(hn::BitCast(bytes, hn::Or(low, high)), bytes, to);
+}
+
+std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
+    Packer pack(scale);
+    std::size_t x = 0;
+    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
+        const Four four(&depth_m[x]);
+        store_four([&](int k) { return Packer::whole(pack(four.value[k])); }, samples + x);
+    }
+    std::int64_t too_near = pack.count();
+    for (; x < depth_m.size(); ++x) {
+        samples[x] = static_cast<std::uint8_t>(whole_sample(depth_m[x], scale));
+        too_near += depth_m[x] < scale.near_m;
+    }
+    return too_near;
+}
+
+std::int64_t pack_w16(std::span<const float> depth_m, const Scale& scale, std::uint16_t* samples) {
     const Floats f;
-    const Narrow<T> narrow;
+    const Narrow<std::uint16_t> narrow;
     Packer pack(scale);
     std::size_t x = 0;
     for (; x + lanes() <= depth_m.size(); x += lanes())
         hn::StoreU(hn::DemoteTo(narrow, Packer::whole(pack(hn::LoadU(f, &depth_m[x])))), narrow, samples + x);
+    std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {
-        samples[x] = static_cast<T>(whole_sample(depth_m[x], scale));
-        pack.too_near += depth_m[x] < scale.near_m;
+        samples[x] = static_cast<std::uint16_t>(whole_sample(depth_m[x], scale));
+        too_near += depth_m[x] < scale.near_m;
     }
-    return pack.too_near;
-}
-
-std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
-    return pack_w(depth_m, scale, samples);
-}
-std::int64_t pack_w16(std::span<const float> depth_m, const Scale& scale, std::uint16_t* samples) {
-    return pack_w(depth_m, scale, samples);
+    return too_near;
 }
 
 template <typename T>
@@ -108,29 +144,86 @@ Float triangles(Float value) {
     return hn::Min(phase, hn::Sub(period, phase));
 }
 
+/// The samples of pece_of, of a register.
+struct PeceSamples {
+    hn::Vec<Ints> luma, first, second;
+
+    explicit PeceSamples(Float d) {
+        const Floats f;
+        const Float to_byte = hn::Set(f, 255 / pece_half_period);
+        luma = Packer::whole(hn::Mul(d, hn::Set(f, 1 / pece_half_period)));
+        first = Packer::whole(hn::Mul(triangles(d), to_byte));
+        second = Packer::whole(hn::Mul(triangles(hn::Sub(d, hn::Set(f, pece_half_period / 2))), to_byte));
+    }
+};
+
 std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
-    const Floats f;
-    const Narrow<std::uint8_t> narrow;
-    const Float to_luma = hn::Set(f, 1 / pece_half_period), to_byte = hn::Set(f, 255 / pece_half_period);
-    const Float quarter = hn::Set(f, pece_half_period / 2);
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes()) {
-        const Float d = pack(hn::LoadU(f, &depth_m[x]));
-        const auto store = [&](Float value, std::uint8_t* plane) {
-            hn::StoreU(hn::DemoteTo(narrow, Packer::whole(value)), narrow, plane + x);
-        };
-        store(hn::Mul(d, to_luma), planes[0]);
-        store(hn::Mul(triangles(d), to_byte), planes[1]);
-        store(hn::Mul(triangles(hn::Sub(d, quarter)), to_byte), planes[2]);
+    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
+        const Four four(&depth_m[x]);
+        const PeceSamples of[4] = {PeceSamples(pack(four.value[0])), PeceSamples(pack(four.value[1])),
+                                   PeceSamples(pack(four.value[2])), PeceSamples(pack(four.value[3]))};
+        store_four([&](int k) { return of[k].luma; }, planes[0] + x);
+        store_four([&](int k) { return of[k].first; }, planes[1] + x);
+        store_four([&](int k) { return of[k].second; }, planes[2] + x);
     }
+    std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {
         const auto samples = pece_of(depth_m[x], scale);
         for (int i = 0; i < 3; ++i)
             planes[i][x] = samples[i];
-        pack.too_near += depth_m[x] < scale.near_m;
+        too_near += depth_m[x] < scale.near_m;
     }
-    return pack.too_near;
+    return too_near;
+}
+
+std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
+    const Ints i;
+    const Narrow<std::uint16_t> narrow;
+    Packer pack(scale);
+    const std::size_t width = pair.upper_m.size();
+    std::size_t x = 0;
+    for (; x + 4 * lanes() <= width; x += 4 * lanes()) {
+        // Neighbours are in neighbouring registers: their waves' sum needs no shuffling.
+        hn::Vec<Ints> first[2] = {hn::Set(i, 2), hn::Set(i, 2)}, second[2] = {hn::Set(i, 2), hn::Set(i, 2)};
+        for (int row = 0; row < 2; ++row) {
+            const Four four((row == 0 ? pair.upper_m : pair.lower_m).data() + x);
+            hn::Vec<Ints> luma = hn::Zero(i);
+            const auto add = [&](const PeceSamples& of, int half) {
+                first[half] = hn::Add(first[half], of.first);
+                second[half] = hn::Add(second[half], of.second);
+                return of.luma;
+            };
+            const auto l0 = add(PeceSamples(pack(four.value[0])), 0), l1 = add(PeceSamples(pack(four.value[1])), 0);
+            const auto l2 = add(PeceSamples(pack(four.value[2])), 1), l3 = add(PeceSamples(pack(four.value[3])), 1);
+            luma = hn::Or(hn::Or(l0, hn::ShiftLeft<8>(l1)), hn::Or(hn::ShiftLeft<16>(l2), hn::ShiftLeft<24>(l3)));
+            const hn::Repartition<std::uint8_t, Ints> bytes;
+            hn::StoreU(hn::BitCast(bytes, luma), bytes, pair.luma[row] + x);
+        }
+        const auto store_means = [&](const hn::Vec<Ints>* sums, std::uint8_t* to) {
+            const auto two = hn::Or(hn::ShiftRight<2>(sums[0]), hn::ShiftLeft<8>(hn::ShiftRight<2>(sums[1])));
+            const hn::Repartition<std::uint8_t, Narrow<std::uint16_t>> bytes;
+            hn::StoreU(hn::BitCast(bytes, hn::DemoteTo(narrow, two)), bytes, to);
+        };
+        store_means(first, pair.waves[0] + x / 2);
+        store_means(second, pair.waves[1] + x / 2);
+    }
+    return pack.count() + pece420_from(pair, scale, x);
+}
+
+struct PeceSteps {
+    Float half, quarter, from_byte;
+};
+
+/// pece_sample of a register.
+Float pece_samples(hn::Vec<Ints> luma, hn::Vec<Ints> wave, const PeceSteps& steps) {
+    const Floats f;
+    const Ints i;
+    const auto rising = hn::Ne(hn::And(luma, hn::Set(i, 1)), hn::Zero(i));
+    const auto along = hn::IfThenElse(rising, wave, hn::Sub(hn::Set(i, 255), wave));
+    const Float start = hn::Sub(hn::Mul(hn::ConvertTo(f, luma), steps.half), steps.quarter);
+    return hn::Add(start, hn::Mul(hn::ConvertTo(f, along), steps.from_byte));
 }
 
 void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m) {
@@ -144,40 +237,65 @@ void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::s
     std::size_t x = 0;
     for (; x + lanes() <= depth_m.size(); x += lanes()) {
         const auto luma = load(planes[0] + x), wave = load(planes[2] + x);
-        const auto rising = hn::Ne(hn::And(luma, hn::Set(i, 1)), hn::Zero(i));
-        const auto along = hn::IfThenElse(rising, wave, hn::Sub(hn::Set(i, 255), wave));
-        const Float start = hn::Sub(hn::Mul(hn::ConvertTo(f, luma), half), quarter);
-        hn::StoreU(unpack(hn::Add(start, hn::Mul(hn::ConvertTo(f, along), from_byte))), f, &depth_m[x]);
+        hn::StoreU(unpack(pece_samples(luma, wave, {half, quarter, from_byte})), f, &depth_m[x]);
     }
     for (; x < depth_m.size(); ++x)
         depth_m[x] = depth_of(pece_sample({planes[0][x], planes[1][x], planes[2][x]}), scale);
 }
 
-std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
+void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, const Scale& scale,
+                    std::span<float> depth_m) {
     const Floats f;
     const Ints i;
     const Narrow<std::uint8_t> narrow;
-    Packer pack(scale);
+    const hn::Half<Narrow<std::uint16_t>> pairs;
+    const hn::Rebind<std::uint8_t, hn::Half<Narrow<std::uint16_t>>> half;
+    const Float half_period = hn::Set(f, pece_half_period), quarter = hn::Set(f, pece_half_period / 2);
+    const Float from_byte = hn::Set(f, pece_half_period / 255);
+    const Unpacker unpack(scale);
     std::size_t x = 0;
     for (; x + lanes() <= depth_m.size(); x += lanes()) {
-        const Float depth = hn::LoadU(f, &depth_m[x]);
-        const auto hue = Packer::whole(pack(depth));
-        const auto kept = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
-        const auto away_from = [&](int middle) { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
-        const auto store = [&](hn::Vec<Ints> value, std::uint8_t* plane) {  // narrowing clamps to 0 to 255
-            hn::StoreU(hn::DemoteTo(narrow, hn::IfThenElseZero(kept, value)), narrow, plane + x);
-        };
-        store(hn::Sub(hn::Set(i, 510), away_from(510)), planes[0]);
-        store(hn::Sub(hn::Set(i, 510), away_from(1020)), planes[1]);
-        store(hn::Sub(away_from(765), hn::Set(i, 255)), planes[2]);
+        const auto once = hn::PromoteTo(pairs, hn::LoadU(half, half_wave + x / 2));
+        const auto twice = hn::BitCast(narrow, hn::Or(once, hn::ShiftLeft<8>(once)));
+        const auto wave = hn::PromoteTo(i, twice);
+        const auto top = hn::PromoteTo(i, hn::LoadU(narrow, luma + x));
+        hn::StoreU(unpack(pece_samples(top, wave, {half_period, quarter, from_byte})), f, &depth_m[x]);
     }
+    for (; x < depth_m.size(); ++x)
+        depth_m[x] = depth_of(pece_sample({luma[x], 0, half_wave[x / 2]}), scale);
+}
+
+std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
+    const Floats f;
+    const Ints i;
+    Packer pack(scale);
+    std::size_t x = 0;
+    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
+        const Four four(&depth_m[x]);
+        hn::Vec<Ints> hue[4];
+        hn::Mask<Ints> kept[4];
+        for (int k = 0; k < 4; ++k) {
+            const Float depth = four.value[k];
+            hue[k] = Packer::whole(pack(depth));
+            kept[k] = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
+        }
+        const auto away_from = [&](int k, int middle) { return hn::Abs(hn::Sub(hue[k], hn::Set(i, middle))); };
+        const auto channel = [&](int k, hn::Vec<Ints> value) {
+            return hn::IfThenElseZero(kept[k], hn::Min(hn::Max(value, hn::Zero(i)), hn::Set(i, 255)));
+        };
+        const auto less = [&](int k, int middle) { return channel(k, hn::Sub(hn::Set(i, 510), away_from(k, middle))); };
+        store_four([&](int k) { return less(k, 510); }, planes[0] + x);
+        store_four([&](int k) { return less(k, 1020); }, planes[1] + x);
+        store_four([&](int k) { return channel(k, hn::Sub(away_from(k, 765), hn::Set(i, 255))); }, planes[2] + x);
+    }
+    std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {
         const auto gbr = hue_of(depth_m[x], scale);
         for (int plane = 0; plane < 3; ++plane)
             planes[plane][x] = gbr[plane];
-        pack.too_near += depth_m[x] < scale.near_m;
+        too_near += depth_m[x] < scale.near_m;
     }
-    return pack.too_near;
+    return too_near;
 }
 
 void unpack_hue(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m) {
@@ -241,9 +359,11 @@ void unpack_bits(const std::uint16_t* const planes[3], std::span<float> depth_m)
 }
 
 Rows rows() {
-    return {pack_w8,     pack_w16, unpack_w8,  unpack_w16, pack_pece,
-            unpack_pece, pack_hue, unpack_hue, pack_bits,  unpack_bits};
+    return {pack_w8,      pack_w16,       unpack_w8, unpack_w16, pack_pece, unpack_pece,
+            pack_pece420, unpack_pece420, pack_hue,  unpack_hue, pack_bits, unpack_bits};
 }
+
+#endif
 
 }  // namespace equistream::depth_rows::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -22,6 +22,13 @@ struct Scale {
     Scale(const DepthRange& range, int full_sample);
 };
 
+/// Two rows of depth and where their samples go in 4:2:0: luma of each, and both waves at half the width.
+struct PecePair {
+    std::span<const float> upper_m, lower_m;  ///< of the same even length
+    std::uint8_t* luma[2];
+    std::uint8_t* waves[2];
+};
+
 /// Packing functions return how many pixels were nearer than near_m. Rows of samples have depth's size.
 struct Rows {
     std::int64_t (*pack_w8)(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples);
@@ -31,6 +38,11 @@ struct Rows {
 
     std::int64_t (*pack_pece)(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]);
     void (*unpack_pece)(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m);
+
+    std::int64_t (*pack_pece420)(const PecePair& pair, const Scale& scale);
+    /// The first wave is never read (plain_pixels.h).
+    void (*unpack_pece420)(const std::uint8_t* luma, const std::uint8_t* half_wave, const Scale& scale,
+                           std::span<float> depth_m);
 
     std::int64_t (*pack_hue)(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]);
     void (*unpack_hue)(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m);

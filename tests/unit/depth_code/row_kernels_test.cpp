@@ -95,6 +95,17 @@ TEST_F(EveryInstructionSet, PacksAsPlainRowsDo) {
             EXPECT_EQ(simd.pack_hue(depth_m, Scale(range, hue_full), three.data),
                       plain.pack_hue(depth_m, Scale(range, hue_full), plain_three.data));
             EXPECT_EQ(three, plain_three);
+            const std::size_t even = size + size % 2;
+            const std::vector<float> upper_m = some_depths(even), lower_m = some_depths(even);
+            ThreePlanes<std::uint8_t> pair(even), plain_pair(even);
+            std::vector<std::uint8_t> second(even), plain_second(even);
+            const auto halves = [&](ThreePlanes<std::uint8_t>& to, std::vector<std::uint8_t>& wave) {
+                return PecePair{upper_m, lower_m, {to.data[0], to.data[1]}, {to.data[2], wave.data()}};
+            };
+            EXPECT_EQ(simd.pack_pece420(halves(pair, second), Scale(range, pece_full)),
+                      plain.pack_pece420(halves(plain_pair, plain_second), Scale(range, pece_full)));
+            EXPECT_EQ(pair, plain_pair);
+            EXPECT_EQ(second, plain_second);
             ThreePlanes<std::uint16_t> bits(size), plain_bits(size);
             simd.pack_bits(depth_m, bits.data);
             plain.pack_bits(depth_m, plain_bits.data);
@@ -120,6 +131,9 @@ TEST_F(EveryInstructionSet, UnpacksAsPlainRowsDo) {
             const std::uint8_t* const planes[3] = {bytes.data(), more.data(), most.data()};
             simd.unpack_pece(planes, Scale(range, pece_full), depth_m);
             plain.unpack_pece(planes, Scale(range, pece_full), plain_m);
+            expect_same_bits(depth_m, plain_m);
+            simd.unpack_pece420(bytes.data(), more.data(), Scale(range, pece_full), depth_m);
+            plain.unpack_pece420(bytes.data(), more.data(), Scale(range, pece_full), plain_m);
             expect_same_bits(depth_m, plain_m);
             simd.unpack_hue(planes, Scale(range, hue_full), depth_m);
             plain.unpack_hue(planes, Scale(range, hue_full), plain_m);
