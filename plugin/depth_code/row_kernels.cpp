@@ -70,29 +70,16 @@ std::size_t lanes() {
     return hn::Lanes(Floats{});
 }
 
-/// Whole registers of bytes: pixel 4 i + k of a stretch is in lane i of register k, so that four narrow to one by
-/// shifts.
-struct Four {
-    explicit Four(const float* from) { hn::LoadInterleaved4(Floats(), from, value[0], value[1], value[2], value[3]); }
-    Float value[4];
-};
-
-/// `sample(k)` is that of register k, from 0 to 255.
-template <typename Sample>
-void store_four(const Sample& sample, std::uint8_t* to) {
-    const hn::Repartition<std::uint8_t, Ints> bytes;
-    const auto low = hn::Or(sample(0), hn::ShiftLeft<8>(sample(1)));
-    const auto high = hn::Or(hn::ShiftLeft<16>(sample(2)), hn::ShiftLeft<24>(sample(3)));
-    hn::StoreU(hn::BitCast(bytes, hn::Or(low, high)), bytes, to);
+/// Samples from 0 to 255.
+void store_bytes(hn::Vec<Ints> samples, std::uint8_t* to) {
+    hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<Ints>(), samples)), Narrow<std::uint8_t>(), to);
 }
 
 std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
-        const Four four(&depth_m[x]);
-        store_four([&](int k) { return Packer::whole(pack(four.value[k])); }, samples + x);
-    }
+    for (; x + lanes() <= depth_m.size(); x += lanes())
+        store_bytes(Packer::whole(pack(hn::LoadU(Floats(), &depth_m[x]))), samples + x);
     std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {
         samples[x] = static_cast<std::uint8_t>(whole_sample(depth_m[x], scale));
@@ -160,13 +147,11 @@ struct PeceSamples {
 std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
-        const Four four(&depth_m[x]);
-        const PeceSamples of[4] = {PeceSamples(pack(four.value[0])), PeceSamples(pack(four.value[1])),
-                                   PeceSamples(pack(four.value[2])), PeceSamples(pack(four.value[3]))};
-        store_four([&](int k) { return of[k].luma; }, planes[0] + x);
-        store_four([&](int k) { return of[k].first; }, planes[1] + x);
-        store_four([&](int k) { return of[k].second; }, planes[2] + x);
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const PeceSamples of(pack(hn::LoadU(Floats(), &depth_m[x])));
+        store_bytes(of.luma, planes[0] + x);
+        store_bytes(of.first, planes[1] + x);
+        store_bytes(of.second, planes[2] + x);
     }
     std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {
@@ -178,36 +163,28 @@ std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::
     return too_near;
 }
 
-std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
-    const Ints i;
+/// Of the sums of two rows' samples, in pairs: the mean of four.
+void store_means(hn::Vec<Ints> sums, std::uint8_t* to) {
     const Narrow<std::uint16_t> narrow;
+    const hn::RepartitionToWide<Narrow<std::uint16_t>> pairs;
+    const auto pair = hn::BitCast(pairs, hn::DemoteTo(narrow, sums));
+    const auto four = hn::Add(hn::And(pair, hn::Set(pairs, 0xffff)), hn::ShiftRight<16>(pair));
+    const hn::Rebind<std::uint8_t, decltype(pairs)> bytes;
+    hn::StoreU(hn::U8FromU32(hn::ShiftRight<2>(hn::Add(four, hn::Set(pairs, 2)))), bytes, to);
+}
+
+std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
+    const Floats f;
     Packer pack(scale);
-    const std::size_t width = pair.upper_m.size();
+    // By value: bytes that are stored could be the pair itself.
+    const PecePair at = pair;
     std::size_t x = 0;
-    for (; x + 4 * lanes() <= width; x += 4 * lanes()) {
-        // Neighbours are in neighbouring registers: their waves' sum needs no shuffling.
-        hn::Vec<Ints> first[2] = {hn::Set(i, 2), hn::Set(i, 2)}, second[2] = {hn::Set(i, 2), hn::Set(i, 2)};
-        for (int row = 0; row < 2; ++row) {
-            const Four four((row == 0 ? pair.upper_m : pair.lower_m).data() + x);
-            hn::Vec<Ints> luma = hn::Zero(i);
-            const auto add = [&](const PeceSamples& of, int half) {
-                first[half] = hn::Add(first[half], of.first);
-                second[half] = hn::Add(second[half], of.second);
-                return of.luma;
-            };
-            const auto l0 = add(PeceSamples(pack(four.value[0])), 0), l1 = add(PeceSamples(pack(four.value[1])), 0);
-            const auto l2 = add(PeceSamples(pack(four.value[2])), 1), l3 = add(PeceSamples(pack(four.value[3])), 1);
-            luma = hn::Or(hn::Or(l0, hn::ShiftLeft<8>(l1)), hn::Or(hn::ShiftLeft<16>(l2), hn::ShiftLeft<24>(l3)));
-            const hn::Repartition<std::uint8_t, Ints> bytes;
-            hn::StoreU(hn::BitCast(bytes, luma), bytes, pair.luma[row] + x);
-        }
-        const auto store_means = [&](const hn::Vec<Ints>* sums, std::uint8_t* to) {
-            const auto two = hn::Or(hn::ShiftRight<2>(sums[0]), hn::ShiftLeft<8>(hn::ShiftRight<2>(sums[1])));
-            const hn::Repartition<std::uint8_t, Narrow<std::uint16_t>> bytes;
-            hn::StoreU(hn::BitCast(bytes, hn::DemoteTo(narrow, two)), bytes, to);
-        };
-        store_means(first, pair.waves[0] + x / 2);
-        store_means(second, pair.waves[1] + x / 2);
+    for (; x + lanes() <= at.upper_m.size(); x += lanes()) {
+        const PeceSamples upper(pack(hn::LoadU(f, &at.upper_m[x]))), lower(pack(hn::LoadU(f, &at.lower_m[x])));
+        store_bytes(upper.luma, at.luma[0] + x);
+        store_bytes(lower.luma, at.luma[1] + x);
+        store_means(hn::Add(upper.first, lower.first), at.waves[0] + x / 2);
+        store_means(hn::Add(upper.second, lower.second), at.waves[1] + x / 2);
     }
     return pack.count() + pece420_from(pair, scale, x);
 }
@@ -270,23 +247,18 @@ std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::u
     const Ints i;
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + 4 * lanes() <= depth_m.size(); x += 4 * lanes()) {
-        const Four four(&depth_m[x]);
-        hn::Vec<Ints> hue[4];
-        hn::Mask<Ints> kept[4];
-        for (int k = 0; k < 4; ++k) {
-            const Float depth = four.value[k];
-            hue[k] = Packer::whole(pack(depth));
-            kept[k] = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
-        }
-        const auto away_from = [&](int k, int middle) { return hn::Abs(hn::Sub(hue[k], hn::Set(i, middle))); };
-        const auto channel = [&](int k, hn::Vec<Ints> value) {
-            return hn::IfThenElseZero(kept[k], hn::Min(hn::Max(value, hn::Zero(i)), hn::Set(i, 255)));
+    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+        const Float depth = hn::LoadU(f, &depth_m[x]);
+        const auto hue = Packer::whole(pack(depth));
+        const auto kept = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
+        const auto away_from = [&](int middle) { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
+        const auto store = [&](hn::Vec<Ints> value, std::uint8_t* plane) {
+            const auto held = hn::Min(hn::Max(value, hn::Zero(i)), hn::Set(i, 255));
+            store_bytes(hn::IfThenElseZero(kept, held), plane + x);
         };
-        const auto less = [&](int k, int middle) { return channel(k, hn::Sub(hn::Set(i, 510), away_from(k, middle))); };
-        store_four([&](int k) { return less(k, 510); }, planes[0] + x);
-        store_four([&](int k) { return less(k, 1020); }, planes[1] + x);
-        store_four([&](int k) { return channel(k, hn::Sub(away_from(k, 765), hn::Set(i, 255))); }, planes[2] + x);
+        store(hn::Sub(hn::Set(i, 510), away_from(510)), planes[0]);
+        store(hn::Sub(hn::Set(i, 510), away_from(1020)), planes[1]);
+        store(hn::Sub(away_from(765), hn::Set(i, 255)), planes[2]);
     }
     std::int64_t too_near = pack.count();
     for (; x < depth_m.size(); ++x) {

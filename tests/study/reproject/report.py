@@ -133,6 +133,19 @@ def speed(result):
     return table(["figure", "ours, ms", "peer's time / ours", "peer"], rows)
 
 
+def depth_codes(found):
+    """Each depth code within its share of the colour's bits: what it costs and what the eye loses beside lossless depth."""
+    rows = []
+    for scene, result in found.items():
+        for system in result["systems"]:
+            encoded, loss = system["encoded"], {m: score["loss_db"]["right"] for m, score in system["scores"].items()}
+            crf = ", ".join("-" if record["crf"] is None else f"{record['crf']:g}" for record in encoded)
+            rows.append([scene, system["system"], encoded[0]["code"], system["codec"], crf,
+                         cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1),
+                         cell(loss["gather"]), cell(loss["mesh"])])
+    return table(["scene", "asked for", "code", "codec", "depth's CRF by seed", "% of the colour's bits", "dB lost, gather", "dB lost, mesh"], rows)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
