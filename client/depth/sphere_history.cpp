@@ -1,7 +1,6 @@
 #pragma GCC diagnostic ignored "-Wconversion"
 #include "sphere_history.h"
 
-#include <equistream/bound.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -10,9 +10,10 @@
 namespace equistream {
 
 struct RayDepthOptions {
-    /// Spheres are carried from the nearest one cast before (same camera and orientation) wherever that is within
-    /// `error_rad` by the bound (bound.h); depth edges, what they uncover, moving objects, rows next to the poles and
-    /// every 64th square of pixels are cast anew. Edges may be off by a pixel.
+    /// Spheres are carried from the nearest one cast before (same camera and orientation): a pixel whose triangle's
+    /// plane is known is met by its new ray again, exactly; where the planes around it do not agree within `error_rad`
+    /// by the bound (bound.h), at depth edges, in what they uncover, on moving objects, next to poles that see several
+    /// planes and in every 64th square of pixels rays are cast. Edges may be off by a pixel.
     bool reuse = false;
     double ipd_m = default_ipd_m;  ///< with the scene's lean: the head box
     double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);

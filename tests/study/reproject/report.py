@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/reproject.md, between its markers, from the JSON files of docs/results/reproject and nothing else.
+"""Writes the tables of docs/results/reproject.md and of reproject/depth_codes.md, between their markers, from the JSON files of
+docs/results/reproject and nothing else.
 
     report.py [--results FOLDER] [--page FILE]
 """
@@ -169,6 +170,11 @@ def main():
             page = place(page, "rungs", scene, rungs(result))
     options.page.write_text(page)
     print(options.page)
+    if codes := results.load("depth_codes", options.results):
+        codes_page = options.results / "depth_codes.md"
+        text = codes_page.read_text() if codes_page.exists() else "# Streamed depth\n"
+        codes_page.write_text(place(text, "depth-codes", "all", depth_codes(codes)))
+        print(codes_page)
 
 
 if __name__ == "__main__":
