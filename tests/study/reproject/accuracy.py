@@ -40,6 +40,7 @@ RUNGS = ("none", "spread", "pushpull", "small", "hidden", "patches", "geometry",
 # Which track for gaps comes along -> what fills them.
 CODED = {"none": "pushpull", "hidden": "hidden,pushpull", "patches": "patches,pushpull"}
 CRF = 16
+REPEAT = 3  # timings of depth, reprojection and fill
 
 
 class Accuracy:
@@ -50,7 +51,7 @@ class Accuracy:
         self.work = self.renders.work
         self.result = {
             "scene": scene,
-            "command": f"tests/study/reproject/accuracy.py --bin BIN --work WORK --spp {options.spp} {scene}",
+            "command": f"tests/study/reproject/accuracy.py --bin BIN --work WORK --spp {options.spp} --systems {options.systems} {scene}",
             "settings": {"frame": self.renders.frame, "spp": options.spp, "seeds": list(SEEDS), "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M,
                          "move_m": MOVE_M, "spheres": {name: sphere["size"] for name, sphere in SPHERES.items()}, "crf": CRF},
             "n": {"frames": 1, "seeds": len(SEEDS), "eyes": 2},
@@ -64,7 +65,7 @@ class Accuracy:
         place = ["--head", self.renders.moved_head()] if head == "moved" else []
         frames = [] if "--frames" in words else ["--frames", self.renders.frame]
         record = self.steps.run(f"play-{name}-{head}-{seed}", "play", source, "--scene", self.renders.scene, "--size", EYE, "--fov", 90,
-                                *place, *frames, *words, "--progress", "none", "--out", views)
+                                *place, *frames, *words, "--repeat", REPEAT, "--progress", "none", "--out", views)
         report = json.loads((self.work / views / "report.json").read_text())
         return views, {"command": record["command"], "milliseconds": report["milliseconds"], "notes": report["notes"],
                        "eyes": report["eyes"], "bytes": report["bytes"]["input"]}
