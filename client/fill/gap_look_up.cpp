@@ -55,15 +55,12 @@ public:
         keep_same_surface(around, agreement_.reach(std::sqrt(dot(d, d)) / inverse), x, y);
         if (!enough(around))
             return false;
-        Neighbourhood unmixed = around;
+        if (!task_.unmixed_only)
+            return true;
         for (int k = 0; k < 4; ++k)
             if (around.taps.weight[k] != 0 && is_mixed(around.taps.x[k], around.taps.y[k], around.places[k]))
-                unmixed.taps.weight[k] = 0;
-        if (enough(unmixed))
-            around = unmixed;
-        else if (task_.unmixed_only)
-            return false;
-        return true;
+                around.taps.weight[k] = 0;
+        return enough(around);
     }
 
     bool in_direction(int x, int y, Neighbourhood& around) const {
