@@ -1,4 +1,3 @@
-#pragma GCC diagnostic ignored "-Wconversion"
 #include <equistream_client/ray_depth.h>
 
 #include "ray_directions.h"
@@ -15,8 +14,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <span>
@@ -204,33 +201,9 @@ struct RayDepth::State {
         if (!carried)
             cast.set_all(1);
         ++frame;
-        if (getenv("CNT")) {
-            long m = 0, ref = 0, pol = 0;
-            int sq = 0;
-            for (int y = 0; y < camera.height; ++y)
-                for (int x = 0; x < camera.width; ++x) {
-                    bool r = is_refreshed(x / 4, y / 4, frame);
-                    bool c = cast.row(y)[x];
-                    m += c;
-                    ref += r && !c;
-                    double lat = (0.5 - (y + .5) / camera.height) * 3.14159265;
-                    if (std::cos(lat) < 0.1)
-                        pol += c;
-                }
-            for (int y = 0; y < camera.height; y += 4)
-                for (int x = 0; x < camera.width; x += 4) {
-                    bool a = false;
-                    for (int j = 0; j < 4; ++j)
-                        for (int i = 0; i < 4; ++i)
-                            a |= cast.row(y + j)[x + i];
-                    sq += a;
-                }
-            fprintf(stderr, "marked %.2f%% polar %.2f%% refresh %.2f%% squares touched %.2f%%\n", m / 18432.0,
-                    pol / 18432.0, ref / 18432.0, sq / 1152.0);
-        }
         cast_marked(camera, pose, *next, depth_m);
         if (carried)
-            next->fill_poles(depth_m);
+            next->fill_poles(cast, depth_m);
         next->finish(pose, mover_balls, depth_m);
         histories.push_back(std::move(next));
     }

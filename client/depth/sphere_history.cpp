@@ -1,6 +1,4 @@
-#pragma GCC diagnostic ignored "-Wconversion"
 #include "sphere_history.h"
-
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -8,8 +6,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -57,8 +53,8 @@ void mark_columns(std::uint8_t* row, int first, int last, const EquirectCamera& 
 
 SphereHistory::SphereHistory(const EquirectCamera& camera, const ReuseBound& bound, const SurfacePlanes& planes)
     : camera_(camera), bound_(bound), planes_(&planes), seen_(camera.width, camera.height),
-      cells_(camera.width, camera.height), tile_columns_((camera.width + tile_width - 1) / tile_width),
-      tile_rows_((camera.height + tile_height - 1) / tile_height),
+      cells_(camera.width, camera.height), tile_columns_((camera.width + carried_tile_width - 1) / carried_tile_width),
+      tile_rows_((camera.height + carried_tile_height - 1) / carried_tile_height),
       tiles_(std::size_t(tile_columns_) * std::size_t(tile_rows_), mixed), edges_(std::size_t(camera.height)) {
     for (int x = 0; x < camera.width + PlaneNumbers::margin; ++x) {
         const double longitude = camera.range.longitude_min + (x + 0.5) * camera.range.longitude_span() / camera.width;
@@ -137,8 +133,8 @@ std::int32_t SphereHistory::plane_still_seen(const SphereWarp& warp, int tile_co
     const std::int32_t plane = tile(tile_column, tile_row);
     if (plane <= SurfacePlanes::none)
         return mixed;
-    const int left = tile_column * tile_width, right = std::min(camera_.width, left + tile_width) - 1;
-    const int top = tile_row * tile_height, bottom = std::min(camera_.height, top + tile_height) - 1;
+    const int left = tile_column * carried_tile_width, right = std::min(camera_.width, left + carried_tile_width) - 1;
+    const int top = tile_row * carried_tile_height, bottom = std::min(camera_.height, top + carried_tile_height) - 1;
     float first_column = float(left), last_column = float(right), first_row = float(top), last_row = float(bottom);
     for (const int y : {top, bottom})
         for (const int x : {left, right}) {
@@ -150,7 +146,8 @@ std::int32_t SphereHistory::plane_still_seen(const SphereWarp& warp, int tile_co
             const float rows = -s * (warp.y_m * cos_p - sin_p * heading) * warp.rows_per_rad;
             // What the second order adds; a whole way is below the tile's next but one neighbour.
             const float spare = second_order * (std::abs(columns) + std::abs(rows)) + 1;
-            if (!(std::abs(columns) + spare < 2 * tile_width && std::abs(rows) + spare < 2 * tile_height))
+            if (!(std::abs(columns) + spare < 2 * carried_tile_width &&
+                  std::abs(rows) + spare < 2 * carried_tile_height))
                 return mixed;
             first_column = std::min(first_column, float(x) + columns - spare);
             last_column = std::max(last_column, float(x) + columns + spare);
@@ -161,25 +158,38 @@ std::int32_t SphereHistory::plane_still_seen(const SphereWarp& warp, int tile_co
         return mixed;
     if (!camera_.range.closes() && (first_column < 0 || last_column >= float(camera_.width - 1)))
         return mixed;
-    const auto tile_of = [](float pixel, int side) { return int(std::floor(pixel / float(side))); };
-    for (int j = tile_of(first_row, tile_height); j <= tile_of(last_row, tile_height); ++j)
-        for (int i = tile_of(first_column, tile_width); i <= tile_of(last_column, tile_width); ++i)
-            if (tile((i + tile_columns_) % tile_columns_, j) != plane)
-                return mixed;
-    return plane;
+    const int first = int(std::floor(first_column)), last = int(std::floor(last_column));
+    const int rows[] = {int(first_row) / carried_tile_height, int(last_row) / carried_tile_height};
+    const auto all_of_plane = [&](int from, int to) {
+        for (int j = rows[0]; j <= rows[1]; ++j)
+            for (int i = from / carried_tile_width; i <= to / carried_tile_width; ++i)
+                if (tile(i, j) != plane)
+                    return false;
+        return true;
+    };
+    // Round the seam by pixels: the last tile may be narrower than the others.
+    const int end = camera_.width;
+    if (last - first >= end)
+        return mixed;
+    bool same = all_of_plane(std::max(first, 0), std::min(last, end - 1));
+    if (first < 0)
+        same = same && all_of_plane(first + end, end - 1);
+    if (last >= end)
+        same = same && all_of_plane(0, last - end);
+    return same ? plane : mixed;
 }
 
 /// Where all rows next to a pole, and those that can come there, see one plane: it; else `mixed`.
 std::int32_t SphereHistory::cap_plane(const SphereWarp& warp, bool top) const {
-    constexpr int spare_rows = 2 * tile_height;
+    constexpr int spare_rows = 2 * carried_tile_height;
     const auto from_pole = [&](int i) { return top ? i : camera_.height - 1 - i; };
     int rows = 0;
     while (rows < camera_.height && is_polar(from_pole(rows)))
         ++rows;
     if (rows == 0 || rows + spare_rows >= camera_.height)
         return mixed;
-    const int first = std::min(from_pole(0), from_pole(rows + spare_rows)) / tile_height;
-    const int last = std::max(from_pole(0), from_pole(rows + spare_rows)) / tile_height;
+    const int first = std::min(from_pole(0), from_pole(rows + spare_rows)) / carried_tile_height;
+    const int last = std::max(from_pole(0), from_pole(rows + spare_rows)) / carried_tile_height;
     const std::int32_t plane = tile(0, first);
     if (plane <= SurfacePlanes::none)
         return mixed;
@@ -189,7 +199,7 @@ std::int32_t SphereHistory::cap_plane(const SphereWarp& warp, bool top) const {
                 return mixed;
     const float way_m = std::sqrt(warp.x_m * warp.x_m + warp.y_m * warp.y_m + warp.z_m * warp.z_m);
     for (const int y : {from_pole(0), from_pole(rows)})
-        for (int x = 0; x < camera_.width; x += tile_width)
+        for (int x = 0; x < camera_.width; x += carried_tile_width)
             if (!(met(warp, plane, x, y) * way_m * warp.rows_per_rad * (1 + second_order) <= spare_rows))
                 return mixed;
     return plane;
@@ -199,7 +209,7 @@ bool SphereHistory::mark_edges(const SphereWarp& warp, CastMask& cast) const {
     std::atomic<bool> all = false;
     by_rows(camera_.height, [&](int y) {
         const float sin_p = sin_latitude_[std::size_t(y)];
-        // Next to a pole all is cast; how far sideways edges there go does not matter.
+        // How far sideways an edge goes next to a pole does not matter: rows there are cast whole where one comes.
         const float cos_p = std::max(cos_latitude_[std::size_t(y)], least_cos_latitude);
         for (const Edge& edge : edges_[std::size_t(y)]) {
             const float sin_l = sin_longitude_[std::size_t(edge.x)], cos_l = cos_longitude_[std::size_t(edge.x)];
@@ -218,8 +228,11 @@ bool SphereHistory::mark_edges(const SphereWarp& warp, CastMask& cast) const {
             const int first_row = std::max(0, y + int(std::ceil(top - spare_px)));
             const int last_row = std::min(camera_.height - 1, y + 1 + int(std::floor(bottom + spare_px)));
             for (int row = first_row; row <= last_row; ++row)
-                mark_columns(cast.row(row), edge.x + int(std::ceil(left - spare_px)),
-                             edge.x + 1 + int(std::floor(right + spare_px)), camera_);
+                if (is_polar(row) && !is_polar(y))
+                    mark_columns(cast.row(row), 0, camera_.width - 1, camera_);
+                else
+                    mark_columns(cast.row(row), edge.x + int(std::ceil(left - spare_px)),
+                                 edge.x + 1 + int(std::floor(right + spare_px)), camera_);
         }
     });
     return !all;
@@ -254,25 +267,6 @@ bool SphereHistory::carry(const SphereHistory& last, const Pose& pose, std::span
     for (const std::span<const MoverBall> balls : {std::span<const MoverBall>(last.movers_), movers_now})
         for (const MoverBall& ball : balls)
             mark_ball(ball, pose, cast);
-    if (getenv("CNT")) {
-        long m = 0;
-        for (int y = 0; y < camera_.height; ++y)
-            for (int x = 0; x < camera_.width; ++x)
-                m += cast.row(y)[x];
-        size_t e = 0;
-        for (auto& v : last.edges_)
-            e += v.size();
-        fprintf(stderr, "edge cells %.2f%% -> marked %.2f%%; ", e / 18432.0, m / 18432.0);
-        int fl = 0, un = 0;
-        for (int t = 0; t < tile_rows_; ++t) {
-            for (int i = 0; i < tile_columns_; ++i)
-                fl += last.plane_still_seen(warp, i, t) != mixed;
-            for (int i = 0; i < tile_columns_; ++i)
-                un += last.tile(i, t) != mixed;
-        }
-        fprintf(stderr, "flat tiles %.1f%% uniform %.1f%% cap %d %d ", fl * 100.0 / (tile_rows_ * tile_columns_),
-                un * 100.0 / (tile_rows_ * tile_columns_), last.cap_plane(warp, true), last.cap_plane(warp, false));
-    }
     const std::int32_t caps[] = {last.cap_plane(warp, true), last.cap_plane(warp, false)};
     tbb::parallel_for(tbb::blocked_range<int>(0, tile_rows_), [&](const auto& range) {
         std::vector<float> distance_m(std::size_t(camera_.width + PlaneNumbers::margin));
@@ -280,14 +274,14 @@ bool SphereHistory::carry(const SphereHistory& last, const Pose& pose, std::span
         for (int tile_row = range.begin(); tile_row < range.end(); ++tile_row) {
             for (int i = 0; i < tile_columns_; ++i)
                 planes[std::size_t(i)] = last.plane_still_seen(warp, i, tile_row);
-            const int end = std::min(camera_.height, (tile_row + 1) * tile_height);
-            for (int y = tile_row * tile_height; y < end; ++y) {
+            const int end = std::min(camera_.height, (tile_row + 1) * carried_tile_height);
+            for (int y = tile_row * carried_tile_height; y < end; ++y) {
                 const SphereRow row = last.row_at(y);
                 const NewRow now{cast.row(y), distance_m.data(), seen_.row(y)};
                 const std::int32_t cap = caps[y < camera_.height / 2 ? 0 : 1];
                 if (is_polar(y) && cap == mixed) {
                     for (int x = 0; x < camera_.width; ++x)
-                        cast.row(y)[x] = x % polar_step == 0 || x == camera_.width - 1;
+                        cast.row(y)[x] |= std::uint8_t(x % polar_step == 0 || x == camera_.width - 1);
                     continue;
                 }
                 if (is_polar(y))
@@ -310,7 +304,7 @@ void SphereHistory::warp_tiles(const SphereWarp& warp, const SphereRow& row, con
         const std::int32_t plane = planes[std::size_t(from)];
         while (to < tile_columns_ && planes[std::size_t(to)] == plane)
             ++to;
-        const int first = from * tile_width, last = std::min(to * tile_width, camera_.width);
+        const int first = from * carried_tile_width, last = std::min(to * carried_tile_width, camera_.width);
         if (plane == mixed)
             warp_columns(warp, row, now, first, last);
         else
@@ -318,7 +312,7 @@ void SphereHistory::warp_tiles(const SphereWarp& warp, const SphereRow& row, con
     }
 }
 
-void SphereHistory::fill_poles(ImageView<float> depth_m) {
+void SphereHistory::fill_poles(CastMask& cast, ImageView<float> depth_m) {
     by_rows(camera_.height, [&](int y) {
         if (!is_polar(y) || !polar_cast_[y < camera_.height / 2 ? 0 : 1])
             return;
@@ -327,6 +321,8 @@ void SphereHistory::fill_poles(ImageView<float> depth_m) {
         for (int from = 0; from < camera_.width - 1; from += polar_step) {
             const int to = std::min(from + polar_step, camera_.width - 1);
             for (int x = from + 1; x < to; ++x) {
+                if (cast.row(y)[x] != 0)
+                    continue;
                 const int nearest = x - from < to - x ? from : to;
                 seen[x] = seen[nearest];
                 distance_m[x] = distance_m[nearest];
@@ -346,9 +342,9 @@ void SphereHistory::finish(const Pose& pose, std::span<const MoverBall> movers, 
         std::vector<int> columns;
         PlaneRow planes(camera_.width), planes_below(camera_.width);
         for (int tile_row = range.begin(); tile_row < range.end(); ++tile_row) {
-            const int top = tile_row * tile_height, end = std::min(camera_.height, top + tile_height);
+            const int top = tile_row * carried_tile_height, end = std::min(camera_.height, top + carried_tile_height);
             for (int i = 0; i < tile_columns_; ++i)
-                tile(i, tile_row) = seen_.row(top)[i * tile_width];
+                tile(i, tile_row) = seen_.row(top)[i * carried_tile_width];
             spread_planes(here, top, planes);
             for (int y = top; y < end; ++y) {
                 const int below = std::min(y + 1, camera_.height - 1);

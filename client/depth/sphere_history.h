@@ -69,8 +69,9 @@ public:
                ImageView<float> depth_m);
     /// A pixel was cast. Any number of threads, each its own pixels.
     void set_cast(int x, int y, std::int32_t plane) { seen_.row(y)[x] = plane; }
-    /// After what `carry` left was cast: pixels of rows next to the poles, slivers of which only some are cast.
-    void fill_poles(ImageView<float> depth_m);
+    /// After what `carry` left was cast: pixels of rows next to the poles, slivers of which one column in four is cast;
+    /// those between are as their nearest neighbour.
+    void fill_poles(CastMask& cast, ImageView<float> depth_m);
     /// All pixels are there: ready to be carried on.
     void finish(const Pose& pose, std::span<const MoverBall> movers, ImageView<const float> depth_m);
 

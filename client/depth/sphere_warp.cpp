@@ -336,7 +336,7 @@ void FindEdges(const SphereWarp& here, const RowPair& rows, std::uint8_t* cells,
     const hn::Rebind<std::uint8_t, D> d8;
     const std::int32_t *upper = here.seen->row(rows.row.y), *lower = here.seen->row(rows.below.y);
     for (int x = 0; x < here.width; x += int(hn::Lanes(d))) {
-        std::int32_t& tile = tiles[x / tile_width];
+        std::int32_t& tile = tiles[x / carried_tile_width];
         const std::array<VI, 4> number = {hn::LoadU(di, upper + x), hn::LoadU(di, upper + x + 1),
                                           hn::LoadU(di, lower + x), hn::LoadU(di, lower + x + 1)};
         const auto one =

@@ -43,7 +43,7 @@ private:
 using PlaneNumbers = PaddedPlane<std::int32_t>;
 
 /// Pixels are looked at in tiles of this size first.
-inline constexpr int tile_width = 16, tile_height = 8;
+inline constexpr int carried_tile_width = 16, carried_tile_height = 8;
 /// A tile that sees more than one plane.
 inline constexpr std::int32_t mixed = -1;
 
@@ -85,8 +85,8 @@ struct NewRow {
     std::int32_t* seen;
 };
 
-/// Columns from `first` to before `last`, found by looking where they were. `first` is a multiple of tile_width, and
-/// beyond `last` a register may be written.
+/// Columns from `first` to before `last`, found by looking where they were. `first` is a multiple of
+/// carried_tile_width, and beyond `last` a register may be written.
 void warp_columns(const SphereWarp& warp, const SphereRow& row, const NewRow& now, int first, int last);
 /// The same where all is known to see one plane.
 void fill_columns(const SphereWarp& warp, const SphereRow& row, const NewRow& now, int first, int last,

@@ -8,6 +8,7 @@ namespace equistream {
 
 namespace {
 
+/// Of placed triangles, each with a number and at most a plane of its own: 20 bytes each.
 constexpr std::size_t most_planes = std::size_t{1} << 25;
 
 /// Planes seen a little while ago, by where they lie: one mesh's coplanar triangles follow each other closely.
@@ -33,16 +34,11 @@ SurfacePlanes::SurfacePlanes(const SceneModel& model, std::span<const std::uint3
     std::vector<bool> moves(model.instances.size(), false);
     for (const std::uint32_t i : movers)
         moves[i] = true;
-    std::size_t triangles = 0;
-    for (const Instance& instance : model.instances)
-        triangles += model.meshes[instance.mesh].triangles.size();
-    planes_.reserve(triangles);
     for (std::size_t i = 0; i < model.instances.size(); ++i) {
         const Mesh& mesh = model.meshes[model.instances[i].mesh];
-        first_.push_back(planes_.size());
-        if (moves[i] || values_.size() / 4 + mesh.triangles.size() > most_planes)
-            planes_.resize(planes_.size() + mesh.triangles.size(), none);
-        else
+        const bool fits = planes_.size() + mesh.triangles.size() <= most_planes;
+        first_.push_back(moves[i] || !fits ? no_planes : planes_.size());
+        if (first_.back() != no_planes)
             add(mesh, glm::dmat4(model.instances[i].world_from_object));
     }
 }

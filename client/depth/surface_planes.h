@@ -21,15 +21,20 @@ public:
 
     /// Of a hit, or of a miss.
     std::int32_t of(const HitId& hit) const {
-        return hit.instance == no_index ? sky : planes_[first_[hit.instance] + hit.triangle];
+        if (hit.instance == no_index)
+            return sky;
+        const std::size_t first = first_[hit.instance];
+        return first == no_planes ? none : planes_[first + hit.triangle];
     }
     /// Normal and distance from the world's origin along it, four floats a plane; `sky` is at infinity.
     const float* values() const { return values_.data(); }
 
 private:
+    static constexpr std::size_t no_planes = ~std::size_t{0};
+
     void add(const Mesh& mesh, const glm::dmat4& world_from_object);
 
-    std::vector<std::size_t> first_;    ///< by instance: of its triangles in planes_
+    std::vector<std::size_t> first_;    ///< by instance: of its triangles in planes_, or no_planes
     std::vector<std::int32_t> planes_;  ///< by placed triangle
     std::vector<float> values_;
 };

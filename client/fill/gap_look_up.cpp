@@ -175,7 +175,7 @@ template <typename Lookup>
 class Mirrors {
 public:
     Mirrors(const Lookup& lookup, const SourceView& view, const GapLookUp& task)
-        : view_(view), grid_(view), samples_(grid_, lookup, task),
+        : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps}, samples_(grid_, lookup, task_),
           tolerance_(float(std::sin(error_budget_rad(task.eye.camera.focal_px())))) {}
 
     /// Whether samples taken from some place have what the eye sees at a pixel, which may be an image. That lies as far
@@ -198,6 +198,7 @@ public:
 private:
     const SourceView& view_;
     PictureGrid grid_;
+    GapLookUp task_;  ///< where mirrors are any sample tells, of mixed colour too
     PointSamples<PictureGrid, Lookup> samples_;
     float tolerance_;
 };

@@ -57,6 +57,10 @@ FrameFill::FrameFill(const std::string& rungs, const SceneDescription* scene)
 
 FrameFill::~FrameFill() = default;
 
+bool FrameFill::wants_depth_of_small() const {
+    return has_rung(ladder_, "small");
+}
+
 bool FrameFill::wants_depth() const {
     return std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
 }

@@ -30,8 +30,8 @@ bool leaves_head_box(const PlayedEye& eye, const FrameInfo& source) {
 }
 
 /// What the depth in use may be off by, in w: nothing where it is cast or the renderer's own.
-double depth_tolerance_w(const Settings& settings, const FrameInfo& source) {
-    if (settings.depth != "stream" || !source.depth_code)
+double depth_tolerance_w(bool streamed, const FrameInfo& source) {
+    if (!streamed || !source.depth_code)
         return 0;
     return std::sin(quantisation_bound_rad(*make_depth_code(source.depth_code->code), source.depth_code->range));
 }
@@ -127,6 +127,10 @@ void FramePlayer::use(const Plan& plan) {
     engine_ = make_engine(plan.method, {.mesh_share = plan.mesh_share});
     use_fill(plan.fill);
     offers_depth_ = plan.depth == "stream";
+}
+
+bool FramePlayer::takes_streamed_depth() const {
+    return settings_.method == "auto" ? exact_ != nullptr && offers_depth_ : settings_.depth == "stream";
 }
 
 void FramePlayer::use_fill(const std::string& rungs) {
@@ -271,7 +275,7 @@ SourceDepths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& p
     const bool small_has_depth =
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
-    if (small_has_depth && fill_->wants_depth())
+    if (small_has_depth && fill_->wants_depth_of_small())
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
     return depths;
 }
@@ -306,7 +310,7 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     for (auto [eye, figures] :
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
         estimate_reliability(source, eye->view(), eye->picture,
-                             {.depth_tolerance_w = depth_tolerance_w(settings_, frame.main.info),
+                             {.depth_tolerance_w = depth_tolerance_w(takes_streamed_depth(), frame.main.info),
                               .specular_reworked = true});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));

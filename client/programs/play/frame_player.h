@@ -56,6 +56,8 @@ private:
     void choose_method(Report& report);
     void use(const Plan& plan);
     void use_fill(const std::string& rungs);
+    /// Whether depth is what came with the stream, coded.
+    bool takes_streamed_depth() const;
     void make_depth_source(Report& report);
     void check_scene(const FrameInfo& first, Report& report) const;
     void check_exact_depth(const ReceivedFrame& first);

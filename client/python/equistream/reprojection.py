@@ -69,7 +69,7 @@ class EyePicture:
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
-        """The colours alone: what `equistream play` writes into a PNG, bit for bit."""
+        """The colours alone: what `equistream play` writes into a PNG, bit for bit; play looks mirrors and glass up anew where a picture brings their planes."""
         return np.ascontiguousarray(self.rgba[:, :, :3])
 
     def __repr__(self) -> str:
@@ -172,14 +172,17 @@ class Reprojector:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
-        used, for exactly the views they belong to. `small` is a second picture that fills gaps (a FeedFrame brings its own, and its
-        second layer and patches). `earlier` are main pictures of frames before, newest first, with their depth.
+        used, for exactly the views they belong to. `small` is a second picture for the rung of that name (a FeedFrame brings its own, and
+        its second layer and patches). `earlier` are main pictures of frames before, newest first, with their depth.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is half a step of the depth's code.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
         frame = source if isinstance(source, FeedFrame) else None
-        if frame is not None and small is None:
+        fills_from_small = "small" in self.fill.split(",")
+        if small is not None and not fills_from_small:
+            raise InputError(f"small: expected a fill ladder with the rung 'small' for it, found '{self.fill}'")
+        if frame is not None and fills_from_small and small is None:
             small = frame.small
         main = _view(frame.main if frame is not None else source, "source")
         second = None if small is None else _view(small, "small")

@@ -65,6 +65,18 @@ Extent extent_of_some(const DepthTrack& track, const std::vector<std::int64_t>& 
     return extent;
 }
 
+/// A hidden layer is islands in a void, whose outlines cost more bits than all that is in them. Where it holds nothing
+/// it gets main's own depth: no gap of main's shows that surface, so nothing is ever taken from there.
+void close(FloatImage& hidden_m, const FloatImage& main_m) {
+    if (hidden_m.samples().size() == main_m.samples().size())
+        std::ranges::transform(hidden_m.samples(), main_m.samples(), hidden_m.samples().begin(),
+                               [](float behind, float first) { return std::isnan(behind) ? first : behind; });
+}
+
+bool has_depth(const SourceTrack& track, std::int64_t index) {
+    return read_exr(track.folder / frame_file_name(index)).planes.contains("depth");
+}
+
 /// In place of a mask of 0 and 1 and distances: distances where there is a mirror or glass, NaN elsewhere.
 void leave_images_only(const FloatImage& specular, FloatImage& image_m) {
     std::ranges::transform(specular.samples(), image_m.samples(), image_m.samples().begin(),
@@ -111,6 +123,8 @@ FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::f
     if (track.role == TrackRole::patches_depth)
         std::ranges::replace_if(
             distances_m.samples(), [](float r) { return std::isnan(r); }, std::numeric_limits<float>::infinity());
+    if (!track.main_folder.empty())
+        close(distances_m, read_exr(track.main_folder / file.filename(), {"depth"}).planes.at("depth"));
     return distances_m;
 }
 
@@ -156,6 +170,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
                                                 extent_of_some(track, sources.frames, settings.gop).nearest_m,
                                                 default_focal_length_px)
                                : make_depth_code(request.code)->id();
+        if (*role == TrackRole::hidden_depth && track.code != DepthCodeId::lossless &&
+            has_depth(sources.tracks.front(), sources.frames.front()))
+            track.main_folder = sources.tracks.front().folder;
         plan.tracks.push_back(std::move(track));
     }
     if (request.images)

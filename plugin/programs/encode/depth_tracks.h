@@ -25,6 +25,8 @@ struct DepthTrack {
     double box_radius_m = 0;  ///< of the ball that eyes stay in around any of the picture's origins
     DepthCodeId code = DepthCodeId::w10;
     std::optional<double> crf;
+    /// Of a hidden layer: main's frames, whose depth it gets where it holds nothing. Empty: it stays as it is.
+    std::filesystem::path main_folder{};
 };
 
 /// Ranges of one depth track: the same throughout a group of pictures, as near as its nearest surface.

@@ -1,7 +1,5 @@
 #include "encode_sequence.h"
 
-#include "layer_extension.h"
-
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
@@ -61,11 +59,6 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPl
                                                [](float value) { return !std::isfinite(value); });
     picture.rgb = quantise_8bit(display.to_display(colour->second.view(), frame.info.exposure).view());
     picture.display_ms = milliseconds_since(start);
-    if (track.role == TrackRole::hidden)
-        for (auto& [distances, distances_m] : picture.distances_m) {
-            extend_colour(picture.rgb, distances_m.view());
-            extend_depth(distances_m, distances->box_radius_m);
-        }
     return picture;
 }
 

@@ -9,8 +9,7 @@
 
 namespace equistream {
 
-/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear: 12 above the stream's CRF
-/// loses 0.1 to 0.2 dB in the gaps for a fifth of the bits (docs/results/reproject.md). The small view is coarse
+/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear. The small view is coarse
 /// already.
 inline double default_fill_crf(TrackRole role, int crf) {
     return role == TrackRole::small ? crf : std::min(crf + 12, 51);

@@ -70,6 +70,36 @@ TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalk) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, DepthReuseTest, testing::Values("pavilion", "motion"));
 
+/// The last tiles of a row may be narrower than the others: the seam closes by pixels.
+TEST(DepthReuse, AnyWidthClosesAtTheSeam) {
+    const ScratchFolder folder("depth-reuse");
+    const SceneDescription scene = load_scene(write_scene(make_scene(find_generator("pavilion")), folder.path()));
+    RayDepth plain(scene);
+    const double box_m = head_box_radius_centre(scene.lean_m, default_ipd_m), error = RayDepthOptions{}.error_rad;
+    // Part of the pixels next to the seam that are beyond the bound.
+    const auto beyond_at_seam = [&](const EquirectCamera& camera) {
+        RayDepth carrying(scene, {.reuse = true});
+        FloatImage cast(camera.width, camera.height, 1), carried(camera.width, camera.height, 1);
+        std::int64_t beyond = 0, pixels = 0;
+        for (int frame = 0; frame < 8; ++frame) {
+            const Pose pose{scene.camera_path.at(0).position_m + double(frame) * glm::dvec3(0.03, 0, -0.04),
+                            {1, 0, 0, 0}};
+            plain.cast(camera, pose, cast.view());
+            carrying.cast(camera, pose, carried.view());
+            for (int y = 0; y < camera.height; ++y)
+                for (int i = -16; i < 16; ++i, ++pixels) {
+                    const int x = (i + camera.width) % camera.width;
+                    beyond += std::abs(bounded_inverse_depth(double(carried.pixel(x, y)[0]), box_m) -
+                                       bounded_inverse_depth(double(cast.pixel(x, y)[0]), box_m)) > error;
+                }
+        }
+        return double(beyond) / double(pixels);
+    };
+    const double whole_tiles = beyond_at_seam({640, 320, {}});
+    for (const int width : {634, 642, 650})
+        EXPECT_LE(beyond_at_seam({width, width / 2, {}}), 1.2 * whole_tiles) << width;
+}
+
 struct Walk {
     const char* scene;
     glm::dvec3 step_m;  ///< a frame

@@ -121,11 +121,36 @@ TEST_F(Programs, HiddenLayersAreSentWithTheirDepthThatOfMainOnlyWhenAsked) {
         if (picture.role != TrackRole::hidden_depth)
             continue;
         ++depths;
-        // Where the layer holds nothing its depth is carried on: nothing of an outline is coded.
-        EXPECT_NEAR(*picture.depth_m.pixel(4, 4), 2.0, 0.05);
+        EXPECT_TRUE(std::isnan(*picture.depth_m.pixel(4, 4)));
         EXPECT_NEAR(*picture.depth_m.pixel(4, 30), 2.0, 0.05);
     }
     EXPECT_EQ(depths, 2);
+}
+
+TEST_F(Programs, WhereAHiddenLayerHoldsNothingItsDepthIsThatOfMain) {
+    render("r/centre", 64, 64, 0, 0);
+    fs::create_directories(folder / "r/hidden");
+    Frame frame = read_exr(folder / "r/centre" / frame_file_name(0));
+    FloatImage& depth_m = frame.planes.emplace("depth", FloatImage(64, 64, 1, 1.5f)).first->second;
+    write_exr(folder / "r/centre" / frame_file_name(0), frame);
+    std::ranges::fill(depth_m.samples(), std::nanf(""));
+    for (int y = 20; y < 40; ++y)
+        std::fill_n(depth_m.pixel(0, y), 8, 2.0f);
+    write_exr(folder / "r/hidden" / frame_file_name(0), frame);
+    const auto depth_at = [&](const std::string& file, int x, int y) {
+        StreamReader reader(path(file));
+        for (const DecodedPicture& picture : synthetic::read_all(reader))
+            if (picture.role == TrackRole::hidden_depth)
+                return *picture.depth_m.pixel(x, y);
+        return 0.0f;
+    };
+    ASSERT_EQ(run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'").status, 0);
+    EXPECT_NEAR(depth_at("a.mkv", 4, 30), 2.0, 0.05);
+    EXPECT_NEAR(depth_at("a.mkv", 40, 4), 1.5, 0.05);
+    const std::string lossless = " --depth lossless --preset ultrafast --out '" + path("b.mkv") + "'";
+    ASSERT_EQ(run("encode '" + path("r") + "'" + lossless).status, 0);
+    EXPECT_EQ(depth_at("b.mkv", 4, 30), 2.0f);
+    EXPECT_TRUE(std::isnan(depth_at("b.mkv", 40, 4)));
 }
 
 TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
