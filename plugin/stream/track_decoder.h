@@ -36,7 +36,6 @@ public:
     std::optional<double> next_time_s() const;
     /// The next picture that is ready, given as `options` ask.
     std::optional<DecodedPicture> take(const StreamReadOptions& options);
-    /// Known to hold depth: its pictures need not be decoded where nobody wants them.
     /// What it holds, once a picture of ours has said so.
     std::optional<TrackRole> known_role() const { return tally_.ours ? std::optional(tally_.role) : std::nullopt; }
     /// Nobody wants this track: what is left of it is not missing.

@@ -130,6 +130,9 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
                           {"width", track.settings.width},
                           {"height", track.settings.height},
                           {"bytes", track.bytes},
+                          {"crf", track.settings.depth_code == DepthCodeId::lossless
+                                      ? nlohmann::json()
+                                      : nlohmann::json(track.settings.crf.value_or(report.settings.crf))},
                           {"bytes_per_frame", static_cast<double>(track.bytes) / count},
                           {"megabits_per_second", megabits_per_second(track, report)}});
         if (track.settings.depth_code)

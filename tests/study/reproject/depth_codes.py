@@ -45,7 +45,8 @@ class DepthCodes:
         self.work = self.renders.work
         self.result = {
             "scene": scene,
-            "command": f"tests/study/reproject/depth_codes.py --bin BIN --work WORK --spp {options.spp} --share {options.share} {scene}",
+            "command": f"tests/study/reproject/depth_codes.py --bin BIN --work WORK --spp {options.spp} --share {options.share} "
+                       f"--systems {options.systems} {scene}",
             "settings": {"frame": self.renders.frame, "spp": options.spp, "seeds": list(SEEDS), "source": options.source,
                          "sphere": SPHERES[options.source]["size"], "eye_size": EYE, "fov_deg": 90, "lean_m": LEAN_M, "crf": CRF,
                          "preset": "medium", "share": options.share, "fill": "pushpull"},
@@ -59,7 +60,7 @@ class DepthCodes:
         (self.work / "streams").mkdir(exist_ok=True)
         quality = ["--depth-crf", crf] if crf is not None else ["--depth-share", self.options.share]
         record = self.steps.run(f"encode-depth-{name}-{seed}", "encode", f"renders/{self.options.source}-{seed}", "--out", stream, "--crf", CRF,
-                                "--codec", codec, "--fill", "none", "--depth", code, *quality, "--json", "--progress", "none")
+                                "--codec", codec, "--frames", self.renders.frame, "--fill", "none", "--depth", code, *quality, "--json", "--progress", "none")
         tracks = {t["name"]: t for t in json.loads(self.steps.output_of(f"encode-depth-{name}-{seed}"))["tracks"]}
         return stream, {"command": record["command"], "colour_bytes": tracks["main"]["bytes"], "depth_bytes": tracks["depth"]["bytes"],
                         "share": tracks["depth"]["bytes"] / tracks["main"]["bytes"], **tracks["depth"]["depth_code"]}

@@ -76,7 +76,7 @@ def rungs(result):
         filled = ", ".join(f"{rung} {100 * count / gaps:.1f}" for rung, count in counts.items() if count)
         rows.append([HEAD_NAMES[entry["head"]], entry["fill"], eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error),
                      f"{100 * gaps / pixels:.2f}", filled or "-"])
-    return table(["head", "fill", "noise-free dB, left / right", "in gaps, left / right", "gaps, % of pixels", "filled by, % of gaps"], rows)
+    return table(["head", "fill", "noise-free dB, left / right", "in gaps, left / right", "gaps, % of the pixels of all frames played", "filled by, % of gaps"], rows)
 
 
 def shift(found):
@@ -106,9 +106,9 @@ def model(found):
         exact = result["scene_geometry"]["eyes"]
         for entry in result["models"]:
             made, eyes = entry["model"], entry["noise_free"]["eyes"]
-            lost = [exact[eye]["noise_free"]["display"]["db"] - eyes[eye]["noise_free"]["display"]["db"] for eye in results.EYES]
+            pairs = [(exact[eye]["noise_free"]["display"]["db"], eyes[eye]["noise_free"]["display"]["db"]) for eye in results.EYES]
             before, after = made["triangles"]["before"], made["triangles"]["after"]
-            rows.append([scene, f"{made['error_px']:g}", f"{after:,} of {before:,}", cell(100 * after / before, 1), " / ".join(f"{db:+.3f}" for db in lost)])
+            rows.append([scene, f"{made['error_px']:g}", f"{after:,} of {before:,}", cell(100 * after / before, 1), " / ".join("-" if None in pair else f"{pair[0] - pair[1]:+.3f}" for pair in pairs)])
     return table(["scene", "e, pixels", "triangles", "kept, %", "dB lost, left / right"], rows)
 
 

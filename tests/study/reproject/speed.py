@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from renders import REPOSITORY  # noqa: E402
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
-FIGURES = "rotate|two_eyes|fill_1080p|play|depth_|reliability|surface"
+FIGURES = "rotate|two_eyes|fill_1080p|play|depth_|reliability|surface|splat|mesh|gather"
 
 
 def main():
@@ -33,6 +33,9 @@ def main():
     for line in done.stdout.splitlines():
         name, value, unit, ratio, peer = line.split()
         figures.append({"name": name, unit: float(value), "ratio": None if ratio == "-" else float(ratio), "peer": peer})
+    peers_alone = sorted({figure["name"] for figure in figures if "/" in figure["name"]})
+    if peers_alone:
+        raise Failed(f"equistream_bench: expected ours beside every peer, found alone: {', '.join(peers_alone)}")
     notes = [line[2:] for line in done.stderr.splitlines() if line.startswith("# ")]
     result = {"command": f"./bench '{FIGURES}'", "notes": notes, "figures": figures, **made}
     write_whole(options.out, json.dumps(result, indent=1) + "\n")
