@@ -53,7 +53,7 @@ def draw_panel(axes, result, head):
     line = front(points)
     axes.step(*zip(*line), where="post", color="#aaaaaa", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_locator(LogLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(plain_number))
     axes.xaxis.set_minor_formatter(NullFormatter())
     ceiling = sum(result["ceiling"][head]["eyes"][eye]["psnr_db"] for eye in results.EYES) / 2
@@ -73,12 +73,12 @@ def main():
     for column, result in enumerate(found.values()):
         for row, head in enumerate(HEADS):
             draw_panel(panels[row][column], result, head)
-            panels[row][0].set_ylabel("noise-free error, dB: mean of the eyes, line from eye to eye")
+            panels[row][0].set_ylabel("noise-free dB, mean of the eyes")
         panels[-1][column].set_xlabel("client, ms a frame (both eyes)")
     first = next(iter(found.values()))
     settings = first["settings"]
     figure.suptitle(f"Accuracy against time: {settings['spheres']['centre']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, "
-                    f"uncoded, n = 1 frame x {first['n']['seeds']} seeds; {first['machine']['cpu']}, {first['machine']['cores']} cores. Dashed: the Pareto front.",
+                    f"uncoded, n = 1 frame x {first['n']['seeds']} seeds; {first['machine']['cpu']}, {first['machine']['cores']} cores. Line: from eye to eye. Dashed: the Pareto front.",
                     fontsize=10, x=0.005, ha="left")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncol=5, frameon=False, fontsize=9)
