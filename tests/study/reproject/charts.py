@@ -19,7 +19,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: 
 HEADS = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
 # Name -> colour, marker: ours are filled, what they are compared with is hollow.
 LOOKS = {"sphere": ("#7f8c8d", "o"), "lean": ("#7f8c8d", "s"), "mesh-plain": ("#b9770e", "D"), "paper": ("#c0392b", "^"), "splat": ("#8e44ad", "v"),
-         "gather": ("#2e86c1", "P"), "mesh": ("#16a085", "D"), "surface": ("#1e8449", "o"), "ours": ("#145a32", "*")}
+         "gather": ("#2e86c1", "P"), "mesh": ("#16a085", "D"), "surface": ("#1e8449", "o"), "ours": ("#145a32", "*"), "ours-left": ("#d4ac0d", "*")}
 HOLLOW = ("sphere", "lean", "mesh-plain", "paper")
 
 

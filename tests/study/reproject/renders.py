@@ -5,8 +5,8 @@
 
 One frame a scene, two seeds, equal samples everywhere. Truth: both eyes at 63 mm where the path's head is ("stereo"), and
 where it is 0.25 m aside ("moved"). Sources: a sphere at the head's centre with its hidden layer, patches and small right
-eye, where a leaf is before an eye for the frames before too; the paper's sphere at the left eye with its small right eye; a
-sphere of twice the width at the centre. The head box of
+eye, where a leaf is before an eye for the frames before too; the paper's sphere at the left eye with its small right eye, and ours
+there with hidden layer and patches; a sphere of twice the width at the centre. The head box of
 the scene's description is widened to 0.25 m, so that the moved head stands on its surface. Interrupted runs go on.
 """
 
@@ -33,6 +33,7 @@ HEADS = ("stereo", "moved")
 SPHERES = {
     "centre": {"size": "1920x960", "options": ["--eye", "centre", "--small", "right", "--layers", "--patches"]},
     "left": {"size": "1920x960", "options": ["--eye", "left", "--small", "right"]},
+    "left-ours": {"size": "1920x960", "options": ["--eye", "left", "--layers", "--patches"]},
     "centre-3840": {"size": "3840x1920", "options": ["--eye", "centre"]},
 }
 
@@ -97,7 +98,7 @@ class SceneRenders:
     def sphere(self, name, seed):
         sphere = SPHERES[name]
         # Both seeds must be one system: mirrors and glass are reworked by their planes.
-        aovs = "all" if name == "centre" else "depth"
+        aovs = "all" if name in ("centre", "left-ours") else "depth"
         return self.render(name, seed, "--size", sphere["size"], "--aovs", aovs, *sphere["options"])
 
     def all(self, names):
@@ -124,7 +125,7 @@ def scene_parser(description, work=None):
 def main():
     parser = scene_parser(__doc__, work="folder for renders; not in the repository")
     parser.add_argument("--spp", type=int, default=16)
-    parser.add_argument("--only", default="truth,left,centre,centre-3840", help="truth and spheres, a comma-separated list")
+    parser.add_argument("--only", default="truth,left,left-ours,centre,centre-3840", help="truth and spheres, a comma-separated list")
     options = parser.parse_args()
     for scene in options.scenes:
         SceneRenders(options.work, options.bin, scene, options.spp).all(options.only.split(","))

@@ -10,9 +10,12 @@ EYES = ("left", "right")
 NAMES = {
     "sphere": "rotation only", "lean": "leaning without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
     "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
+    "ours-left": "ours, with the sphere at the left eye",
     "surface-3840": "surface, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
     "paper-coded": "the paper's method, coded", "ours-coded-none": "ours, coded, no track for gaps",
     "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
+    "ours-left-coded-none": "ours at the left eye, coded, no track for gaps", "ours-left-coded-hidden": "ours at the left eye, coded, hidden layer",
+    "ours-left-coded-patches": "ours at the left eye, coded, patches",
 }
 
 CODED = [name for name in NAMES if "-coded" in name]
