@@ -86,6 +86,8 @@ FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture&
 
 /// In the order in which they are best run.
 std::span<const std::string_view> fill_rung_names();
+/// The ladder that measured best (docs/results/reproject.md).
+inline constexpr const char* default_fill = "patches,hidden,earlier,pushpull";
 
 /// Rungs of a comma-separated list; "none" alone is an empty ladder. Throws InputError naming the accepted words.
 FillLadder make_fill_ladder(const std::string& list);

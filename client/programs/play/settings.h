@@ -1,6 +1,7 @@
 #pragma once
 /// What `equistream play` was asked to do.
 #include <equistream_cli/program.h>
+#include <equistream_client/fill.h>
 #include <equistream_scene/scene.h>
 
 #include <filesystem>
@@ -25,7 +26,7 @@ struct Settings {
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
     std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with
-    std::string fill = "patches,hidden,earlier,pushpull";
+    std::string fill = default_fill;
     bool reliability = false;
     Format format = Format::png;
     cli::FrameRange frames{0, std::numeric_limits<std::int64_t>::max()};

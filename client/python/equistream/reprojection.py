@@ -28,7 +28,7 @@ METHODS: tuple[str, ...] = tuple(_core.METHODS)
 FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
 """The rungs of the fill ladder, in the order in which they are best run."""
 
-DEFAULT_FILL = "patches,hidden,earlier,pushpull"
+DEFAULT_FILL: str = _core.DEFAULT_FILL
 """What `play` does unless told otherwise: of FILL_RUNGS those that measured best (docs/results/reproject.md)."""
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")

@@ -45,10 +45,6 @@ struct Extent {
     }
 };
 
-InputError no_depth(const std::filesystem::path& file) {
-    return InputError(expected_found(file.string(), "a depth plane to code (render with --aovs depth)", "none"));
-}
-
 FloatImage read_distances(const DepthTrack& track, std::int64_t index) {
     const std::filesystem::path file = track.source.folder / frame_file_name(index);
     Frame frame = read_exr(file, planes_of(track.role));
@@ -111,11 +107,6 @@ std::vector<std::string> planes_of(TrackRole role) {
 
 FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file) {
     const std::vector<std::string> planes = planes_of(track.role);
-    for (const std::string& plane : planes)
-        if (!frame.planes.contains(plane))
-            throw plane == "depth"
-                ? no_depth(file)
-                : InputError(expected_found(file.string(), "a plane " + plane + ", as other frames have", "none"));
     FloatImage distances_m = std::move(frame.planes.at(planes.back()));
     if (track.role == TrackRole::images)
         leave_images_only(frame.planes.at(planes.front()), distances_m);
@@ -154,13 +145,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
         if (!role || (source.role == TrackRole::main && !main_has_some))
             continue;
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
-        const Frame first = read_exr(file, {"depth"});
-        const FrameInfo& info = first.info;
-        if (!first.planes.contains("depth")) {
-            if (source.role != TrackRole::main)
-                continue;
-            throw no_depth(file);
-        }
+        const FrameInfo info = read_exr(file, {"depth"}).info;
         DepthTrack track{*role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),

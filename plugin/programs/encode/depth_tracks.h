@@ -65,8 +65,8 @@ struct DepthPlan {
 /// Planes of a rendered frame that a track of distances is made of.
 std::vector<std::string> planes_of(TrackRole role);
 /// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass. An
-/// image whose distance the renderer does not know counts as far away. Takes the planes out of `frame`, which was read
-/// from `file`; throws InputError where they are not there.
+/// image whose distance the renderer does not know counts as far away. Takes the planes of planes_of() out of `frame`,
+/// which was read from `file` with them.
 FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file);
 
 /// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its

@@ -379,7 +379,8 @@ def main():
             others = np.array([i for i, name in enumerate(samples.scenes) if name != scene])
             path_traced[scene] = {**checks.notes[scene], **checks.judge(samples.fit(others), index)}
     models = samples.fit(everything)
-    result = {"command": f"tests/study/reproject/fit_reliability.py --work WORK --pixels-per-shot {options.pixels_per_shot} --seed {options.seed}",
+    words = ["--work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
+    result = {"command": " ".join(["tests/study/reproject/fit_reliability.py", *words]),
               "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
               "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out,
               "path_traced": path_traced,

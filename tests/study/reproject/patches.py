@@ -31,9 +31,9 @@ def measure(options, scene):
             if any(result["command"] == command for result in results):
                 continue
             print(command, flush=True)
-            results.append({"command": command, **measured_json(options.bin / "equistream_gap_coverage", words, REPOSITORY)})
-            record = {"seed": SEED, "n": EYES, **provenance(options.bin, REPOSITORY), "results": results}
-            write_whole(file, json.dumps(record, indent=1) + "\n")
+            measured = measured_json(options.bin / "equistream_gap_coverage", words, REPOSITORY)
+            results.append({"command": command, **measured, **provenance(options.bin, REPOSITORY)})
+            write_whole(file, json.dumps({"seed": SEED, "n": EYES, "results": results}, indent=1) + "\n")
 
 
 def main():
