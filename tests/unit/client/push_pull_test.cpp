@@ -1,5 +1,6 @@
 #include "evidence.h"
 #include "fill_scene.h"
+#include "simd_targets.h"
 
 #include "fill/push_pull.h"
 
@@ -177,7 +178,12 @@ struct RandomPicture {
     }
 };
 
-TEST(PushPull, EqualsThePlainPyramid) {
+class PushPullOnEveryTarget : public ::testing::TestWithParam<std::int64_t> {};
+INSTANTIATE_TEST_SUITE_P(Fill, PushPullOnEveryTarget, ::testing::ValuesIn(targets_here()),
+                         [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
+
+TEST_P(PushPullOnEveryTarget, EqualsThePlainPyramid) {
+    const OnlyTarget only(GetParam());
     std::mt19937 random(7);
     PushPull pyramid;  // its memory goes from picture to picture
     for (const auto& [width, height] : {std::pair{131, 77}, {64, 64}, {7, 5}, {200, 9}, {1, 1}, {97, 130}}) {

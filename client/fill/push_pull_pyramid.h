@@ -1,0 +1,107 @@
+#pragma once
+/// The pyramid of the `pushpull` rung (push_pull.h says what it computes) as it lies in memory: 8x8 tiles of pixels
+/// near gaps with their own three levels, and dense levels above. Plain values and what finds them only; the loops are
+/// in push_pull_kernels.h.
+#include <equistream/depth_agreement.h>
+#include <equistream_client/view.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace equistream {
+
+/// w of a pixel, and e.
+struct SurfaceDepths {
+    ImageView<const float> known_m{};  ///< distances of coloured pixels; empty: all alike
+    ImageView<const float> gap_m{};    ///< of gap pixels; empty: all alike
+    float box_radius_m = 0;
+    float tolerance = 0;
+
+    float w_at(ImageView<const float> depth_m, int x, int y) const {
+        if (depth_m.data == nullptr)
+            return 0;
+        const float depth = depth_m.pixel(x, y)[0];
+        return depth > 0 ? box_radius_m / DepthAgreement{box_radius_m, tolerance}.reach(depth) : 0;
+    }
+};
+
+struct PullPyramid {
+    static constexpr int tile_levels = 3;
+    static constexpr int tile_side = 1 << tile_levels;
+
+    struct Layer {
+        float r = 0, g = 0, b = 0, w = 0;
+    };
+    /// Of some cells, a bit each: which have the layer, and which of these a colour.
+    struct Bits {
+        std::uint16_t present = 0, coloured = 0;
+        unsigned open() const { return present & ~unsigned(coloured); }
+    };
+    /// One level of some cells: layers far and near.
+    template <std::size_t Cells>
+    struct Square {
+        alignas(16) std::array<std::array<Layer, Cells>, 2> layer;  ///< meaningless where not present
+        std::array<Bits, 2> bits;
+    };
+    struct Tile {
+        int column = 0, row = 0;
+        Square<16> level1;
+        Square<4> level2;
+        Square<1> level3;
+    };
+    /// Levels above: dense, level 4 first.
+    struct Level {
+        int columns = 0, rows = 0;
+        std::vector<Square<1>> cells{};
+    };
+
+    /// A cell's layers wherever they lie; null for a cell that is not there.
+    struct Cell {
+        const Layer* far = nullptr;
+        const Layer* near = nullptr;
+        std::array<bool, 2> present{}, coloured{};
+    };
+    Cell cell(int level, int x, int y) const {
+        if (x < 0 || y < 0)
+            return {};
+        if (level > tile_levels) {
+            const Level& upper = upper_levels[std::size_t(level - tile_levels - 1)];
+            if (x >= upper.columns || y >= upper.rows)
+                return {};
+            return of(upper.cells[std::size_t(y) * upper.columns + x], 0);
+        }
+        const int shift = tile_levels - level;
+        const int column = x >> shift, row = y >> shift;
+        if (column >= tile_columns || row >= tile_rows)
+            return {};
+        const std::int32_t index = tile_of[std::size_t(row) * tile_columns + column];
+        if (index < 0)
+            return {};
+        const Tile& tile = tiles[std::size_t(index)];
+        const int mask = (1 << shift) - 1;
+        const int i = ((y & mask) << shift) + (x & mask);
+        return level == 1 ? of(tile.level1, i) : level == 2 ? of(tile.level2, i) : of(tile.level3, i);
+    }
+
+    SurfaceDepths depths;
+    EyePicture* picture = nullptr;
+    int tile_columns = 0, tile_rows = 0;
+    std::vector<std::int32_t> tile_of;  ///< -1: none
+    std::vector<Tile> tiles;
+    std::vector<std::int32_t> tiles_with_gaps;  ///< the others have no open layers
+    std::vector<Level> upper_levels;
+
+private:
+    template <std::size_t Cells>
+    static Cell of(const Square<Cells>& square, int i) {
+        const auto bit = [i](unsigned bits) { return (bits >> i & 1) != 0; };
+        return {&square.layer[0][std::size_t(i)],
+                &square.layer[1][std::size_t(i)],
+                {bit(square.bits[0].present), bit(square.bits[1].present)},
+                {bit(square.bits[0].coloured), bit(square.bits[1].coloured)}};
+    }
+};
+
+}  // namespace equistream
