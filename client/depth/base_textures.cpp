@@ -82,9 +82,13 @@ glm::vec3 BaseTextures::texel(const Texture& texture, const Level& level, int x,
     return {to_linear_[rgb[0]], to_linear_[rgb[1]], to_linear_[rgb[2]]};
 }
 
+void BaseTextures::decode(std::uint32_t texture) const {
+    std::call_once(chains_[texture].once, [&] { fill(texture); });
+}
+
 glm::vec3 BaseTextures::lookup(std::uint32_t texture, glm::vec2 uv, float footprint) const {
-    Chain& chain = chains_[texture];
-    std::call_once(chain.once, [&] { fill(texture); });
+    decode(texture);
+    const Chain& chain = chains_[texture];
     if (chain.levels.empty())
         return glm::vec3(1);
     const Level& finest = chain.levels.front();

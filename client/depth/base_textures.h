@@ -18,6 +18,8 @@ public:
     explicit BaseTextures(const SceneModel& model);
     ~BaseTextures();
 
+    /// Makes ready what `lookup` would make the first time. Any number of threads.
+    void decode(std::uint32_t texture) const;
     /// Linear colour at glTF texture coordinates, bilinear, from the level whose texels are about `footprint` wide (in
     /// texture coordinates). White where the image cannot be decoded. Any number of threads.
     glm::vec3 lookup(std::uint32_t texture, glm::vec2 uv, float footprint) const;

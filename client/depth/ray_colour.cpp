@@ -12,7 +12,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <future>
+#include <limits>
 #include <mutex>
+#include <vector>
 
 namespace equistream {
 
@@ -44,6 +47,8 @@ struct RayColour::State {
             if (!scene.moving.empty())
                 bvh.move(world_from_object);
         }
+        /// no_index where the surface has one colour.
+        std::uint32_t texture_of(const HitId& id) const;
         GeometryHit shade(const GeometryRay& ray, const HitId& id, float distance_m) const;
         Corners corners(const HitId& id) const;
     };
@@ -53,6 +58,15 @@ struct RayColour::State {
     bool moved = true;
     std::mutex mutex;
     std::unique_ptr<Loaded> loaded;
+    std::future<std::unique_ptr<Loaded>> loading;  ///< last, so that it ends before what it reads
+
+    /// What was hit, by ray.
+    struct Hits {
+        std::vector<HitId> ids;
+        std::vector<float> distances_m;  ///< +inf for a miss
+    };
+    void trace(std::span<const GeometryRay> rays, Hits& hits) const;
+    void decode_textures(const Hits& hits) const;
 };
 
 Corners RayColour::State::Loaded::corners(const HitId& id) const {
@@ -67,6 +81,13 @@ Corners RayColour::State::Loaded::corners(const HitId& id) const {
     return corners;
 }
 
+std::uint32_t RayColour::State::Loaded::texture_of(const HitId& id) const {
+    const Mesh& mesh = model.meshes[model.instances[id.instance].mesh];
+    if (mesh.uvs.empty())
+        return no_index;
+    return model.materials[mesh.material == no_index ? model.materials.size() - 1 : mesh.material].base_colour_texture;
+}
+
 GeometryHit RayColour::State::Loaded::shade(const GeometryRay& ray, const HitId& id, float distance_m) const {
     const Mesh& mesh = model.meshes[model.instances[id.instance].mesh];
     const Material& material = model.materials[mesh.material == no_index ? model.materials.size() - 1 : mesh.material];
@@ -78,7 +99,7 @@ GeometryHit RayColour::State::Loaded::shade(const GeometryRay& ray, const HitId&
     const float cosine = glm::dot(hit.normal, ray.direction);
     if (cosine > 0)
         hit.normal = -hit.normal;
-    if (material.base_colour_texture != no_index && !mesh.uvs.empty()) {
+    if (texture_of(id) != no_index) {
         const glm::vec2 a = c.uv[1] - c.uv[0], b = c.uv[2] - c.uv[0];
         const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, 1e-12f));
         const glm::vec2 uv = (1 - id.u - id.v) * c.uv[0] + id.u * c.uv[1] + id.v * c.uv[2];
@@ -102,35 +123,69 @@ void RayColour::set_time(double time_s) {
     state_->time_s = time_s;
 }
 
+void RayColour::start_loading() {
+    State& state = *state_;
+    state.loading =
+        std::async(std::launch::async, [&scene = state.scene] { return std::make_unique<State::Loaded>(scene); });
+}
+
+void RayColour::State::trace(std::span<const GeometryRay> rays, Hits& hits) const {
+    hits.ids.resize(rays.size());
+    hits.distances_m.assign(rays.size(), std::numeric_limits<float>::infinity());
+    const std::size_t packets = (rays.size() + packet_size - 1) / packet_size;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, packets, 16), [&](const auto& range) {
+        trace_thread_init();
+        for (std::size_t packet = range.begin(); packet < range.end(); ++packet) {
+            RayPacket trace;
+            const std::size_t first = packet * packet_size;
+            const std::size_t count = std::min(packet_size, rays.size() - first);
+            for (std::size_t lane = 0; lane < count; ++lane)
+                trace.start(lane, rays[first + lane].origin_m, rays[first + lane].direction);
+            loaded->bvh.intersect16(trace.valid.data(), trace.rays, true);
+            for (std::size_t lane = 0; lane < count; ++lane) {
+                const RTCHit hit = trace.hit(lane);
+                if (hit.geomID == RTC_INVALID_GEOMETRY_ID)
+                    continue;
+                hits.ids[first + lane] = loaded->bvh.resolve(hit);
+                hits.distances_m[first + lane] = trace.distance(lane);
+            }
+        }
+    });
+}
+
+/// Each by one thread and as many at once as there are threads: met one after the other while shading, every thread
+/// would wait for the one that decodes.
+void RayColour::State::decode_textures(const Hits& hits) const {
+    std::vector<std::uint8_t> met(loaded->model.textures.size());
+    for (std::size_t i = 0; i < hits.ids.size(); ++i)
+        if (std::isfinite(hits.distances_m[i]))
+            if (const std::uint32_t texture = loaded->texture_of(hits.ids[i]); texture != no_index)
+                met[texture] = 1;
+    tbb::parallel_for(std::size_t{0}, met.size(), [&](std::size_t texture) {
+        if (met[texture] != 0)
+            loaded->textures.decode(std::uint32_t(texture));
+    });
+}
+
 void RayColour::cast(std::span<const GeometryRay> rays, std::span<GeometryHit> hits) {
     assert(rays.size() == hits.size());
-    const std::scoped_lock lock(state_->mutex);
-    if (!state_->loaded)
-        state_->loaded = std::make_unique<State::Loaded>(state_->scene);
-    if (state_->moved)
-        state_->loaded->move(state_->scene, state_->time_s);
-    state_->moved = false;
-    const State::Loaded& loaded = *state_->loaded;
-    const std::size_t packets = (rays.size() + packet_size - 1) / packet_size;
+    State& state = *state_;
+    const std::scoped_lock lock(state.mutex);
+    if (!state.loaded)
+        state.loaded = state.loading.valid() ? state.loading.get() : std::make_unique<State::Loaded>(state.scene);
+    if (state.moved)
+        state.loaded->move(state.scene, state.time_s);
+    state.moved = false;
     // Isolated, so that no thread takes up other work that waits for this very lock.
     tbb::this_task_arena::isolate([&] {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, packets, 16), [&](const auto& range) {
-            trace_thread_init();
-            for (std::size_t packet = range.begin(); packet < range.end(); ++packet) {
-                RayPacket trace;
-                const std::size_t first = packet * packet_size;
-                const std::size_t count = std::min(packet_size, rays.size() - first);
-                for (std::size_t lane = 0; lane < count; ++lane)
-                    trace.start(lane, rays[first + lane].origin_m, rays[first + lane].direction);
-                loaded.bvh.intersect16(trace.valid.data(), trace.rays, true);
-                for (std::size_t lane = 0; lane < count; ++lane) {
-                    const RTCHit hit = trace.hit(lane);
-                    hits[first + lane] =
-                        hit.geomID == RTC_INVALID_GEOMETRY_ID
-                            ? GeometryHit{}
-                            : loaded.shade(rays[first + lane], loaded.bvh.resolve(hit), trace.distance(lane));
-                }
-            }
+        State::Hits found;
+        state.trace(rays, found);
+        state.decode_textures(found);
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rays.size(), 256), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                hits[i] = std::isfinite(found.distances_m[i])
+                              ? state.loaded->shade(rays[i], found.ids[i], found.distances_m[i])
+                              : GeometryHit{};
         });
     });
 }

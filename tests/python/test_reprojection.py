@@ -53,9 +53,11 @@ def test_equals_play_with_exact_depth(eyes, run, tmp_path):
     assert filled > by_earlier > 0
 
 
-def test_equals_play_of_a_stream(stream, run, tmp_path):
+@pytest.mark.parametrize("yuv", [False, True])
+def test_equals_play_of_a_stream(stream, run, tmp_path, yuv):
     run("play", stream, "--size", "96x64", "--fov", 80, "--out", tmp_path)
-    for frame in es.open_feed(stream):
+    for frame in es.open_feed(stream, yuv=yuv):
+        assert (frame.main.rgb is None) == yuv and (frame.main.yuv is None) != yuv
         for eye, pose in eye_poses(frame.main.info).items():
             view = es.reproject(frame, CAMERA, pose)
             np.testing.assert_array_equal(view.rgb, picture(tmp_path / eye / f"frame.{frame.main.info.index:04}.png"))
@@ -73,6 +75,31 @@ def test_depth_by_a_function_is_the_same(eyes):
     by_function, by_planes = (es.reproject(frame, CAMERA, pose, depth=d) for d in (depth, None))
     np.testing.assert_array_equal(by_function.rgb, by_planes.rgb)
     assert len(asked) == 2
+
+
+def test_planes_are_the_decoders_own_and_outlive_the_feed(stream):
+    luma, cb, cr = next(es.open_feed(stream, yuv=True)).main.yuv
+    assert luma.shape == (256, 512) and cb.shape == cr.shape == (128, 256) and not luma.flags.writeable
+    rgb = next(es.open_feed(stream)).main.rgb.astype(float)
+    # A mean colour is the same in both: chroma is a mean itself.
+    y = 16 + 219 / 255 * (rgb @ [0.2126, 0.7152, 0.0722])
+    assert abs(luma.mean() - y.mean()) < 0.5
+
+
+def test_layers_and_patches_may_be_planes(stream):
+    """A second layer from planes fills what its RGB fills, with the same colours."""
+    pictures = [next(es.open_feed(stream, yuv=yuv)).main for yuv in (False, True)]
+    depth = np.full((256, 512), 2.0, np.float32)
+    filled = []
+    for picture in pictures:
+        picture.depth_m = depth
+        hidden = es.FeedPicture(picture.info, picture.rgb, depth + 1, yuv=picture.yuv)
+        pose = es.Pose(picture.info.camera_pose.position_m + [0.05, 0, 0], picture.info.camera_pose.orientation)
+        eye_depth = np.full((64, 96), 3.0, np.float32)  # behind what the source saw: all of it is a gap
+        filled.append(es.Reprojector("surface", fill="hidden")(es.FeedFrame(picture, hidden=hidden), CAMERA, pose,
+                                                               depth=lambda c, p: eye_depth if c == CAMERA else depth))
+    assert filled[0].filled["hidden"] > 0
+    np.testing.assert_array_equal(filled[0].rgba, filled[1].rgba)
 
 
 def test_a_frame_is_a_source_too(eyes):

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace equistream::play {
 
@@ -51,8 +52,11 @@ SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m
 
 FrameFill::FrameFill(const std::string& rungs, const SceneDescription* scene)
     : ladder_(make_fill_ladder(rungs)), has_earlier_rung_(has_rung(ladder_, "earlier")) {
-    if (scene != nullptr && has_rung(ladder_, "geometry"))
-        geometry_ = std::make_unique<RayColour>(*scene);
+    if (scene == nullptr || !has_rung(ladder_, "geometry"))
+        return;
+    auto geometry = std::make_unique<RayColour>(*scene);
+    geometry->start_loading();  // while the first frame is decoded and its depth cast
+    geometry_ = std::move(geometry);
 }
 
 FrameFill::~FrameFill() = default;
@@ -104,12 +108,14 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
                          .geometry = geometry_.get()});
 }
 
-void FrameFill::remember(ReceivedFrame&& frame, SourceDepths&& depths) {
+void FrameFill::remember(ReceivedFrame&& frame, SourceDepths& depths) {
     if (!has_earlier_rung_ || depths.main.empty())
         return;
-    earlier_.push_front({std::move(frame.main), std::move(depths.main)});
-    if (earlier_.size() > kept_frames)
-        earlier_.pop_back();
+    earlier_.push_front({std::move(frame.main), std::exchange(depths.main, {})});
+    if (earlier_.size() <= kept_frames)
+        return;
+    depths.main = std::move(earlier_.back().depth_m);
+    earlier_.pop_back();
 }
 
 bool fill_wants_depth_of_feed(const Settings& settings) {

@@ -34,8 +34,9 @@ public:
     /// Takes what there is of a frame, borrowed until the next one.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }
-    /// Keeps a frame's main picture for the frames to come, where a rung asks for it.
-    void remember(ReceivedFrame&& frame, SourceDepths&& depths);
+    /// Keeps a frame's main picture for the frames to come, where a rung asks for it; `depths` gets the memory of those
+    /// that are kept no longer.
+    void remember(ReceivedFrame&& frame, SourceDepths& depths);
 
 private:
     struct Earlier {

@@ -10,6 +10,8 @@
 #include <equistream_client/ray_depth.h>
 #include <equistream_client/reliability.h>
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -25,8 +27,8 @@ double box_radius_m(const FrameInfo& info) {
 }
 
 /// Beyond rounding of poses that lie on the ball, as an eye at rest does.
-bool leaves_head_box(const PlayedEye& eye, const FrameInfo& source) {
-    return glm::distance(eye.info.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
+bool leaves_head_box(const FrameInfo& eye, const FrameInfo& source) {
+    return glm::distance(eye.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
 }
 
 /// What the depth in use may be off by, in w: nothing where it is cast or the renderer's own.
@@ -47,6 +49,14 @@ void require_tagged_size(const ReceivedPicture& picture, const std::string& sour
 /// Whose depth a method cannot do without once the eye moves.
 DepthNeeds needs_when_moved(const Engine& engine) {
     return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
+}
+
+/// Calls work(eye, figures) for both, side by side: what one thread does of an eye, another does of the other
+/// meanwhile.
+template <typename Work>
+void for_both_eyes(PlayedFrame& played, const Work& work) {
+    tbb::parallel_invoke([&] { work(played.left, played.figures.left); },
+                         [&] { work(played.right, played.figures.right); });
 }
 
 }  // namespace
@@ -101,7 +111,8 @@ void FramePlayer::settle(const ReceivedFrame& first, Report& report) {
     const int repeat = std::exchange(settings_.repeat, 3);
     const auto measure = [&](const Plan& plan) {
         use(plan);
-        const PlayedFrame played = play(first);
+        PlayedFrame played;
+        play(first, played);
         // The first round warms up; of the others the slower one counts.
         double ms = 0;
         for (const std::vector<double>& stage : played.figures.milliseconds)
@@ -202,9 +213,9 @@ void FramePlayer::check_scene(const FrameInfo& first, Report& report) const {
 void FramePlayer::check_exact_depth(const ReceivedFrame& first) {
     offer_exact_depth(first);
     for (const Eye eye : {Eye::left, Eye::right}) {
-        const PlayedEye view = eye_of(first, eye);
-        if (engine_->needs_depth(first.main.info.camera_pose, view.info.camera_pose).eye &&
-            !exact_->holds(view.info.camera, view.info.camera_pose))
+        const FrameInfo view = eye_info(first, eye);
+        if (engine_->needs_depth(first.main.info.camera_pose, view.camera_pose).eye &&
+            !exact_->holds(view.camera, view.camera_pose))
             throw InputError(expected_found("--depth exact",
                                             "--scene S, or a rendered depth plane of this very " +
                                                 std::string(eye == Eye::left ? "left" : "right") +
@@ -226,18 +237,17 @@ PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {
     return camera;
 }
 
-PlayedEye FramePlayer::eye_of(const ReceivedFrame& frame, Eye eye) const {
-    PlayedEye played;
-    played.info = frame.main.info;
-    played.info.camera = eye_camera(frame.main.info);
-    played.info.eye = eye;
-    played.info.lock = AxisLock::path;
+FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye) const {
+    FrameInfo info = frame.main.info;
+    info.camera = eye_camera(frame.main.info);
+    info.eye = eye;
+    info.lock = AxisLock::path;
     if (settings_.ipd_m)
-        played.info.ipd_m = *settings_.ipd_m;
+        info.ipd_m = *settings_.ipd_m;
     if (!head_path_.empty())
-        played.info.head = head_path_.at(played.info.time_s);
-    played.info.camera_pose = camera_pose(played.info.camera, played.info.head, eye, played.info.ipd_m, AxisLock::path);
-    return played;
+        info.head = head_path_.at(info.time_s);
+    info.camera_pose = camera_pose(info.camera, info.head, eye, info.ipd_m, AxisLock::path);
+    return info;
 }
 
 void FramePlayer::offer_exact_depth(const ReceivedFrame& frame) {
@@ -252,10 +262,10 @@ void FramePlayer::offer_exact_depth(const ReceivedFrame& frame) {
         offer(view);
 }
 
-SourceDepths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
-    SourceDepths depths;
+void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
+    SourceDepths depths = std::exchange(depths_, {});
     if (!depth_)
-        return depths;
+        return;
     const auto cast = [&](const Camera& camera, const Pose& pose, FloatImage& depth_m) {
         if (depth_m.width() != width_of(camera) || depth_m.height() != height_of(camera))
             depth_m = FloatImage(width_of(camera), height_of(camera), 1);
@@ -266,43 +276,46 @@ SourceDepths FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& p
         const DepthNeeds own = engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose);
         if (own.eye)
             cast(eye->info.camera, eye->info.camera_pose, eye->depth_m);
+        else
+            eye->depth_m = {};
         needs = {needs.source || own.source, needs.eye || own.eye};
     }
     if (!needs.any())
-        return depths;
-    if (needs.source)
+        return;
+    if (needs.source) {
         cast(frame.main.info.camera, frame.main.info.camera_pose, depths.main);
+        depths_.main = std::move(depths.main);
+    }
     const bool small_has_depth =
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
-    if (small_has_depth && fill_->wants_depth_of_small())
+    if (small_has_depth && fill_->wants_depth_of_small()) {
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
-    return depths;
+        depths_.small = std::move(depths.small);
+    }
 }
 
 void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played) {
     auto start = Clock::now();
     const SourceView source = source_view(frame.main, depths.main);
     engine_->set_source(source);
-    for (auto [eye, figures] :
-         {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
-        engine_->reproject(eye->view(), eye->picture);
-        *figures = {};
-        figures->specular = rework_specular(source, eye->view(), EngineOptions{}.error_budget_px, eye->picture);
-    }
+    for_both_eyes(played, [&](PlayedEye& eye, EyeFigures& figures) {
+        engine_->reproject(eye.view(), eye.picture);
+        figures = {};
+        figures.specular = rework_specular(source, eye.view(), EngineOptions{}.error_budget_px, eye.picture);
+    });
     played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(milliseconds_since(start));
 
-    for (auto [eye, figures] :
-         {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
-        eye->gaps = gap_mask(eye->picture);
-        figures->pixels = std::int64_t(eye->gaps.samples().size());
-        figures->gaps = eye->picture.count(PixelOrigin::gap);
-    }
+    for_both_eyes(played, [](PlayedEye& eye, EyeFigures& figures) {
+        find_gap_mask(eye.picture, eye.gaps);
+        figures.pixels = std::int64_t(eye.gaps.samples().size());
+        figures.gaps = eye.picture.count(PixelOrigin::gap);
+    });
 
     start = Clock::now();
     fill_->set_frame(frame, depths);
-    for (auto [eye, figures] : {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}})
-        figures->filled = fill_->fill(eye->view(), eye->picture);
+    for_both_eyes(played,
+                  [&](PlayedEye& eye, EyeFigures& figures) { figures.filled = fill_->fill(eye.view(), eye.picture); });
     played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
     if (!settings_.reliability)
         return;
@@ -318,16 +331,18 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     played.figures.milliseconds[std::size_t(Stage::reliability)].push_back(milliseconds_since(start));
 }
 
-PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
+void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
     require_tagged_size(frame.main, settings_.source);
     if (frame.small)
         require_tagged_size(*frame.small, settings_.source);
-    PlayedFrame played{eye_of(frame, Eye::left), eye_of(frame, Eye::right), {}};
+    played.left.info = eye_info(frame, Eye::left);
+    played.right.info = eye_info(frame, Eye::right);
+    played.figures = {};
     played.figures.index = frame.main.info.index;
     played.figures.time_s = frame.main.info.time_s;
     played.figures.has_small = frame.small.has_value();
-    played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left, frame.main.info) ||
-                                                      leaves_head_box(played.right, frame.main.info));
+    played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left.info, frame.main.info) ||
+                                                      leaves_head_box(played.right.info, frame.main.info));
     StageTimes& times = played.figures.milliseconds;
     double decode_ms = frame.main.decode_ms, convert_ms = frame.main.convert_ms;
     for (const auto* other : {&frame.small, &frame.hidden, &frame.patches})
@@ -343,16 +358,15 @@ PlayedFrame FramePlayer::play(const ReceivedFrame& frame) {
             depth_->set_time(frame.main.info.time_s);
         if (exact_ != nullptr && offers_depth_)
             offer_exact_depth(frame);
-        depths_ = cast_depths(frame, played);
+        cast_depths(frame, played);
         if (depth_)
             times[std::size_t(Stage::depth)].push_back(milliseconds_since(start));
         reproject_and_fill(frame, depths_, played);
     }
-    return played;
 }
 
 void FramePlayer::remember(ReceivedFrame&& frame) {
-    fill_->remember(std::move(frame), std::move(depths_));
+    fill_->remember(std::move(frame), depths_);
 }
 
 }  // namespace equistream::play

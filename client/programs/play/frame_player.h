@@ -48,7 +48,8 @@ public:
     void check(const ReceivedFrame& first, Report& report);
     /// For --method auto: finds on this frame what the budget allows, and says so in `report`. Before the first play.
     void settle(const ReceivedFrame& first, Report& report);
-    PlayedFrame play(const ReceivedFrame& frame);
+    /// `played` keeps its memory from the frame before.
+    void play(const ReceivedFrame& frame, PlayedFrame& played);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
 
@@ -61,10 +62,10 @@ private:
     void make_depth_source(Report& report);
     void check_scene(const FrameInfo& first, Report& report) const;
     void check_exact_depth(const ReceivedFrame& first);
-    PlayedEye eye_of(const ReceivedFrame& frame, Eye eye) const;
+    FrameInfo eye_info(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     void offer_exact_depth(const ReceivedFrame& frame);
-    SourceDepths cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
+    void cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
     Settings settings_;

@@ -111,8 +111,9 @@ public:
     }
 
     void all_frames() {
+        PlayedFrame played;
         for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = feed_->next()) {
-            PlayedFrame played = player_->play(*frame);
+            player_->play(*frame, played);
             const auto start = Clock::now();
             outputs_->write(played);
             played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};

@@ -123,12 +123,12 @@ std::unique_ptr<ViewWriter> make_view_writer(Format format, const fs::path& out,
     return std::make_unique<VideoViews>(out / (name + ".mp4"));
 }
 
-ByteImage gap_mask(const EyePicture& picture) {
-    ByteImage mask(picture.origin.width(), picture.origin.height(), 1);
+void find_gap_mask(const EyePicture& picture, ByteImage& mask) {
+    if (mask.width() != picture.origin.width() || mask.height() != picture.origin.height())
+        mask = ByteImage(picture.origin.width(), picture.origin.height(), 1);
     std::ranges::transform(picture.origin.samples(), mask.samples().begin(), [](std::uint8_t origin) {
         return origin == std::uint8_t(PixelOrigin::gap) ? std::uint8_t{255} : std::uint8_t{0};
     });
-    return mask;
 }
 
 void require_writable_folder(const fs::path& folder) {

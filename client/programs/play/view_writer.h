@@ -28,8 +28,8 @@ public:
 /// Writes OUT/NAME/frame.NNNN.png or .exr, or OUT/NAME.mp4. Creates the folder; throws InputError if it cannot.
 std::unique_ptr<ViewWriter> make_view_writer(Format format, const std::filesystem::path& out, const std::string& name);
 
-/// 255 where nobody has given the pixel a colour, else 0.
-ByteImage gap_mask(const EyePicture& picture);
+/// 255 where nobody has given the pixel a colour, else 0; `mask` keeps its memory where it has the picture's size.
+void find_gap_mask(const EyePicture& picture, ByteImage& mask);
 
 /// Makes sure that files can be made in a folder, creating it if need be; throws InputError naming it.
 void require_writable_folder(const std::filesystem::path& folder);

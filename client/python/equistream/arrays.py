@@ -63,6 +63,18 @@ def as_depth(value: Any, where: str, size: tuple[int, int]) -> NDArray[np.float3
     return depth
 
 
+def as_yuv(value: Any, where: str, size: tuple[int, int]) -> tuple[NDArray[np.uint8], ...]:
+    """Planes Y', Cb and Cr of a picture of this (width, height), both even; rows of neighbouring samples are not copied."""
+    planes = tuple(as_array(plane, where) for plane in value)
+    half = (size[0] // 2, size[1] // 2)
+    wanted = ((size[1], size[0]), (half[1], half[0]), (half[1], half[0]))
+    if size[0] % 2 or size[1] % 2 or tuple(plane.shape for plane in planes) != wanted:
+        raise InputError(f"{where}: expected three planes, {', '.join(map(shape_text, wanted))} numbers and their sides even, "
+                         f"found {', '.join(shape_text(plane.shape) for plane in planes)}")
+    planes = tuple(converted(plane, where, np.dtype(np.uint8)) for plane in planes)
+    return tuple(plane if plane.strides[1] == 1 else np.ascontiguousarray(plane) for plane in planes)
+
+
 def as_points(value: Any, where: str, numbers: int) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     """Points as rows of float64, and the shape that was given without its last axis."""
     array = as_array(value, where)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import DepthNeeds, FrameInfo, InputError, PerspectiveCamera, Pose
-from .arrays import as_depth, as_plane
+from .arrays import as_depth, as_plane, as_yuv
 from .cameras import Camera
 from .colour import to_display
 from .frames import Frame
@@ -82,16 +82,23 @@ class _View:
     """One picture as the engine takes it."""
 
     info: FrameInfo
-    rgb: NDArray[np.uint8]
+    colours: _core.Colours
     depth_m: Optional[NDArray[np.float32]]
     specular: Optional[NDArray[np.float32]] = None
 
     def core(self, with_depth: bool) -> _core.Source:
-        return _core.Source(self.rgb, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
+        return _core.Source(self.colours, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
                             self.info.box_radius_m, self.specular)
 
 
+def _colours(rgb: Any, yuv: Any, where: str, size: tuple[int, int]) -> _core.Colours:
+    if rgb is not None:
+        return _core.Colours(as_plane(rgb, f"{where}: rgb", np.uint8, 3, size), None)
+    return _core.Colours(None, as_yuv(yuv, f"{where}: yuv", size))
+
+
 def _view(picture: Any, where: str) -> _View:
+    yuv = getattr(picture, "yuv", None)
     if isinstance(picture, Frame):
         info = picture.info
         rgb: Any = to_display(picture["colour"], info.exposure) if "colour" in picture else None
@@ -104,29 +111,29 @@ def _view(picture: Any, where: str) -> _View:
         raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
     if info is None:
         raise InputError(f"{where}: expected a picture tagged with its pose, found one of ordinary video (open_feed takes it for a sphere)")
-    if rgb is None:
+    if rgb is None and yuv is None:
         raise InputError(f"{where}: expected a picture with colour, found none")
     size = (info.camera.width, info.camera.height)
-    return _View(info, as_plane(rgb, f"{where}: rgb", np.uint8, 3, size),
+    return _View(info, _colours(rgb, yuv, where, size),
                  None if depth is None else as_depth(depth, f"{where}: depth", size),
                  None if specular is None else as_plane(specular, f"{where}: specular", np.float32, 1, size))
 
 
 def _layer(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Source]:
     """A second layer, whose depth is NaN where there is none; nothing where it came without depth."""
-    if picture.rgb is None or picture.depth_m is None:
+    if (picture.rgb is None and picture.yuv is None) or picture.depth_m is None:
         return None
     size = (picture.info.camera.width, picture.info.camera.height)
-    return _core.Source(as_plane(picture.rgb, "hidden: rgb", np.uint8, 3, size), picture.info.camera, picture.info.camera_pose,
+    return _core.Source(_colours(picture.rgb, picture.yuv, "hidden", size), picture.info.camera, picture.info.camera_pose,
                         as_plane(picture.depth_m, "hidden: depth", np.float32, 1, size), box_radius_m)
 
 
 def _patches(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Patches]:
     """The atlas of a frame as rungs take it; nothing where it came without depth."""
-    if picture.rgb is None or picture.depth_m is None:
+    if (picture.rgb is None and picture.yuv is None) or picture.depth_m is None:
         return None
-    size = (picture.rgb.shape[1], picture.rgb.shape[0])
-    return _core.Patches(as_plane(picture.rgb, "patches: rgb", np.uint8, 3, size),
+    size = (picture.depth_m.shape[1], picture.depth_m.shape[0])
+    return _core.Patches(_colours(picture.rgb, picture.yuv, "patches", size),
                          as_plane(picture.depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)
 
 

@@ -91,6 +91,9 @@ class FeedPicture:
     depth_m: Optional[NDArray[np.float32]] = None
     specular: Optional[NDArray[np.float32]] = None
     virtual_depth_m: Optional[NDArray[np.float32]] = None
+    yuv: Optional[tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]] = None
+    """In place of `rgb`, where asked for: the decoder's own planes Y', Cb and Cr (BT.709, limited range, 4:2:0), not copied. A
+    Reprojector takes them as they are and makes of them the very picture that it makes of their RGB."""
 
     def __repr__(self) -> str:
         return f"FeedPicture({self.info!r}, depth: {'yes' if self.depth_m is not None else 'no'})"
@@ -119,15 +122,17 @@ class FeedFrame:
 class Feed:
     """Frames as a client receives them: of a stream (file or URL), or of a folder of rendered frames as if coded without loss.
 
-    `depth` reads depth too, and mirrors and glass: the renderer's (folders), or their tracks'. `first_frame` and `last_frame` choose by number; a folder starts there, a
+    `depth` reads depth too, and mirrors and glass: the renderer's (folders), or their tracks'. `yuv` leaves a stream's pictures in the
+    decoder's planes. `first_frame` and `last_frame` choose by number; a folder starts there, a
     stream decodes what comes before and leaves it out.
     """
 
-    def __init__(self, source: PathLike, *, depth: bool = False, first_frame: int = 0, last_frame: Optional[int] = None) -> None:
+    def __init__(self, source: PathLike, *, depth: bool = False, yuv: bool = False, first_frame: int = 0,
+                 last_frame: Optional[int] = None) -> None:
         if first_frame < 0 or (last_frame is not None and last_frame < first_frame):
             raise InputError(f"open_feed: expected frames from 0 on, the last not before the first, found {first_frame} to {last_frame}")
         self.source = os.fspath(source)
-        self._core = _core.Feed(self.source, depth, first_frame, 2**63 - 1 if last_frame is None else last_frame)
+        self._core = _core.Feed(self.source, depth, yuv, first_frame, 2**63 - 1 if last_frame is None else last_frame)
 
     @property
     def truncation(self) -> str:
@@ -149,6 +154,7 @@ class Feed:
         return f"Feed('{self.source}')"
 
 
-def open_feed(source: PathLike, *, depth: bool = False, first_frame: int = 0, last_frame: Optional[int] = None) -> Feed:
+def open_feed(source: PathLike, *, depth: bool = False, yuv: bool = False, first_frame: int = 0,
+              last_frame: Optional[int] = None) -> Feed:
     """Opens a stream, or a folder of rendered frames, as a client would. See Feed."""
-    return Feed(source, depth=depth, first_frame=first_frame, last_frame=last_frame)
+    return Feed(source, depth=depth, yuv=yuv, first_frame=first_frame, last_frame=last_frame)

@@ -1,11 +1,13 @@
 #pragma once
 /// numpy arrays and our images. What goes out owns its samples and is not copied; what comes in is borrowed for a call.
 #include <equistream/image.h>
+#include <equistream/yuv_picture.h>
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <utility>
 
@@ -33,6 +35,29 @@ ImageView<const T> view_of(const ArrayIn<T>& array) {
     const int width = static_cast<int>(array.shape(1)), channels = static_cast<int>(array.shape(2));
     return {array.data(), width, static_cast<int>(array.shape(0)), channels,
             static_cast<std::ptrdiff_t>(width) * channels};
+}
+
+using PlaneIn = nb::ndarray<const std::uint8_t, nb::ndim<2>, nb::device::cpu>;  ///< rows of neighbouring samples
+using PlanesIn = std::array<PlaneIn, 3>;                                        ///< Y', Cb, Cr (yuv.h)
+
+inline YuvView view_of(const PlanesIn& planes) {
+    const auto view = [](const PlaneIn& plane) {
+        return ImageView<const std::uint8_t>{plane.data(), static_cast<int>(plane.shape(1)),
+                                             static_cast<int>(plane.shape(0)), 1,
+                                             static_cast<std::ptrdiff_t>(plane.stride(0))};
+    };
+    return {view(planes[0]), view(planes[1]), view(planes[2])};
+}
+
+/// A decoder's own planes as three read-only arrays, rows x columns, that keep them alive; nothing is copied.
+inline nb::object to_arrays(YuvPicture&& picture) {
+    const auto array = [&](const ImageView<const std::uint8_t>& plane) {
+        const nb::capsule owner(new YuvPicture(picture), [](void* p) noexcept { delete static_cast<YuvPicture*>(p); });
+        const std::size_t shape[] = {static_cast<std::size_t>(plane.height), static_cast<std::size_t>(plane.width)};
+        const std::int64_t strides[] = {plane.row_stride, 1};
+        return nb::cast(nb::ndarray<nb::numpy, const std::uint8_t>(plane.data, 2, shape, owner, strides));
+    };
+    return nb::make_tuple(array(picture.planes.y), array(picture.planes.cb), array(picture.planes.cr));
 }
 
 template <typename T>

@@ -9,6 +9,7 @@
 #include <equistream_client/fill.h>
 #include <equistream_client/reliability.h>
 
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
@@ -21,9 +22,24 @@ namespace equistream::python {
 
 namespace {
 
+/// Colour as RGB or, where that is None, as a decoder's planes.
+struct Colours {
+    std::optional<ArrayIn<std::uint8_t>> rgb;
+    std::optional<PlanesIn> yuv;
+
+    ImageView<const std::uint8_t> rgb_view() const { return rgb ? view_of(*rgb) : ImageView<const std::uint8_t>{}; }
+    YuvView yuv_view() const { return rgb || !yuv ? YuvView{} : view_of(*yuv); }
+    bool fits(int width, int height) const {
+        const auto sized = [&](const auto& array) {
+            return static_cast<int>(array.shape(1)) == width && static_cast<int>(array.shape(0)) == height;
+        };
+        return rgb ? sized(*rgb) : yuv && sized((*yuv)[0]);
+    }
+};
+
 /// Arrays and what they show; holds the arrays, so that their samples stay.
 struct Source {
-    ArrayIn<std::uint8_t> rgb;
+    Colours colours;
     Camera camera;
     Pose pose;
     std::optional<ArrayIn<float>> depth_m;
@@ -31,7 +47,8 @@ struct Source {
     std::optional<ArrayIn<float>> specular{};
 
     SourceView view() const {
-        return {.rgb = view_of(rgb),
+        return {.rgb = colours.rgb_view(),
+                .yuv = colours.yuv_view(),
                 .camera = camera,
                 .pose = pose,
                 .depth_m = depth_m ? view_of(*depth_m) : ImageView<const float>{},
@@ -42,13 +59,14 @@ struct Source {
 
 /// An atlas' picture, and what its pixels show.
 struct Patches {
-    ArrayIn<std::uint8_t> rgb;
+    Colours colours;
     ArrayIn<float> depth_m;
     FrameInfo info;
     double box_radius_m = 0;
 
     PatchesView view() const {
-        return {.rgb = view_of(rgb),
+        return {.rgb = colours.rgb_view(),
+                .yuv = colours.yuv_view(),
                 .depth_m = view_of(depth_m),
                 .atlas = &*info.patches,
                 .pose = info.camera_pose,
@@ -168,30 +186,37 @@ void bind_reprojection(nb::module_& m) {
     m.attr("RISKS") = tuple_of(risk_names);
     m.attr("RISK_GROUPS") = tuple_of(risk_group_names);
     m.attr("RELIABILITY_TOLERANCE") = reliability_tolerance;
+    nb::class_<Colours>(m, "Colours", "Samples of a picture.")
+        .def(
+            "__init__",
+            [](Colours* self, std::optional<ArrayIn<std::uint8_t>> rgb, std::optional<PlanesIn> yuv) {
+                new (self) Colours{std::move(rgb), std::move(yuv)};
+            },
+            nb::arg("rgb").none(), nb::arg("yuv").none());
     nb::class_<Source>(m, "Source")
         .def(
             "__init__",
-            [](Source* self, ArrayIn<std::uint8_t> rgb, const Camera& camera, const Pose& pose,
+            [](Source* self, const Colours& colours, const Camera& camera, const Pose& pose,
                std::optional<ArrayIn<float>> depth_m, double box_radius_m, std::optional<ArrayIn<float>> specular) {
-                new (self) Source{std::move(rgb), camera, pose, std::move(depth_m), box_radius_m, std::move(specular)};
+                new (self) Source{colours, camera, pose, std::move(depth_m), box_radius_m, std::move(specular)};
             },
-            nb::arg("rgb"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"),
+            nb::arg("colours"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"),
             nb::arg("specular").none() = nb::none());
     nb::class_<Patches>(m, "Patches")
         .def(
             "__init__",
-            [](Patches* self, ArrayIn<std::uint8_t> rgb, ArrayIn<float> depth_m, const FrameInfo& info,
+            [](Patches* self, const Colours& colours, ArrayIn<float> depth_m, const FrameInfo& info,
                double box_radius_m) {
-                const auto fits = [&](const auto& array) {
-                    return int(array.shape(1)) == info.patches->width() &&
-                           int(array.shape(0)) == info.patches->height();
+                const auto fits = [](const PatchAtlas& atlas, const Colours& c, const ArrayIn<float>& d) {
+                    return c.fits(atlas.width(), atlas.height()) && int(d.shape(1)) == atlas.width() &&
+                           int(d.shape(0)) == atlas.height();
                 };
-                if (!info.patches || patch_atlas_problem(*info.patches) || !fits(rgb) || !fits(depth_m))
+                if (!info.patches || patch_atlas_problem(*info.patches) || !fits(*info.patches, colours, depth_m))
                     throw InputError(expected_found("patches", "an atlas, and a picture and depth of its size",
                                                     info.patches ? "others" : "no atlas"));
-                new (self) Patches{std::move(rgb), std::move(depth_m), info, box_radius_m};
+                new (self) Patches{colours, std::move(depth_m), info, box_radius_m};
             },
-            nb::arg("rgb"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
+            nb::arg("colours"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
     nb::class_<FillFrom>(m, "FillFrom", "What gaps may be filled from.")
         .def(
             "__init__",

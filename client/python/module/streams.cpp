@@ -78,6 +78,7 @@ nb::object picture_of(ReceivedPicture&& picture) {
     nb::dict found;
     found["info"] = nb::cast(picture.info);
     found["rgb"] = picture.rgb.empty() ? nb::none() : to_array(std::move(picture.rgb));
+    found["yuv"] = picture.yuv.empty() ? nb::none() : to_arrays(std::move(picture.yuv));
     const auto plane = [&](const char* name, FloatImage& image) {
         found[name] = image.empty() ? nb::none() : to_array(std::move(image));
     };
@@ -103,9 +104,10 @@ nb::object frame_of(ReceivedFrame&& frame) {
 
 class Feed {
 public:
-    Feed(const std::string& source, bool depth, std::int64_t first, std::int64_t last) {
+    Feed(const std::string& source, bool depth, bool yuv, std::int64_t first, std::int64_t last) {
         waiting_.run([&] {
             feed_ = open_feed(source, {.depth = depth,
+                                       .yuv = yuv,
                                        .specular = depth,
                                        .first_frame = first,
                                        .last_frame = last,
@@ -139,8 +141,8 @@ void bind_streams(nb::module_& m) {
         .def("container", &Stream::container)
         .def("truncation", &Stream::truncation);
     nb::class_<Feed>(m, "Feed")
-        .def(nb::init<const std::string&, bool, std::int64_t, std::int64_t>(), nb::arg("source"), nb::arg("depth"),
-             nb::arg("first_frame"), nb::arg("last_frame"))
+        .def(nb::init<const std::string&, bool, bool, std::int64_t, std::int64_t>(), nb::arg("source"),
+             nb::arg("depth"), nb::arg("yuv"), nb::arg("first_frame"), nb::arg("last_frame"))
         .def("next", &Feed::next)
         .def("truncation", &Feed::truncation);
 }

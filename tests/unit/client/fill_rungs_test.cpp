@@ -190,6 +190,19 @@ TEST_P(BothWays, DecoderPlanesGiveTheSameColours) {
     EXPECT_GT(scene.fill("earlier", {.main = &scene.main_view, .earlier = earlier}, PixelOrigin::earlier), 0.97);
     // Chroma is shared by four samples: beside the ball its red spills by one of them.
     EXPECT_LE(scene.worst_filled(PixelOrigin::earlier, 40), 6) << look();
+
+    const EyePicture from_planes = scene.picture;
+    scene.picture = scene.unfilled;
+    ByteImage rgb(1024, 512, 3);
+    for (int y = 0; y < 512; ++y)
+        for (int x = 0; x < 1024; ++x)
+            std::ranges::copy(yuv_to_rgb::rgb_at(view.yuv, x, y), rgb.pixel(x, y));
+    SourceView in_rgb = view;
+    in_rgb.rgb = rgb.view();
+    in_rgb.yuv = {};
+    const SourceView earlier_in_rgb[] = {in_rgb};
+    scene.fill("earlier", {.main = &scene.main_view, .earlier = earlier_in_rgb}, PixelOrigin::earlier);
+    EXPECT_TRUE(std::ranges::equal(scene.picture.rgba.samples(), from_planes.rgba.samples()));
 }
 
 TEST(FillRungs, NothingIsDoneWithoutInput) {

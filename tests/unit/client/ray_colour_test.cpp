@@ -1,6 +1,7 @@
 #include "analytic_scene.h"
 #include "squares.h"
 
+#include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/srgb.h>
 #include <equistream_client/ray_colour.h>
@@ -95,6 +96,24 @@ TEST_F(RayColourTest, ColoursAreThoseOfTheTextureWhereTheRayHits) {
         EXPECT_NEAR(hits[i].base_colour.g, ramp((2 - p.y) / 4), 2e-3);
         EXPECT_NEAR(hits[i].base_colour.b, srgb_to_linear(90.0f / 255), 1e-6);
     }
+}
+
+TEST_F(RayColourTest, LoadedInTheBackgroundIsTheSame) {
+    RayColour early(scene), late(scene);
+    early.start_loading();
+    for (const glm::vec3 to : {glm::vec3(0.3f, 0.4f, -3), {-1, 1, -2.5f}, {0, 0, -2}, {0, 3, 0}}) {
+        const GeometryHit a = cast(early, to), b = cast(late, to);
+        EXPECT_EQ(a.distance_m, b.distance_m);
+        EXPECT_EQ(a.base_colour, b.base_colour);
+        EXPECT_EQ(a.matte, b.matte);
+    }
+}
+
+TEST_F(RayColourTest, WhatFailsInTheBackgroundIsThrownByTheFirstCast) {
+    scene.model = folder / "none.glb";
+    RayColour geometry(scene);
+    geometry.start_loading();
+    EXPECT_THROW(cast(geometry, {0, 0, -3}), InputError);
 }
 
 TEST_F(RayColourTest, AWideRaySeesTheMean) {

@@ -134,7 +134,8 @@ TEST_F(Views, AVideoOfNothingIsNoFile) {
 TEST_F(Views, GapMasksAreWhiteWhereNobodyGaveAColour) {
     EyePicture view = view_of_frame(3);
     view.origin.pixel(9, 9)[0] = std::uint8_t(PixelOrigin::neighbours);
-    const ByteImage mask = gap_mask(view);
+    ByteImage mask;
+    find_gap_mask(view, mask);
     EXPECT_EQ(mask.pixel(0, 5)[0], 255);
     EXPECT_EQ(mask.pixel(1, 5)[0], 0);
     EXPECT_EQ(mask.pixel(9, 9)[0], 0);
