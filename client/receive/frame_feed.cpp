@@ -5,6 +5,8 @@
 namespace equistream {
 
 std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options) {
+    if (options.frames_ahead > 0)
+        return open_feed_ahead(source, options);
     std::error_code ignored;
     if (std::filesystem::is_directory(source, ignored))
         return open_folder_feed(source, options);

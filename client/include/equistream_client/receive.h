@@ -67,7 +67,10 @@ struct FeedOptions {
     bool specular = false;
     std::int64_t first_frame = 0;
     std::int64_t last_frame = INT64_MAX;
-    std::function<bool()> interrupted{};  ///< as in StreamReadOptions
+    /// So many frames, and the one being read, are got ready by a thread of the feed's own while the caller works on
+    /// those before; 0: read when asked for. Frames, their order and what next() throws are the same.
+    std::size_t frames_ahead = 0;
+    std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
 };
 
 /// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.

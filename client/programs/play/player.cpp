@@ -95,7 +95,8 @@ public:
                                             .yuv = true,
                                             .specular = true,
                                             .first_frame = settings.frames.first,
-                                            .last_frame = settings.frames.last});
+                                            .last_frame = settings.frames.last,
+                                            .frames_ahead = 1});
         player_ = std::make_unique<FramePlayer>(settings, report_);
         first_ = feed_->next();
         if (!first_)

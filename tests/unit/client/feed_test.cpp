@@ -9,6 +9,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -106,6 +107,93 @@ TEST_F(Feeds, AFrameOfAnotherRenderIsNamed) {
     }
 }
 
+/// What a feed gave, up to its end or what it threw.
+struct Given {
+    std::vector<ReceivedFrame> frames;
+    std::vector<double> fractions;
+    std::vector<std::vector<std::int64_t>> bytes;
+    std::string truncation, problem;
+
+    explicit Given(FrameFeed& feed) {
+        try {
+            while (std::optional<ReceivedFrame> frame = feed.next()) {
+                frames.push_back(std::move(*frame));
+                fractions.push_back(feed.fraction_done().value_or(-1));
+                bytes.emplace_back();
+                for (const FeedTrack& track : feed.tracks())
+                    bytes.back().push_back(track.bytes);
+            }
+            truncation = feed.truncation();
+        } catch (const InputError& e) {
+            problem = e.what();
+        } catch (const WorkError& e) {
+            problem = e.what();
+        }
+    }
+};
+
+void expect_same(const Given& a, const Given& b) {
+    EXPECT_EQ(a.truncation, b.truncation);
+    EXPECT_EQ(a.problem, b.problem);
+    EXPECT_EQ(a.fractions, b.fractions);
+    EXPECT_EQ(a.bytes, b.bytes);
+    ASSERT_EQ(a.frames.size(), b.frames.size());
+    for (std::size_t i = 0; i < a.frames.size(); ++i) {
+        const ReceivedFrame &f = a.frames[i], &g = b.frames[i];
+        EXPECT_EQ(f.main.info.index, g.main.info.index);
+        EXPECT_TRUE(std::ranges::equal(f.main.rgb.samples(), g.main.rgb.samples()));
+        EXPECT_TRUE(std::ranges::equal(f.main.depth_m.samples(), g.main.depth_m.samples()));
+        ASSERT_EQ(f.main.yuv.empty(), g.main.yuv.empty());
+        for (int y = 0; !f.main.yuv.empty() && y < f.main.height(); ++y)
+            EXPECT_TRUE(std::equal(f.main.yuv.planes.y.row(y), f.main.yuv.planes.y.row(y) + f.main.width(),
+                                   g.main.yuv.planes.y.row(y)));
+        ASSERT_EQ(f.small.has_value(), g.small.has_value());
+        if (f.small) {
+            EXPECT_TRUE(std::ranges::equal(f.small->rgb.samples(), g.small->rgb.samples()));
+        }
+    }
+}
+
+TEST_F(Feeds, ReadAheadIsTheSameFromFolders) {
+    for (std::int64_t index = 0; index < 7; ++index) {
+        write_frame("centre", index, 32, 16, 0.1f + 0.05f * float(index));
+        if (index != 4)
+            write_frame("small", index, 8, 4, 0.2f);
+    }
+    for (const std::size_t ahead : {1, 2, 20}) {
+        const auto plain = open_feed(folder.string(), {.depth = true, .first_frame = 1});
+        const auto early = open_feed(folder.string(), {.depth = true, .first_frame = 1, .frames_ahead = ahead});
+        const Given a(*plain), b(*early);
+        EXPECT_EQ(a.frames.size(), 6u);
+        expect_same(a, b);
+        EXPECT_FALSE(early->next()) << "after the end";
+    }
+}
+
+TEST_F(Feeds, WhatFailsAheadIsThrownInItsTurn) {
+    for (std::int64_t index = 0; index < 5; ++index)
+        write_frame("centre", index, 32, 16, 0.1f);
+    fs::resize_file(folder / "centre" / frame_file_name(3), 200);
+    const auto plain = open_feed(folder.string());
+    const auto early = open_feed(folder.string(), {.frames_ahead = 2});
+    const Given a(*plain), b(*early);
+    EXPECT_EQ(a.frames.size(), 3u);
+    EXPECT_NE(a.problem, "");
+    expect_same(a, b);
+    EXPECT_ANY_THROW(early->next()) << "again";
+    EXPECT_THROW(open_feed((folder / "none").string(), {.frames_ahead = 2}), InputError);
+}
+
+TEST_F(Feeds, AFeedThatReadsAheadCanBeLeft) {
+    for (std::int64_t index = 0; index < 6; ++index)
+        write_frame("centre", index, 32, 16, 0.1f);
+    for (int frames = 0; frames < 4; ++frames) {
+        const auto feed = open_feed(folder.string(), {.frames_ahead = 2});
+        for (int i = 0; i < frames; ++i)
+            EXPECT_EQ(feed->next()->main.info.index, i);
+    }
+}
+
 TEST_F(Feeds, RangesAndMissingFoldersAreChecked) {
     write_frame("left", 0, 32, 16, 0.1f);
     EXPECT_THROW(open_feed(folder.string(), {.first_frame = 1, .last_frame = 9}), InputError);
@@ -197,6 +285,34 @@ TEST_F(Feeds, AStreamPairsItsTracksByFrame) {
     }
     EXPECT_EQ(expected, 12);
     EXPECT_EQ(feed->truncation(), "");
+}
+
+TEST_F(Feeds, ReadAheadIsTheSameFromStreams) {
+    const fs::path file = folder / "two.mkv";
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
+    StreamWriter writer(file.string(), settings);
+    for (std::int64_t index = 0; index < 12; ++index) {
+        const ByteImage main(128, 64, 3, std::uint8_t(90 + index)), small(64, 64, 3, std::uint8_t(180 + index));
+        writer.write(TrackRole::main, main.view(), info(index, 128, 64));
+        if (index < 10)
+            writer.write(TrackRole::small, small.view(), info(index, 64, 64));
+    }
+    writer.finish();
+    for (const bool yuv : {false, true}) {
+        const auto plain = open_feed(file.string(), {.yuv = yuv, .first_frame = 2});
+        const auto early = open_feed(file.string(), {.yuv = yuv, .first_frame = 2, .frames_ahead = 2});
+        const Given a(*plain), b(*early);
+        EXPECT_EQ(a.frames.size(), 10u);
+        EXPECT_EQ(a.truncation, "");
+        expect_same(a, b);
+    }
+    fs::resize_file(file, fs::file_size(file) - 200);
+    const auto plain = open_feed(file.string()), early = open_feed(file.string(), {.frames_ahead = 1});
+    const Given a(*plain), b(*early);
+    EXPECT_NE(a.truncation, "");
+    expect_same(a, b);
 }
 
 }  // namespace

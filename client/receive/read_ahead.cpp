@@ -1,0 +1,104 @@
+#include "feeds.h"
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+/// A feed that a thread of its own reads while frames before are worked on. Whoever asks sees what the feed said when
+/// it gave the frame, not what it says by now.
+class ReadAhead : public FrameFeed {
+public:
+    ReadAhead(const std::string& source, const FeedOptions& options)
+        : most_(options.frames_ahead), feed_(open(source, options)), given_(state()), thread_([this] { read(); }) {}
+    ~ReadAhead() override {
+        stop_.request_stop();
+        thread_.join();
+    }
+
+    std::optional<ReceivedFrame> next() override {
+        std::unique_lock lock(mutex_);
+        arrived_.wait(lock, [&] { return !arrivals_.empty(); });
+        Arrival& first = arrivals_.front();
+        given_ = first.state;
+        if (first.problem)
+            std::rethrow_exception(first.problem);
+        if (!first.frame)
+            return std::nullopt;
+        std::optional<ReceivedFrame> frame = std::move(first.frame);
+        arrivals_.pop_front();
+        room_.notify_all();
+        return frame;
+    }
+    std::string truncation() const override { return given_.truncation; }
+    std::vector<FeedTrack> tracks() const override { return given_.tracks; }
+    std::optional<double> fraction_done() const override { return given_.fraction_done; }
+
+private:
+    struct State {
+        std::string truncation;
+        std::vector<FeedTrack> tracks;
+        std::optional<double> fraction_done;
+    };
+    /// A frame, or the end, or what went wrong; the last two stay.
+    struct Arrival {
+        std::optional<ReceivedFrame> frame;
+        std::exception_ptr problem;
+        State state;
+    };
+
+    std::unique_ptr<FrameFeed> open(const std::string& source, FeedOptions options) {
+        options.frames_ahead = 0;
+        // A source that is slow to give must not hold up the end.
+        options.interrupted = [this, asked = std::move(options.interrupted)] {
+            return stop_.stop_requested() || (asked && asked());
+        };
+        return open_feed(source, options);
+    }
+
+    State state() const { return {feed_->truncation(), feed_->tracks(), feed_->fraction_done()}; }
+
+    void read() {
+        for (bool more = true; more;) {
+            Arrival arrival;
+            try {
+                arrival.frame = feed_->next();
+            } catch (...) {
+                arrival.problem = std::current_exception();
+            }
+            arrival.state = state();
+            more = arrival.frame.has_value();
+            std::unique_lock lock(mutex_);
+            room_.wait(lock, stop_.get_token(), [&] { return arrivals_.size() < most_; });
+            if (stop_.stop_requested())
+                return;
+            arrivals_.push_back(std::move(arrival));
+            arrived_.notify_all();
+        }
+    }
+
+    const std::size_t most_;
+    std::stop_source stop_;
+    std::unique_ptr<FrameFeed> feed_;
+    State given_;
+    std::mutex mutex_;
+    std::condition_variable arrived_;
+    std::condition_variable_any room_;
+    std::deque<Arrival> arrivals_;
+    std::thread thread_;  // last: it begins when all else is there
+};
+
+}  // namespace
+
+std::unique_ptr<FrameFeed> open_feed_ahead(const std::string& source, const FeedOptions& options) {
+    return std::make_unique<ReadAhead>(source, options);
+}
+
+}  // namespace equistream
