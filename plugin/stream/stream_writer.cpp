@@ -171,7 +171,10 @@ void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
     packet.stream_index = track.stream->index;
     packet.duration = 1;
     av_packet_rescale_ts(&packet, track.encoder.codec().time_base, track.stream->time_base);
-    check(av_interleaved_write_frame(format.get(), &packet), "writing");
+    const std::string doing = std::string("writing ") + track_name(track.role) + "'s packet of " +
+                              std::to_string(packet.size) + " bytes, shown at " + std::to_string(packet.pts) +
+                              " and decoded at " + std::to_string(packet.dts);
+    check(av_interleaved_write_frame(format.get(), &packet), doing.c_str());
 }
 
 void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count) {

@@ -21,6 +21,7 @@ constexpr const char* presets[] = {"ultrafast", "superfast", "veryfast", "faster
                                    "medium",    "slow",      "slower",   "veryslow", "placebo"};
 constexpr int worst_crf = 51;
 constexpr int most_threads = 64;
+constexpr std::int64_t longest_reordering = 2;
 
 void check_whole_number(const char* what, int value, int low, int high) {
     if (value < low || value > high)
@@ -211,8 +212,14 @@ void TrackEncoder::drain(const std::function<void(AVPacket&)>& emit) {
 
 void TrackEncoder::send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit) {
     int code = avcodec_send_frame(codec_.get(), picture);
+    pictures_ += picture != nullptr ? 1 : 0;
+    // libx265 takes the decoding time of pictures from memory that it has not written yet when the track ends before
+    // its longest reordering, of two pictures. Two and fewer are decoded in the order they are shown in.
+    const bool unordered = picture == nullptr && pictures_ <= longest_reordering;
     while (code >= 0) {
         code = avcodec_receive_packet(codec_.get(), packet_.get());
+        if (unordered)
+            packet_->dts = packet_->pts;
         if (code >= 0)
             emit(*packet_);
         av_packet_unref(packet_.get());

@@ -32,6 +32,7 @@ private:
     TrackSettings track_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
+    std::int64_t pictures_ = 0;  ///< handed to the encoder
     av::Packet packet_ = av::make_packet();
 };
 
