@@ -58,6 +58,7 @@ void PushPull::find_tiles(const Gaps& gaps, int width, int height) {
             ++count;
         }
     p.tiles.resize(count);
+    p.tile_layers.resize(count);
 }
 
 void PushPull::size_upper_levels() {

@@ -46,6 +46,24 @@ struct Layers {
     Mask present, coloured;  ///< coloured: only where present
 };
 
+HWY_INLINE Layers no_layers() {
+    return {all(0), all(0), all(0), all(0), never(), never()};
+}
+
+/// Of layers that are there and have a colour.
+template <std::size_t Children>
+HWY_INLINE Layers mean_of(const std::array<Layers, Children>& children) {
+    Layers sum = children[0];
+    for (std::size_t i = 1; i < Children; ++i) {
+        sum.r = sum.r + children[i].r;
+        sum.g = sum.g + children[i].g;
+        sum.b = sum.b + children[i].b;
+        sum.w = sum.w + children[i].w;
+    }
+    const Floats share = all(1 / float(Children));
+    return {sum.r * share, sum.g * share, sum.b * share, sum.w * share, sum.present, sum.coloured};
+}
+
 /// The pull of push_pull.h: far and near.
 template <std::size_t Children>
 HWY_INLINE std::array<Layers, 2> pulled(const std::array<Layers, Children>& children, float tolerance) {
@@ -56,11 +74,16 @@ HWY_INLINE std::array<Layers, 2> pulled(const std::array<Layers, Children>& chil
         high = hn::Max(high, hn::IfThenElse(child.present, child.w, all(-infinity)));
     }
     const Mask alike = high - low <= all(tolerance);
+    Mask coloured_all = children[0].coloured;
+    for (const Layers& child : children)
+        coloured_all = hn::And(coloured_all, child.coloured);
+    if (hn::AllTrue(tag, hn::And(alike, coloured_all)))
+        return {mean_of(children), no_layers()};
     const Floats split = hn::IfThenElse(alike, high, all(0.5f) * (low + high));
     std::array<Layers, 2> halves;
     for (int half = 0; half < 2; ++half) {
         Layers& sum = halves[std::size_t(half)];
-        sum = {all(0), all(0), all(0), all(0), never(), never()};
+        sum = no_layers();
         if (half == 1 && hn::AllTrue(tag, alike))
             break;
         Floats present = all(0), coloured = all(0);
@@ -93,28 +116,28 @@ HWY_INLINE unsigned bits_of(Mask mask) {
 
 /// Four cells of a level from the `first` on.
 template <std::size_t Cells>
-HWY_INLINE void store(const std::array<Layers, 2>& halves, PullPyramid::Square<Cells>& square, int first) {
+HWY_INLINE void store(const std::array<Layers, 2>& halves, PullPyramid::Layers<Cells>& to, PullPyramid::LayerBits& bits,
+                      int first) {
     for (std::size_t half = 0; half < 2; ++half) {
         const unsigned present = bits_of(halves[half].present);
         if (first == 0)
-            square.bits[half] = {};
+            bits[half] = {};
         if (present == 0)
             continue;
-        square.bits[half].present = std::uint16_t(square.bits[half].present | present << first);
-        square.bits[half].coloured =
-            std::uint16_t(square.bits[half].coloured | bits_of(halves[half].coloured) << first);
+        bits[half].present = std::uint16_t(bits[half].present | present << first);
+        bits[half].coloured = std::uint16_t(bits[half].coloured | bits_of(halves[half].coloured) << first);
         hn::StoreInterleaved4(halves[half].r, halves[half].g, halves[half].b, halves[half].w, tag,
-                              &square.layer[half][std::size_t(first)].r);
+                              &to[half][std::size_t(first)].r);
     }
 }
 
 /// Of cells that are four times the same.
-HWY_INLINE void store_one(const std::array<Layers, 2>& halves, PullPyramid::Square<1>& square) {
-    PullPyramid::Square<4> four;
-    store(halves, four, 0);
+HWY_INLINE void store_one(const std::array<Layers, 2>& halves, PullPyramid::OneCell& cell) {
+    PullPyramid::Layers<4> four;
+    store(halves, four, cell.bits, 0);
     for (std::size_t half = 0; half < 2; ++half) {
-        square.layer[half][0] = four.layer[half][0];
-        square.bits[half] = {std::uint16_t(four.bits[half].present & 1), std::uint16_t(four.bits[half].coloured & 1)};
+        cell.layers[half][0] = four[half][0];
+        cell.bits[half] = {std::uint16_t(cell.bits[half].present & 1), std::uint16_t(cell.bits[half].coloured & 1)};
     }
 }
 
@@ -227,7 +250,20 @@ HWY_INLINE Layers broadcast(const Layers& layers) {
             one(as_number(layers.coloured)) > all(0)};
 }
 
-HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile) {
+/// From the four children's layers, of which near ones are rare.
+HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers, 4>, 2>& children, float tolerance) {
+    Mask near = never();
+    for (const Layers& child : children[1])
+        near = hn::Or(near, child.present);
+    if (hn::AllFalse(tag, near))
+        return pulled(children[0], tolerance);
+    std::array<Layers, 8> both;
+    for (std::size_t i = 0; i < 8; ++i)
+        both[i] = children[i / 4][i % 4];
+    return pulled(both, tolerance);
+}
+
+HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
     const float tolerance = pyramid.depths.tolerance;
     Pixels pixels;
     load_pixels(pyramid, tile, pixels);
@@ -237,26 +273,20 @@ HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile) {
         children_of_row(pixels, 2 * row, children[0], children[1]);
         children_of_row(pixels, 2 * row + 1, children[2], children[3]);
         rows[std::size_t(row)] = pulled(children, tolerance);
-        store(rows[std::size_t(row)], tile.level1, 4 * row);
+        store(rows[std::size_t(row)], layers.level1, tile.bits1, 4 * row);
     }
     const auto even = [](Floats upper, Floats lower) HWY_ATTR { return hn::ConcatEven(tag, lower, upper); };
     const auto odd = [](Floats upper, Floats lower) HWY_ATTR { return hn::ConcatOdd(tag, lower, upper); };
-    std::array<Layers, 8> eight;
-    for (std::size_t half = 0; half < 2; ++half) {
-        eight[half] = picked(rows[0][half], rows[2][half], even);
-        eight[2 + half] = picked(rows[0][half], rows[2][half], odd);
-        eight[4 + half] = picked(rows[1][half], rows[3][half], even);
-        eight[6 + half] = picked(rows[1][half], rows[3][half], odd);
-    }
-    const std::array<Layers, 2> four = pulled(eight, tolerance);
-    store(four, tile.level2, 0);
-    for (std::size_t half = 0; half < 2; ++half) {
-        eight[half] = broadcast<0>(four[half]);
-        eight[2 + half] = broadcast<1>(four[half]);
-        eight[4 + half] = broadcast<2>(four[half]);
-        eight[6 + half] = broadcast<3>(four[half]);
-    }
-    store_one(pulled(eight, tolerance), tile.level3);
+    std::array<std::array<Layers, 4>, 2> children;
+    for (std::size_t half = 0; half < 2; ++half)
+        children[half] = {picked(rows[0][half], rows[2][half], even), picked(rows[0][half], rows[2][half], odd),
+                          picked(rows[1][half], rows[3][half], even), picked(rows[1][half], rows[3][half], odd)};
+    const std::array<Layers, 2> four = pulled_from(children, tolerance);
+    store(four, layers.level2, tile.bits2, 0);
+    for (std::size_t half = 0; half < 2; ++half)
+        children[half] = {broadcast<0>(four[half]), broadcast<1>(four[half]), broadcast<2>(four[half]),
+                          broadcast<3>(four[half])};
+    store_one(pulled_from(children, tolerance), tile.level3);
 }
 
 /// Tiles are where gaps are, which nothing but we can foresee: their pixels are asked for early.
@@ -277,7 +307,7 @@ void pull_tiles_here(PullPyramid& pyramid, std::size_t first, std::size_t last) 
     for (std::size_t i = first; i < last; ++i) {
         if (i + ahead < last)
             ask_for(pyramid, pyramid.tiles[i + ahead]);
-        pull_tile(pyramid, pyramid.tiles[i]);
+        pull_tile(pyramid, pyramid.tiles[i], pyramid.tile_layers[i]);
     }
 }
 
@@ -285,8 +315,8 @@ void pull_upper_level_here(PullPyramid& pyramid, int level) {
     PullPyramid::Level& upper = pyramid.upper_levels[std::size_t(level - PullPyramid::tile_levels - 1)];
     for (int y = 0; y < upper.rows; ++y)
         for (int x = 0; x < upper.columns; ++x) {
-            PullPyramid::Square<1>& to = upper.cells[std::size_t(y) * upper.columns + x];
-            std::array<Layers, 8> children;
+            PullPyramid::OneCell& to = upper.cells[std::size_t(y) * upper.columns + x];
+            std::array<std::array<Layers, 4>, 2> children;
             bool any = false;
             for (int k = 0; k < 4; ++k) {
                 const PullPyramid::Cell child = pyramid.cell(level - 1, 2 * x + (k & 1), 2 * y + (k >> 1));
@@ -294,16 +324,16 @@ void pull_upper_level_here(PullPyramid& pyramid, int level) {
                 for (std::size_t half = 0; half < 2; ++half) {
                     constexpr Layer none;
                     const Layer& from = !child.present[half] ? none : half == 0 ? *child.far : *child.near;
-                    children[2 * std::size_t(k) + half] = {all(from.r),
-                                                           all(from.g),
-                                                           all(from.b),
-                                                           all(from.w),
-                                                           mask_of(child.present[half]),
-                                                           mask_of(child.coloured[half])};
+                    children[half][std::size_t(k)] = {all(from.r),
+                                                      all(from.g),
+                                                      all(from.b),
+                                                      all(from.w),
+                                                      mask_of(child.present[half]),
+                                                      mask_of(child.coloured[half])};
                 }
             }
             if (any)
-                store_one(pulled(children, pyramid.depths.tolerance), to);
+                store_one(pulled_from(children, pyramid.depths.tolerance), to);
             else
                 to.bits = {};
         }
@@ -316,10 +346,8 @@ public:
     HWY_INLINE void move_to(const PullPyramid& pyramid, int coarser, int right, int y) {
         right_ = right;
         const int row = y >> 1, beside = row + ((y & 1) != 0 ? 1 : -1);
-        add(pyramid.cell(coarser, right - 1, row), 0);
-        add(pyramid.cell(coarser, right, row), 2);
-        add(pyramid.cell(coarser, right - 1, beside), 4);
-        add(pyramid.cell(coarser, right, beside), 6);
+        row_w_ = take(pyramid.cell(coarser, right - 1, row), pyramid.cell(coarser, right, row), layers_);
+        beside_w_ = take(pyramid.cell(coarser, right - 1, beside), pyramid.cell(coarser, right, beside), layers_ + 4);
     }
     /// Of the cells between which place x lies.
     static int right_of(int x) { return (x + 1) >> 1; }
@@ -329,63 +357,67 @@ public:
     HWY_INLINE bool colour(float tolerance, int x, float w, Floats& rgb) const {
         // Along each axis the cell that holds the place lies nearer (3/4) than the one beside it (1/4).
         const float left = x >> 1 == right_ ? 0.25f : 0.75f;
-        const float l = 0.75f * left, r = 0.75f * (1 - left);
-        alignas(16) const float near_row[4] = {l, l, r, r};
-        const Floats bilinear = hn::Load(tag, near_row);
+        const Floats bilinear = hn::IfThenElse(hn::FirstN(tag, 2), all(0.75f * left), all(0.75f * (1 - left)));
         const Floats squared = all(tolerance * tolerance);
-        alignas(16) float weight[8];
-        Floats total = all(0);
-        for (int i = 0; i < 8; i += lanes) {
-            const Floats apart = hn::Load(tag, w_ + i) - all(w);
-            const Floats share = hn::Load(tag, coloured_ + i) * (i == 0 ? bilinear : bilinear * all(1 / 3.0f));
-            const Floats one = share * squared / hn::MulAdd(apart, apart, squared);
-            hn::Store(one, tag, weight + i);
-            total = total + one;
-        }
-        const float sum = hn::GetLane(hn::SumOfLanes(tag, total));
-        if (!(sum > 0))
-            return false;
-        Floats mean = all(0);
-        for (int i = 0; i < 8; ++i)
-            mean = hn::MulAdd(all(weight[i]), hn::Load(tag, &layers_[i].r), mean);
-        rgb = mean / all(sum);
-        return true;
+        const auto shares = [&](Floats weight, Floats layers_w) HWY_ATTR {
+            const Floats apart = layers_w - all(w);
+            return weight * squared / hn::MulAdd(apart, apart, squared);
+        };
+        const Floats row = shares(bilinear, row_w_), beside = shares(bilinear * all(1 / 3.0f), beside_w_);
+        const Floats mean = mixed(row, layers_) + mixed(beside, layers_ + 4);
+        const Floats sum = hn::Broadcast<3>(mean);
+        rgb = mean / sum;
+        return hn::GetLane(sum) > 0;
     }
 
 private:
-    HWY_INLINE void add(const PullPyramid::Cell& cell, int i) {
-        for (int half = 0; half < 2; ++half) {
-            const Layer* layer = half == 0 ? cell.far : cell.near;
-            const bool coloured = cell.coloured[std::size_t(half)];
-            hn::Store(coloured ? hn::LoadU(tag, &layer->r) : all(0), tag, &layers_[i + half].r);
-            w_[i + half] = coloured ? layer->w : 0.0f;
-            coloured_[i + half] = coloured ? 1.0f : 0.0f;
-        }
+    /// Four layers, the last number of each being the sum of their shares.
+    static HWY_INLINE Floats mixed(Floats share, const Layer* layers) {
+        const auto layer = [&](int i) HWY_ATTR { return hn::Load(tag, &layers[i].r); };
+        return hn::MulAdd(hn::Broadcast<0>(share), layer(0), hn::Broadcast<1>(share) * layer(1)) +
+               hn::MulAdd(hn::Broadcast<2>(share), layer(2), hn::Broadcast<3>(share) * layer(3));
+    }
+
+    /// Four layers of two cells: their w, infinite for those without a colour, so that these have no share; and 1 in
+    /// its place.
+    HWY_INLINE Floats take(const PullPyramid::Cell& left, const PullPyramid::Cell& right, Layer* to) {
+        // By address and not by a branch, which nobody could foretell.
+        static constexpr Layer none{0, 0, 0, std::numeric_limits<float>::infinity()};
+        const auto layer = [&](bool coloured, const Layer* there) HWY_ATTR {
+            const Layer* from[] = {&none, there};
+            return hn::LoadU(tag, &from[coloured ? 1 : 0]->r);
+        };
+        const Floats four[] = {layer(left.coloured[0], left.far), layer(left.coloured[1], left.near),
+                               layer(right.coloured[0], right.far), layer(right.coloured[1], right.near)};
+        for (int i = 0; i < 4; ++i)
+            hn::Store(hn::IfThenElse(hn::FirstN(tag, 3), four[i], all(1)), tag, &to[i].r);
+        const Floats left_w = hn::InterleaveUpper(tag, four[0], four[1]);  // b, b, w, w
+        const Floats right_w = hn::InterleaveUpper(tag, four[2], four[3]);
+        return hn::ConcatUpperUpper(tag, right_w, left_w);
     }
 
     int right_ = -1;
     alignas(16) Layer layers_[8];
-    alignas(16) float w_[8];
-    alignas(16) float coloured_[8];
+    Floats row_w_, beside_w_;
 };
 
 /// Colours the open layers of cell i of a level, which is cell x, y of the picture.
 template <std::size_t Cells>
-HWY_INLINE void push_cell(const PullPyramid& pyramid, int level, int x, int y, PullPyramid::Square<Cells>& square,
-                          int i) {
+HWY_INLINE void push_cell(const PullPyramid& pyramid, int level, int x, int y, PullPyramid::Layers<Cells>& layers,
+                          PullPyramid::LayerBits& bits, int i) {
     Sampler sampler;
     sampler.move_to(pyramid, level + 1, Sampler::right_of(x), y);
     for (std::size_t half = 0; half < 2; ++half) {
-        if ((square.bits[half].open() >> i & 1) == 0)
+        if ((bits[half].open() >> i & 1) == 0)
             continue;
-        Layer& layer = square.layer[half][std::size_t(i)];
+        Layer& layer = layers[half][std::size_t(i)];
         Floats rgb;
         if (!sampler.colour(pyramid.depths.tolerance, x, layer.w, rgb))
             continue;
         alignas(16) float numbers[4];
         hn::Store(rgb, tag, numbers);
         layer = {numbers[0], numbers[1], numbers[2], layer.w};
-        square.bits[half].coloured = std::uint16_t(square.bits[half].coloured | 1u << i);
+        bits[half].coloured = std::uint16_t(bits[half].coloured | 1u << i);
     }
 }
 
@@ -393,32 +425,33 @@ void push_upper_level_here(PullPyramid& pyramid, int level) {
     PullPyramid::Level& upper = pyramid.upper_levels[std::size_t(level - PullPyramid::tile_levels - 1)];
     for (int y = 0; y < upper.rows; ++y)
         for (int x = 0; x < upper.columns; ++x) {
-            PullPyramid::Square<1>& cell = upper.cells[std::size_t(y) * upper.columns + x];
+            PullPyramid::OneCell& cell = upper.cells[std::size_t(y) * upper.columns + x];
             if ((cell.bits[0].open() | cell.bits[1].open()) != 0)
-                push_cell(pyramid, level, x, y, cell, 0);
+                push_cell(pyramid, level, x, y, cell.layers, cell.bits, 0);
         }
 }
 
 template <std::size_t Cells>
-HWY_INLINE void push_square(const PullPyramid& pyramid, int level, const Tile& tile,
-                            PullPyramid::Square<Cells>& square) {
+HWY_INLINE void push_tile(const PullPyramid& pyramid, int level, const Tile& tile, PullPyramid::Layers<Cells>& layers,
+                          PullPyramid::LayerBits& bits) {
     const int shift = PullPyramid::tile_levels - level;
-    for (unsigned open = square.bits[0].open() | square.bits[1].open(); open != 0; open &= open - 1) {
+    for (unsigned open = bits[0].open() | bits[1].open(); open != 0; open &= open - 1) {
         const int i = std::countr_zero(open);
         push_cell(pyramid, level, (tile.column << shift) + (i & ((1 << shift) - 1)), (tile.row << shift) + (i >> shift),
-                  square, i);
+                  layers, bits, i);
     }
 }
 
 void push_tiles_here(PullPyramid& pyramid, int level, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-        Tile& tile = pyramid.tiles[std::size_t(pyramid.tiles_with_gaps[i])];
+        const std::size_t at = std::size_t(pyramid.tiles_with_gaps[i]);
+        Tile& tile = pyramid.tiles[at];
         if (level == 1)
-            push_square(pyramid, level, tile, tile.level1);
+            push_tile(pyramid, level, tile, pyramid.tile_layers[at].level1, tile.bits1);
         else if (level == 2)
-            push_square(pyramid, level, tile, tile.level2);
+            push_tile(pyramid, level, tile, pyramid.tile_layers[at].level2, tile.bits2);
         else
-            push_square(pyramid, level, tile, tile.level3);
+            push_tile(pyramid, level, tile, tile.level3.layers, tile.level3.bits);
     }
 }
 
@@ -428,9 +461,9 @@ HWY_INLINE void ask_for(const PullPyramid& pyramid, const GapSpan& span) {
     hwy::Prefetch(picture.origin.pixel(span.begin, span.y));
     if (pyramid.depths.gap_m.data != nullptr)
         hwy::Prefetch(pyramid.depths.gap_m.row(span.y) + span.begin);
-    const PullPyramid::Cell cell = pyramid.cell(1, span.begin / 2, span.y / 2);
-    hwy::Prefetch(cell.far);
-    hwy::Prefetch(cell.near);
+    const int beside = span.y / 2 + ((span.y & 1) != 0 ? 1 : -1);
+    hwy::Prefetch(pyramid.cell(1, span.begin / 2, span.y / 2).far);
+    hwy::Prefetch(pyramid.cell(1, span.begin / 2, beside).far);
 }
 
 std::int64_t colour_spans_here(const PullPyramid& pyramid, std::span<const GapSpan> spans) {

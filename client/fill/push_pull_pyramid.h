@@ -39,22 +39,28 @@ struct PullPyramid {
         std::uint16_t present = 0, coloured = 0;
         unsigned open() const { return present & ~unsigned(coloured); }
     };
-    /// One level of some cells: layers far and near.
+    /// Layers far and near, meaningless where not present.
     template <std::size_t Cells>
-    struct Square {
-        alignas(16) std::array<std::array<Layer, Cells>, 2> layer;  ///< meaningless where not present
-        std::array<Bits, 2> bits;
+    using Layers = std::array<std::array<Layer, Cells>, 2>;
+    using LayerBits = std::array<Bits, 2>;
+    struct OneCell {
+        Layers<1> layers;
+        LayerBits bits;
     };
-    struct Tile {
+    /// What is asked of most tiles, a line of the cache each; the rest of theirs is apart from it.
+    struct alignas(64) Tile {
         int column = 0, row = 0;
-        Square<16> level1;
-        Square<4> level2;
-        Square<1> level3;
+        LayerBits bits1, bits2;
+        OneCell level3;
+    };
+    struct TileLayers {
+        Layers<16> level1;
+        Layers<4> level2;
     };
     /// Levels above: dense, level 4 first.
     struct Level {
         int columns = 0, rows = 0;
-        std::vector<Square<1>> cells{};
+        std::vector<OneCell> cells{};
     };
 
     /// A cell's layers wherever they lie; null for a cell that is not there.
@@ -70,7 +76,8 @@ struct PullPyramid {
             const Level& upper = upper_levels[std::size_t(level - tile_levels - 1)];
             if (x >= upper.columns || y >= upper.rows)
                 return {};
-            return of(upper.cells[std::size_t(y) * upper.columns + x], 0);
+            const OneCell& cell = upper.cells[std::size_t(y) * upper.columns + x];
+            return of(cell.layers, cell.bits, 0);
         }
         const int shift = tile_levels - level;
         const int column = x >> shift, row = y >> shift;
@@ -82,7 +89,10 @@ struct PullPyramid {
         const Tile& tile = tiles[std::size_t(index)];
         const int mask = (1 << shift) - 1;
         const int i = ((y & mask) << shift) + (x & mask);
-        return level == 1 ? of(tile.level1, i) : level == 2 ? of(tile.level2, i) : of(tile.level3, i);
+        const TileLayers& layers = tile_layers[std::size_t(index)];
+        return level == 1   ? of(layers.level1, tile.bits1, i)
+               : level == 2 ? of(layers.level2, tile.bits2, i)
+                            : of(tile.level3.layers, tile.level3.bits, i);
     }
 
     SurfaceDepths depths;
@@ -90,17 +100,18 @@ struct PullPyramid {
     int tile_columns = 0, tile_rows = 0;
     std::vector<std::int32_t> tile_of;  ///< -1: none
     std::vector<Tile> tiles;
+    std::vector<TileLayers> tile_layers;        ///< of each tile
     std::vector<std::int32_t> tiles_with_gaps;  ///< the others have no open layers
     std::vector<Level> upper_levels;
 
 private:
     template <std::size_t Cells>
-    static Cell of(const Square<Cells>& square, int i) {
+    static Cell of(const Layers<Cells>& layers, const LayerBits& all, int i) {
         const auto bit = [i](unsigned bits) { return (bits >> i & 1) != 0; };
-        return {&square.layer[0][std::size_t(i)],
-                &square.layer[1][std::size_t(i)],
-                {bit(square.bits[0].present), bit(square.bits[1].present)},
-                {bit(square.bits[0].coloured), bit(square.bits[1].coloured)}};
+        return {&layers[0][std::size_t(i)],
+                &layers[1][std::size_t(i)],
+                {bit(all[0].present), bit(all[1].present)},
+                {bit(all[0].coloured), bit(all[1].coloured)}};
     }
 };
 
