@@ -42,9 +42,11 @@ SourceGrid grid_of(const PerspectiveCamera& camera) {
 }
 
 std::int64_t run(const WarpJob& job) {
+    // Few rows at once: some are many times as much work as others, and the last part is waited for.
+    constexpr int rows_at_once = 2;
     const int rows = (job.eye.camera.height + tile_height - 1) / tile_height;
     std::atomic<std::int64_t> coloured{0};
-    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 8), [&](const tbb::blocked_range<int>& range) {
+    tbb::parallel_for(tbb::blocked_range<int>(0, rows, rows_at_once), [&](const tbb::blocked_range<int>& range) {
         coloured += warp_tiles(job, range.begin(), range.end());
     });
     return coloured;

@@ -191,7 +191,7 @@ HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pix
     weigh(tile, mixture);
     const std::uint32_t outside = locate(tile, plane, mixture.offset);
     if (!too_small(plane)) {
-        ask_ahead(plane.data, mixture.offset);
+        ask_ahead(plane.data, plane.row_stride, mixture.offset);
         mix_samples(plane, mixture, pixels);
     }
     for_each_pixel(tile, outside, [&](int i) {

@@ -58,11 +58,12 @@ HWY_INLINE Floats atan2(Floats y, Floats x) {
     return hn::CopySign(angle, y);
 }
 
-/// What the next tile to the right will read of a plane, from where this one's rows end, is asked for now.
-HWY_INLINE void ask_ahead(const std::uint8_t* base, const std::int32_t* offsets) {
+/// What tiles to the right will read of a plane, from where this one's rows end, is asked for now: the lower samples,
+/// as the topmost upper ones were the tiles' above.
+HWY_INLINE void ask_ahead(const std::uint8_t* base, std::ptrdiff_t row_bytes, const std::int32_t* offsets) {
     constexpr int ahead = 128;  // two lines of the cache
-    for (int row = 0; row < tile_height; row += 2)
-        hwy::Prefetch(base + offsets[(row + 1) * tile_width - 1] + ahead);
+    for (int row = 1; row < tile_height; row += 2)
+        hwy::Prefetch(base + row_bytes + offsets[(row + 1) * tile_width - 1] + ahead);
 }
 
 /// 8 bytes from each of the offsets, one behind the other.

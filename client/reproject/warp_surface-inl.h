@@ -290,7 +290,8 @@ HWY_INLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Ti
 
 /// Leaves in `keep` the samples that show the points; true if those are all.
 HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, const SeenTile& seen, Tile& tile) {
-    ask_ahead(reinterpret_cast<const std::uint8_t*>(job.source.depth_m.data), seen.offset);
+    ask_ahead(reinterpret_cast<const std::uint8_t*>(job.source.depth_m.data), 4 * job.source.depth_m.row_stride,
+              seen.offset);
     bool whole = true;
     for (int at = 0; at < tile_pixels; at += lanes) {
         const int i = at % tile_width, row = at / tile_width;

@@ -1,5 +1,6 @@
 /// Two 1920x1080 eyes, an IPD apart around the centre of a 3840x1920 sphere: the `surface` engine with its gap masks,
-/// all depths given, against two of OpenCV's remaps (opencv.cpp) and against a copy of both eyes' pictures.
+/// both eyes side by side as `equistream play` has them, all depths given, against two of OpenCV's remaps (opencv.cpp)
+/// and against a copy of both eyes' pictures.
 #include "bench_scene.h"
 #include "big_views.h"
 #include "memory_copy.h"
@@ -8,6 +9,7 @@
 #include <equistream_client/engine.h>
 
 #include <benchmark/benchmark.h>
+#include <tbb/parallel_for.h>
 
 #include <memory>
 
@@ -55,10 +57,11 @@ void two_eyes(benchmark::State& state, const char* name, bool planes) {
     EyePicture pictures[2];
     for (auto _ : state) {
         engine->set_source(source);
-        for (int i = 0; i < 2; ++i)
+        tbb::parallel_for(0, 2, [&](int i) {
             engine->reproject(
                 {.camera = bench::big_view, .pose = stage->eye_poses[i], .depth_m = stage->eye_depths_m[i].view()},
                 pictures[i]);
+        });
         benchmark::DoNotOptimize(pictures[1].rgba.samples().data());
     }
 }
