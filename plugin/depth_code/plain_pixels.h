@@ -18,8 +18,13 @@ inline float sample_of(float depth_m, const Scale& scale) {
     return x * scale.top;
 }
 
+/// The nearest; of two that are as near, the even one.
+inline int whole(float value) {
+    return static_cast<int>(std::nearbyint(value));
+}
+
 inline int whole_sample(float depth_m, const Scale& scale) {
-    return static_cast<int>(sample_of(depth_m, scale) + 0.5f);
+    return whole(sample_of(depth_m, scale));
 }
 
 inline float depth_of(float sample, const Scale& scale) {
@@ -41,7 +46,7 @@ inline constexpr float pece_half_period = 256;
 inline std::array<std::uint8_t, 3> pece_of(float depth_m, const Scale& scale) {
     const float d = sample_of(depth_m, scale);
     constexpr float to_byte = 255 / pece_half_period;
-    const auto byte = [](float value) { return static_cast<std::uint8_t>(value + 0.5f); };
+    const auto byte = [](float value) { return static_cast<std::uint8_t>(whole(value)); };
     return {byte(d * (1 / pece_half_period)), byte(triangle(d, pece_half_period) * to_byte),
             byte(triangle(d - pece_half_period / 2, pece_half_period) * to_byte)};
 }

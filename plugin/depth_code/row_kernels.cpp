@@ -2,6 +2,8 @@
 
 #include "plain_pixels.h"
 
+#include <hwy/cache_control.h>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "row_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -28,27 +30,25 @@ template <typename T>
 using Narrow = hn::Rebind<T, Floats>;
 using Float = hn::Vec<Floats>;
 
+/// Adding it to 0 .. 2^22 leaves the nearest whole number in the low bits.
+inline constexpr float rounding = 3 << 22;
+
 /// Samples of a vector of depths; counts those that are too near.
 struct Packer {
     explicit Packer(const Scale& scale)
         : box(hn::Set(f, scale.box_radius_m)), near(hn::Set(f, scale.near_m)), span(hn::Set(f, scale.span_m)),
           top(hn::Set(f, scale.top)), empty(hn::Set(f, scale.has_empty ? scale.full : 0)) {}
 
-    Float operator()(Float depth_m) {
-        too_near = hn::Sub(too_near, hn::BitCast(i, hn::VecFromMask(f, hn::Lt(depth_m, near))));
+    HWY_INLINE Float operator()(Float depth_m) {
+        too_near += hn::CountTrue(f, hn::Lt(depth_m, near));
         const Float inverse = hn::Div(span, hn::Sub(depth_m, box));
         const Float x = hn::IfThenElse(hn::Gt(depth_m, near), inverse, hn::Set(f, 1));
         return hn::IfThenElse(hn::Eq(depth_m, depth_m), hn::Mul(x, top), empty);
     }
-    static hn::Vec<Ints> whole(Float sample) { return hn::ConvertTo(i, hn::Add(sample, hn::Set(f, 0.5f))); }
 
     static constexpr Floats f{};
-    static constexpr Ints i{};
-    /// Of a row, whose length an int holds.
-    std::int64_t count() const { return hn::GetLane(hn::SumOfLanes(i, too_near)); }
-
     Float box, near, span, top, empty;
-    hn::Vec<Ints> too_near = hn::Zero(i);
+    std::size_t too_near = 0;
 };
 
 struct Unpacker {
@@ -70,17 +70,41 @@ std::size_t lanes() {
     return hn::Lanes(Floats{});
 }
 
-/// Samples from 0 to 255.
-void store_bytes(hn::Vec<Ints> samples, std::uint8_t* to) {
-    hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<Ints>(), samples)), Narrow<std::uint8_t>(), to);
+/// Packing goes by two vectors of floats at once, so that their samples fill one of words.
+using Words = hn::Repartition<std::uint16_t, Floats>;
+using Word = hn::Vec<Words>;
+
+std::size_t at_once() {
+    return 2 * lanes();
 }
+
+/// Two vectors of values as whole numbers of 16 bits.
+HWY_INLINE Word whole_words(Float low, Float high) {
+    const Floats f;
+    const Float add = hn::Set(f, rounding);
+    return hn::ConcatEven(Words(), hn::BitCast(Words(), hn::Add(high, add)), hn::BitCast(Words(), hn::Add(low, add)));
+}
+
+HWY_INLINE void store_bytes(Word samples, std::uint8_t* to) {
+    const hn::Rebind<std::uint8_t, Words> bytes;
+    hn::StoreU(hn::TruncateTo(bytes, samples), bytes, to);
+}
+
+/// What packing makes of two vectors of depth.
+struct TwoSamples {
+    Float low, high;
+
+    HWY_INLINE TwoSamples(Packer& pack, const float* depth_m)
+        : low(pack(hn::LoadU(Floats(), depth_m))), high(pack(hn::LoadU(Floats(), depth_m + lanes()))) {}
+    HWY_INLINE Word whole() const { return whole_words(low, high); }
+};
 
 std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes())
-        store_bytes(Packer::whole(pack(hn::LoadU(Floats(), &depth_m[x]))), samples + x);
-    std::int64_t too_near = pack.count();
+    for (; x + at_once() <= depth_m.size(); x += at_once())
+        store_bytes(TwoSamples(pack, &depth_m[x]).whole(), samples + x);
+    auto too_near = static_cast<std::int64_t>(pack.too_near);
     for (; x < depth_m.size(); ++x) {
         samples[x] = static_cast<std::uint8_t>(whole_sample(depth_m[x], scale));
         too_near += depth_m[x] < scale.near_m;
@@ -89,13 +113,11 @@ std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::ui
 }
 
 std::int64_t pack_w16(std::span<const float> depth_m, const Scale& scale, std::uint16_t* samples) {
-    const Floats f;
-    const Narrow<std::uint16_t> narrow;
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes())
-        hn::StoreU(hn::DemoteTo(narrow, Packer::whole(pack(hn::LoadU(f, &depth_m[x])))), narrow, samples + x);
-    std::int64_t too_near = pack.count();
+    for (; x + at_once() <= depth_m.size(); x += at_once())
+        hn::StoreU(TwoSamples(pack, &depth_m[x]).whole(), Words(), samples + x);
+    auto too_near = static_cast<std::int64_t>(pack.too_near);
     for (; x < depth_m.size(); ++x) {
         samples[x] = static_cast<std::uint16_t>(whole_sample(depth_m[x], scale));
         too_near += depth_m[x] < scale.near_m;
@@ -123,37 +145,42 @@ void unpack_w16(const std::uint16_t* samples, const Scale& scale, std::span<floa
     unpack_w(samples, scale, depth_m);
 }
 
-Float triangles(Float value) {
+/// Distance from the nearest even multiple of the half period: triangle of plain_pixels.h, whose differences are all
+/// exact.
+HWY_INLINE Float triangles(Float value) {
     const Floats f;
-    const Float period = hn::Set(f, 2 * pece_half_period);
-    const Float whole = hn::Floor(hn::Mul(value, hn::Set(f, 1 / (2 * pece_half_period))));
-    const Float phase = hn::Sub(value, hn::Mul(period, whole));
-    return hn::Min(phase, hn::Sub(period, phase));
+    const Float add = hn::Set(f, rounding);
+    const Float nearest = hn::Sub(hn::MulAdd(value, hn::Set(f, 1 / (2 * pece_half_period)), add), add);
+    return hn::Abs(hn::NegMulAdd(nearest, hn::Set(f, 2 * pece_half_period), value));
 }
 
-/// The samples of pece_of, of a register.
+/// The samples of pece_of, of two vectors.
 struct PeceSamples {
-    hn::Vec<Ints> luma, first, second;
+    Word luma, first, second;
 
-    explicit PeceSamples(Float d) {
+    HWY_INLINE explicit PeceSamples(const TwoSamples& d) {
         const Floats f;
-        const Float to_byte = hn::Set(f, 255 / pece_half_period);
-        luma = Packer::whole(hn::Mul(d, hn::Set(f, 1 / pece_half_period)));
-        first = Packer::whole(hn::Mul(triangles(d), to_byte));
-        second = Packer::whole(hn::Mul(triangles(hn::Sub(d, hn::Set(f, pece_half_period / 2))), to_byte));
+        const Float to_byte = hn::Set(f, 255 / pece_half_period), to_luma = hn::Set(f, 1 / pece_half_period);
+        const Float quarter = hn::Set(f, pece_half_period / 2);
+        const auto wave = [&](Float low, Float high) HWY_ATTR {
+            return whole_words(hn::Mul(triangles(low), to_byte), hn::Mul(triangles(high), to_byte));
+        };
+        luma = whole_words(hn::Mul(d.low, to_luma), hn::Mul(d.high, to_luma));
+        first = wave(d.low, d.high);
+        second = wave(hn::Sub(d.low, quarter), hn::Sub(d.high, quarter));
     }
 };
 
 std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes()) {
-        const PeceSamples of(pack(hn::LoadU(Floats(), &depth_m[x])));
+    for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
         store_bytes(of.luma, planes[0] + x);
         store_bytes(of.first, planes[1] + x);
         store_bytes(of.second, planes[2] + x);
     }
-    std::int64_t too_near = pack.count();
+    auto too_near = static_cast<std::int64_t>(pack.too_near);
     for (; x < depth_m.size(); ++x) {
         const auto samples = pece_of(depth_m[x], scale);
         for (int i = 0; i < 3; ++i)
@@ -164,29 +191,36 @@ std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::
 }
 
 /// Of the sums of two rows' samples, in pairs: the mean of four.
-void store_means(hn::Vec<Ints> sums, std::uint8_t* to) {
-    const Narrow<std::uint16_t> narrow;
-    const hn::RepartitionToWide<Narrow<std::uint16_t>> pairs;
-    const auto pair = hn::BitCast(pairs, hn::DemoteTo(narrow, sums));
+HWY_INLINE void store_means(Word sums, std::uint8_t* to) {
+    const hn::RepartitionToWide<Words> pairs;
+    const auto pair = hn::BitCast(pairs, sums);
     const auto four = hn::Add(hn::And(pair, hn::Set(pairs, 0xffff)), hn::ShiftRight<16>(pair));
     const hn::Rebind<std::uint8_t, decltype(pairs)> bytes;
-    hn::StoreU(hn::U8FromU32(hn::ShiftRight<2>(hn::Add(four, hn::Set(pairs, 2)))), bytes, to);
+    hn::StoreU(hn::TruncateTo(bytes, hn::ShiftRight<2>(hn::Add(four, hn::Set(pairs, 2)))), bytes, to);
+}
+
+/// Two rows at once are more than the processor fetches ahead by itself.
+HWY_INLINE void ask_ahead(const float* depth_m) {
+    constexpr std::size_t floats_per_line = 16, ahead = 512;
+    for (std::size_t i = 0; i < at_once(); i += floats_per_line)
+        hwy::Prefetch(depth_m + ahead + i);
 }
 
 std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
-    const Floats f;
     Packer pack(scale);
     // By value: bytes that are stored could be the pair itself.
     const PecePair at = pair;
     std::size_t x = 0;
-    for (; x + lanes() <= at.upper_m.size(); x += lanes()) {
-        const PeceSamples upper(pack(hn::LoadU(f, &at.upper_m[x]))), lower(pack(hn::LoadU(f, &at.lower_m[x])));
+    for (; x + at_once() <= at.upper_m.size(); x += at_once()) {
+        ask_ahead(&at.upper_m[x]);
+        ask_ahead(&at.lower_m[x]);
+        const PeceSamples upper(TwoSamples(pack, &at.upper_m[x])), lower(TwoSamples(pack, &at.lower_m[x]));
         store_bytes(upper.luma, at.luma[0] + x);
         store_bytes(lower.luma, at.luma[1] + x);
         store_means(hn::Add(upper.first, lower.first), at.waves[0] + x / 2);
         store_means(hn::Add(upper.second, lower.second), at.waves[1] + x / 2);
     }
-    return pack.count() + pece420_from(pair, scale, x);
+    return static_cast<std::int64_t>(pack.too_near) + pece420_from(pair, scale, x);
 }
 
 struct PeceSteps {
@@ -244,23 +278,30 @@ void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, con
 
 std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::uint8_t* const planes[3]) {
     const Floats f;
-    const Ints i;
+    const hn::RebindToSigned<Words> i;
+    const hn::Rebind<std::uint8_t, Words> bytes;
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes()) {
-        const Float depth = hn::LoadU(f, &depth_m[x]);
-        const auto hue = Packer::whole(pack(depth));
-        const auto kept = hn::RebindMask(i, hn::Or(hn::Eq(depth, depth), hn::Eq(pack.empty, hn::Zero(f))));
-        const auto away_from = [&](int middle) { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
-        const auto store = [&](hn::Vec<Ints> value, std::uint8_t* plane) {
-            const auto held = hn::Min(hn::Max(value, hn::Zero(i)), hn::Set(i, 255));
-            store_bytes(hn::IfThenElseZero(kept, held), plane + x);
-        };
-        store(hn::Sub(hn::Set(i, 510), away_from(510)), planes[0]);
-        store(hn::Sub(hn::Set(i, 510), away_from(1020)), planes[1]);
-        store(hn::Sub(away_from(765), hn::Set(i, 255)), planes[2]);
+    for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        const auto hue = hn::BitCast(i, TwoSamples(pack, &depth_m[x]).whole());
+        const Float low = hn::LoadU(f, &depth_m[x]), high = hn::LoadU(f, &depth_m[x] + lanes());
+        const auto away_from = [&](std::int16_t middle) HWY_ATTR { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
+        auto green = hn::Sub(hn::Set(i, 510), away_from(510)), blue = hn::Sub(hn::Set(i, 510), away_from(1020));
+        auto red = hn::Sub(away_from(765), hn::Set(i, 255));
+        if (scale.has_empty && !hn::AllTrue(f, hn::And(hn::Eq(low, low), hn::Eq(high, high)))) {
+            const auto whole = [&](Float depth)
+                                   HWY_ATTR { return hn::BitCast(Words(), hn::VecFromMask(f, hn::Eq(depth, depth))); };
+            const auto kept = hn::BitCast(i, hn::ConcatEven(Words(), whole(high), whole(low)));
+            green = hn::And(green, kept);
+            blue = hn::And(blue, kept);
+            red = hn::And(red, kept);
+        }
+        // What is below 0 or above 255 stops there.
+        hn::StoreU(hn::DemoteTo(bytes, green), bytes, planes[0] + x);
+        hn::StoreU(hn::DemoteTo(bytes, blue), bytes, planes[1] + x);
+        hn::StoreU(hn::DemoteTo(bytes, red), bytes, planes[2] + x);
     }
-    std::int64_t too_near = pack.count();
+    auto too_near = static_cast<std::int64_t>(pack.too_near);
     for (; x < depth_m.size(); ++x) {
         const auto gbr = hue_of(depth_m[x], scale);
         for (int plane = 0; plane < 3; ++plane)
