@@ -84,10 +84,12 @@ void leave_images_only(const FloatImage& specular, FloatImage& image_m) {
 }
 
 /// The track of main's mirrors and glass, where main has some.
-std::optional<DepthTrack> plan_images(const SourceTrack& main, const Sources& sources, const StreamSettings& settings) {
+std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources& sources,
+                                      const StreamSettings& settings) {
+    const SourceTrack& main = sources.tracks.front();
     const Frame first = read_exr(main.folder / frame_file_name(sources.frames.front()));  // whatever it has
     const std::vector<std::string> planes = planes_of(TrackRole::images);
-    DepthTrack track{TrackRole::images, main, box_radius_m(first.info), DepthCodeId::w10, {}};
+    DepthTrack track{TrackRole::images, main, box_radius_m(first.info), DepthCodeId::w10, request.crf};
     if (!std::ranges::all_of(planes, [&](const std::string& plane) { return first.planes.contains(plane); }) ||
         !(track.box_radius_m > 0))
         return std::nullopt;
@@ -161,7 +163,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
         plan.tracks.push_back(std::move(track));
     }
     if (request.images)
-        if (auto track = plan_images(sources.tracks.front(), sources, settings))
+        if (auto track = plan_images(request, sources, settings))
             plan.tracks.push_back(std::move(*track));
     choose_crf(request, sources, settings, plan);
     return plan;

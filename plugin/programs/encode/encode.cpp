@@ -232,7 +232,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         ->capture_default_str();
     app.add_option("--depth-share", options.depth_share, "Of the main stream's bits that its depth may take")
         ->capture_default_str();
-    app.add_option("--depth-crf", options.depth_crf, "Quality of depth, 0 to 51, rather than by --depth-share");
+    app.add_option("--depth-crf", options.depth_crf,
+                   "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
     app.add_option("--mirrors", options.mirrors,
                    "auto: where main has mirrors or glass, a track of how far away what they show is; none: without")
         ->check(CLI::IsMember({"auto", "none"}))

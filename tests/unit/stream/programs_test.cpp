@@ -188,6 +188,9 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
         EXPECT_GT(*picture.depth_m.pixel(6, 35), 100);
     }
     EXPECT_EQ(images, 2);
+    const auto fine = fs::file_size(path("mirror.mkv"));
+    ASSERT_EQ(run(mirror + " --depth-crf 51").status, 0);
+    EXPECT_LT(fs::file_size(path("mirror.mkv")), fine);
     EXPECT_NE(run("info '" + path("mirror.mkv") + "'").output.find("track images"), std::string::npos);
 }
 
