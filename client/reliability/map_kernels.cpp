@@ -272,7 +272,7 @@ private:
         const Ints offset =
             index(at.v, job_.grid.height) * all(int(job_.specular.row_stride)) + index(at.u, job_.grid.width);
         const Floats flag = hn::GatherIndex(float_tag, job_.specular.data, offset);
-        return hn::VecFromMask(int_tag, hn::RebindMask(int_tag, hn::And(covered, flag > all(is_mirrored))));
+        return hn::VecFromMask(int_tag, hn::RebindMask(int_tag, hn::And(covered, flag > all(least_specular))));
     }
 
     HWY_INLINE void judge(int x, int y, const std::uint8_t* closeness, const std::uint8_t* filled,

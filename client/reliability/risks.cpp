@@ -214,7 +214,7 @@ bool RiskPicture::State::mirrored(int x, int y) const {
         return false;
     const int column = std::min(int(at.x), source.specular.width - 1);
     const int row = std::min(int(at.y), source.specular.height - 1);
-    return source.specular.pixel(column, row)[0] > is_mirrored;
+    return specular_sample(source, column, row).specular;
 }
 
 RiskPicture::RiskPicture(const SourceView& source, const EyeView& eye, const EyePicture& picture,

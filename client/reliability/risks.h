@@ -1,6 +1,7 @@
 #pragma once
 /// Risks of one eye's pixels, a row at a time: the plain implementation, and the numbers that the fast one shares.
 #include "../reproject/float_math.h"
+#include "../reproject/specular_sample.h"
 
 #include <equistream_client/reliability.h>
 
@@ -13,8 +14,6 @@ inline constexpr float most_halvings = 4;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
 inline constexpr float largest_inverse_m = 1e4f;
 inline constexpr float least_cosine2 = 1e-6f, least_facing = 1e-3f, least_distance2 = 1e-6f;
-/// Of a specular mask of 0 and 1.
-inline constexpr float is_mirrored = 0.5f;
 
 /// What holds for the whole picture.
 struct RiskNumbers {

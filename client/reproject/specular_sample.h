@@ -8,6 +8,9 @@
 
 namespace equistream {
 
+/// What is above it in a mask of 0 and 1 is mirror or glass.
+inline constexpr float least_specular = 0.5f;
+
 /// Of a picture that has a mask.
 struct SpecularSample {
     int x = 0, y = 0;
@@ -15,8 +18,7 @@ struct SpecularSample {
 };
 
 inline SpecularSample specular_sample(const SourceView& source, int x, int y) {
-    constexpr float is_specular = 0.5f;  // of a mask of 0 and 1
-    return {x, y, source.specular.pixel(x, y)[0] > is_specular};
+    return {x, y, source.specular.pixel(x, y)[0] > least_specular};
 }
 
 /// Distance of the image that a sample shows, NaN where it is not known.

@@ -182,7 +182,7 @@ TEST_F(Mirror, WithoutImagesOtherPicturesPassItOver) {
         const double db = masked ? filled_db("earlier,pushpull", {.main = &source, .earlier = {&earlier, 1}})
                                  : filled_db("small,pushpull", {.main = &source, .small = &small});
         EXPECT_GE(db, push_pull_db - 0.05) << masked << look();
-        // Not by filling nothing: what the eye uncovered beside the mirror's edges may come from there.
+        // Few at most: what the eye uncovered beside the mirror's edges may come from there, the mirror itself not.
         EXPECT_LT(filled[masked ? "earlier" : "small"], picture.count(PixelOrigin::push_pull) / 20);
     }
     // Taken as if it were painted on the surface, the mirror would be wrong: the test can fail.
