@@ -1,5 +1,7 @@
 #pragma once
 /// What a surface looks like whatever the light: its albedo, and whether it mirrors or refracts sharply.
+#include <equistream/virtual_image.h>
+
 #include <drjit/while_loop.h>
 
 #include <mitsuba/render/bsdf.h>
@@ -47,8 +49,8 @@ public:
 
     /// What a surface does to a ray when it is sharp.
     struct SharpLobe {
-        Mask sharp;      ///< most of what it sends on leaves in delta lobes, or in glossy ones as sharp as GGX of alpha
-                         ///< 0.05: half of whose microfacet normals are within that slope of the surface's
+        Mask sharp;  ///< least_sharp_share of what it sends on leaves in delta lobes, or in glossy ones as sharp as GGX
+                     ///< of alpha 0.05: half of whose microfacet normals are within that slope of the surface's
         Mask transmits;  ///< of that, more is let through than mirrored
         Float eta;       ///< index of refraction there over here, for what is let through
     };
@@ -92,7 +94,7 @@ public:
         const Mask narrow = 2.f * state.sharp_count >= state.glossy_count;
         const Float sharp = state.delta + dr::select(narrow, state.glossy, 0.f);
         const Float through = state.delta_through + dr::select(narrow, state.glossy_through, 0.f);
-        return {active && 2.f * sharp > state.total, 2.f * through >= sharp && through > 0.f, state.eta};
+        return {active && sharp > least_sharp_share * state.total, 2.f * through >= sharp && through > 0.f, state.eta};
     }
 
 private:

@@ -52,7 +52,7 @@ film's reconstruction filter is:
               forward.u .v      seam, never NaN; where there is nothing, by the camera's turning only
     normal    normal.X .Y .Z    shading normal, world space, unit, facing the camera
     ids       object_id, material_id, instance_id    whole numbers from 1; 0 where there is nothing
-    specular  specular          1 where most of what the surface sends on leaves in a delta lobe or one as sharp as GGX
+    specular  specular          1 where over 3/4 of what the surface sends on leaves in a delta lobe or one as sharp as GGX
                                 with alpha 0.05, else 0
     virtual   virtual_depth.Z   where specular is 1: how far along the ray what is seen in the mirror or through the
 glass virtual_backward.u .v    appears to lie (+inf for the sky in a plane mirror), and its motion; elsewhere as

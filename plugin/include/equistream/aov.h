@@ -69,7 +69,7 @@ inline constexpr AovInfo aov_table[] = {
     {"material_id", "ids", aov_channels::material_id, SampleType::id, true, "", "from 1; 0 for a miss"},
     {"instance_id", "ids", aov_channels::instance_id, SampleType::id, true, "", "from 1; 0 for a miss"},
     {"specular", "specular", aov_channels::specular, SampleType::real, true, "",
-     "1 where most of what the surface sends on leaves as a sharp reflection or refraction, else 0"},
+     "1 where over 3/4 of what the surface sends on leaves as a sharp reflection or refraction, else 0"},
     {"virtual_depth", "virtual", aov_channels::virtual_depth, SampleType::real, true, "m",
      "distance along the pixel-centre ray at which a sharp reflection or refraction appears to lie; +inf for one "
      "without end; depth elsewhere"},

@@ -20,6 +20,11 @@ namespace equistream {
 /// Sharp surfaces that are followed at most, the first one among them.
 inline constexpr unsigned most_sharp_surfaces = 8;
 
+/// A surface is seen as what it mirrors or lets through where more than this share of what it sends on leaves sharply.
+/// Below it the surface's own light is what moves in the picture: measured in the study's kitchen, a coated table of
+/// shares 0.5 to 0.7 warps 1 to 3 dB better with the surface than with its image.
+inline constexpr float least_sharp_share = 0.75f;
+
 template <typename T>
 struct Pencil {
     static constexpr int count = 4;  ///< the eye moved along across[0], [1]; the ray turned towards across[0], [1]

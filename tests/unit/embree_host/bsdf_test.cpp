@@ -211,6 +211,9 @@ TEST(Bsdf, MirrorsGlassAndSharpMetalsAreSharp) {
     }
     EXPECT_TRUE(is_sharp(plastic(0, glm::vec3(0)), 0.7f)) << "nothing but the coat";
     EXPECT_FALSE(is_sharp({glm::vec3(0), 1, 0, 0, 0}, 1.0f)) << "black sends nothing on";
+    // By Schlick's formula the coat sends on 0.466 of 0.733 at this cosine, and 0.783 of 0.891 at the other.
+    EXPECT_FALSE(is_sharp(plastic(0, glm::vec3(0.5f)), 0.15f)) << "share 0.64";
+    EXPECT_TRUE(is_sharp(plastic(0, glm::vec3(0.5f)), 0.05f)) << "share 0.88";
 }
 
 TEST(Directions, PackedVectorsComeBack) {
