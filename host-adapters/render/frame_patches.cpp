@@ -62,7 +62,8 @@ PatchSettings patch_settings(const RenderOptions& options, double lean_m) {
     settings.sphere = {options.size.width, options.size.height, options.range};
     settings.box_radius_m = head_box_radius(static_cast<Eye>(options.eyes.front()), lean_m, options.ipd_m);
     settings.budget = options.patch_budget_percent / 100;
-    settings.block_side = options.patch_side;
+    settings.block_side =
+        options.patch_side > 0 ? options.patch_side : smallest_patch_side(settings.sphere, settings.budget);
     if (!(settings.box_radius_m > 0))
         throw InputError(expected_found("--patches", "a head box: eyes apart (--ipd) or a head that leans",
                                         "eyes that stay at the sphere's centre"));

@@ -124,9 +124,10 @@ void add_camera_options(CLI::App& app, Typed& t) {
                                     "Most pixels of all patches, percent of the sphere's")
                          ->check(CLI::Range(0.1, 100.0))
                          ->capture_default_str();
-    t.patch_side = app.add_option("--patch-side", t.options.patch_side, "Pixels a patch is wide and high")
-                       ->check(CLI::Range(min_patch_side, max_patch_side))
-                       ->capture_default_str();
+    t.patch_side =
+        app.add_option("--patch-side", t.options.patch_side,
+                       "Pixels a patch is wide and high; default: as few as the budget's atlas allows, 4 at 1920x960")
+            ->check(CLI::Range(min_patch_side, max_patch_side));
 }
 
 void add_frame_options(CLI::App& app, Typed& t) {

@@ -100,6 +100,14 @@ PatchAtlas empty_atlas(const PatchSettings& settings) {
     return atlas;
 }
 
+int smallest_patch_side(const EquirectCamera& sphere, double budget) {
+    const double pixels = budget * sphere.width * sphere.height;
+    int side = min_patch_side;
+    while (side + 4 <= max_patch_side && pixels / (side * side) > max_patch_slots)
+        side += 4;
+    return side;
+}
+
 PatchPlan plan_patches(const PatchSettings& settings, const CastSphere& cast_sphere, const PatchAtlas* previous) {
     const auto start = Clock::now();
     PatchPlan plan{previous ? *previous : empty_atlas(settings), {}};

@@ -110,6 +110,13 @@ Uncovered look_around(const PatchAtlas& atlas, unsigned seed) {
     return found;
 }
 
+TEST(PatchPlan, BlocksAreAsSmallAsTheAtlasAllows) {
+    EXPECT_EQ(smallest_patch_side({1920, 960, {}}, 0.1), 4) << "11,520 slots";
+    EXPECT_EQ(smallest_patch_side({3840, 1920, {}}, 0.1), 8) << "46,080 of 4 pixels, 11,520 of 8";
+    EXPECT_EQ(smallest_patch_side({3840, 1920, {}}, 0.02), 4);
+    EXPECT_EQ(smallest_patch_side({16384, 8192, {}}, 1), max_patch_side) << "as many as there may be";
+}
+
 TEST(PatchPlan, ShowsWhatRandomEyesUncover) {
     const PatchPlan plan = plan_patches(settings_of(8, 0.1), cast);
     ASSERT_FALSE(patch_atlas_problem(plan.atlas));

@@ -21,7 +21,7 @@ struct RenderOptions {
     bool layers = false;               ///< the hidden layer too; of one eye only
     bool patches = false;              ///< what eyes of the head box uncover too; of one sphere only
     double patch_budget_percent = 10;  ///< most pixels of theirs, of the sphere's
-    int patch_side = 8;                ///< pixels
+    int patch_side = 0;                ///< pixels; 0: the smallest whose atlas holds the budget
     es_axis_lock lock = ES_LOCK_WORLD;
     double ipd_m = 0.063;
     std::optional<cli::FrameRange> frames;  ///< none: the whole path

@@ -33,6 +33,10 @@ struct PatchSettings {
     double tolerance_rad = error_budget_rad(default_focal_length_px);  ///< of depth_agreement.h
 };
 
+/// The least side, a multiple of 4 so that blocks fit those of video codecs, whose slots hold the budget: small blocks
+/// show more for as many pixels, but an atlas has at most max_patch_slots of them.
+int smallest_patch_side(const EquirectCamera& sphere, double budget);
+
 /// How a plan came out. Shares are of the gap samples' weight.
 struct PatchFigures {
     double gap_share = 0;           ///< of all solid angle of the training eyes
