@@ -9,6 +9,10 @@
 
 namespace equistream {
 
+bool DepthSource::cast_patches(const PatchAtlas&, const Pose&, ImageView<float>) {
+    return false;
+}
+
 ExactDepth::ExactDepth(std::unique_ptr<DepthSource> otherwise) : otherwise_(std::move(otherwise)) {}
 
 void ExactDepth::set_time(double time_s) {
@@ -43,6 +47,10 @@ void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> d
         return otherwise_->cast(camera, pose, depth_m);
     for (int y = 0; y < depth_m.height; ++y)
         std::copy_n(plane->depth_m.pixel(0, y), depth_m.width, depth_m.row(y));
+}
+
+bool ExactDepth::cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {
+    return otherwise_ && otherwise_->cast_patches(atlas, pose, depth_m);
 }
 
 }  // namespace equistream

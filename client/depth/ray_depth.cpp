@@ -7,6 +7,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_scene/embree_rays.h>
 
+#include <tbb/blocked_range.h>
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
@@ -32,12 +33,15 @@ public:
     }
 
     /// The square whose first pixel is given; what lies outside the picture is left out.
-    void square(int x, int y, ImageView<float> depth_m) {
+    void square(int x, int y, ImageView<float> depth_m) { square(x, y, depth_m, x, y); }
+    /// The same, written to another place.
+    void square(int x, int y, ImageView<float> depth_m, int to_x, int to_y) {
         directions_.square(x, y, out_);
         intersect();
-        const int columns = std::min(packet_side, depth_m.width - x), rows = std::min(packet_side, depth_m.height - y);
+        const int columns = std::min(packet_side, depth_m.width - to_x);
+        const int rows = std::min(packet_side, depth_m.height - to_y);
         for (int j = 0; j < rows; ++j)
-            std::copy_n(packet_.rays.ray.tfar + j * packet_side, columns, depth_m.pixel(x, y + j));
+            std::copy_n(packet_.rays.ray.tfar + j * packet_side, columns, depth_m.pixel(to_x, to_y + j));
     }
 
     /// Any 16 pixels; those of less than 16 repeat.
@@ -82,6 +86,46 @@ void cast_picture(const Bvh& bvh, const Camera& camera, const Pose& pose, ImageV
         for (int row = r.rows().begin(); row < r.rows().end(); ++row)
             for (int column = r.cols().begin(); column < r.cols().end(); ++column)
                 caster.square(column * packet_side, row * packet_side, depth_m);
+    });
+}
+
+/// The sphere's grid, extended to whole blocks as patches are.
+EquirectCamera whole_blocks(const PatchAtlas& atlas) {
+    EquirectCamera camera = atlas.sphere();
+    const double longitude_step = camera.range.longitude_span() / camera.width;
+    const double latitude_step = camera.range.latitude_span() / camera.height;
+    camera.width = atlas.block_columns() * atlas.block_side;
+    camera.height = atlas.block_rows() * atlas.block_side;
+    camera.range.longitude_max = camera.range.longitude_min + camera.width * longitude_step;
+    camera.range.latitude_min = camera.range.latitude_max - camera.height * latitude_step;
+    return camera;
+}
+
+void cast_slot(Caster& caster, const PatchAtlas& atlas, const PatchAtlas::Slot& slot, ImageView<float> slot_depth_m) {
+    const int side = atlas.block_side;
+    for (int y = 0; y < side; y += packet_side)
+        for (int x = 0; x < side; x += packet_side)
+            caster.square(slot.block_x * side + x, slot.block_y * side + y, slot_depth_m, x, y);
+}
+
+void cast_atlas(const Bvh& bvh, const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {
+    const RayDirections directions(whole_blocks(atlas), pose.orientation);
+    const int side = atlas.block_side;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, atlas.slots.size(), 64), [&](const auto& slots) {
+        trace_thread_init();
+        for (std::size_t i = slots.begin(); i < slots.end(); ++i) {
+            const PatchAtlas::Slot& slot = atlas.slots[i];
+            const int x = int(i) % atlas.columns * side, y = int(i) / atlas.columns * side;
+            const ImageView<float> slot_depth_m{depth_m.pixel(x, y), side, side, 1, depth_m.row_stride};
+            if (slot.used) {
+                const glm::dvec3 offset_m = pose.orientation * atlas.offsets_m[slot.offset_index];
+                Caster caster(bvh, directions, pose.position_m + offset_m);
+                cast_slot(caster, atlas, slot, slot_depth_m);
+            } else {
+                for (int row = 0; row < side; ++row)
+                    std::fill_n(slot_depth_m.row(row), side, std::numeric_limits<float>::infinity());
+            }
+        }
     });
 }
 
@@ -265,6 +309,11 @@ void RayDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> dep
     if (sphere != nullptr && state_->options.reuse)
         return state_->cast_sphere(*sphere, pose, depth_m);
     cast_picture(state_->bvh, camera, pose, depth_m);
+}
+
+bool RayDepth::cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {
+    cast_atlas(state_->bvh, atlas, pose, depth_m);
+    return true;
 }
 
 std::uint64_t RayDepth::triangle_count() const {

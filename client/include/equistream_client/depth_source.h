@@ -2,6 +2,7 @@
 /// Where the client's depth comes from. One interface for local ray casts, streamed depth, exact AOVs and rasters.
 #include <equistream/camera.h>
 #include <equistream/image.h>
+#include <equistream/patches.h>
 
 #include <memory>
 #include <string_view>
@@ -18,6 +19,10 @@ public:
     /// Fills `depth_m` (1 channel, the camera's size) with the Euclidean distance in metres from the camera's centre
     /// to the nearest surface along each pixel-centre ray; +inf for a miss. Throws WorkError where it cannot.
     virtual void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) = 0;
+    /// The same of an atlas of patches (patches.h) whose sphere has this pose, for streams that carry no depth of it.
+    /// `depth_m` has the atlas' size; unused slots get +inf. Returns false, and leaves `depth_m` alone, where the source
+    /// knows no geometry. The atlas must be sound (patch_atlas_problem).
+    virtual bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m);
 };
 
 /// Depth planes that somebody else computed (the renderer's AOV), handed out to whoever asks for that very view.
@@ -33,6 +38,7 @@ public:
     /// Whether cast would succeed without `otherwise`.
     bool holds(const Camera& camera, const Pose& pose) const;
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
+    bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) override;
 
 private:
     struct Plane {

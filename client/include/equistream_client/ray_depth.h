@@ -28,6 +28,7 @@ public:
     std::string_view name() const override { return "ray"; }
     void set_time(double time_s) override;
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
+    bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) override;
 
     std::uint64_t triangle_count() const;
     std::size_t memory_bytes() const;  ///< held by Embree

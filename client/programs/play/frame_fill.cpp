@@ -61,8 +61,8 @@ FrameFill::FrameFill(const std::string& rungs, const SceneDescription* scene)
 
 FrameFill::~FrameFill() = default;
 
-bool FrameFill::wants_depth_of_small() const {
-    return has_rung(ladder_, "small");
+bool FrameFill::has(std::string_view rung) const {
+    return has_rung(ladder_, rung);
 }
 
 bool FrameFill::wants_depth() const {
@@ -88,7 +88,7 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
         require_whole(*frame.patches, "patches", atlas.width(), atlas.height());
         patches_ = {.rgb = frame.patches->rgb.view(),
                     .yuv = frame.patches->yuv.planes,
-                    .depth_m = view_of(frame.patches->depth_m),
+                    .depth_m = view_of(frame.patches->depth_m.empty() ? depths.patches : frame.patches->depth_m),
                     .atlas = &atlas,
                     .pose = frame.patches->info.camera_pose,
                     .box_radius_m = main_->box_radius_m};

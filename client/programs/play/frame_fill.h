@@ -16,7 +16,7 @@ namespace equistream::play {
 
 /// Depths of pictures that came without; empty where nothing needed them.
 struct SourceDepths {
-    FloatImage main, small;
+    FloatImage main, small, patches;
 };
 
 /// A received picture as engines and rungs take it. Borrows both.
@@ -30,7 +30,7 @@ public:
 
     /// Whether some rung is better with depth of pictures and eyes.
     bool wants_depth() const;
-    bool wants_depth_of_small() const;
+    bool has(std::string_view rung) const;
     /// Takes what there is of a frame, borrowed until the next one.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }

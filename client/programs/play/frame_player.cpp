@@ -289,10 +289,26 @@ void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
     const bool small_has_depth =
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
-    if (small_has_depth && fill_->wants_depth_of_small()) {
+    if (small_has_depth && fill_->has("small")) {
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
         depths_.small = std::move(depths.small);
     }
+    if (frame.patches && fill_->has("patches")) {
+        cast_patches(*frame.patches, depths.patches);
+        depths_.patches = std::move(depths.patches);
+    }
+}
+
+void FramePlayer::cast_patches(const ReceivedPicture& patches, FloatImage& depth_m) {
+    const auto& atlas = patches.info.patches;
+    if (!patches.depth_m.empty() || !atlas || patch_atlas_problem(*atlas)) {
+        depth_m = {};
+        return;
+    }
+    if (depth_m.width() != atlas->width() || depth_m.height() != atlas->height())
+        depth_m = FloatImage(atlas->width(), atlas->height(), 1);
+    if (!depth_->cast_patches(*atlas, patches.info.camera_pose, depth_m.view()))
+        depth_m = {};
 }
 
 void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played) {

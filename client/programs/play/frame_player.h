@@ -66,6 +66,8 @@ private:
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     void offer_exact_depth(const ReceivedFrame& frame);
     void cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
+    /// Of an atlas that came without; empty where no geometry is known.
+    void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
     Settings settings_;

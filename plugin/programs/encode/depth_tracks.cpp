@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace equistream {
 
@@ -73,14 +74,19 @@ bool has_depth(const SourceTrack& track, std::int64_t index) {
     return read_exr(track.folder / frame_file_name(index)).planes.contains("depth");
 }
 
-/// In place of a mask of 0 and 1 and distances: distances where there is a mirror or glass, NaN elsewhere.
-void leave_images_only(const FloatImage& specular, FloatImage& image_m) {
-    std::ranges::transform(specular.samples(), image_m.samples(), image_m.samples().begin(),
-                           [](float mask, float distance_m) {
-                               if (!(mask > 0.5f))
-                                   return std::numeric_limits<float>::quiet_NaN();
-                               return distance_m > 0 ? distance_m : std::numeric_limits<float>::infinity();
-                           });
+/// In place of the images' distances: NaN where there is no mirror or glass, and where what it shows warps with its
+/// surface within the budget, so that no client would look it up elsewhere.
+void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& image_m) {
+    const double budget_rad = error_budget_rad(default_focal_length_px);
+    const std::span<const float> mask = frame.planes.at("specular").samples();
+    const std::span<const float> surface_m = frame.planes.at("depth").samples();
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+        float& r = image_m.samples()[i];
+        if (!(r > 0))
+            r = std::numeric_limits<float>::infinity();
+        if (!(mask[i] > 0.5f) || displacement_bound_rad(surface_m[i], r, box_radius_m) <= budget_rad)
+            r = std::numeric_limits<float>::quiet_NaN();
+    }
 }
 
 /// The track of main's mirrors and glass, where main has some.
@@ -103,7 +109,7 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources
 }  // namespace
 
 std::vector<std::string> planes_of(TrackRole role) {
-    return role == TrackRole::images ? std::vector<std::string>{"specular", "virtual_depth"}
+    return role == TrackRole::images ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
                                      : std::vector<std::string>{"depth"};
 }
 
@@ -111,7 +117,7 @@ FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::f
     const std::vector<std::string> planes = planes_of(track.role);
     FloatImage distances_m = std::move(frame.planes.at(planes.back()));
     if (track.role == TrackRole::images)
-        leave_images_only(frame.planes.at(planes.front()), distances_m);
+        leave_images_only(frame, track.box_radius_m, distances_m);
     // Slots of an atlas that nobody uses may hold none; the atlas says which these are.
     if (track.role == TrackRole::patches_depth)
         std::ranges::replace_if(
@@ -139,12 +145,13 @@ const DepthRange& DepthRanges::of(std::size_t position) {
 
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings) {
     DepthPlan plan;
-    // What lies behind or beside the main picture is of no use without its depth: no client's scene gives that.
+    // Clients that have the scene cast main's depth and that of patches themselves. What lies behind the main picture
+    // is of no use without its depth, which no client casts.
     const bool main_has_some = request.code != "none";
     const bool automatic = request.code == "auto" || !main_has_some;
     for (const SourceTrack& source : sources.tracks) {
         const auto role = depth_role_of(source.role);
-        if (!role || (source.role == TrackRole::main && !main_has_some))
+        if (!role || (source.role != TrackRole::hidden && !main_has_some))
             continue;
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;

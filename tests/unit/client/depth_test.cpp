@@ -74,6 +74,52 @@ TEST_F(RayDepthTest, MatchesTheClosedFormWhereverTheBlockIs) {
     }
 }
 
+TEST_F(RayDepthTest, PatchesAreCastFromTheirOwnOrigins) {
+    PatchAtlas atlas;
+    atlas.sphere_width = 203;
+    atlas.sphere_height = 101;
+    atlas.offsets_m = {{0.2, 0, 0}, {-0.1, 0.15, 0.05}};
+    atlas.columns = 7;
+    for (const int side : {4, 6, 16}) {
+        atlas.block_side = side;
+        atlas.slots.clear();
+        // Every block, those beyond the sphere's right and lower border too, then one that nobody uses.
+        for (int y = 0; y < atlas.block_rows(); ++y)
+            for (int x = 0; x < atlas.block_columns(); ++x)
+                atlas.slots.push_back({std::uint8_t((x + y) % 2), std::uint16_t(x), std::uint16_t(y), true});
+        do
+            atlas.slots.push_back({});
+        while (atlas.slots.size() % 7 != 0);
+        atlas.rows = int(atlas.slots.size()) / 7;
+        ASSERT_FALSE(patch_atlas_problem(atlas));
+        const Pose pose{{0.2, -0.1, 0.3}, yaw_pitch(0.3, 0.1)};
+        FloatImage cast(atlas.width(), atlas.height(), 1, -1);
+        ExactDepth depth(std::make_unique<RayDepth>(scene));
+        depth.set_time(0.25);
+        ASSERT_TRUE(depth.cast_patches(atlas, pose, cast.view()));
+        int different = 0, hits = 0, unused = 0;
+        for (int y = 0; y < cast.height(); ++y)
+            for (int x = 0; x < cast.width(); ++x) {
+                const float found = *cast.pixel(x, y);
+                if (!atlas.slot_at(x, y).used) {
+                    unused += found == std::numeric_limits<float>::infinity();
+                    continue;
+                }
+                const PatchRay ray = patch_ray(atlas, x, y, x + 0.5, y + 0.5);
+                const double exact =
+                    expected(0.25)(pose.position_m + pose.orientation * ray.origin_m, pose.orientation * ray.direction);
+                hits += std::isfinite(exact);
+                different += !(found == float(exact) || std::abs(found - exact) < 2e-5 * exact);
+            }
+        EXPECT_LE(different, 3) << "pixel centres on an edge may fall either way";
+        EXPECT_GT(hits, 1000);
+        EXPECT_GE(unused, side * side);
+    }
+    FloatImage none(4, 4, 1, -1);
+    EXPECT_FALSE(ExactDepth().cast_patches(atlas, Pose{}, none.view()));
+    EXPECT_EQ(*none.pixel(0, 0), -1);
+}
+
 TEST_F(RayDepthTest, ExactPlanesGoToTheirOwnViewOnly) {
     const Camera camera = PerspectiveCamera{4, 3, 1};
     const Pose pose{{1, 2, 3}, yaw_pitch(0.1, 0)};
