@@ -143,7 +143,8 @@ AVRational frame_rate_of(const StreamSettings& settings) {
 }
 
 void check_stream_settings(const StreamSettings& settings) {
-    check_whole_number("crf", settings.crf, 0, worst_crf);
+    if (!(settings.crf >= 0 && settings.crf <= worst_crf))
+        throw InputError(expected_found("crf", "0 to " + std::to_string(worst_crf), formatted("%g", settings.crf)));
     check_whole_number("gop", settings.gop, 1, 10000);
     check_whole_number("threads", settings.threads, 1, most_threads);
     check_preset(settings.preset);

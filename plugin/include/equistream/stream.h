@@ -70,7 +70,7 @@ struct TrackSettings {
 
 struct StreamSettings {
     Codec codec = Codec::h264;
-    int crf = 16;
+    double crf = 16;
     std::string preset = "medium";
     int gop = 30;  ///< pictures from one key frame to the next
     double frames_per_second = 30;

@@ -106,6 +106,16 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources
     return track;
 }
 
+void leave_out_dear_images(const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
+    if (plan.tracks.empty() || plan.tracks.back().role != TrackRole::images)
+        return;
+    const double share = try_track(plan.tracks.back(), sources, settings).share();
+    if (share <= most_images_share)
+        return;
+    plan.tracks.pop_back();
+    plan.images_left_out_share = share;
+}
+
 }  // namespace
 
 std::vector<std::string> planes_of(TrackRole role) {
@@ -169,10 +179,12 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
             track.main_folder = sources.tracks.front().folder;
         plan.tracks.push_back(std::move(track));
     }
-    if (request.images)
+    if (request.images != ImagesTrack::none)
         if (auto track = plan_images(request, sources, settings))
             plan.tracks.push_back(std::move(*track));
     choose_crf(request, sources, settings, plan);
+    if (request.images == ImagesTrack::if_cheap)
+        leave_out_dear_images(sources, settings, plan);
     return plan;
 }
 

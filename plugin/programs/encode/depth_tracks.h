@@ -11,11 +11,16 @@
 
 namespace equistream {
 
+/// Whether mirrors and glass get a track, where main has some.
+enum class ImagesTrack { none, if_cheap, always };
+/// Cheap: of main's colour bits. Mirrors in foliage cost more than they are worth (docs/results/reproject.md).
+inline constexpr double most_images_share = 0.05;
+
 struct DepthRequest {
     std::string code = "none";  ///< auto, none, or a depth code's name
     double share = 0.1;         ///< of the main colour track's bits that main's depth may take
     std::optional<double> crf;  ///< nothing: the best within that share
-    bool images = true;         ///< also a track of mirrors and glass, where main has them
+    ImagesTrack images = ImagesTrack::if_cheap;
 };
 
 /// One colour track's depth, or main's mirrors and glass.
@@ -60,6 +65,8 @@ struct DepthTrial {
 struct DepthPlan {
     std::vector<DepthTrack> tracks;   ///< empty: none
     std::optional<DepthTrial> trial;  ///< with what was chosen; nothing where there was nothing to choose
+    /// Of main's colour bits, where mirrors and glass would have taken so many that they were left out.
+    std::optional<double> images_left_out_share{};
 };
 
 /// Planes of a rendered frame that a track of distances is made of.

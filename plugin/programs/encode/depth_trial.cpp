@@ -52,15 +52,17 @@ struct TrialFrame {
 std::vector<TrialFrame> read_frames(const DepthTrack& track, const std::vector<std::int64_t>& frames, int gop) {
     const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
     const std::size_t first = groups / 2 * std::size_t(gop);
+    std::vector<std::string> planes = planes_of(track.role);
+    planes.push_back("colour");
     const DisplayTransform display;
     DepthRanges ranges(track, frames, gop);
     std::vector<TrialFrame> read;
     for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
         const fs::path file = track.source.folder / frame_file_name(frames[i]);
-        Frame frame = read_exr(file, {"colour", "depth"});
-        for (const char* plane : {"colour", "depth"})
+        Frame frame = read_exr(file, planes);
+        for (const std::string& plane : planes)
             if (!frame.planes.contains(plane))
-                throw InputError(expected_found(file.string(), std::string("a plane ") + plane, "none"));
+                throw InputError(expected_found(file.string(), "a plane " + plane, "none"));
         frame.info.index = frames[i];
         frame.info.depth_code = DepthCodeInfo{track.code, ranges.of(i), 0};
         read.push_back({frame.info,
@@ -132,6 +134,10 @@ private:
 };
 
 }  // namespace
+
+DepthTrial try_track(const DepthTrack& track, const Sources& sources, const StreamSettings& settings) {
+    return Trials(track, sources, settings).with(track.crf.value_or(settings.crf));
+}
 
 void choose_crf(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
     if (request.crf || plan.tracks.empty() || plan.tracks.front().role != TrackRole::depth ||

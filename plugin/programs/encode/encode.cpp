@@ -24,7 +24,7 @@ struct Options {
     std::optional<double> depth_crf, fill_crf;
     std::string mirrors = "auto";
     std::string progress = "auto";
-    int crf = StreamSettings{}.crf;
+    double crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
     std::string preset = StreamSettings{}.preset;
     bool json = false;
@@ -46,7 +46,10 @@ DepthRequest depth_request_of(const Options& options) {
         throw InputError(expected_found("--depth-share", "a share of the colour's bits above 0 and up to 100",
                                         std::to_string(options.depth_share)));
     check_crf("--depth-crf", options.depth_crf);
-    return {options.depth, options.depth_share, options.depth_crf, options.mirrors == "auto"};
+    return {options.depth, options.depth_share, options.depth_crf,
+            options.mirrors == "none"     ? ImagesTrack::none
+            : options.mirrors == "always" ? ImagesTrack::always
+                                          : ImagesTrack::if_cheap};
 }
 
 EncodeRequest request_of(const Options& options) {
@@ -155,6 +158,8 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
               {"count", report.settings.pictures}}},
             {"not_finite_samples", report.not_finite_samples},
             {"tracks", tracks},
+            {"mirrors_left_out_share",
+             report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
             {"ms_per_frame",
              {{"read", report.read_ms / count},
               {"display", report.display_ms / count},
@@ -164,7 +169,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
 
 void print_text(const EncodeRequest& request, const Options& options, const EncodeReport& report, std::FILE* out) {
     const double count = report.settings.pictures;
-    std::fprintf(out, "%s: frames %lld-%lld, %s CRF %d, preset %s, key frame every %d, %g frames/s%s\n",
+    std::fprintf(out, "%s: frames %lld-%lld, %s CRF %g, preset %s, key frame every %d, %g frames/s%s\n",
                  request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
                  static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
                  options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
@@ -177,6 +182,11 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
         if (track.settings.depth_code)
             std::fputs(depth_text(track, report).c_str(), out);
     }
+    if (report.images_left_out_share)
+        std::fprintf(out,
+                     "  no track of mirrors and glass, which would take %.1f %% of the colour's bits (--mirrors always "
+                     "sends it)\n",
+                     100 * *report.images_left_out_share);
     if (report.trial && report.trial->share() > request.depth.share)
         std::fprintf(out, "  depth takes more than the %.1f %% asked for even at its worst\n",
                      100 * request.depth.share);
@@ -234,9 +244,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         ->capture_default_str();
     app.add_option("--depth-crf", options.depth_crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
-    app.add_option("--mirrors", options.mirrors,
-                   "auto: where main has mirrors or glass, a track of how far away what they show is; none: without")
-        ->check(CLI::IsMember({"auto", "none"}))
+    app.add_option(
+           "--mirrors", options.mirrors,
+           "A track of how far away what main's mirrors and glass show is: auto (where that takes at most 5 % of the "
+           "colour's bits), always or none")
+        ->check(CLI::IsMember({"auto", "always", "none"}))
         ->capture_default_str();
     app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();

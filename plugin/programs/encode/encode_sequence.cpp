@@ -201,6 +201,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     EncodeReport report;
     report.settings = settings_for(request, pictures);
     report.trial = plan.trial;
+    report.images_left_out_share = plan.images_left_out_share;
     report.first = pictures.front().info;
     DepthWriter depths(plan, frames, request.settings.gop);
     StreamWriter writer(request.target, report.settings);

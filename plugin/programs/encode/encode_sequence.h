@@ -11,8 +11,8 @@ namespace equistream {
 
 /// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear. The small view is coarse
 /// already.
-inline double default_fill_crf(TrackRole role, int crf) {
-    return role == TrackRole::small ? crf : std::min(crf + 12, 51);
+inline double default_fill_crf(TrackRole role, double crf) {
+    return role == TrackRole::small ? crf : std::min(crf + 12, 51.0);
 }
 
 struct EncodeRequest {
@@ -35,9 +35,10 @@ struct EncodedTrack {
 struct EncodeReport {
     std::vector<EncodedTrack> tracks;
     StreamSettings settings;
-    bool sphere_tag = false;          ///< as the container holds it
-    FrameInfo first;                  ///< the main track's first frame
-    std::optional<DepthTrial> trial;  ///< of main's depth, where its CRF was looked for
+    bool sphere_tag = false;                      ///< as the container holds it
+    FrameInfo first;                              ///< the main track's first frame
+    std::optional<DepthTrial> trial;              ///< of main's depth, where its CRF was looked for
+    std::optional<double> images_left_out_share;  ///< as DepthPlan has it
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;  ///< sums over all pictures
     double display_ms = 0;

@@ -40,7 +40,8 @@ SYSTEMS = {
 RUNGS = ("none", "spread", "pushpull", "small", "hidden", "patches", "geometry", "earlier", LADDER)
 # Which track for gaps comes along -> what fills them.
 CODED = {"none": "pushpull", "hidden": "hidden,pushpull", "patches": "patches,pushpull"}
-CRF = 16
+CRF = 16  # of the paper's method
+BEST_CRF, WORST_CRF = 13, 21  # between which ours is looked for
 REPEAT = 3  # timings of depth, reprojection and fill
 
 
@@ -103,7 +104,7 @@ class Accuracy:
     # -- streams of equal bytes
 
     def encoded(self, source, seed, crf, fill):
-        stream = f"streams/{source}-{fill.replace(',', '-')}-crf{crf}-{seed}.mp4"
+        stream = f"streams/{source}-{fill.replace(',', '-')}-crf{crf:g}-{seed}.mp4"
         (self.work / "streams").mkdir(exist_ok=True)
         record = self.steps.run(f"encode-{pathlib.Path(stream).stem}", "encode", f"renders/{source}-{seed}", "--out", stream, "--crf", crf,
                                 "--frames", self.renders.frame, "--fill", fill, "--json", "--progress", "none")
@@ -111,12 +112,18 @@ class Accuracy:
         return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
     def ours_at_no_more_bytes(self, source, seed, limit, track):
-        """The best quality whose bytes, all tracks together, do not pass the paper's."""
-        for crf in range(CRF, 30):
-            stream, record = self.encoded(source, seed, crf, track)
-            if sum(record["bytes"].values()) <= limit:
-                return stream, record
-        raise Failed(f"{self.renders.name}: no quality of ours keeps to {limit} bytes")
+        """The best quality, to half a CRF, whose bytes, all tracks together, do not pass the paper's."""
+
+        def keeps(halves):
+            return sum(self.encoded(source, seed, halves / 2, track)[1]["bytes"].values()) <= limit
+
+        best, worst = BEST_CRF * 2, WORST_CRF * 2
+        if not keeps(worst):
+            raise Failed(f"{self.renders.name}: no quality of ours keeps to {limit} bytes")
+        while best < worst:
+            middle = (best + worst) // 2
+            best, worst = (best, middle) if keeps(middle) else (middle + 1, worst)
+        return self.encoded(source, seed, worst / 2, track)
 
     def coded(self, head):
         paper = [self.encoded("left", seed, CRF, "small") for seed in SEEDS]
