@@ -197,7 +197,7 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
     }
     EXPECT_EQ(images, 2);
     const auto fine = fs::file_size(path("mirror.mkv"));
-    ASSERT_EQ(run(mirror + " --depth-crf 51").status, 0);
+    ASSERT_EQ(run(mirror + " --mirrors always --depth-crf 51").status, 0);
     EXPECT_LT(fs::file_size(path("mirror.mkv")), fine);
     EXPECT_NE(run("info '" + path("mirror.mkv") + "'").output.find("track images"), std::string::npos);
 }
