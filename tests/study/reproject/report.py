@@ -62,9 +62,25 @@ def coded(found):
             for system in results.CODED:
                 entry = results.find(result, "coded", system, head)
                 if entry:
-                    rows.append([scene, f"{results.NAMES[system]}, {HEAD_NAMES[head]}", ", ".join(str(r["crf"]) for r in entry["encoded"]),
+                    rows.append([scene, f"{results.NAMES[system]}, {HEAD_NAMES[head]}", ", ".join(f"{r['crf']:g}" for r in entry["encoded"]),
                                  f"{results.coded_bytes(entry):,.0f}", eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error)])
     return table(["scene", "system", "CRF by seed", "bytes a frame", "noise-free dB, left / right", "in gaps, left / right"], rows)
+
+
+def ahead(found):
+    """Both eyes together: the paper's method, and how far each of ours is ahead of it."""
+    rivals = [("paper", "systems", ("ours", "ours-left")), ("paper-coded", "coded", [name for name in results.CODED if name != "paper-coded"])]
+    rows = []
+    for head, head_name in HEAD_NAMES.items():
+        for paper, kind, ours in rivals:
+            for system in (paper, *ours):
+                row = [head_name, results.NAMES[system]]
+                for result in found.values():
+                    entry, rival = results.find(result, kind, system, head), results.find(result, kind, paper, head)
+                    db = None if entry is None or rival is None else results.both_eyes_db(entry)
+                    row.append("-" if db is None else f"{db:.2f}" if system == paper else f"{db - results.both_eyes_db(rival):+.2f}")
+                rows.append(row)
+    return table(["head", "system", *found], rows)
 
 
 def rungs(result):
@@ -157,6 +173,7 @@ def main():
     for head in HEAD_NAMES:
         page = place(page, f"summary-{head}", "all", summary(found, head))
         page = place(page, f"ladders-{head}", "all", ladders(found, head))
+    page = place(page, "ahead", "all", ahead(found))
     page = place(page, "coded", "all", coded(found))
     for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
         if measured := results.load(kind, options.results):

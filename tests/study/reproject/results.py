@@ -1,6 +1,7 @@
 """Reading docs/results/reproject/*/SCENE.json: what tables, charts and pictures share."""
 
 import json
+import math
 import pathlib
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -34,6 +35,12 @@ def find(result, kind, system, head):
 
 def display_error(entry, eye):
     return entry["noise_free"]["eyes"][eye]["noise_free"]["display"]
+
+
+def both_eyes_db(entry):
+    """Noise-free, of the two eyes' mean square errors together."""
+    errors = [display_error(entry, eye)["mean_square"] for eye in EYES]
+    return -10 * math.log10(sum(errors) / len(errors))
 
 
 def gap_error(entry, eye):

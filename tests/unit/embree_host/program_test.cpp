@@ -154,7 +154,7 @@ TEST_F(RenderProgram, PatchesAreAStreamLikeOthersAndGoOnWithTheirSlots) {
                                                           "patches go into DIR/patches, found --camera perspective\n");
     EXPECT_EQ(refused("--patch-budget 5 "),
               "equistream render: --patch-budget: expected --patches as well, found none\n");
-    EXPECT_NE(refused("--patches --size 32x16 ").find("at least one patch"), std::string::npos);
+    EXPECT_NE(refused("--patches --patch-side 8 --size 32x16 ").find("at least one patch"), std::string::npos);
     EXPECT_NE(run_few("--frames 0 --patch-budget 5 " + out("whole")).error.find("expected patches {"),
               std::string::npos);
 }
