@@ -174,10 +174,9 @@ HWY_INLINE Outward outward_of(const WarpJob& job, Ints x, Ints y) {
 }
 
 /// Of the samples kept, those whose surface passes through the point: a sample's own distance may be the point's by
-/// chance (depth_agreement.h). `inverse` is the four samples' 1 / (r - B). Apart, as few need it and all of the loop's
-/// registers are taken.
-HWY_NOINLINE Ints kept_through_point(const WarpJob& job, const ScaledReach& point, Ints u, Ints v,
-                                     const Distances& inverse, Ints keep) {
+/// chance (depth_agreement.h). `inverse` is the four samples' 1 / (r - B).
+HWY_INLINE Ints kept_through_point(const WarpJob& job, const ScaledReach& point, Ints u, Ints v,
+                                   const Distances& inverse, Ints keep) {
     const Outward outward = outward_of(job, hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v));
     const Floats scale = all(1.0f / position_one), half = all(0.5f);
     const Floats right = hn::ConvertTo(float_tag, hn::And(u, all(position_one - 1))) * scale;
