@@ -17,10 +17,6 @@ constexpr double interpolation_share = 1 / 4.0;
 /// And never more, samples: below that the weights' own steps begin to show.
 constexpr double largest_interpolation_error = 1 / 32.0;
 
-double interpolation_error(double pixel_angle_rad, double tolerance_rad) {
-    return std::min(interpolation_share * tolerance_rad / pixel_angle_rad, largest_interpolation_error);
-}
-
 SourceGrid grid_of(const EquirectCamera& camera) {
     const LongitudeLatitudeRange& range = camera.range;
     SourceGrid grid;
@@ -56,8 +52,8 @@ template <typename AnyCamera>
 std::int64_t look_up(const AnyCamera& camera, const LookUpOptions& options, WarpJob& job) {
     job.grid = source_grid(camera);
     job.radians_per_sample = float(camera.pixel_angle_rad());
-    job.interpolation = float(interpolation_error(camera.pixel_angle_rad(), options.tolerance_rad));
-    job.position_error = float(position_error_samples(camera, options.tolerance_rad));
+    job.interpolation = float(
+        std::min(interpolation_share * options.tolerance_rad / camera.pixel_angle_rad(), largest_interpolation_error));
     return run(job);
 }
 
@@ -90,11 +86,6 @@ std::int64_t look_up(const SourceView& source, const EyeView& eye, const LookUpO
 }
 
 }  // namespace
-
-double position_error_samples(const Camera& source, double tolerance_rad) {
-    const double angle_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source);
-    return interpolation_error(angle_rad, tolerance_rad) + 0.5 / position_one;
-}
 
 SourceGrid source_grid(const Camera& camera) {
     return std::visit(

@@ -13,10 +13,6 @@ struct LookUpOptions {
     bool only_seen = true;
 };
 
-/// By how much the positions in a source that pixels are looked up at may be off, samples: interpolated ones, and the
-/// steps that all are stored in.
-double position_error_samples(const Camera& source, double tolerance_rad);
-
 /// By direction alone: positions and depth are ignored. Returns the number of pixels coloured.
 std::int64_t look_up_by_direction(const SourceView& source, const EyeView& eye, const LookUpOptions& options,
                                   EyePicture& picture);

@@ -58,7 +58,6 @@ struct WarpJob {
     bool only_seen = true;     ///< for `surface`: only where the source saw that point
     DepthAgreement agreement;  ///< for `surface`
     float interpolation = 0;   ///< by how much interpolated positions may be off, samples
-    float position_error = 0;  ///< the same with the steps that positions are stored in
     float radians_per_sample = 1;
     PixelOrigin mark = PixelOrigin::source;
     bool only_gaps = false;

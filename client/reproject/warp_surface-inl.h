@@ -10,8 +10,6 @@
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"
 
-#include <limits>
-
 HWY_BEFORE_NAMESPACE();
 namespace equistream::HWY_NAMESPACE {
 
@@ -61,8 +59,6 @@ public:
     HWY_INLINE FloatMask same(Floats behind, Floats reach_sample) const {
         return hn::And(hn::Abs(behind) <= allowed_ * reach_sample, reach_sample > all(0.0f));
     }
-    /// 1 / (r - B).
-    HWY_INLINE Floats inverse() const { return over_distance_ / reach_; }
 
 private:
     Floats over_distance_, reach_, allowed_;
@@ -128,95 +124,6 @@ HWY_INLINE Ints kept_along_slope(const WarpJob& job, const SeenPoints& s, Ints u
         keep = hn::Or(keep, hn::IfThenElseZero(hn::RebindMask(int_tag, agrees), all(1 << k)));
     }
     return keep;
-}
-
-/// Column or row numbers of neighbours outside the cells of some pixels, and whether there are such.
-struct Line {
-    Ints at;
-    IntMask there;
-};
-
-HWY_INLINE Line line(Ints at, int size, bool closes) {
-    if (closes) {
-        at = hn::IfThenElse(at < all(0), at + all(size), at);
-        at = hn::IfThenElse(at > all(size - 1), at - all(size), at);
-    }
-    const IntMask there = hn::And(at > all(-1), at < all(size));
-    return {hn::IfThenElseZero(there, at), there};
-}
-
-/// 1 / (r - B) of the samples that line up with each of the four, on the sides away from the pixel's position: NaN
-/// beyond the picture's edges.
-struct Outward {
-    Distances across, down;
-};
-
-HWY_INLINE Outward outward_of(const WarpJob& job, Ints x, Ints y) {
-    const Ints stride = all(int(job.source.depth_m.row_stride));
-    const auto inverse_reach = [&](const Line& column, const Line& row) HWY_ATTR {
-        const Ints offset = row.at * stride + column.at;
-        const Floats behind_box = reach(job.agreement, hn::GatherIndex(float_tag, job.source.depth_m.data, offset));
-        const FloatMask there = hn::RebindMask(float_tag, hn::And(column.there, row.there));
-        return hn::IfThenElse(hn::And(there, behind_box > all(0.0f)), all(1.0f) / behind_box,
-                              all(std::numeric_limits<float>::quiet_NaN()));
-    };
-    Line columns[4], rows[4];
-    for (int i = 0; i < 4; ++i) {
-        columns[i] = line(x + all(i - 1), job.grid.width, job.grid.closes);
-        rows[i] = line(y + all(i - 1), job.grid.height, false);
-    }
-    Outward outward;
-    for (int k = 0; k < 4; ++k) {
-        outward.across[k] = inverse_reach(columns[3 * (k & 1)], rows[1 + (k >> 1)]);
-        outward.down[k] = inverse_reach(columns[1 + (k & 1)], rows[3 * (k >> 1)]);
-    }
-    return outward;
-}
-
-/// Of the samples kept, those whose surface passes through the point: a sample's own distance may be the point's by
-/// chance (depth_agreement.h). `inverse` is the four samples' 1 / (r - B).
-HWY_INLINE Ints kept_through_point(const WarpJob& job, const ScaledReach& point, Ints u, Ints v,
-                                   const Distances& inverse, Ints keep) {
-    const Outward outward = outward_of(job, hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v));
-    const Floats scale = all(1.0f / position_one), half = all(0.5f);
-    const Floats right = hn::ConvertTo(float_tag, hn::And(u, all(position_one - 1))) * scale;
-    const Floats below = hn::ConvertTo(float_tag, hn::And(v, all(position_one - 1))) * scale;
-    const Floats position_error = all(job.position_error);
-    // Distances are off by a rounding or two each.
-    const Floats rounding = all(8 * std::numeric_limits<float>::epsilon()), radius = all(job.agreement.box_radius_m);
-    const Floats tolerance = all(job.agreement.tolerance / job.agreement.box_radius_m);
-    const Floats here = point.inverse();
-    for (int k = 0; k < 4; ++k) {
-        const Floats own = inverse[k];
-        const Floats step_x = (k & 1) != 0 ? all(1.0f) - right : right;
-        const Floats step_y = (k >> 1) != 0 ? all(1.0f) - below : below;
-        const Floats inward_x = inverse[k ^ 1] - own, outward_x = own - outward.across[k];
-        const Floats inward_y = inverse[k ^ 2] - own, outward_y = own - outward.down[k];
-        const Floats twist = half * step_x * step_y * (inverse[k ^ 3] - inverse[k ^ 2] - inward_x);
-        const Floats middle_x = half * (inward_x + outward_x), spread_x = half * hn::Abs(inward_x - outward_x);
-        const Floats middle_y = half * (inward_y + outward_y), spread_y = half * hn::Abs(inward_y - outward_y);
-        const Floats middle = hn::MulAdd(step_x, middle_x, hn::MulAdd(step_y, middle_y, own + twist));
-        const Floats spread = hn::MulAdd(step_x, spread_x, hn::MulAdd(step_y, spread_y, hn::Abs(twist)));
-        const Floats steepest = hn::Abs(middle_x) + spread_x + hn::Abs(middle_y) + spread_y;
-        const Floats stored = rounding * own * hn::MulAdd(radius, own, all(1.0f));
-        const Floats allowed = hn::MulAdd(position_error, steepest, spread + tolerance + stored);
-        // False for NaN: what the samples do not tell speaks against none of them.
-        const FloatMask elsewhere = hn::Abs(here - middle) > allowed;
-        keep = hn::AndNot(hn::IfThenElseZero(hn::RebindMask(int_tag, elsewhere), all(1 << k)), keep);
-    }
-    return keep;
-}
-
-/// Whether the four samples, mixed, are at the point's distance: then each one's surface is.
-HWY_INLINE FloatMask mixed_at_point(const WarpJob& job, const ScaledReach& point, Ints u, Ints v,
-                                    const Distances& inverse) {
-    const std::array<Ints, 4> weights =
-        bilinear_weights({hn::And(u, all(position_one - 1)), hn::And(v, all(position_one - 1))});
-    Floats mixed = all(0.0f);
-    for (int k = 0; k < 4; ++k)
-        mixed = hn::MulAdd(hn::ConvertTo(float_tag, weights[k]), inverse[k], mixed);
-    return hn::Abs(hn::MulSub(mixed, all(1.0f / position_one), point.inverse())) <=
-           all(job.agreement.tolerance / job.agreement.box_radius_m);
 }
 
 /// None where too little weight is left.
@@ -317,14 +224,7 @@ HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, 
         keep = hn::And(keep, shown);
         if (!hn::AllTrue(int_tag, keep == shown)) {
             const SeenPoints s = seen_points(job, rows, tile, i, row);
-            keep = hn::And(kept_along_slope(job, s, u, v, reach_sample, behind, keep), shown);
-            Distances inverse;
-            for (int k = 0; k < 4; ++k)
-                inverse[k] = all(1.0f) / reach_sample[k];
-            const IntMask told = hn::RebindMask(int_tag, mixed_at_point(job, point, u, v, inverse));
-            if (!hn::AllTrue(int_tag, hn::Or(told, keep == all(0))))
-                keep = kept_through_point(job, point, u, v, inverse, keep);
-            keep = enough(keep, u, v);
+            keep = enough(hn::And(kept_along_slope(job, s, u, v, reach_sample, behind, keep), shown), u, v);
         }
         whole = whole && hn::AllTrue(int_tag, keep == all(15));
         hn::Store(keep, int_tag, tile.keep + at);

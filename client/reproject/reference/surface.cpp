@@ -1,4 +1,3 @@
-#include "look_up.h"
 #include "reference.h"
 
 #include <equistream/bound.h>
@@ -95,7 +94,8 @@ private:
         if (moved && shows_back(eye, x, y))
             return false;
         if (moved)
-            keep_same_surface(eye, {x, y}, distance_m, *taps);
+            for (Tap& tap : *taps)
+                tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
         return mix(*taps, rgba);
     }
 
@@ -118,10 +118,6 @@ private:
         return std::max(source_.box_radius_m, glm::length(eye.pose.position_m - source_.pose.position_m));
     }
 
-    double tolerance_rad(const EyeView& eye) const {
-        return 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
-    }
-
     /// bounded_inverse_depth with equal depths told apart inside the box too, where only they agree.
     double w_of(double distance_m, double box_m) const {
         if (std::isinf(distance_m))
@@ -134,62 +130,13 @@ private:
         if (!(sample_m > 0))
             return false;
         const double box = box_radius_m(eye);
-        const double tolerance = std::sin(tolerance_rad(eye));
+        const double tolerance = std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
         const double w = w_of(distance_m, box);
         const double w_sample = w_of(sample_m, box);
         if (std::abs(w - w_sample) <= tolerance)
             return true;
         const double w_predicted = w_of(plane_distance(eye, x, y, tap), box);
         return w_sample >= std::min(w, w_predicted) - tolerance && w_sample <= std::max(w, w_predicted) + tolerance;
-    }
-
-    void keep_same_surface(const EyeView& eye, glm::ivec2 pixel, double distance_m, std::array<Tap, 4>& taps) const {
-        std::array<bool, 4> same;
-        for (int k = 0; k < 4; ++k)
-            same[k] = same_surface(eye, pixel.x, pixel.y, distance_m, taps[k]) && passes(eye, distance_m, taps, k);
-        for (int k = 0; k < 4; ++k)
-            taps[k].weight *= same[k] ? 1 : 0;
-    }
-
-    /// Whether the k-th sample's surface passes the point by no more than the tolerance (depth_agreement.h).
-    bool passes(const EyeView& eye, double distance_m, const std::array<Tap, 4>& taps, int k) const {
-        const double box = box_radius_m(eye);
-        const auto w = [&](int x, int y) { return sample_w(x, y, box); };
-        const Tap& own = taps[k];
-        const glm::ivec2 outward(k % 2 ? 1 : -1, k / 2 ? 1 : -1);
-        const glm::dvec2 step(taps[k ^ 1].weight + taps[k ^ 3].weight, taps[k ^ 2].weight + taps[k ^ 3].weight);
-        constexpr double unlimited = std::numeric_limits<double>::infinity();
-        const double here = w(own.x, own.y), beside = w(taps[k ^ 1].x, taps[k ^ 1].y);
-        const double below = w(taps[k ^ 2].x, taps[k ^ 2].y), across = w(taps[k ^ 3].x, taps[k ^ 3].y);
-        const std::array slopes_x = {beside - here, here - w(own.x + outward.x, own.y)};
-        const std::array slopes_y = {below - here, here - w(own.x, own.y + outward.y)};
-        double low = unlimited, high = -unlimited, steepest = 0;
-        for (const double slope_x : slopes_x)
-            for (const double slope_y : slopes_y)
-                for (const double twist : {0.0, across - below - beside + here}) {
-                    const double at_point = here + step.x * slope_x + step.y * slope_y + step.x * step.y * twist;
-                    if (std::isnan(at_point))
-                        return true;
-                    low = std::min(low, at_point);
-                    high = std::max(high, at_point);
-                    steepest = std::max(steepest, std::abs(slope_x) + std::abs(slope_y));
-                }
-        const double w_point = w_of(distance_m, box);
-        const double allowed =
-            std::sin(tolerance_rad(eye)) + position_error_samples(source_.camera, tolerance_rad(eye)) * steepest;
-        return w_point >= low - allowed && w_point <= high + allowed;
-    }
-
-    /// NaN for what is no distance and beyond the picture's edges.
-    double sample_w(int x, int y, double box_m) const {
-        const int width = width_of(source_.camera);
-        const auto* sphere = std::get_if<EquirectCamera>(&source_.camera);
-        if (sphere && sphere->range.closes())
-            x = (x + width) % width;
-        if (x < 0 || y < 0 || x >= width || y >= height_of(source_.camera))
-            return std::nan("");
-        const double sample_m = source_.depth_m.pixel(x, y)[0];
-        return sample_m > 0 ? w_of(sample_m, box_m) : std::nan("");
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on

@@ -7,12 +7,6 @@
 /// surface is the same. Along a plane 1/r is linear in the unit direction, 1/r(q) = m . q, so the plane through the
 /// eye's neighbouring pixels predicts the sample's depth exactly; anything between the point's own depth and the
 /// prediction, give or take e, is the same surface.
-///
-/// One sample may agree by chance, while the surface through it and its neighbours passes the point by. So where the
-/// four around a point, mixed linearly in w, are not within e of it, each one has to have it on its surface: w at the
-/// sample, plus the step to the point times the slope to the neighbour on either side (what bends less than that lies
-/// between the two; beyond an edge the outer one is the surface's own), plus the cell's twist, give or take e, what
-/// the slope makes of the position's own error, and roundings. What no neighbour tells refuses nothing.
 #include <algorithm>
 #include <cmath>
 
