@@ -9,10 +9,6 @@
 
 namespace equistream {
 
-bool DepthSource::cast_patches(const PatchAtlas&, const Pose&, ImageView<float>) {
-    return false;
-}
-
 ExactDepth::ExactDepth(std::unique_ptr<DepthSource> otherwise) : otherwise_(std::move(otherwise)) {}
 
 void ExactDepth::set_time(double time_s) {

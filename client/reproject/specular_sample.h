@@ -1,15 +1,13 @@
 #pragma once
 /// What one sample of a picture says of mirrors and glass (specular.h).
 #include <equistream/depth_agreement.h>
+#include <equistream/virtual_image.h>
 #include <equistream_client/view.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace equistream {
-
-/// What is above it in a mask of 0 and 1 is mirror or glass.
-inline constexpr float least_specular = 0.5f;
 
 /// Of a picture that has a mask.
 struct SpecularSample {

@@ -20,9 +20,9 @@ public:
     /// to the nearest surface along each pixel-centre ray; +inf for a miss. Throws WorkError where it cannot.
     virtual void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) = 0;
     /// The same of an atlas of patches (patches.h) whose sphere has this pose, for streams that carry no depth of it.
-    /// `depth_m` has the atlas' size; unused slots get +inf. Returns false, and leaves `depth_m` alone, where the source
-    /// knows no geometry. The atlas must be sound (patch_atlas_problem).
-    virtual bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m);
+    /// `depth_m` has the atlas' size; unused slots get +inf. Returns false, and leaves `depth_m` alone, where the
+    /// source knows no geometry. The atlas must be sound (patch_atlas_problem).
+    virtual bool cast_patches(const PatchAtlas&, const Pose&, ImageView<float> /*depth_m*/) { return false; }
 };
 
 /// Depth planes that somebody else computed (the renderer's AOV), handed out to whoever asks for that very view.

@@ -52,11 +52,11 @@ film's reconstruction filter is:
               forward.u .v      seam, never NaN; where there is nothing, by the camera's turning only
     normal    normal.X .Y .Z    shading normal, world space, unit, facing the camera
     ids       object_id, material_id, instance_id    whole numbers from 1; 0 where there is nothing
-    specular  specular          1 where over 3/4 of what the surface sends on leaves in a delta lobe or one as sharp as GGX
-                                with alpha 0.05, else 0
+    specular  specular          1 where over 3/4 of what the surface sends on leaves in a delta lobe or one as sharp
+                                as GGX with alpha 0.05, else 0
     virtual   virtual_depth.Z   where specular is 1: how far along the ray what is seen in the mirror or through the
-glass virtual_backward.u .v    appears to lie (+inf for the sky in a plane mirror), and its motion; elsewhere as
-              virtual_forward.u .v     depth and motion
+              virtual_backward.u .v    glass appears to lie (+inf for the sky in a plane mirror), and its motion;
+              virtual_forward.u .v     elsewhere as depth and motion
 
 Names, units and formulas are those of equistream's contract. The surface is the first *visible* one: null surfaces and
 what masks cut out (opacity below 1/2) are passed through, glass is not. In omnidirectional stereo distances are from

@@ -132,8 +132,8 @@ typedef struct es_surface {
     float normal[3];              /* world, unit, facing the camera */
     float albedo[3];
     uint32_t object_id, material_id, instance_id; /* from 1 */
-    float
-        specular; /* 1 where over 3/4 of what the surface sends on leaves as a sharp reflection or refraction, else 0 */
+    /* 1 where over 3/4 of what the surface sends on leaves as a sharp reflection or refraction, else 0 */
+    float specular;
     /* Of what is seen sharply in the surface: how far along the ray it appears to lie (virtual_image.h), +inf where it
      * has no end, and where it will appear to lie from the neighbouring frames. 0: the surface itself is seen. */
     float virtual_distance_m;

@@ -21,9 +21,10 @@ namespace equistream {
 inline constexpr unsigned most_sharp_surfaces = 8;
 
 /// A surface is seen as what it mirrors or lets through where more than this share of what it sends on leaves sharply.
-/// Below it the surface's own light is what moves in the picture: measured in the study's kitchen, a coated table of
-/// shares 0.5 to 0.7 warps 1 to 3 dB better with the surface than with its image.
+/// Below it the surface's own light, which stays where the surface is, is too much of what is seen.
 inline constexpr float least_sharp_share = 0.75f;
+/// What is above it in the AOV `specular`, a mask of 0 and 1, is such a surface.
+inline constexpr float least_specular = 0.5f;
 
 template <typename T>
 struct Pencil {

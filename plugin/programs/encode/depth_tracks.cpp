@@ -6,6 +6,7 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/sequence.h>
+#include <equistream/virtual_image.h>
 
 #include <algorithm>
 #include <cmath>
@@ -84,7 +85,7 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
         float& r = image_m.samples()[i];
         if (!(r > 0))
             r = std::numeric_limits<float>::infinity();
-        if (!(mask[i] > 0.5f) || displacement_bound_rad(surface_m[i], r, box_radius_m) <= budget_rad)
+        if (!(mask[i] > least_specular) || displacement_bound_rad(surface_m[i], r, box_radius_m) <= budget_rad)
             r = std::numeric_limits<float>::quiet_NaN();
     }
 }

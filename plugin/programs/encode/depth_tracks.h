@@ -13,7 +13,7 @@ namespace equistream {
 
 /// Whether mirrors and glass get a track, where main has some.
 enum class ImagesTrack { none, if_cheap, always };
-/// Cheap: of main's colour bits. Mirrors in foliage cost more than they are worth (docs/results/reproject.md).
+/// Cheap: of main's colour bits. What is seen in panes behind foliage is all outlines, which cost the most.
 inline constexpr double most_images_share = 0.05;
 
 struct DepthRequest {
@@ -71,15 +71,15 @@ struct DepthPlan {
 
 /// Planes of a rendered frame that a track of distances is made of.
 std::vector<std::string> planes_of(TrackRole role);
-/// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass. An
-/// image whose distance the renderer does not know counts as far away. Takes the planes of planes_of() out of `frame`,
-/// which was read from `file` with them.
+/// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass that
+/// shows what moves otherwise than its surface. An image whose distance the renderer does not know counts as far away.
+/// Takes the planes of planes_of() out of `frame`, which was read from `file` with them.
 FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file);
 
 /// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its
-/// tracks. Hidden layers and patches have depth whatever was asked for main, at the stream's CRF if main has none.
-/// Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows some.
-/// Throws InputError where depth was asked for and cannot be had.
+/// tracks. Hidden layers have depth whatever was asked for main, at the stream's CRF if main has none; patches if main
+/// has. Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows some
+/// and request.images allows it. Throws InputError where depth was asked for and cannot be had.
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings);
 
 }  // namespace equistream

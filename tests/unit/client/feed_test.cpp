@@ -204,6 +204,11 @@ TEST_F(Feeds, RangesAndMissingFoldersAreChecked) {
     EXPECT_THROW(open_feed((folder / "text.mp4").string()), InputError);
 }
 
+/// Grey of a picture of write_two_tracks, which tells it from its neighbours.
+int grey_of(TrackRole role, std::int64_t index) {
+    return (role == TrackRole::main ? 90 : 180) + int(index % 32);
+}
+
 /// Both tracks of `count` pictures, but for those that `lost` says.
 void write_two_tracks(const fs::path& file, std::int64_t count,
                       const std::function<bool(TrackRole, std::int64_t)>& lost,
@@ -212,14 +217,19 @@ void write_two_tracks(const fs::path& file, std::int64_t count,
     settings.preset = "ultrafast";
     settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
     StreamWriter writer(file.string(), settings);
-    const ByteImage main(128, 64, 3, 90), small(64, 64, 3, 180);
     for (std::int64_t index = 0; index < count; ++index) {
+        const ByteImage main(128, 64, 3, std::uint8_t(grey_of(TrackRole::main, index)));
+        const ByteImage small(64, 64, 3, std::uint8_t(grey_of(TrackRole::small, index)));
         if (!lost(TrackRole::main, index))
             writer.write(TrackRole::main, main.view(), info(index, 128, 64));
         if (!lost(TrackRole::small, index))
             writer.write(TrackRole::small, small.view(), info(index, 64, 64));
     }
     writer.finish();
+}
+
+bool small_after_10(TrackRole role, std::int64_t index) {
+    return role == TrackRole::small && index >= 10;
 }
 
 TEST_F(Feeds, ALostPictureIsNotWaitedFor) {
@@ -259,27 +269,17 @@ TEST_F(Feeds, ATrackThatEndsIsWaitedForOnlySoLong) {
 
 TEST_F(Feeds, AStreamPairsItsTracksByFrame) {
     const fs::path file = folder / "two.mkv";
-    StreamSettings settings;
-    settings.preset = "ultrafast";
-    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
-    StreamWriter writer(file.string(), settings);
-    const ByteImage main(128, 64, 3, 90), small(64, 64, 3, 180);
-    for (std::int64_t index = 0; index < 12; ++index) {
-        writer.write(TrackRole::main, main.view(), info(index, 128, 64));
-        if (index < 10)
-            writer.write(TrackRole::small, small.view(), info(index, 64, 64));
-    }
-    writer.finish();
+    write_two_tracks(file, 12, small_after_10, info);
     const auto feed = open_feed(file.string(), {.first_frame = 2});
     std::int64_t expected = 2;
     while (const auto frame = feed->next()) {
         EXPECT_EQ(frame->main.info.index, expected);
         EXPECT_TRUE(frame->posed);
-        EXPECT_NEAR(frame->main.rgb.pixel(20, 20)[1], 90, 3);
+        EXPECT_NEAR(frame->main.rgb.pixel(20, 20)[1], grey_of(TrackRole::main, expected), 3);
         ASSERT_EQ(frame->small.has_value(), expected < 10);
         if (frame->small) {
             EXPECT_EQ(frame->small->info.index, expected);
-            EXPECT_NEAR(frame->small->rgb.pixel(4, 4)[1], 180, 3);
+            EXPECT_NEAR(frame->small->rgb.pixel(4, 4)[1], grey_of(TrackRole::small, expected), 3);
         }
         ++expected;
     }
@@ -289,17 +289,7 @@ TEST_F(Feeds, AStreamPairsItsTracksByFrame) {
 
 TEST_F(Feeds, ReadAheadIsTheSameFromStreams) {
     const fs::path file = folder / "two.mkv";
-    StreamSettings settings;
-    settings.preset = "ultrafast";
-    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
-    StreamWriter writer(file.string(), settings);
-    for (std::int64_t index = 0; index < 12; ++index) {
-        const ByteImage main(128, 64, 3, std::uint8_t(90 + index)), small(64, 64, 3, std::uint8_t(180 + index));
-        writer.write(TrackRole::main, main.view(), info(index, 128, 64));
-        if (index < 10)
-            writer.write(TrackRole::small, small.view(), info(index, 64, 64));
-    }
-    writer.finish();
+    write_two_tracks(file, 12, small_after_10, info);
     for (const bool yuv : {false, true}) {
         const auto plain = open_feed(file.string(), {.yuv = yuv, .first_frame = 2});
         const auto early = open_feed(file.string(), {.yuv = yuv, .first_frame = 2, .frames_ahead = 2});

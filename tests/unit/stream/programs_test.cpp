@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <random>
 
 namespace equistream {
 namespace {
@@ -154,30 +155,36 @@ TEST_F(Programs, WhereAHiddenLayerHoldsNothingItsDepthIsThatOfMain) {
 }
 
 TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
-    render("r/centre", 64, 64, 0, 1);
-    const auto with_planes = [&](const std::string& name, bool mirror) {
+    std::mt19937 random(3);
+    const auto with_planes = [&](const std::string& name, int side, bool mirror) {
+        render("r/" + name, side, side, 0, 1);
         fs::create_directories(folder / name / "centre");
         for (std::int64_t index = 0; index < 2; ++index) {
-            Frame frame = read_exr(folder / "r/centre" / frame_file_name(index));
-            FloatImage specular(64, 64, 1, 0), image_m(64, 64, 1, 1.5f);
+            Frame frame = read_exr(folder / "r" / name / frame_file_name(index));
+            FloatImage specular(side, side, 1, 0), image_m(side, side, 1, 1.5f);
             for (int y = 20; mirror && y < 40; ++y) {
                 std::fill_n(specular.pixel(0, y), 16, 1.0f);
                 std::fill_n(image_m.pixel(0, y), 16, y < 30 ? 3.0f : std::numeric_limits<float>::infinity());
                 // What shows at the surface itself needs no saying.
                 std::fill_n(specular.pixel(32, y), 16, 1.0f);
             }
-            frame.planes.insert_or_assign("depth", FloatImage(64, 64, 1, 1.5f));
+            if (name == "noise")
+                for (float& value : frame.planes.at("colour").samples())
+                    value = float(random() % 1000) / 1000;
+            frame.planes.insert_or_assign("depth", FloatImage(side, side, 1, 1.5f));
             frame.planes.emplace("specular", std::move(specular));
             frame.planes.emplace("virtual_depth", std::move(image_m));
             write_exr(folder / name / "centre" / frame_file_name(index), frame);
         }
         return "encode '" + path(name) + "' --preset ultrafast --out '" + path(name + ".mkv") + "'";
     };
-    ASSERT_EQ(run(with_planes("matt", false)).status, 0);
-    const std::string mirror = with_planes("mirror", true);
+    ASSERT_EQ(run(with_planes("matt", 64, false)).status, 0);
+    const std::string mirror = with_planes("mirror", 64, true);
     ASSERT_EQ(run(mirror + " --mirrors none").status, 0);
     for (const char* file : {"matt.mkv", "mirror.mkv"})
         EXPECT_EQ(StreamReader(path(file)).tracks().size(), 1u);
+    ASSERT_EQ(run(with_planes("noise", 256, true)).status, 0);
+    EXPECT_EQ(StreamReader(path("noise.mkv")).tracks().size(), 2u) << "cheap beside noise";
     // The synthetic colour costs next to nothing, so that any such track is dear beside it.
     const Ran dear = run(mirror + " --json");
     ASSERT_EQ(dear.status, 0);

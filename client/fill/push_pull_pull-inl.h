@@ -1,0 +1,219 @@
+// From pixels up: the pull of push_pull.h. Included once for each instruction set.
+#if defined(EQUISTREAM_PUSH_PULL_PULL_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef EQUISTREAM_PUSH_PULL_PULL_INL_H
+#undef EQUISTREAM_PUSH_PULL_PULL_INL_H
+#else
+#define EQUISTREAM_PUSH_PULL_PULL_INL_H
+#endif
+
+#include "push_pull_layers-inl.h"
+
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// Pixels of a tile: colours, w, and what is known of them.
+struct Pixels {
+    static constexpr int absent = 0, open = 1, coloured = 2;
+    alignas(16) std::uint32_t rgba[PullPyramid::tile_side][PullPyramid::tile_side];
+    alignas(16) float w[PullPyramid::tile_side][PullPyramid::tile_side];
+    alignas(16) std::int32_t state[PullPyramid::tile_side][PullPyramid::tile_side];
+};
+
+HWY_INLINE Floats w_from(const SurfaceDepths& depths, ImageView<const float> depth_m, int x, int y) {
+    if (depth_m.data == nullptr)
+        return all(0);
+    const Floats depth = hn::LoadU(tag, depth_m.row(y) + x);
+    const Floats r = hn::Min(all(far_distance_m), depth);
+    const Floats reach = hn::Max(r * all(1e-3f), r - all(depths.box_radius_m));
+    return hn::IfThenElseZero(depth > all(0), all(depths.box_radius_m) / reach);
+}
+
+HWY_INLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
+    constexpr int side = PullPyramid::tile_side;
+    const SurfaceDepths& depths = pyramid.depths;
+    const EyePicture& picture = *pyramid.picture;
+    const int left = tile.column * side, top = tile.row * side;
+    const int columns = std::min(side, picture.origin.width() - left);
+    const int rows = std::min(side, picture.origin.height() - top);
+    const bool one_depth = depths.known_m.data == depths.gap_m.data;
+    for (int y = 0; y < side; ++y) {
+        if (y < rows && columns == side) {
+            std::copy_n(picture.rgba.pixel(left, top + y), 4 * side, reinterpret_cast<std::uint8_t*>(pixels.rgba[y]));
+            const std::uint8_t* origin = picture.origin.pixel(left, top + y);
+            for (int x = 0; x < side; x += lanes) {
+                const auto mark = hn::PromoteTo(int_tag, hn::LoadU(hn::Rebind<std::uint8_t, Tag>(), origin + x));
+                const auto gap = mark == hn::Set(int_tag, int(PixelOrigin::gap));
+                const Floats known = w_from(depths, depths.known_m, left + x, top + y);
+                const Floats w = one_depth ? known
+                                           : hn::IfThenElse(hn::RebindMask(tag, gap),
+                                                            w_from(depths, depths.gap_m, left + x, top + y), known);
+                hn::Store(w, tag, pixels.w[y] + x);
+                hn::Store(hn::IfThenElse(gap, hn::Set(int_tag, Pixels::open), hn::Set(int_tag, Pixels::coloured)),
+                          int_tag, pixels.state[y] + x);
+            }
+            continue;
+        }
+        for (int x = 0; x < side; ++x) {
+            pixels.rgba[y][x] = 0;
+            pixels.w[y][x] = 0;
+            pixels.state[y][x] = Pixels::absent;
+            if (x >= columns || y >= rows)
+                continue;
+            const bool gap = *picture.origin.pixel(left + x, top + y) == std::uint8_t(PixelOrigin::gap);
+            std::copy_n(picture.rgba.pixel(left + x, top + y), 4, reinterpret_cast<std::uint8_t*>(&pixels.rgba[y][x]));
+            pixels.w[y][x] = depths.w_at(gap ? depths.gap_m : depths.known_m, left + x, top + y);
+            pixels.state[y][x] = gap ? Pixels::open : Pixels::coloured;
+        }
+    }
+}
+
+using WordTag = hn::RebindToUnsigned<Tag>;
+
+HWY_INLINE Layers children_of(hn::Vec<WordTag> rgba, Floats w, hn::Vec<IntTag> state) {
+    const auto channel = [](hn::Vec<WordTag> bits) HWY_ATTR {
+        return hn::ConvertTo(tag, hn::BitCast(int_tag, hn::And(bits, hn::Set(WordTag(), 255))));
+    };
+    return {channel(rgba),
+            channel(hn::ShiftRight<8>(rgba)),
+            channel(hn::ShiftRight<16>(rgba)),
+            w,
+            hn::RebindMask(tag, state > hn::Set(int_tag, Pixels::absent)),
+            hn::RebindMask(tag, state > hn::Set(int_tag, Pixels::open))};
+}
+
+/// Every other pixel of a row is a child of four cells.
+HWY_INLINE void children_of_row(const Pixels& pixels, int y, Layers& even, Layers& odd) {
+    hn::Vec<WordTag> even_rgba, odd_rgba;
+    Floats even_w, odd_w;
+    hn::Vec<IntTag> even_state, odd_state;
+    hn::LoadInterleaved2(WordTag(), pixels.rgba[y], even_rgba, odd_rgba);
+    hn::LoadInterleaved2(tag, pixels.w[y], even_w, odd_w);
+    hn::LoadInterleaved2(int_tag, pixels.state[y], even_state, odd_state);
+    even = children_of(even_rgba, even_w, even_state);
+    odd = children_of(odd_rgba, odd_w, odd_state);
+}
+
+HWY_INLINE Floats as_number(Mask mask) {
+    return hn::IfThenElseZero(mask, all(1));
+}
+
+/// Every other one of eight cells, in two rows of four.
+template <typename Pick>
+HWY_INLINE Layers picked(const Layers& upper, const Layers& lower, const Pick& pick) {
+    const auto number = [&](Mask a, Mask b) HWY_ATTR { return pick(as_number(a), as_number(b)) > all(0); };
+    return {pick(upper.r, lower.r),
+            pick(upper.g, lower.g),
+            pick(upper.b, lower.b),
+            pick(upper.w, lower.w),
+            number(upper.present, lower.present),
+            number(upper.coloured, lower.coloured)};
+}
+
+template <int Lane>
+HWY_INLINE Layers broadcast(const Layers& layers) {
+    const auto one = [](Floats v) HWY_ATTR { return hn::Broadcast<Lane>(v); };
+    return {one(layers.r),
+            one(layers.g),
+            one(layers.b),
+            one(layers.w),
+            one(as_number(layers.present)) > all(0),
+            one(as_number(layers.coloured)) > all(0)};
+}
+
+/// From the four children's layers, of which near ones are rare.
+HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers, 4>, 2>& children, float tolerance) {
+    Mask near = never();
+    for (const Layers& child : children[1])
+        near = hn::Or(near, child.present);
+    if (hn::AllFalse(tag, near))
+        return pulled(children[0], tolerance);
+    std::array<Layers, 8> both;
+    for (std::size_t i = 0; i < 8; ++i)
+        both[i] = children[i / 4][i % 4];
+    return pulled(both, tolerance);
+}
+
+HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
+    const float tolerance = pyramid.depths.tolerance;
+    Pixels pixels;
+    load_pixels(pyramid, tile, pixels);
+    std::array<std::array<Layers, 2>, 4> rows;
+    for (int row = 0; row < 4; ++row) {
+        std::array<Layers, 4> children;
+        children_of_row(pixels, 2 * row, children[0], children[1]);
+        children_of_row(pixels, 2 * row + 1, children[2], children[3]);
+        rows[std::size_t(row)] = pulled(children, tolerance);
+        store(rows[std::size_t(row)], layers.level1, tile.bits1, 4 * row);
+    }
+    const auto even = [](Floats upper, Floats lower) HWY_ATTR { return hn::ConcatEven(tag, lower, upper); };
+    const auto odd = [](Floats upper, Floats lower) HWY_ATTR { return hn::ConcatOdd(tag, lower, upper); };
+    std::array<std::array<Layers, 4>, 2> children;
+    for (std::size_t half = 0; half < 2; ++half)
+        children[half] = {picked(rows[0][half], rows[2][half], even), picked(rows[0][half], rows[2][half], odd),
+                          picked(rows[1][half], rows[3][half], even), picked(rows[1][half], rows[3][half], odd)};
+    const std::array<Layers, 2> four = pulled_from(children, tolerance);
+    store(four, layers.level2, tile.bits2, 0);
+    for (std::size_t half = 0; half < 2; ++half)
+        children[half] = {broadcast<0>(four[half]), broadcast<1>(four[half]), broadcast<2>(four[half]),
+                          broadcast<3>(four[half])};
+    store_one(pulled_from(children, tolerance), tile.level3);
+}
+
+/// Tiles are where gaps are, which nothing but we can foresee: their pixels are asked for early.
+HWY_INLINE void ask_for(const PullPyramid& pyramid, const Tile& tile) {
+    constexpr int side = PullPyramid::tile_side;
+    const EyePicture& picture = *pyramid.picture;
+    const int x = tile.column * side, end = std::min((tile.row + 1) * side, picture.origin.height());
+    for (int y = tile.row * side; y < end; ++y) {
+        hwy::Prefetch(picture.rgba.pixel(x, y));
+        hwy::Prefetch(picture.origin.pixel(x, y));
+        if (pyramid.depths.known_m.data != nullptr)
+            hwy::Prefetch(pyramid.depths.known_m.row(y) + x);
+    }
+}
+
+void pull_tiles_here(PullPyramid& pyramid, std::size_t first, std::size_t last) {
+    constexpr std::size_t ahead = 4;
+    for (std::size_t i = first; i < last; ++i) {
+        if (i + ahead < last)
+            ask_for(pyramid, pyramid.tiles[i + ahead]);
+        pull_tile(pyramid, pyramid.tiles[i], pyramid.tile_layers[i]);
+    }
+}
+
+void pull_upper_level_here(PullPyramid& pyramid, int level) {
+    PullPyramid::Level& upper = pyramid.upper_levels[std::size_t(level - PullPyramid::tile_levels - 1)];
+    for (int y = 0; y < upper.rows; ++y)
+        for (int x = 0; x < upper.columns; ++x) {
+            PullPyramid::OneCell& to = upper.cells[std::size_t(y) * upper.columns + x];
+            std::array<std::array<Layers, 4>, 2> children;
+            bool any = false;
+            for (int k = 0; k < 4; ++k) {
+                const PullPyramid::Cell child = pyramid.cell(level - 1, 2 * x + (k & 1), 2 * y + (k >> 1));
+                any = any || child.present[0];
+                for (std::size_t half = 0; half < 2; ++half) {
+                    constexpr Layer none;
+                    const Layer& from = !child.present[half] ? none : half == 0 ? *child.far : *child.near;
+                    children[half][std::size_t(k)] = {all(from.r),
+                                                      all(from.g),
+                                                      all(from.b),
+                                                      all(from.w),
+                                                      mask_of(child.present[half]),
+                                                      mask_of(child.coloured[half])};
+                }
+            }
+            if (any)
+                store_one(pulled_from(children, pyramid.depths.tolerance), to);
+            else
+                to.bits = {};
+        }
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
