@@ -4,16 +4,27 @@
 ///
 /// A pixel that an engine took from a specular sample is kept where that is within the budget. Else it is looked up
 /// anew by virtual depth: the eye's ray is searched for the point whose sample of the source has its image there (exact
-/// for plane mirrors and thin panes). Where none is found, or virtual depth is not known and any image behind the
-/// surface might be displaced too far, it becomes a gap, as in the paper.
+/// for plane mirrors and thin panes). Where none is found the pixel is kept if its image is displaced by no more than a
+/// degree. Else, and where virtual depth is not known and any image behind the
+/// surface might be displaced beyond the budget, it becomes a gap, as in the paper.
 #include <equistream_client/view.h>
 
 namespace equistream {
 
 struct SpecularCounts {
-    std::int64_t kept = 0;      ///< within the budget as they were
-    std::int64_t by_image = 0;  ///< looked up by virtual depth
+    std::int64_t kept = 0;       ///< within the budget as they were
+    std::int64_t by_image = 0;   ///< looked up by virtual depth
+    std::int64_t displaced = 0;  ///< kept, beyond the budget by less than a degree, for want of an image
     std::int64_t gaps = 0;
+
+    SpecularCounts& operator+=(const SpecularCounts& other) {
+        kept += other.kept;
+        by_image += other.by_image;
+        displaced += other.displaced;
+        gaps += other.gaps;
+        return *this;
+    }
+    std::int64_t all() const { return kept + by_image + displaced + gaps; }
 };
 
 /// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them

@@ -61,8 +61,11 @@ Json shares(const EyeFigures& eye) {
     const double pixels = double(std::max<std::int64_t>(eye.pixels, 1));
     Json json = {{"pixels", eye.pixels}, {"gaps", eye.gaps}, {"gap_fraction", double(eye.gaps) / pixels}};
     const SpecularCounts& specular = eye.specular;
-    if (specular.kept + specular.by_image + specular.gaps > 0)
-        json["specular"] = {{"kept", specular.kept}, {"by_virtual_depth", specular.by_image}, {"gaps", specular.gaps}};
+    if (specular.all() > 0)
+        json["specular"] = {{"kept", specular.kept},
+                            {"by_virtual_depth", specular.by_image},
+                            {"displaced", specular.displaced},
+                            {"gaps", specular.gaps}};
     if (eye.reliability)
         json["reliability"] = *eye.reliability;
     std::int64_t open = eye.gaps;
@@ -84,8 +87,7 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
             sum.reliability = sum.reliability.value_or(0) + *figures.reliability / double(frames.size());
         sum.pixels += figures.pixels;
         sum.gaps += figures.gaps;
-        sum.specular = {sum.specular.kept + figures.specular.kept, sum.specular.by_image + figures.specular.by_image,
-                        sum.specular.gaps + figures.specular.gaps};
+        sum.specular += figures.specular;
         sum.filled.resize(figures.filled.size());
         for (std::size_t i = 0; i < figures.filled.size(); ++i) {
             sum.filled[i].first = figures.filled[i].first;

@@ -168,6 +168,41 @@ TEST_F(Mirror, AnEyeThatHardlyMovedKeepsItsPixels) {
     EXPECT_TRUE(std::ranges::equal(picture.rgba.samples(), before.rgba.samples()));
 }
 
+TEST_F(Mirror, WhereNoImageIsFoundLittleDisplacementIsKept) {
+    // Stripes so narrow that the samples an image moves to are no mirror's.
+    for (int y = 0; y < main.specular.height(); ++y)
+        for (int x = 0; x < main.specular.width(); ++x)
+            if (x % 64 > 1)
+                *main.specular.pixel(x, y) = 0;
+    const SourceView source = main.source();
+    reproject(source);
+    const EyePicture before = picture;
+    const SpecularCounts far = rework_specular(source, eye, 0.25, picture);
+    EXPECT_GT(far.gaps, 200);
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+            if (*picture.origin.pixel(x, y) == *before.origin.pixel(x, y))
+                continue;
+            const dvec3 ray = glm::normalize(eye_pose.orientation * direction_of(camera, x + 0.5, y + 0.5));
+            const dvec3 d = glm::normalize(eye_pose.position_m + double(*truth.picture.depth_m.pixel(x, y)) * ray);
+            if (!MirrorRoom::mirrors(MirrorRoom::depth({}, d) * d))
+                continue;  // its nearest sample is on the mirror, just across the edge
+            const dvec3 image = MirrorRoom::image_depth({}, d) * d - eye_pose.position_m;
+            EXPECT_GT(glm::degrees(std::asin(glm::length(glm::cross(glm::normalize(image), ray)))), 0.9)
+                << x << " " << y;
+        }
+
+    const Pose near{{0.015, 0.01, 0}, eye_pose.orientation};
+    const MirrorView near_truth(camera, near);
+    eye = {camera, near, near_truth.picture.depth_m.view()};
+    reproject(source);
+    const EyePicture near_before = picture;
+    const SpecularCounts little = rework_specular(source, eye, 0.25, picture);
+    EXPECT_EQ(little.gaps, 0);
+    EXPECT_GT(little.displaced, 200);
+    EXPECT_EQ(picture.count(PixelOrigin::gap), near_before.count(PixelOrigin::gap));
+}
+
 TEST_F(Mirror, WithoutImagesOtherPicturesPassItOver) {
     SourceView source = main.source();
     source.virtual_depth_m = {};
