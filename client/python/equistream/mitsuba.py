@@ -26,8 +26,8 @@ from . import _core
 from ._core import EquirectCamera, FrameInfo, InputError, PerspectiveCamera, Pose, PosePath, eye_pose
 from .build_facts import MITSUBA_VERSION
 from .cameras import Camera, frame_info
+from .depth import SceneDepth
 from .frames import AOVS, Frame, PathLike, Sequence, SequenceWriter
-from .reprojection import DepthFunction
 
 PLUGINS = Path(__file__).resolve().parent / "plugins"
 """Where the plugins are: `mitsuba -a` of this folder's parent makes the command line find them too."""
@@ -288,8 +288,8 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
     return Sequence(folder)
 
 
-def depth_source(scene: Any) -> DepthFunction:
-    """Distances by Mitsuba's own rays, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
+def depth_source(scene: Any) -> SceneDepth:
+    """Distances by Mitsuba's own rays, of patches too, for `equistream.reproject(..., depth=depth_source(scene))`: no second Embree, no rasteriser."""
     _require_variant()
     renderers: dict[Camera, Renderer] = {}
 
@@ -298,7 +298,7 @@ def depth_source(scene: Any) -> DepthFunction:
             renderers[camera] = Renderer(scene, camera, aovs="depth", integrator={"type": "depth"})
         return renderers[camera].frame(pose, spp=1)["depth"]
 
-    return cast
+    return SceneDepth(cast)
 
 
 __all__ = ["DEFAULT_AOVS", "PLUGINS", "Renderer", "depth_source", "frame_from_tensor", "pose_of", "render_frame", "render_sequence", "to_world"]

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, Iterable, Optional, Union
+from typing import Any, Iterable, Optional, Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from . import _core
-from ._core import DepthNeeds, FrameInfo, InputError, PerspectiveCamera, Pose
+from ._core import DepthNeeds, EquirectCamera, FrameInfo, InputError, PerspectiveCamera, Pose
 from .arrays import as_depth, as_plane, as_yuv
-from .cameras import Camera
 from .colour import to_display
+from .depth import DepthFunction, ExactDepth, cast, cast_patches
 from .frames import Frame
 from .streams import FeedFrame, FeedPicture, Picture
-
-DepthFunction = Callable[[Camera, Pose], ArrayLike]
-"""Gives the distance in metres from a camera at a pose to what each pixel-centre ray hits, +inf for a miss."""
 
 AnyPicture = Union[Frame, FeedPicture, Picture]
 AnySource = Union[AnyPicture, FeedFrame]
@@ -53,9 +50,11 @@ class EyePicture:
     origin: NDArray[np.uint8]
     """Who gave each pixel its colour: index into ORIGINS."""
     gaps: NDArray[np.bool_]
-    """What the source did not see, before any fill."""
+    """What the source did not see, and what its mirrors and glass do not show this eye, before any fill."""
     filled: dict[str, int]
     """How many pixels each rung of the fill ladder filled."""
+    mirrors: dict[str, int]
+    """Pixels of mirrors and glass: `kept` as they were (within the error budget), looked up anew `by_image`, and made `gaps`."""
     camera: PerspectiveCamera
     pose: Pose
     depth_m: Optional[NDArray[np.float32]] = field(default=None)
@@ -69,7 +68,7 @@ class EyePicture:
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
-        """The colours alone: what `equistream play` writes into a PNG, bit for bit; play looks mirrors and glass up anew where a picture brings their planes."""
+        """The colours alone: what `equistream play` writes into a PNG of the same frame, bit for bit."""
         return np.ascontiguousarray(self.rgba[:, :, :3])
 
     def __repr__(self) -> str:
@@ -85,10 +84,14 @@ class _View:
     colours: _core.Colours
     depth_m: Optional[NDArray[np.float32]]
     specular: Optional[NDArray[np.float32]] = None
+    virtual_depth_m: Optional[NDArray[np.float32]] = None
 
     def core(self, with_depth: bool) -> _core.Source:
-        return _core.Source(self.colours, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
-                            self.info.box_radius_m, self.specular)
+        source = _core.Source(self.colours, self.info.camera, self.info.camera_pose, self.depth_m if with_depth else None,
+                              self.info.box_radius_m)
+        if self.specular is not None:
+            source.show_mirrors(self.specular, self.virtual_depth_m)
+        return source
 
 
 def _colours(rgb: Any, yuv: Any, where: str, size: tuple[int, int]) -> _core.Colours:
@@ -104,9 +107,10 @@ def _view(picture: Any, where: str) -> _View:
         rgb: Any = to_display(picture["colour"], info.exposure) if "colour" in picture else None
         depth: Any = picture.planes.get("depth")
         specular: Any = picture.planes.get("specular")
+        virtual_depth: Any = picture.planes.get("virtual_depth")
     elif isinstance(picture, (FeedPicture, Picture)):
         info, rgb, depth = picture.info, picture.rgb, getattr(picture, "depth_m", None)
-        specular = getattr(picture, "specular", None)
+        specular, virtual_depth = getattr(picture, "specular", None), getattr(picture, "virtual_depth_m", None)
     else:
         raise InputError(f"{where}: expected a Frame, Picture, FeedPicture or FeedFrame, found {type(picture).__name__}")
     if info is None:
@@ -114,43 +118,39 @@ def _view(picture: Any, where: str) -> _View:
     if rgb is None and yuv is None:
         raise InputError(f"{where}: expected a picture with colour, found none")
     size = (info.camera.width, info.camera.height)
-    return _View(info, _colours(rgb, yuv, where, size),
-                 None if depth is None else as_depth(depth, f"{where}: depth", size),
-                 None if specular is None else as_plane(specular, f"{where}: specular", np.float32, 1, size))
+
+    def plane(samples: Any, name: str) -> Optional[NDArray[np.float32]]:
+        return None if samples is None else as_plane(samples, f"{where}: {name}", np.float32, 1, size)
+
+    return _View(info, _colours(rgb, yuv, where, size), None if depth is None else as_depth(depth, f"{where}: depth", size),
+                 plane(specular, "specular"), plane(virtual_depth, "virtual depth"))
 
 
-def _layer(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Source]:
+def _layer(picture: FeedPicture) -> Optional[_core.Source]:
     """A second layer, whose depth is NaN where there is none; nothing where it came without depth."""
     if (picture.rgb is None and picture.yuv is None) or picture.depth_m is None:
         return None
     size = (picture.info.camera.width, picture.info.camera.height)
     return _core.Source(_colours(picture.rgb, picture.yuv, "hidden", size), picture.info.camera, picture.info.camera_pose,
-                        as_plane(picture.depth_m, "hidden: depth", np.float32, 1, size), box_radius_m)
+                        as_plane(picture.depth_m, "hidden: depth", np.float32, 1, size), picture.info.box_radius_m)
 
 
-def _patches(picture: FeedPicture, box_radius_m: float) -> Optional[_core.Patches]:
-    """The atlas of a frame as rungs take it; nothing where it came without depth."""
-    if (picture.rgb is None and picture.yuv is None) or picture.depth_m is None:
+def _patches(picture: FeedPicture, depth: Optional[DepthFunction], box_radius_m: float) -> Optional[_core.Patches]:
+    """The atlas of a frame as rungs take it, its depth as it came or cast; nothing where neither can be."""
+    if picture.rgb is None and picture.yuv is None:
         return None
-    size = (picture.depth_m.shape[1], picture.depth_m.shape[0])
+    depth_m: Any = picture.depth_m
+    if depth_m is None and depth is not None:
+        depth_m = cast_patches(depth, picture.info)
+    if depth_m is None:
+        return None
+    size = (depth_m.shape[1], depth_m.shape[0])
     return _core.Patches(_colours(picture.rgb, picture.yuv, "patches", size),
-                         as_plane(picture.depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)
+                         as_plane(depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)
 
 
-class _ExactDepth:
-    """Depth planes that the renderer made, for whoever asks for that very view."""
-
-    def __init__(self, frame: Optional[FeedFrame], views: list[_View]) -> None:
-        self._planes = [(v.info.camera, v.info.camera_pose, v.depth_m) for v in views if v.depth_m is not None]
-        for picture in frame.depth_views if frame is not None else []:
-            if picture.depth_m is not None:
-                self._planes.append((picture.info.camera, picture.info.camera_pose, picture.depth_m))
-
-    def __call__(self, camera: Camera, pose: Pose) -> NDArray[np.float32]:
-        for plane_camera, plane_pose, depth_m in self._planes:
-            if plane_camera == camera and plane_pose == pose:
-                return depth_m
-        raise InputError(f"depth: expected a rendered depth plane of this very view ({camera!r} at {pose!r}), or a function that gives one, found neither")
+def _covers_all(info: FrameInfo) -> bool:
+    return isinstance(info.camera, EquirectCamera) and info.camera.is_full_sphere
 
 
 class Reprojector:
@@ -159,15 +159,18 @@ class Reprojector:
     `method`: one of METHODS. 'sphere' turns the source only, 'lean' moves the eye inside a sphere of one radius; 'surface' moves it
     by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
-    `error_budget_px`: share of an eye's pixel by which colour may be displaced. `reference`: the slow implementation in double
+    `error_budget_px`: share of an eye's pixel by which colour may be displaced. `mirrors`: pixels of mirrors and glass that would be
+    displaced by more are looked up where the image in them lies, and become gaps where that fails, where the source brings the planes
+    `specular` and `virtual_depth`; False leaves them as the engine did. `reference`: the slow implementation in double
     precision. One thread at a time.
     """
 
-    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, reference: bool = False) -> None:
+    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: bool = True,
+                 reference: bool = False) -> None:
         if not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
-        self._core = _core.Reprojector(method, fill, error_budget_px, reference)
-        self.method, self.fill = method, fill
+        self._core = _core.Reprojector(method, fill, error_budget_px, mirrors, reference)
+        self.method, self.fill, self.mirrors = method, fill, mirrors
 
     def needs_depth(self, source: Pose, eye: Pose) -> DepthNeeds:
         """Whose depth is needed: `.source`'s, this `.eye`'s; true if anybody's."""
@@ -180,48 +183,54 @@ class Reprojector:
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
         used, for exactly the views they belong to. `small` is a second picture for the rung of that name (a FeedFrame brings its own, and
-        its second layer and patches). `earlier` are main pictures of frames before, newest first, with their depth.
+        its second layer and patches). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
+        thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
+        `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is half a step of the depth's code.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
         frame = source if isinstance(source, FeedFrame) else None
-        fills_from_small = "small" in self.fill.split(",")
-        if small is not None and not fills_from_small:
+        rungs = self.fill.split(",")
+        if small is not None and "small" not in rungs:
             raise InputError(f"small: expected a fill ladder with the rung 'small' for it, found '{self.fill}'")
-        if frame is not None and fills_from_small and small is None:
+        if frame is not None and "small" in rungs and small is None:
             small = frame.small
         main = _view(frame.main if frame is not None else source, "source")
         second = None if small is None else _view(small, "small")
-        needed = self.needs_depth(main.info.camera_pose, pose)
-        eye_depth = None
-        if needed:
-            cast = depth if depth is not None else _ExactDepth(frame, [v for v in (main, second) if v is not None])
-            if needed.eye:
-                eye_depth = _cast(cast, camera, pose, "the eye's depth")
-            if needed.source:
-                main.depth_m = _cast(cast, main.info.camera, main.info.camera_pose, "the source's depth")
-            if second is not None and self._core.fill_wants_depth():
-                second.depth_m = _cast(cast, second.info.camera, second.info.camera_pose, "the small view's depth")
-        box = main.info.box_radius_m
+        own = ExactDepth((v.info.camera, v.info.camera_pose, v.depth_m)
+                         for v in (main, second, *(frame.depth_views if frame is not None else ())) if v is not None)
+        knower = depth if depth is not None else own
+
+        def depth_of(view: _View, where: str, needed: bool) -> Optional[NDArray[np.float32]]:
+            if not needed and knower is own:
+                return own.find(view.info.camera, view.info.camera_pose)
+            return cast(knower, view.info.camera, view.info.camera_pose, where)
+
+        needs = self.needs_depth(main.info.camera_pose, pose)
+        # An eye in the very place of a picture that is no whole sphere has gaps too. They are filled by the depth that the other eye
+        # needs.
+        by_depth = bool(needs) or (not _covers_all(main.info) and bool(self.needs_depth(Pose(), Pose((1, 0, 0)))))
+        eye_depth = cast(knower, camera, pose, "the eye's depth") if needs.eye else None
+        if needs.source or (by_depth and not needs):
+            main.depth_m = depth_of(main, "the source's depth", needs.source)
+        if second is not None and by_depth and self._core.fill_wants_depth():
+            second.depth_m = depth_of(second, "the small view's depth", False)
+        patches = None
+        if frame is not None and frame.patches is not None and "patches" in rungs:
+            patches = _patches(frame.patches, depth if by_depth else None, main.info.box_radius_m)
         fill_from = _core.FillFrom(
-            None if second is None else second.core(bool(needed)),
-            None if frame is None or frame.hidden is None else _layer(frame.hidden, box),
-            None if frame is None or frame.patches is None else _patches(frame.patches, box),
+            None if second is None else second.core(by_depth),
+            None if frame is None or frame.hidden is None else _layer(frame.hidden), patches,
             [_view(picture, "earlier").core(True) for picture in earlier])
         assess = _core.Assess(reliability, risks, depth_tolerance_w)
-        rgba, origin, before_fill, filled, found, reliable, risk_planes, groups = self._core.reproject(
-            main.core(bool(needed)), fill_from, camera, pose, eye_depth, assess)
-        known = found if eye_depth is None else eye_depth[:, :, 0]
-        return EyePicture(rgba, origin, before_fill == 0, filled, camera, pose, known, reliable if reliability else None,
-                          risk_planes if risks else None, groups if risks else None)
+        found = self._core.reproject(main.core(by_depth), fill_from, camera, pose, eye_depth, assess)
+        return EyePicture(found["rgba"], found["origin"], found["origin_before_fill"] == 0, found["filled"], found["mirrors"], camera, pose,
+                          found["depth_m"] if eye_depth is None else eye_depth[:, :, 0], found["reliability"] if reliability else None,
+                          found["risks"] if risks else None, found["risk_groups"] if risks else None)
 
     def __repr__(self) -> str:
         return f"Reprojector('{self.method}', fill='{self.fill}')"
-
-
-def _cast(depth: DepthFunction, camera: Camera, pose: Pose, where: str) -> NDArray[np.float32]:
-    return as_depth(depth(camera, pose), where, (camera.width, camera.height))
 
 
 def reproject(source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,

@@ -6,6 +6,7 @@
 #include <equistream/formatted.h>
 #include <equistream/frame.h>
 
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 
@@ -131,6 +132,9 @@ void bind_frame_info(nb::module_& m) {
         .def_prop_ro(
             "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.lean_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")
+        .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
+                "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
+                "else None.")
         .def("__repr__", &repr);
     m.def(
         "eye_pose",

@@ -8,6 +8,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/reliability.h>
+#include <equistream_client/specular.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -44,15 +45,19 @@ struct Source {
     Pose pose;
     std::optional<ArrayIn<float>> depth_m;
     double box_radius_m = 0;
-    std::optional<ArrayIn<float>> specular{};
+    std::optional<ArrayIn<float>> specular{}, virtual_depth_m{};
 
     SourceView view() const {
+        const auto plane = [](const std::optional<ArrayIn<float>>& array) {
+            return array ? view_of(*array) : ImageView<const float>{};
+        };
         return {.rgb = colours.rgb_view(),
                 .yuv = colours.yuv_view(),
                 .camera = camera,
                 .pose = pose,
-                .depth_m = depth_m ? view_of(*depth_m) : ImageView<const float>{},
-                .specular = specular ? view_of(*specular) : ImageView<const float>{},
+                .depth_m = plane(depth_m),
+                .specular = plane(specular),
+                .virtual_depth_m = plane(virtual_depth_m),
                 .box_radius_m = box_radius_m};
     }
 };
@@ -119,35 +124,40 @@ struct Assess {
 
 class Reprojector {
 public:
-    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool reference)
+    /// `mirrors`: whether mirrors and glass are looked up anew.
+    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool mirrors,
+                bool reference)
         : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
-          ladder_(make_fill_ladder(fill)) {}
+          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(mirrors) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
         return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
     }
 
-    /// The eye's picture: rgba, origin, gaps before any fill, how many pixels each rung filled, the depth that the
-    /// engine found, or None, and what `assess` asks for: reliability, its risks and their groups, or
-    /// empty arrays.
-    nb::tuple reproject(const Source& source, const FillFrom& from, const PerspectiveCamera& camera, const Pose& pose,
-                        const std::optional<ArrayIn<float>>& depth_m, const Assess& assess) {
+    /// The eye's picture by its planes' names; `origin_before_fill` is that of the engine and of mirrors, `mirrors` and
+    /// `filled` count pixels. `depth_m` is None unless the engine found it; what `assess` does not ask for is empty.
+    nb::dict reproject(const Source& source, const FillFrom& from, const PerspectiveCamera& camera, const Pose& pose,
+                       const std::optional<ArrayIn<float>>& depth_m, const Assess& assess) {
         EyePicture picture;
         FloatImage risks(0, 0, risk_count);
         ByteImage risk_groups;
         ByteImage origin_before_fill;
+        SpecularCounts specular;
         FilledCounts filled;
         waiting_.run([&] {
             const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
-            engine_->set_source(source.view());
-            engine_->reproject(eye, picture);
-            origin_before_fill = picture.origin;
             const FillViews views(source, from);
+            engine_->set_source(views.main());
+            engine_->reproject(eye, picture);
+            if (mirrors_)
+                specular = rework_specular(views.main(), eye, error_budget_px_, picture);
+            origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
-            const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w};
+            const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
+                                             .specular_reworked = mirrors_};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
             if (assess.risks) {
@@ -155,20 +165,35 @@ public:
                 risk_groups = reliability_groups(views.main(), eye, picture, options);
             }
         });
-        nb::dict counts;
+        nb::dict found;
+        found["filled"] = nb::dict();
         for (const auto& [name, count] : filled)
-            counts[name.c_str()] = count;
-        const nb::object found = picture.depth_m.empty() ? nb::none() : nb::cast(to_array(std::move(picture.depth_m)));
-        return nb::make_tuple(to_array(std::move(picture.rgba)), to_array(std::move(picture.origin)),
-                              to_array(std::move(origin_before_fill)), counts, found,
-                              to_array(std::move(picture.reliability)), to_array(std::move(risks)),
-                              to_array(std::move(risk_groups)));
+            found["filled"][name.c_str()] = count;
+        found["mirrors"] = counts_of(specular);
+        found["depth_m"] = picture.depth_m.empty() ? nb::none() : to_array(std::move(picture.depth_m));
+        found["rgba"] = to_array(std::move(picture.rgba));
+        found["origin"] = to_array(std::move(picture.origin));
+        found["origin_before_fill"] = to_array(std::move(origin_before_fill));
+        found["reliability"] = to_array(std::move(picture.reliability));
+        found["risks"] = to_array(std::move(risks));
+        found["risk_groups"] = to_array(std::move(risk_groups));
+        return found;
     }
 
 private:
+    static nb::dict counts_of(const SpecularCounts& counts) {
+        nb::dict words;
+        words["kept"] = counts.kept;
+        words["by_image"] = counts.by_image;
+        words["gaps"] = counts.gaps;
+        return words;
+    }
+
     Waiting waiting_{"Reprojector"};
     std::unique_ptr<Engine> engine_;
     FillLadder ladder_;
+    double error_budget_px_;
+    bool mirrors_;
 };
 
 }  // namespace
@@ -197,11 +222,17 @@ void bind_reprojection(nb::module_& m) {
         .def(
             "__init__",
             [](Source* self, const Colours& colours, const Camera& camera, const Pose& pose,
-               std::optional<ArrayIn<float>> depth_m, double box_radius_m, std::optional<ArrayIn<float>> specular) {
-                new (self) Source{colours, camera, pose, std::move(depth_m), box_radius_m, std::move(specular)};
+               std::optional<ArrayIn<float>> depth_m, double box_radius_m) {
+                new (self) Source{colours, camera, pose, std::move(depth_m), box_radius_m};
             },
-            nb::arg("colours"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"),
-            nb::arg("specular").none() = nb::none());
+            nb::arg("colours"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"))
+        .def(
+            "show_mirrors",
+            [](Source& self, ArrayIn<float> specular, std::optional<ArrayIn<float>> virtual_depth_m) {
+                self.specular = std::move(specular);
+                self.virtual_depth_m = std::move(virtual_depth_m);
+            },
+            nb::arg("specular"), nb::arg("virtual_depth_m").none(), "Planes of SourceView, of the camera's size.");
     nb::class_<Patches>(m, "Patches")
         .def(
             "__init__",
@@ -237,8 +268,8 @@ void bind_reprojection(nb::module_& m) {
             return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";
         });
     nb::class_<Reprojector>(m, "Reprojector")
-        .def(nb::init<const std::string&, const std::string&, double, bool>(), nb::arg("method"), nb::arg("fill"),
-             nb::arg("error_budget_px"), nb::arg("reference"))
+        .def(nb::init<const std::string&, const std::string&, double, bool, bool>(), nb::arg("method"), nb::arg("fill"),
+             nb::arg("error_budget_px"), nb::arg("mirrors"), nb::arg("reference"))
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),
