@@ -125,7 +125,8 @@ std::vector<AovInfo> planes_to_read(const ExrSession& session, const std::vector
             std::find_if(present.begin(), present.end(), [&](const AovInfo& aov) { return aov.name == name; });
         if (found == present.end())
             session.refuse("plane " + name, names.empty() ? "no plane at all" : names);
-        chosen.push_back(*found);
+        if (std::none_of(chosen.begin(), chosen.end(), [&](const AovInfo& aov) { return aov.name == name; }))
+            chosen.push_back(*found);
     }
     return chosen;
 }

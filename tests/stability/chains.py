@@ -103,7 +103,8 @@ def reprojected(renders, method, index):
     def depth(camera, pose):
         return next(view["depth"] for view in views if view.info.camera == camera and view.info.camera_pose == pose)
 
-    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder())
+    # Methods alone: thresholds are of what each makes of mirrors and glass itself, and of whether the map knows.
+    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=False)
     for truth in truths:
         picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
         yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)

@@ -54,7 +54,8 @@ class EyePicture:
     filled: dict[str, int]
     """How many pixels each rung of the fill ladder filled."""
     mirrors: dict[str, int]
-    """Pixels of mirrors and glass: `kept` as they were (within the error budget), looked up anew `by_image`, and made `gaps`."""
+    """Pixels of mirrors and glass: `kept` as they were (within the error budget), looked up anew `by_image`, kept though `displaced` (by
+    less than a degree) for want of an image, and made `gaps`."""
     camera: PerspectiveCamera
     pose: Pose
     depth_m: Optional[NDArray[np.float32]] = field(default=None)

@@ -185,6 +185,7 @@ private:
         nb::dict words;
         words["kept"] = counts.kept;
         words["by_image"] = counts.by_image;
+        words["displaced"] = counts.displaced;
         words["gaps"] = counts.gaps;
         return words;
     }

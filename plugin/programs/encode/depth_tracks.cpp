@@ -49,7 +49,7 @@ struct Extent {
 
 FloatImage read_distances(const DepthTrack& track, std::int64_t index) {
     const std::filesystem::path file = track.source.folder / frame_file_name(index);
-    Frame frame = read_exr(file, planes_of(track.role));
+    const Frame frame = read_exr(file, planes_of(track.role));
     return distances_to_code(track, frame, file);
 }
 
@@ -124,9 +124,9 @@ std::vector<std::string> planes_of(TrackRole role) {
                                      : std::vector<std::string>{"depth"};
 }
 
-FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file) {
+FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file) {
     const std::vector<std::string> planes = planes_of(track.role);
-    FloatImage distances_m = std::move(frame.planes.at(planes.back()));
+    FloatImage distances_m = frame.planes.at(planes.back());  // a copy: main's depth is asked for by its mirrors too
     if (track.role == TrackRole::images)
         leave_images_only(frame, track.box_radius_m, distances_m);
     // Slots of an atlas that nobody uses may hold none; the atlas says which these are.

@@ -73,8 +73,8 @@ struct DepthPlan {
 std::vector<std::string> planes_of(TrackRole role);
 /// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass that
 /// shows what moves otherwise than its surface. An image whose distance the renderer does not know counts as far away.
-/// Takes the planes of planes_of() out of `frame`, which was read from `file` with them.
-FloatImage distances_to_code(const DepthTrack& track, Frame& frame, const std::filesystem::path& file);
+/// `frame` was read from `file` with the planes of planes_of().
+FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file);
 
 /// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its
 /// tracks. Hidden layers have depth whatever was asked for main, at the stream's CRF if main has none; patches if main

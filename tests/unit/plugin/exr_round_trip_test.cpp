@@ -106,6 +106,17 @@ TEST_F(ExrRoundTrip, chosen_planes_only) {
     EXPECT_TRUE(std::isinf(back.planes.at("depth").pixel(10, 10)[0]));
 }
 
+TEST_F(ExrRoundTrip, a_plane_named_twice_is_read_once) {
+    const auto file = folder / "a.exr";
+    const Frame frame = test_frame(200, 100);
+    write_exr(file, frame);
+    const Frame back = read_exr(file, {"depth", "normal", "depth", "material_id", "material_id"});
+    EXPECT_EQ(back.planes.size(), 2u);
+    for (const char* plane : {"depth", "normal"})
+        EXPECT_TRUE(std::ranges::equal(back.planes.at(plane).samples(), frame.planes.at(plane).samples())) << plane;
+    EXPECT_TRUE(std::ranges::equal(back.ids.at("material_id").samples(), frame.ids.at("material_id").samples()));
+}
+
 TEST_F(ExrRoundTrip, a_missing_plane_is_named_with_those_present) {
     Frame frame = test_frame(4, 4);
     frame.planes.erase("backward");

@@ -203,6 +203,19 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
         EXPECT_GT(*picture.depth_m.pixel(6, 35), 100);
     }
     EXPECT_EQ(images, 2);
+    // Both tracks are made of the same depths.
+    ASSERT_EQ(run(mirror + " --mirrors always --depth lossless").status, 0);
+    StreamReader both(path("mirror.mkv"));
+    images = 0;
+    for (const DecodedPicture& picture : synthetic::read_all(both)) {
+        images += picture.role == TrackRole::images;
+        if (picture.role == TrackRole::depth || picture.role == TrackRole::images) {
+            EXPECT_NEAR(*picture.depth_m.pixel(6, 24), picture.role == TrackRole::images ? 3.0 : 1.5, 0.1);
+            EXPECT_EQ(std::isnan(*picture.depth_m.pixel(40, 4)), picture.role == TrackRole::images);
+        }
+    }
+    EXPECT_EQ(images, 2);
+    ASSERT_EQ(run(mirror + " --mirrors always").status, 0);
     const auto fine = fs::file_size(path("mirror.mkv"));
     ASSERT_EQ(run(mirror + " --mirrors always --depth-crf 51").status, 0);
     EXPECT_LT(fs::file_size(path("mirror.mkv")), fine);
