@@ -3,6 +3,7 @@
 #include "../reproject/eye_rays.h"
 #include "../reproject/source_lookup.h"
 #include "../reproject/specular_sample.h"
+#include "../reproject/warp.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
@@ -17,9 +18,6 @@
 namespace equistream {
 
 namespace {
-
-/// As for the engines: below this share of the four samples' weight what is left lies too far to one side.
-constexpr float least_weight = 0.1f;
 
 /// The four samples around a position that the picture holds; the others have weight 0.
 struct Neighbourhood {
@@ -110,6 +108,9 @@ private:
         return any;
     }
 
+    /// The rule of depth_agreement.h, as the engines have it. They apply it to whole registers of samples that lie side
+    /// by side (warp_surface-inl.h); here pixels and the samples that a grid holds are scattered, few need the plane,
+    /// and gathering them into registers would cost more than it saves. A test holds the two to one another.
     void keep_same_surface(Neighbourhood& around, float reach, int x, int y) const {
         bool sloped = false;
         Vec3f gradient;

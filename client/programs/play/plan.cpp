@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <span>
 
 namespace equistream::play {
 
@@ -30,25 +31,26 @@ std::string Plan::words() const {
 }
 
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
-    std::vector<Plan> plans;
-    const std::string last = last_rung(inputs.fill);
-    const auto add = [&](const std::string& method, double share, const std::string& depth) {
-        plans.push_back({method, share, depth, inputs.fill});
-        if (!is_whole(inputs.fill))
-            plans.push_back({method, share, depth, last});
-    };
+    std::vector<std::string> depths, ladders{inputs.fill};
     if (inputs.poses && inputs.geometry)
-        add("surface", 0.25, "ray");
-    if (inputs.poses && inputs.geometry && inputs.streamed_depth)
-        add("surface", 0.25, "stream");
-    if (inputs.poses)
-        for (const auto& [there, depth] : {std::pair{inputs.geometry, "ray"}, {inputs.streamed_depth, "stream"}}) {
-            if (!there)
-                continue;
-            add("mesh", 0.25, depth);
-            plans.push_back({"mesh", 1, depth, last});
-            plans.push_back({"splat", 0.25, depth, last});
-        }
+        depths.push_back("ray");
+    if (inputs.poses && inputs.streamed_depth)
+        depths.push_back("stream");
+    if (!is_whole(inputs.fill))
+        ladders.push_back(last_rung(inputs.fill));
+    std::vector<Plan> plans;
+    // Rungs are worth more than the depth that codes lose.
+    const auto add = [&](const std::string& method, double share, std::span<const std::string> fills) {
+        for (const std::string& fill : fills)
+            for (const std::string& depth : depths)
+                plans.push_back({method, share, depth, fill});
+    };
+    const std::span all(ladders), last = all.last(1);
+    if (inputs.geometry)  // the eyes' own depth
+        add("surface", 0.25, all);
+    add("mesh", 0.25, all);
+    add("mesh", 1, last);
+    add("splat", 0.25, last);
     if (inputs.poses)
         plans.push_back({"lean", 0.25, "none", "none"});
     plans.push_back({"sphere", 0.25, "none", "none"});

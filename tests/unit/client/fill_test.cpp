@@ -47,6 +47,30 @@ TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
     EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
 }
 
+/// Rungs and engines have loops of their own for what one surface is: from one picture they take the same samples.
+TEST(Fill, RungsTakeTheSamplesThatEnginesTake) {
+    FillScene scene;
+    const EyePicture by_engine = scene.picture;
+    scene.picture.reset(scene.camera);
+    scene.unfilled = scene.picture;
+    scene.fill("small", {.small = &scene.main_view}, PixelOrigin::small);
+    int others = 0, coloured = 0, worst = 0;
+    for (int y = 0; y < scene.camera.height; ++y)
+        for (int x = 0; x < scene.camera.width; ++x) {
+            const bool engine = *by_engine.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            const bool rung = *scene.picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            others += engine != rung;
+            coloured += engine && rung;
+            if (engine && rung)
+                for (int c = 0; c < 3; ++c)
+                    worst = std::max(
+                        worst, std::abs(int(by_engine.rgba.pixel(x, y)[c]) - int(scene.picture.rgba.pixel(x, y)[c])));
+        }
+    EXPECT_GT(coloured, 60000);
+    EXPECT_EQ(others, 0);
+    EXPECT_LE(worst, 1);
+}
+
 TEST(Fill, SpreadTakesTheBackgroundsColour) {
     Case c;
     const auto ladder = make_fill_ladder("spread");
