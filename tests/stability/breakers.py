@@ -18,7 +18,6 @@ class Breaker:
     """Those of every test run; the others are slow."""
     setting: Optional[Callable] = None
     """Options of the scene for a value; nothing where the knob is not the scene's."""
-    frames: int = 1
     samples: int = 16
     max_bounces: int = 0
     damage: Optional[Callable] = None
@@ -51,7 +50,8 @@ BREAKERS = (
     Breaker("leaf", "leaf", "distance of the leaf from the left eye, m", (1, 0.5, 0.3, 0.2, 0.15, 0.1, 0.06, 0.04), (0.5, 0.15, 0.06),
             knob("distance_m")),
     Breaker("near", "near", "distance of the ball, m", (1.5, 1, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1), (1, 0.3, 0.1), knob("distance_m")),
-    Breaker("poles", "poles", "pitch of the head, degrees", (0, 30, 45, 60, 75, 85, 90), (0, 60, 90), knob("pitch_deg"), frames=2),
+    Breaker("poles", "poles", "pitch of the head, degrees up and (below 0) down", (0, 30, -30, 45, -45, 60, -60, 75, -75, 85, -85, 90, -90),
+            (0, 90, -90), knob("pitch_deg")),
     Breaker("seam", "seam", "from the seam to the ball, degrees", (180, 90, 45, 10, 3, 0.3, 0), (90, 3, 0), knob("offset_deg")),
     Breaker("wires", "wires", "width of a wire, pixels", (8, 4, 2, 1.5, 1, 0.7, 0.5, 0.25), (4, 1, 0.5), wires),
     Breaker("mirror", "mirror", "from the mirror to what it reflects, m", (0.5, 0.7, 1, 1.5, 2, 2.5, 2.9), (0.5, 1.5, 2.9), knob("behind_m"),

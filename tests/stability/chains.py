@@ -45,11 +45,11 @@ class Renders:
             raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
 
     def render(self, name, *words):
-        self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", f"0-{self.breaker.frames - 1}", "--max-bounces",
+        self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", 0, "--max-bounces",
                  self.breaker.max_bounces, "--aovs", "depth,specular", "--progress", "none", "--out", self.folder / name, *words)
 
-    def frame(self, name, eye, index):
-        return es.read_frame(self.folder / name / eye / f"frame.{index:04d}.exr")
+    def frame(self, name, eye):
+        return es.read_frame(self.folder / name / eye / "frame.0000.exr")
 
 
 def size_text(size):
@@ -57,7 +57,7 @@ def size_text(size):
 
 
 class Score:
-    """Errors of one method over both eyes and all frames."""
+    """Errors of one method over both eyes."""
 
     def __init__(self):
         self.errors, self.gaps, self.good, self.reliability = [], [], [], []
@@ -90,11 +90,11 @@ def share(part, whole):
     return round(float(part.sum() / whole.sum()), 4) if whole.any() else None
 
 
-def reprojected(renders, method, index):
+def reprojected(renders, method):
     """Both eyes' pictures by one method, each with the true eye in 8 bits."""
-    source = renders.frame("paper" if method == "paper" else "sphere", "left" if method == "paper" else "centre", index)
-    small = renders.frame("small", "right", index)
-    truths = [renders.frame("truth", eye, index) for eye in EYES]
+    source = renders.frame("paper" if method == "paper" else "sphere", "left" if method == "paper" else "centre")
+    small = renders.frame("small", "right")
+    truths = [renders.frame("truth", eye) for eye in EYES]
     tolerance_w = 0.0
     if renders.breaker.damage is not None:
         source["depth"], tolerance_w = renders.breaker.damage(source["depth"], source.info.box_radius_m, renders.value)
@@ -115,8 +115,7 @@ def scores(renders):
     found = {}
     for method in methods():
         score = Score()
-        for index in range(renders.breaker.frames):
-            for picture, truth in reprojected(renders, method, index):
-                score.add(picture, truth)
+        for picture, truth in reprojected(renders, method):
+            score.add(picture, truth)
         found[method] = score.figures()
     return found

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Thresholds from a run: what was measured, less a margin for other processors' rounding. The only way to change them.
 
-    redraw.py RUN.json            (a run of run.py with --all)
+    redraw.py RUN.json            (a run of run.py with --all; breakers that it was not asked for keep theirs)
 """
 
 import json
@@ -23,6 +23,8 @@ def main():
     least = {breaker: {value: {method: {score: round(figures[score] - MARGIN_DB[score], 2) for score in SCORES if figures[score] is not None}
                                for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in run["found"].items()}
+    if THRESHOLDS.exists():
+        least = json.loads(THRESHOLDS.read_text())["least_db"] | least
     THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "least_db": least}, indent=1) + "\n")
     print(THRESHOLDS)
 

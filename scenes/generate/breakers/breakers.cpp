@@ -46,7 +46,7 @@ GeneratedScene make_near(const GeneratorValues& values) {
 }
 
 GeneratedScene make_poles(const GeneratorValues& values) {
-    const double pitch_rad = values.number("pitch_deg", 0, 90) * radians;
+    const double pitch_rad = values.number("pitch_deg", -90, 90) * radians;
     SceneBuilder scene;
     add_stage(scene);
     add_ball(scene, "lamp", {0.1f, 0.8f, -0.1f}, 0.2f);

@@ -16,7 +16,7 @@ inline constexpr GeneratorOption leaf_options[] = {{"distance_m", "0.15", "of th
 inline constexpr GeneratorOption near_options[] = {
     {"distance_m", "0.3", "of the ball's surface from the head's centre"}};
 inline constexpr GeneratorOption poles_options[] = {
-    {"pitch_deg", "90", "how far the head looks up in frame 0 and down in frame 1"}};
+    {"pitch_deg", "90", "how far the head looks up in frame 0 and down in frame 1; the other way round below 0"}};
 inline constexpr GeneratorOption seam_options[] = {
     {"offset_deg", "0", "from straight behind, where the sphere's seam is, to what the head looks at"}};
 inline constexpr GeneratorOption wires_options[] = {
