@@ -49,6 +49,28 @@ HWY_INLINE FloatMask inside(const SourceGrid& grid, const Positions& p) {
                    hn::And(p.v >= edge, p.v <= all(float(grid.height) + 0.02f)));
 }
 
+/// The samples nearest to some positions; any of the picture's where it does not cover them.
+struct Nearest {
+    Ints column, row;
+    FloatMask covered;
+};
+
+HWY_INLINE Nearest nearest_sample(const SourceGrid& grid, const Positions& p) {
+    const FloatMask covered = inside(grid, p);
+    const auto index = [&](Floats position, int size) HWY_ATTR {
+        return hn::Min(hn::Max(hn::ConvertTo(int_tag, hn::IfThenElseZero(covered, position)), all(0)), all(size - 1));
+    };
+    return {index(p.u, grid.width), index(p.v, grid.height), covered};
+}
+HWY_INLINE Nearest nearest_sample(const SourceGrid& grid, const Vectors& direction) {
+    return nearest_sample(grid, project(grid, direction));
+}
+
+/// Of a plane with one channel and the source's size.
+HWY_INLINE Floats value_at(const ImageView<const float>& plane, const Nearest& n) {
+    return hn::GatherIndex(float_tag, plane.data, n.row * all(int(plane.row_stride)) + n.column);
+}
+
 /// From the first sample's middle.
 HWY_INLINE Ints fixed_point(Floats position) {
     return hn::NearestInt(hn::MulAdd(position, all(float(position_one)), all(-0.5f * position_one)));

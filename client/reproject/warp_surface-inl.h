@@ -36,12 +36,6 @@ HWY_INLINE void samples_around(const SourceGrid& grid, Ints x0, Ints y0, Samples
         }
 }
 
-/// r - B as depth_agreement.h has it, for distances up to infinity; NaN stays.
-HWY_INLINE Floats reach(const DepthAgreement& agreement, Floats distance_m) {
-    const Floats r = hn::Min(all(far_distance_m), distance_m);
-    return hn::Max(r * all(1e-3f), r - all(agreement.box_radius_m));
-}
-
 /// Distances at the four samples of some pixels, or what is made of those.
 using Distances = std::array<Floats, 4>;
 

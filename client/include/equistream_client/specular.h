@@ -28,8 +28,9 @@ struct SpecularCounts {
 };
 
 /// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them
-/// nothing is done. `error_budget_px` as in EngineOptions.
+/// nothing is done; mask, depth and virtual depth have the camera's size. `error_budget_px` and `reference` as in
+/// EngineOptions.
 SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, double error_budget_px,
-                               EyePicture& picture);
+                               EyePicture& picture, bool reference = false);
 
 }  // namespace equistream
