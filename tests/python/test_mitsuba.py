@@ -107,6 +107,22 @@ def test_sequences_encode_and_reproject(em, scene, run, tmp_path):
     np.testing.assert_allclose(view.depth_m, ball(eye, pose, (1, 0, -4), 1), rtol=1e-4)
 
 
+def test_depth_of_patches_is_the_closed_form(em, run, tmp_path):
+    """From within a ball, whose centre is not the sphere's: patches anywhere hit it."""
+    import mitsuba as mi
+    run("scene", "generate", "leaf", "--out", tmp_path)
+    run("render", tmp_path / "leaf.json", "--frames", "0", "--size", "64x32", "--spp", 1, "--aovs", "depth", "--patches", "--out", tmp_path / "frames")
+    info = es.read_frame_info(tmp_path / "frames" / "patches" / "frame.0000.exr")
+    centre = info.camera_pose.position_m + [0.3, 0.1, 0.2]
+    around = mi.load_dict({"type": "scene", "ball": {"type": "sphere", "center": centre.tolist(), "radius": 2}})
+    cast = em.depth_source(around).cast_patches(info)
+    rays = es.patch_rays(info)
+    b = np.sum(rays.directions * (centre - rays.origins_m), axis=-1)
+    expected = b + np.sqrt(b * b - np.sum((centre - rays.origins_m) ** 2, axis=-1) + 2**2)
+    assert rays.used.sum() > 50 and np.ptp(expected[rays.used]) > 0.3
+    np.testing.assert_allclose(cast[rays.used], expected[rays.used], rtol=1e-4)
+
+
 def small_sequence(em, scene, folder, **changes):
     path = es.PosePath([(0, es.Pose()), (0.3, es.Pose((0.3, 0, 0)))])
     settings = dict(path=path, frames=range(2), fps=10, spp=2, aovs="depth,motion", camera=es.EquirectCamera(32, 16)) | changes
