@@ -1,6 +1,7 @@
 #include "evidence.h"
 #include "scratch_folder.h"
 
+#include <equistream/depth_agreement.h>
 #include <equistream_client/ray_depth.h>
 #include <equistream_generate/generate.h>
 
@@ -44,6 +45,34 @@ Disagreement compare(const FloatImage& carried, const FloatImage& cast, double b
     return {double(beyond) / pixels, double(inner) / pixels};
 }
 
+/// Part of the pixels that lie beside an edge: one surface ends there, so that no slope explains the step.
+double part_at_edges(const FloatImage& cast, double box_m, double error) {
+    const DepthAgreement bound{float(box_m), float(std::sin(error))};
+    const auto inverse = [&](int x, int y) {
+        const int column = (x + sphere.width) % sphere.width, row = std::clamp(y, 0, sphere.height - 1);
+        return 1 / std::min(cast.pixel(column, row)[0], far_distance_m);
+    };
+    std::int64_t edges = 0;
+    for (int y = 0; y < sphere.height; ++y)
+        for (int x = 0; x < sphere.width; ++x) {
+            bool edge = false;
+            for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
+                edge |= !bound.connected(inverse(x - dx, y - dy), inverse(x, y), inverse(x + dx, y + dy),
+                                         inverse(x + 2 * dx, y + 2 * dy));
+            edges += edge;
+        }
+    return double(edges) / (double(sphere.width) * sphere.height);
+}
+
+/// What a count of pixels that fall to one side of an edge or to the other may become where only roundings change: four
+/// standard deviations more.
+double part_of(int counted) {
+    return (counted + 4 * std::sqrt(double(counted))) / (double(sphere.width) * sphere.height);
+}
+/// What is thinner than a pixel is seen by one cast and missed by the next, and nothing around it tells: 31 pixels in
+/// the worst frame of all these walks.
+const double most_not_at_edge = part_of(31);
+
 class DepthReuseTest : public testing::TestWithParam<const char*> {};
 
 /// A walk of the scene's own; each frame is carried on from frames that were carried themselves.
@@ -61,7 +90,7 @@ TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalk) {
         plain.cast(sphere, pose, cast.view());
         carrying.cast(sphere, pose, carried.view());
         const Disagreement off = compare(carried, cast, box_m, error);
-        EXPECT_LE(off.not_at_edge, 2e-4) << "frame " << frame << evidence(carried.view(), cast.view());
+        EXPECT_LE(off.not_at_edge, most_not_at_edge) << "frame " << frame << evidence(carried.view(), cast.view());
         if (frame == 0) {
             EXPECT_EQ(off.beyond, 0);
         }
@@ -103,8 +132,13 @@ TEST(DepthReuse, AnyWidthClosesAtTheSeam) {
 struct Walk {
     const char* scene;
     glm::dvec3 step_m;  ///< a frame
-    double most_other;  ///< part of the pixels; measured 0.79, 0.17 and 0.69 %, all beside edges
+    int counted;        ///< pixels beyond the bound in the walk's worst frame
 };
+
+/// An edge is found to the nearest pixel, at most half of one off: of the pixels whose middles it may pass, one in two.
+/// Those are two of three where edges are as near each other as may be, a bar one pixel wide and what is on either
+/// side.
+constexpr double most_of_edges = 1 / 3.0;
 
 class DepthReuseWalk : public testing::TestWithParam<Walk> {};
 
@@ -121,14 +155,16 @@ TEST_P(DepthReuseWalk, SeesTheSurfacesThatACastSees) {
         plain.cast(sphere, pose, cast.view());
         carrying.cast(sphere, pose, carried.view());
         const Disagreement off = compare(carried, cast, box_m, error);
-        EXPECT_LE(off.beyond, GetParam().most_other) << "frame " << frame << evidence(carried.view(), cast.view());
-        EXPECT_LE(off.not_at_edge, 2e-4) << "frame " << frame;
+        EXPECT_LE(off.beyond, part_of(GetParam().counted))
+            << "frame " << frame << evidence(carried.view(), cast.view());
+        EXPECT_LE(off.beyond, most_of_edges * part_at_edges(cast, box_m, error)) << "frame " << frame;
+        EXPECT_LE(off.not_at_edge, most_not_at_edge) << "frame " << frame;
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, DepthReuseWalk,
-                         testing::Values(Walk{"pavilion", {0.03, 0, -0.04}, 0.01}, Walk{"wires", {0.05, 0, 0}, 0.0025},
-                                         Walk{"wires", {0, 0, -0.05}, 0.009}),
+                         testing::Values(Walk{"pavilion", {0.03, 0, -0.04}, 2304}, Walk{"wires", {0.05, 0, 0}, 513},
+                                         Walk{"wires", {0, 0, -0.05}, 1353}),
                          [](const auto& walk) { return walk.param.scene + std::to_string(walk.index); });
 
 TEST(DepthReuse, EyesOfOneHeadEachKeepTheirOwn) {
@@ -142,13 +178,13 @@ TEST(DepthReuse, EyesOfOneHeadEachKeepTheirOwn) {
             const Pose pose{eye_position(scene.camera_path.at(frame / 30.0), eye, default_ipd_m), {1, 0, 0, 0}};
             plain.cast(sphere, pose, cast.view());
             carrying.cast(sphere, pose, carried.view());
-            EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, 2e-4) << "frame " << frame;
+            EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, most_not_at_edge) << "frame " << frame;
         }
     // Standing still, only what is cast anew may change, and a leap is cast.
     const Pose leap{glm::dvec3(0, 1.5, 0) + scene.camera_path.at(0).position_m, {1, 0, 0, 0}};
     plain.cast(sphere, leap, cast.view());
     carrying.cast(sphere, leap, carried.view());
-    EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, 2e-4);
+    EXPECT_LE(compare(carried, cast, box_m, error).not_at_edge, most_not_at_edge);
 }
 
 }  // namespace
