@@ -262,17 +262,11 @@ private:
     HWY_INLINE Ints mirrors_at(int x, int y, Floats q) const {
         const Vectors r = ray(job_.rays, columns_from(x), all(float(y)));
         const Vec3f eye = job_.rays.eye();
-        const Positions at = project(job_.grid, {hn::MulAdd(all(eye.x), q, r.x), hn::MulAdd(all(eye.y), q, r.y),
-                                                 hn::MulAdd(all(eye.z), q, r.z)});
-        const FloatMask covered = inside(job_.grid, at);
-        const auto index = [&](Floats position, int size) HWY_ATTR {
-            return hn::Min(hn::Max(hn::ConvertTo(int_tag, hn::IfThenElseZero(covered, position)), all(0)),
-                           all(size - 1));
-        };
-        const Ints offset =
-            index(at.v, job_.grid.height) * all(int(job_.specular.row_stride)) + index(at.u, job_.grid.width);
-        const Floats flag = hn::GatherIndex(float_tag, job_.specular.data, offset);
-        return hn::VecFromMask(int_tag, hn::RebindMask(int_tag, hn::And(covered, flag > all(least_specular))));
+        const Nearest sample =
+            nearest_sample(job_.grid, Vectors{hn::MulAdd(all(eye.x), q, r.x), hn::MulAdd(all(eye.y), q, r.y),
+                                              hn::MulAdd(all(eye.z), q, r.z)});
+        const FloatMask mirror = hn::And(sample.covered, value_at(job_.specular, sample) > all(least_specular));
+        return hn::VecFromMask(int_tag, hn::RebindMask(int_tag, mirror));
     }
 
     HWY_INLINE void judge(int x, int y, const std::uint8_t* closeness, const std::uint8_t* filled,
