@@ -1,13 +1,17 @@
 """What docs/python.md shows without Mitsuba runs, in its order; test_mitsuba.py runs the rest."""
 
+import equistream as es
+import numpy as np
+
 from conftest import SOURCE, python_md
 
-HERE = ("Frames", "Streams", "Reprojection", "Directions, poses, colour")
+HERE = ("Frames", "Streams", "Reprojection", "Mirrors, glass and patches", "Directions, poses, colour")
 BESIDE_MITSUBA = ("Mitsuba",)
 
 
 def test_python_md(scene, run, tmp_path, monkeypatch):
-    run("render", scene, "--frames", "0-2", "--size", "256x128", "--spp", 2, "--aovs", "all", "--out", tmp_path / "render")
+    run("render", scene, "--frames", "0-2", "--size", "256x128", "--spp", 2, "--aovs", "all", "--patches", "--patch-budget", 20,
+        "--out", tmp_path / "render")
     run("encode", tmp_path / "render", "--out", tmp_path / "walk.mp4")
     monkeypatch.chdir(tmp_path)
     names = {}
@@ -15,6 +19,12 @@ def test_python_md(scene, run, tmp_path, monkeypatch):
         blocks = python_md(section)
         assert len(blocks) == 1, section
         exec(compile(blocks[0], "docs/python.md", "exec"), names)
+    patches = names["frame"].patches
+    assert patches.depth_m is None
+    cast, by_rays = (names[who].cast_patches(patches.info) for who in ("everywhere", "caster"))
+    used = es.patch_rays(patches.info).used
+    assert np.isfinite(cast[used]).any() and used.any()
+    np.testing.assert_allclose(cast[used], by_rays[used], rtol=1e-4)
     assert len(list((tmp_path / "brighter" / "centre").glob("*.exr"))) == 3
 
 

@@ -155,8 +155,8 @@ class Shot:
                                 return coded(frame["depth"], box_m, step)
                         raise AssertionError("depth of an unknown view")
 
-                    # Mirrors as the engine leaves them: the group `mirrored` is fitted to what those show, and pixels that are looked
-                    # up anew are of another group, on which no weight here says anything.
+                    # Mirrors as the engine leaves them: those are what the group `mirrored` is fitted to. Looked up anew, as play does,
+                    # they lie within the bound and count as any other pixel of the source.
                     picture = es.Reprojector(chain.method, fill=chain.fill, mirrors=False)(
                         source, info.camera, info.camera_pose, depth=depth, risks=True, small=small if "small" in chain.fill else None,
                         earlier=[other] if "earlier" in chain.fill else (), depth_tolerance_w=step / 2)
