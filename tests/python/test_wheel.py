@@ -42,7 +42,7 @@ def test_installed_as_a_new_user_would(tmp_path):
     contents = {name.split("/", 1)[1] for name in names if name.startswith("equistream/")}
     modules = {name for name in contents if name.startswith("_core.") and name.endswith(".so")}
     assert len(modules) == 1 and contents - modules == {
-        "__init__.py", "_core.pyi", "arrays.py", "build_facts.py", "cameras.py", "colour.py", "frames.py", "mitsuba.py", "plugins/equirect.so",
+        "__init__.py", "_core.pyi", "arrays.py", "build_facts.py", "cameras.py", "colour.py", "depth.py", "frames.py", "mitsuba.py", "plugins/equirect.so",
         "plugins/equirect_aov.so", "py.typed", "reprojection.py", "streams.py"}
     assert any(name.endswith("licenses/LICENSE") for name in names)
     assert all(name.startswith(("equistream/", "equistream-")) for name in names)
