@@ -90,6 +90,16 @@ HWY_INLINE void store_bytes(Word samples, std::uint8_t* to) {
     hn::StoreU(hn::TruncateTo(bytes, samples), bytes, to);
 }
 
+/// By how many floats depth is asked for before it is packed. What the processor fetches ahead by itself ends with a
+/// page of 4 KiB; of two rows at once it loses track.
+inline constexpr std::size_t ahead = 2048, ahead_of_pairs = 512;
+
+HWY_INLINE void ask_for(const float* depth_m) {
+    constexpr std::size_t floats_per_line = 16;
+    for (std::size_t i = 0; i < at_once(); i += floats_per_line)
+        hwy::Prefetch(depth_m + i);
+}
+
 /// What packing makes of two vectors of depth.
 struct TwoSamples {
     Float low, high;
@@ -99,30 +109,31 @@ struct TwoSamples {
     HWY_INLINE Word whole() const { return whole_words(low, high); }
 };
 
-std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
+template <typename T>
+std::int64_t pack_w(std::span<const float> depth_m, const Scale& scale, T* samples) {
     Packer pack(scale);
     std::size_t x = 0;
-    for (; x + at_once() <= depth_m.size(); x += at_once())
-        store_bytes(TwoSamples(pack, &depth_m[x]).whole(), samples + x);
+    for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        ask_for(&depth_m[x] + ahead);
+        const Word whole = TwoSamples(pack, &depth_m[x]).whole();
+        if constexpr (sizeof(T) == 1)
+            store_bytes(whole, samples + x);
+        else
+            hn::StoreU(whole, Words(), samples + x);
+    }
     auto too_near = static_cast<std::int64_t>(pack.too_near);
     for (; x < depth_m.size(); ++x) {
-        samples[x] = static_cast<std::uint8_t>(whole_sample(depth_m[x], scale));
+        samples[x] = static_cast<T>(whole_sample(depth_m[x], scale));
         too_near += depth_m[x] < scale.near_m;
     }
     return too_near;
 }
 
+std::int64_t pack_w8(std::span<const float> depth_m, const Scale& scale, std::uint8_t* samples) {
+    return pack_w(depth_m, scale, samples);
+}
 std::int64_t pack_w16(std::span<const float> depth_m, const Scale& scale, std::uint16_t* samples) {
-    Packer pack(scale);
-    std::size_t x = 0;
-    for (; x + at_once() <= depth_m.size(); x += at_once())
-        hn::StoreU(TwoSamples(pack, &depth_m[x]).whole(), Words(), samples + x);
-    auto too_near = static_cast<std::int64_t>(pack.too_near);
-    for (; x < depth_m.size(); ++x) {
-        samples[x] = static_cast<std::uint16_t>(whole_sample(depth_m[x], scale));
-        too_near += depth_m[x] < scale.near_m;
-    }
-    return too_near;
+    return pack_w(depth_m, scale, samples);
 }
 
 template <typename T>
@@ -175,6 +186,7 @@ std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::
     Packer pack(scale);
     std::size_t x = 0;
     for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        ask_for(&depth_m[x] + ahead);
         const PeceSamples of(TwoSamples(pack, &depth_m[x]));
         store_bytes(of.luma, planes[0] + x);
         store_bytes(of.first, planes[1] + x);
@@ -199,21 +211,14 @@ HWY_INLINE void store_means(Word sums, std::uint8_t* to) {
     hn::StoreU(hn::TruncateTo(bytes, hn::ShiftRight<2>(hn::Add(four, hn::Set(pairs, 2)))), bytes, to);
 }
 
-/// Two rows at once are more than the processor fetches ahead by itself.
-HWY_INLINE void ask_ahead(const float* depth_m) {
-    constexpr std::size_t floats_per_line = 16, ahead = 512;
-    for (std::size_t i = 0; i < at_once(); i += floats_per_line)
-        hwy::Prefetch(depth_m + ahead + i);
-}
-
 std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
     Packer pack(scale);
     // By value: bytes that are stored could be the pair itself.
     const PecePair at = pair;
     std::size_t x = 0;
     for (; x + at_once() <= at.upper_m.size(); x += at_once()) {
-        ask_ahead(&at.upper_m[x]);
-        ask_ahead(&at.lower_m[x]);
+        ask_for(&at.upper_m[x] + ahead_of_pairs);
+        ask_for(&at.lower_m[x] + ahead_of_pairs);
         const PeceSamples upper(TwoSamples(pack, &at.upper_m[x])), lower(TwoSamples(pack, &at.lower_m[x]));
         store_bytes(upper.luma, at.luma[0] + x);
         store_bytes(lower.luma, at.luma[1] + x);
@@ -283,6 +288,7 @@ std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::u
     Packer pack(scale);
     std::size_t x = 0;
     for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        ask_for(&depth_m[x] + ahead);
         const auto hue = hn::BitCast(i, TwoSamples(pack, &depth_m[x]).whole());
         const Float low = hn::LoadU(f, &depth_m[x]), high = hn::LoadU(f, &depth_m[x] + lanes());
         const auto away_from = [&](std::int16_t middle) HWY_ATTR { return hn::Abs(hn::Sub(hue, hn::Set(i, middle))); };
