@@ -23,19 +23,19 @@ constexpr int worst_crf = 51;
 constexpr int most_threads = 64;
 constexpr std::int64_t longest_reordering = 2;
 
-void check_whole_number(const char* what, int value, int low, int high) {
+void check_whole_number(const std::string& what, int value, int low, int high) {
     if (value < low || value > high)
         throw InputError(
             expected_found(what, std::to_string(low) + " to " + std::to_string(high), std::to_string(value)));
 }
 
-void check_preset(const std::string& preset) {
+void check_preset(const std::string& what, const std::string& preset) {
     if (std::find(std::begin(presets), std::end(presets), preset) != std::end(presets))
         return;
     std::string accepted;
     for (const char* name : presets)
         accepted += (accepted.empty() ? "" : ", ") + std::string(name);
-    throw InputError(expected_found("preset", "one of " + accepted, "\"" + preset + "\""));
+    throw InputError(expected_found(what, "one of " + accepted, "\"" + preset + "\""));
 }
 
 void check_track(const TrackSettings& track) {
@@ -142,12 +142,17 @@ AVRational frame_rate_of(const StreamSettings& settings) {
     return av_d2q(settings.frames_per_second, 100000);
 }
 
-void check_stream_settings(const StreamSettings& settings) {
+void check_coding(const StreamSettings& settings, const std::string& before_names) {
     if (!(settings.crf >= 0 && settings.crf <= worst_crf))
-        throw InputError(expected_found("crf", "0 to " + std::to_string(worst_crf), formatted("%g", settings.crf)));
-    check_whole_number("gop", settings.gop, 1, 10000);
-    check_whole_number("threads", settings.threads, 1, most_threads);
-    check_preset(settings.preset);
+        throw InputError(
+            expected_found(before_names + "crf", "0 to " + std::to_string(worst_crf), formatted("%g", settings.crf)));
+    check_whole_number(before_names + "gop", settings.gop, 1, 10000);
+    check_whole_number(before_names + "threads", settings.threads, 1, most_threads);
+    check_preset(before_names + "preset", settings.preset);
+}
+
+void check_stream_settings(const StreamSettings& settings) {
+    check_coding(settings);
     if (!(settings.frames_per_second >= 0.01 && settings.frames_per_second <= 1000))
         throw InputError(
             expected_found("frames per second", "0.01 to 1000", std::to_string(settings.frames_per_second)));

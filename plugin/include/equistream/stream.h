@@ -83,6 +83,9 @@ struct StreamSettings {
     std::uint32_t pictures = 0;
     int threads = 4;  ///< the coded bytes depend on it, so it does not follow the machine
 };
+/// Throws InputError naming the first of crf, gop, threads and preset that cannot be used, with `before_names` before
+/// its name: a program's options have dashes. Looks at nothing else; StreamWriter checks all settings by itself.
+void check_coding(const StreamSettings& settings, const std::string& before_names = "");
 
 /// Encodes display-referred sRGB pictures (8-bit RGB) and depth to `target`: a path ending in .mp4, .mkv, .ts, .nut,
 /// .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same

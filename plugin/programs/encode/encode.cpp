@@ -32,7 +32,7 @@ struct Options {
 
 void check_crf(const char* option, const std::optional<double>& crf) {
     if (crf && !(*crf >= 0 && *crf <= 51))
-        throw InputError(expected_found(option, "0 to 51", std::to_string(*crf)));
+        throw InputError(expected_found(option, "0 to 51", in_words(*crf)));
 }
 
 DepthRequest depth_request_of(const Options& options) {
@@ -42,9 +42,10 @@ DepthRequest depth_request_of(const Options& options) {
         } catch (const InputError& error) {
             throw InputError("--depth: auto, none or a " + std::string(error.what()));
         }
-    if (!(options.depth_share > 0 && options.depth_share <= 100))
-        throw InputError(expected_found("--depth-share", "a share of the colour's bits above 0 and up to 100",
-                                        std::to_string(options.depth_share)));
+    if (!(options.depth_share > 0 && options.depth_share <= 1))
+        throw InputError(expected_found("--depth-share",
+                                        "a share of the colour's bits above 0 and at most 1, 0.1 being 10 %",
+                                        in_words(options.depth_share)));
     check_crf("--depth-crf", options.depth_crf);
     return {options.depth, options.depth_share, options.depth_crf,
             options.mirrors == "none"     ? ImagesTrack::none
@@ -54,6 +55,12 @@ DepthRequest depth_request_of(const Options& options) {
 
 EncodeRequest request_of(const Options& options) {
     EncodeRequest request;
+    request.target = options.target;
+    request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
+    request.settings.crf = options.crf;
+    request.settings.gop = options.gop;
+    request.settings.preset = options.preset;
+    check_coding(request.settings, "--");
     SourceRequest sources;
     sources.folder = options.folder;
     sources.fill = parse_fill_tracks(options.fill);
@@ -64,17 +71,25 @@ EncodeRequest request_of(const Options& options) {
     request.depth = depth_request_of(options);
     check_crf("--fill-crf", options.fill_crf);
     request.fill_crf = options.fill_crf;
-    request.target = options.target;
-    request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
-    request.settings.crf = options.crf;
-    request.settings.gop = options.gop;
-    request.settings.preset = options.preset;
     return request;
 }
 
 double megabits_per_second(const EncodedTrack& track, const EncodeReport& report) {
     const double seconds = report.settings.pictures / report.settings.frames_per_second;
     return 8e-6 * static_cast<double>(track.bytes) / seconds;
+}
+
+/// "9.3 %", "0.01 %": never 0 for what is not.
+std::string percent_text(double share) {
+    return formatted(share > 0 && share < 0.001 ? "%.1g %%" : "%.1f %%", 100 * share);
+}
+
+/// A depth track's may be another than the stream's.
+Codec codec_of(const EncodedTrack& track, const EncodeReport& report) {
+    return track.settings.codec(report.settings.codec);
+}
+const char* codec_name(Codec codec) {
+    return codec == Codec::h264 ? "H.264" : "H.265";
 }
 
 /// A coded stream on standard output has it for itself.
@@ -114,10 +129,10 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
         text += formatted(", CRF %g", *track.settings.crf);
     text += "\n";
     if (report.trial && track.settings.role == TrackRole::depth)
-        text += formatted(
-            "        in a trial of %d frames that took %.1f %% of the colour's bits and left %.2f %% of pixels "
-            "within the budget\n",
-            report.trial->frames, 100 * report.trial->share(), 100 * report.trial->within);
+        text +=
+            formatted("        in a trial of %d frames that took %s of the colour's bits and left %.2f %% of pixels "
+                      "within the budget\n",
+                      report.trial->frames, percent_text(report.trial->share()).c_str(), 100 * report.trial->within);
     if (track.clamped_pixels > 0)
         text += formatted("        %lld pixels lay nearer and were coded as %.3f m\n",
                           static_cast<long long>(track.clamped_pixels), track.range->near_m);
@@ -132,6 +147,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
                           {"folder", track.folder.string()},
                           {"width", track.settings.width},
                           {"height", track.settings.height},
+                          {"codec", codec_of(track, report) == Codec::h264 ? "h264" : "h265"},
                           {"bytes", track.bytes},
                           {"crf", track.settings.depth_code == DepthCodeId::lossless
                                       ? nlohmann::json()
@@ -171,25 +187,27 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
     const double count = report.settings.pictures;
     std::fprintf(out, "%s: frames %lld-%lld, %s CRF %g, preset %s, key frame every %d, %g frames/s%s\n",
                  request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
-                 static_cast<long long>(request.sources.frames.back()), options.codec == "h264" ? "H.264" : "H.265",
-                 options.crf, options.preset.c_str(), options.gop, report.settings.frames_per_second,
+                 static_cast<long long>(request.sources.frames.back()), codec_name(report.settings.codec), options.crf,
+                 options.preset.c_str(), options.gop, report.settings.frames_per_second,
                  report.sphere_tag ? ", tagged as 360 degree video" : "");
     std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
     for (const EncodedTrack& track : report.tracks) {
-        std::fprintf(out, "  %-5s %dx%d from %s: %.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
-                     track.settings.width, track.settings.height, track.folder.string().c_str(),
+        const Codec codec = codec_of(track, report);
+        const std::string other = codec == report.settings.codec ? "" : std::string(codec_name(codec)) + ", ";
+        std::fprintf(out, "  %-5s %dx%d from %s: %s%.0f bytes a frame, %.3f Mbit/s\n", track_name(track.settings.role),
+                     track.settings.width, track.settings.height, track.folder.string().c_str(), other.c_str(),
                      static_cast<double>(track.bytes) / count, megabits_per_second(track, report));
         if (track.settings.depth_code)
             std::fputs(depth_text(track, report).c_str(), out);
     }
     if (report.images_left_out_share)
         std::fprintf(out,
-                     "  no track of mirrors and glass, which would take %.1f %% of the colour's bits (--mirrors always "
+                     "  no track of mirrors and glass, which would take %s of the colour's bits (--mirrors always "
                      "sends it)\n",
-                     100 * *report.images_left_out_share);
+                     percent_text(*report.images_left_out_share).c_str());
     if (report.trial && report.trial->share() > request.depth.share)
-        std::fprintf(out, "  depth takes more than the %.1f %% asked for even at its worst\n",
-                     100 * request.depth.share);
+        std::fprintf(out, "  depth takes more than the %s asked for even at its worst\n",
+                     percent_text(request.depth.share).c_str());
     std::fprintf(out,
                  "  ms a frame: read %.1f, display transform %.1f, encode %.1f; %.1f in all, reading beside encoding\n",
                  report.read_ms / count, report.display_ms / count, report.encode_ms / count, report.wall_ms / count);
@@ -219,7 +237,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("DIR", options.folder, "A render's folder (centre/, left/, right/, small/), or one of these")
         ->required();
     app.add_option("--out", options.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
-    app.add_option("--codec", options.codec, "h264 or h265")
+    app.add_option("--codec", options.codec, "h264 or h265; depth as w12, hue or lossless is coded as h265 always")
         ->check(CLI::IsMember({"h264", "h265"}))
         ->capture_default_str();
     app.add_option("--crf", options.crf, "Quality: 0 (best) to 51")->capture_default_str();
@@ -240,7 +258,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
            "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
            "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
         ->capture_default_str();
-    app.add_option("--depth-share", options.depth_share, "Of the main stream's bits that its depth may take")
+    app.add_option("--depth-share", options.depth_share,
+                   "Of the main stream's bits that its depth may take: above 0, at most 1")
         ->capture_default_str();
     app.add_option("--depth-crf", options.depth_crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");

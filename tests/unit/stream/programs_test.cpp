@@ -154,6 +154,28 @@ TEST_F(Programs, WhereAHiddenLayerHoldsNothingItsDepthIsThatOfMain) {
     EXPECT_TRUE(std::isnan(depth_at("b.mkv", 40, 4)));
 }
 
+TEST_F(Programs, EncodeSaysWhichCodecEachTrackGot) {
+    render("r", 64, 64, 0, 0);
+    Frame frame = read_exr(folder / "r" / frame_file_name(0));
+    frame.planes.emplace("depth", FloatImage(64, 64, 1, 1.5f));
+    write_exr(folder / "r" / frame_file_name(0), frame);
+    const std::string encode =
+        "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "' --depth-crf 20";
+    const std::array<std::pair<const char*, const char*>, 5> codes{
+        {{"w8", "h264"}, {"w10", "h264"}, {"w12", "h265"}, {"hue", "h265"}, {"lossless", "h265"}}};
+    for (const auto& [code, codec] : codes) {
+        const Ran ran = run(encode + " --codec h264 --json --depth " + code);
+        ASSERT_EQ(ran.status, 0) << ran.errors;
+        const nlohmann::json tracks = nlohmann::json::parse(ran.output)["tracks"];
+        EXPECT_EQ(tracks[0]["codec"], "h264") << code;
+        EXPECT_EQ(tracks[1]["codec"], codec) << code;
+        StreamReader reader(path("a.mkv"));
+        EXPECT_EQ(reader.tracks()[1].codec, std::string(codec) == "h264" ? "h264" : "hevc") << code;
+    }
+    EXPECT_NE(run(encode + " --codec h264 --depth w12").output.find(": H.265, "), std::string::npos);
+    EXPECT_EQ(run(encode + " --codec h264 --depth w10").output.find("H.265"), std::string::npos);
+}
+
 TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
     std::mt19937 random(3);
     const auto with_planes = [&](const std::string& name, int side, bool mirror) {
@@ -255,9 +277,12 @@ TEST_F(Programs, EncodeSaysWhatIsWrong) {
     expect_failure(run("encode '" + path("empty") + "' --out a.mkv"), 2, "found an empty folder");
     expect_failure(run("encode '" + path("odd") + "' --out '" + path("o.mkv") + "'"), 2, "found 65x64");
     expect_failure(run("encode '" + path("r") + "' --out '" + path("a.wmv") + "'"), 2, "ending in one of .mp4");
-    expect_failure(run(r + " --crf 77"), 2, "crf: expected 0 to 51, found 77");
+    expect_failure(run(r + " --crf 77"), 2, "--crf: expected 0 to 51, found 77");
     expect_failure(run(r + " --fill-crf 77"), 2, "--fill-crf: expected 0 to 51, found 77");
-    expect_failure(run(r + " --preset swift"), 2, "preset: expected one of ultrafast");
+    expect_failure(run(r + " --gop 0"), 2, "--gop: expected 1 to 10000, found 0");
+    expect_failure(run(r + " --preset swift"), 2, "--preset: expected one of ultrafast");
+    expect_failure(run(r + " --depth-share 10"), 2, "at most 1, 0.1 being 10 %, found 10");
+    expect_failure(run(r + " --depth-share 0"), 2, "--depth-share: expected a share");
     expect_failure(run(r + " --codec av1"), 2, "codec");
     expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/a.mkv") + "'"), 2,
                    "No such file or directory");
