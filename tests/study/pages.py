@@ -30,6 +30,11 @@ def noise_free_short(figures):
     return f"{figures['db']:.1f}"
 
 
+def both_scales(texts):
+    """"linear (display)", of {scale: text}: the figure to judge by and, in brackets, the one on display values."""
+    return texts["linear"] if set(texts.values()) == {"-"} else f"{texts['linear']} ({texts['display']})"
+
+
 def place(page, name, scene, text):
     """Puts `text` between `<!-- table NAME SCENE -->` and `<!-- end -->`; at the end where there is no such marker yet."""
     marker = f"<!-- table {name} {scene} -->"

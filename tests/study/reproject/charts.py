@@ -24,8 +24,8 @@ HOLLOW = ("sphere", "lean", "mesh-plain", "paper")
 
 
 def eye_decibels(entry):
-    """dB of each eye; a bound where the interval reaches zero error."""
-    figures = [results.display_error(entry, eye) for eye in results.EYES]
+    """dB of each eye and of both together, on linear values; a bound where the interval reaches zero error."""
+    figures = [results.error(entry, eye, "linear") for eye in results.EYES] + [results.both_eyes(entry, "linear")]
     return [figure["db_low"] if figure["only_bounded"] else figure["db"] for figure in figures]
 
 
@@ -45,10 +45,10 @@ def draw_panel(axes, result, head):
         if entry is None:
             continue
         ms = results.client_ms(entry)
-        left, right = eye_decibels(entry)
-        points.append((ms, (left + right) / 2))
+        left, right, both = eye_decibels(entry)
+        points.append((ms, both))
         axes.plot([ms, ms], [left, right], color=colour, linewidth=1, zorder=2)
-        axes.plot([ms], [(left + right) / 2], marker=marker, markersize=11 if marker == "*" else 7, color=colour, linestyle="none",
+        axes.plot([ms], [both], marker=marker, markersize=11 if marker == "*" else 7, color=colour, linestyle="none",
                   markerfacecolor="white" if system in HOLLOW else colour, markeredgewidth=1.3, label=results.NAMES[system], zorder=3)
     line = front(points)
     axes.step(*zip(*line), where="post", color="#aaaaaa", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
@@ -73,7 +73,7 @@ def main():
     for column, result in enumerate(found.values()):
         for row, head in enumerate(HEADS):
             draw_panel(panels[row][column], result, head)
-            panels[row][0].set_ylabel("noise-free dB, mean of the eyes")
+            panels[row][0].set_ylabel("noise-free dB, linear values, both eyes together")
         panels[-1][column].set_xlabel("client, ms a frame (both eyes)")
     first = next(iter(found.values()))
     settings = first["settings"]

@@ -35,6 +35,12 @@ SYSTEMS = {
     "hue": ("hue", "h264", None),
 }
 METHODS = ("gather", "mesh")
+SCALES = ("linear", "display")
+
+
+def loss(best, found):
+    """dB between two noise-free figures of compare; None where one of them found no error."""
+    return None if best["db"] is None or found["db"] is None else best["db"] - found["db"]
 
 
 class DepthCodes:
@@ -63,7 +69,7 @@ class DepthCodes:
                                 "--codec", codec, "--frames", self.renders.frame, "--fill", "none", "--depth", code, *quality, "--json", "--progress", "none")
         tracks = {t["name"]: t for t in json.loads(self.steps.output_of(f"encode-depth-{name}-{seed}"))["tracks"]}
         return stream, {"command": record["command"], "colour_bytes": tracks["main"]["bytes"], "depth_bytes": tracks["depth"]["bytes"],
-                        "share": tracks["depth"]["bytes"] / tracks["main"]["bytes"], **tracks["depth"]["depth_code"]}
+                        "share": tracks["depth"]["bytes"] / tracks["main"]["bytes"], "codec": tracks["depth"].get("codec"), **tracks["depth"]["depth_code"]}
 
     def play(self, name, method, seed, stream):
         views = f"views/depth-{name}-{method}-{seed}"
@@ -91,14 +97,12 @@ class DepthCodes:
                 "scores": scores}
 
     def losses(self):
-        """Of each eye and method, beside the same colour with lossless depth: above 0 is worse."""
+        """Of each eye, method and scale of values, beside the same colour with lossless depth: above 0 is worse."""
         reference = self.result["systems"][0]["scores"]
         for system in self.result["systems"]:
             for method, score in system["scores"].items():
-                score["loss_db"] = {}
-                for eye, noise_free in score["noise_free"].items():
-                    best, found = reference[method]["noise_free"][eye]["display"]["db"], noise_free["display"]["db"]
-                    score["loss_db"][eye] = None if best is None or found is None else best - found
+                score["loss_db"] = {eye: {scale: loss(reference[method]["noise_free"][eye][scale], noise_free[scale]) for scale in SCALES}
+                                    for eye, noise_free in score["noise_free"].items()}
 
     def run(self):
         names = [name for name in SYSTEMS if name == REFERENCE or name in self.options.systems.split(",")]
@@ -108,10 +112,10 @@ class DepthCodes:
         write_whole(file, json.dumps(self.result, indent=1) + "\n")
         print(file)
         for system in self.result["systems"]:
-            loss = system["scores"][METHODS[0]]["loss_db"]
+            lost = system["scores"][METHODS[0]]["loss_db"]
             share = sum(record["share"] for record in system["encoded"]) / len(SEEDS)
             print(f"{system['system']:14} {100 * share:6.1f} % of the colour  " +
-                  "  ".join(f"{eye} {'none' if db is None else f'{db:+.3f} dB'}" for eye, db in loss.items()))
+                  "  ".join(f"{eye} {'none' if db['linear'] is None else format(db['linear'], '+.3f') + ' dB'}" for eye, db in lost.items()))
 
 
 def main():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the tables of docs/results/reproject.md and of reproject/depth_codes.md, between their markers, from the JSON files of
-docs/results/reproject and nothing else.
+docs/results/reproject and nothing else. Noise-free figures are on linear values, in brackets those on display values.
 
     report.py [--results FOLDER] [--page FILE]
 """
@@ -13,43 +13,56 @@ import sys
 import results
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from pages import cell, noise_free_short, noise_free_text, place, table  # noqa: E402
+from pages import both_scales, cell, noise_free_short, noise_free_text, place, table  # noqa: E402
 
 HEAD_NAMES = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
 
 
+def one_eye(entry, eye, figure):
+    return both_scales({scale: "-" if figure(entry, eye, scale) is None else noise_free_short(figure(entry, eye, scale)) for scale in results.SCALES})
+
+
 def eyes_cell(entry, figure):
-    return " / ".join("-" if figure(entry, eye) is None else noise_free_short(figure(entry, eye)) for eye in results.EYES)
+    """"left / right (left / right)", linear (display)."""
+    def short(eye, scale):
+        found = figure(entry, eye, scale)
+        return "-" if found is None else noise_free_short(found)
+    texts = {scale: [short(eye, scale) for eye in results.EYES] for scale in results.SCALES}
+    if all(text == "-" for eyes in texts.values() for text in eyes):
+        return "-"
+    return both_scales({scale: " / ".join(eyes) for scale, eyes in texts.items()})
 
 
 def summary(found, head, kind="systems"):
-    """Noise-free dB of each system, left / right, a column a scene."""
+    """Noise-free dB of each system, a column a scene."""
     systems = dict.fromkeys(entry["system"] for result in found.values() for entry in result.get(kind, []))
     rows = []
     for system in systems:
         entries = [results.find(result, kind, system, head) for result in found.values()]
-        rows.append([results.NAMES.get(system, system)] + ["-" if entry is None else eyes_cell(entry, results.display_error) for entry in entries])
+        rows.append([results.NAMES.get(system, system)] + ["-" if entry is None else eyes_cell(entry, results.error) for entry in entries])
     return table(["system", *found], rows)
 
 
-def ceiling_row(result, head):
+def ceiling_row(result, head, worst_is_noise_free):
     eyes = result["ceiling"][head]["eyes"]
     row = ["truth, another seed (ceiling)"]
     for eye in results.EYES:
-        row += ["-", "-", cell(eyes[eye]["psnr_db"]), cell(eyes[eye]["ssim"], 4), cell(eyes[eye]["psnr_worst_percent_db"])]
+        row += ["-", "-", "-", cell(eyes[eye]["psnr_db"]), cell(eyes[eye]["ssim"], 4), "-" if worst_is_noise_free else cell(eyes[eye]["psnr_worst_percent_db"])]
     return [*row, "-", "-"]
 
 
 def accuracy(result, head):
-    columns = ("noise-free dB,", "in gaps,", "PSNR dB,", "SSIM,", "worst 1 % dB,")
-    rows = [ceiling_row(result, head)]
-    for entry in [e for kind in ("systems", "coded") for e in result.get(kind, []) if e["head"] == head]:
+    entries = [e for kind in ("systems", "coded") for e in result.get(kind, []) if e["head"] == head]
+    worst_is_noise_free = all(results.worst_error(entry, eye, "linear") for entry in entries for eye in results.EYES)
+    columns = ("noise-free dB, linear,", "display,", "in gaps,", "PSNR dB,", "SSIM,", "worst 1 %, noise-free," if worst_is_noise_free else "worst 1 %, PSNR,")
+    rows = [ceiling_row(result, head, worst_is_noise_free)]
+    for entry in entries:
         row = [results.NAMES.get(entry["system"], entry["system"])]
         for eye in results.EYES:
             noisy = entry["against_other_seed"]["eyes"][eye]
-            gap = results.gap_error(entry, eye)
-            row += [noise_free_text(results.display_error(entry, eye)), "-" if gap is None else noise_free_short(gap),
-                    cell(noisy["psnr_db"]), cell(noisy["ssim"], 4), cell(noisy["psnr_worst_percent_db"])]
+            worst = one_eye(entry, eye, results.worst_error) if worst_is_noise_free else cell(noisy["psnr_worst_percent_db"])
+            row += [noise_free_text(results.error(entry, eye, "linear")), noise_free_short(results.error(entry, eye, "display")),
+                    one_eye(entry, eye, results.gap_error), cell(noisy["psnr_db"]), cell(noisy["ssim"], 4), worst]
         gaps = entry["against_other_seed"]["eyes"]["right"].get("gaps")
         rows.append([*row, cell(100 * gaps["fraction"]) if gaps else "-", cell(results.client_ms(entry), 1)])
     return table(["system"] + [f"{column} {eye}" for eye in results.EYES for column in columns] + ["gaps %, right", "client ms"], rows)
@@ -63,8 +76,25 @@ def coded(found):
                 entry = results.find(result, "coded", system, head)
                 if entry:
                     rows.append([scene, f"{results.NAMES[system]}, {HEAD_NAMES[head]}", ", ".join(f"{r['crf']:g}" for r in entry["encoded"]),
-                                 f"{results.coded_bytes(entry):,.0f}", eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error)])
-    return table(["scene", "system", "CRF by seed", "bytes a frame", "noise-free dB, left / right", "in gaps, left / right"], rows)
+                                 f"{results.coded_bytes(entry):,.0f}", eyes_cell(entry, results.error), eyes_cell(entry, results.gap_error)])
+    return table(["scene", "system", "CRF by seed", "bytes a frame", "noise-free dB", "in gaps"], rows)
+
+
+def lead(better, worse, digits=2):
+    """By how many dB the one of two noise-free figures is ahead of the other; `?` where the interval of either reaches zero error."""
+    if better["db"] is None or worse["db"] is None:
+        return "?"
+    text = f"{better['db'] - worse['db']:+.{digits}f}"
+    return (text if float(text) else text[1:]) + ("?" if better["only_bounded"] or worse["only_bounded"] else "")
+
+
+def lead_cell(entry, rival, is_rival):
+    """Of both eyes together; the rival's own dB in its row."""
+    if entry is None or rival is None:
+        return "-"
+    found, against = ({scale: results.both_eyes(e, scale) for scale in results.SCALES} for e in (entry, rival))
+    own = {scale: "?" if figure["db"] is None else f"{figure['db']:.2f}" + "?" * figure["only_bounded"] for scale, figure in found.items()}
+    return both_scales(own if is_rival else {scale: lead(found[scale], against[scale]) for scale in results.SCALES})
 
 
 def ahead(found):
@@ -77,8 +107,7 @@ def ahead(found):
                 row = [head_name, results.NAMES[system]]
                 for result in found.values():
                     entry, rival = results.find(result, kind, system, head), results.find(result, kind, paper, head)
-                    db = None if entry is None or rival is None else results.both_eyes_db(entry)
-                    row.append("-" if db is None else f"{db:.2f}" if system == paper else f"{db - results.both_eyes_db(rival):+.2f}")
+                    row.append(lead_cell(entry, rival, system == paper))
                 rows.append(row)
     return table(["head", "system", *found], rows)
 
@@ -90,9 +119,9 @@ def rungs(result):
         pixels, gaps = sum(eye["pixels"] for eye in eyes), sum(eye["gaps"] for eye in eyes)
         counts = {rung: sum(eye["filled"][rung] for eye in eyes) for rung in next(iter(eyes))["filled"]}
         filled = ", ".join(f"{rung} {100 * count / gaps:.1f}" for rung, count in counts.items() if count)
-        rows.append([HEAD_NAMES[entry["head"]], entry["fill"], eyes_cell(entry, results.display_error), eyes_cell(entry, results.gap_error),
+        rows.append([HEAD_NAMES[entry["head"]], entry["fill"], eyes_cell(entry, results.error), eyes_cell(entry, results.gap_error),
                      f"{100 * gaps / pixels:.2f}", filled or "-"])
-    return table(["head", "fill", "noise-free dB, left / right", "in gaps, left / right", "gaps, % of the pixels of all frames played", "filled by, % of gaps"], rows)
+    return table(["head", "fill", "noise-free dB", "in gaps", "gaps, % of the pixels of all frames played", "filled by, % of gaps"], rows)
 
 
 def shift(found):
@@ -106,7 +135,7 @@ def shift(found):
 
 
 def ladders(found, head):
-    """What fills first, push-pull the rest: noise-free dB in the gaps, left / right, a column a scene."""
+    """What fills first, push-pull the rest: noise-free dB in the gaps, a column a scene."""
     fills = dict.fromkeys(entry["fill"] for result in found.values() for entry in result.get("rungs", []))
     rows = []
     for fill in fills:
@@ -122,9 +151,9 @@ def model(found):
         exact = result["scene_geometry"]["eyes"]
         for entry in result["models"]:
             made, eyes = entry["model"], entry["noise_free"]["eyes"]
-            pairs = [(exact[eye]["noise_free"]["display"]["db"], eyes[eye]["noise_free"]["display"]["db"]) for eye in results.EYES]
+            lost = {scale: " / ".join(lead(exact[eye]["noise_free"][scale], eyes[eye]["noise_free"][scale], 3) for eye in results.EYES) for scale in results.SCALES}
             before, after = made["triangles"]["before"], made["triangles"]["after"]
-            rows.append([scene, f"{made['error_px']:g}", f"{after:,} of {before:,}", cell(100 * after / before, 1), " / ".join("-" if None in pair else f"{pair[0] - pair[1]:+.3f}" for pair in pairs)])
+            rows.append([scene, f"{made['error_px']:g}", f"{after:,} of {before:,}", cell(100 * after / before, 1), both_scales(lost)])
     return table(["scene", "e, pixels", "triangles", "kept, %", "dB lost, left / right"], rows)
 
 
@@ -146,21 +175,29 @@ def hidden(found):
 
 
 def speed(result):
-    rows = [[f["name"], cell(f["ms"], 3), "-" if f["ratio"] is None else f"{f['ratio']:.2f}", f["peer"]] for f in result["figures"]]
-    return table(["figure", "ours, ms", "peer's time / ours", "peer"], rows)
+    """With what a bench said of its pictures, ours and the peer's, beside its time."""
+    said = dict(note.split(": ", 1) for note in result["notes"] if ": " in note)
+    rows = []
+    for figure in result["figures"]:
+        ours, peer = said.get(f"{figure['name']}/ours"), said.get(f"{figure['name']}/{figure['peer']}")
+        rows.append([figure["name"], figure["peer"], cell(figure["ms"], 3), "-" if figure["ratio"] is None else f"{figure['ratio']:.2f}",
+                     f"{ours}; the peer's: {peer}" if ours and peer else "-"])
+    return table(["figure", "peer", "ours, ms", "peer's time / ours", "pictures"], rows)
 
 
 def depth_codes(found):
     """Each depth code within its share of the colour's bits: what it costs and what the eye loses beside lossless depth."""
     rows = []
     for scene, result in found.items():
+        reference = result["systems"][0]["scores"]
         for system in result["systems"]:
-            encoded, loss = system["encoded"], {m: score["loss_db"]["right"] for m, score in system["scores"].items()}
+            encoded = system["encoded"]
+            lost = [both_scales({scale: lead(reference[method]["noise_free"]["right"][scale], score["noise_free"]["right"][scale])
+                                 for scale in results.SCALES}) for method, score in system["scores"].items()]
             crf = ", ".join("-" if record["crf"] is None else f"{record['crf']:g}" for record in encoded)
-            rows.append([scene, system["system"], encoded[0]["code"], system["codec"], crf,
-                         cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1),
-                         cell(loss["gather"]), cell(loss["mesh"])])
-    return table(["scene", "asked for", "code", "codec", "depth's CRF by seed", "% of the colour's bits", "dB lost, gather", "dB lost, mesh"], rows)
+            rows.append([scene, system["system"], encoded[0]["code"], results.depth_codec(system, encoded[0]), crf,
+                         cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1), *lost])
+    return table(["scene", "asked for", "code", "codec", "depth's CRF by seed", "% of the colour's bits", *(f"dB lost, {method}" for method in reference)], rows)
 
 
 def main():

@@ -8,6 +8,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RESULTS = REPOSITORY / "docs/results/reproject"
 SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 EYES = ("left", "right")
+SCALES = ("linear", "display")
 NAMES = {
     "sphere": "rotation only", "lean": "leaning without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
     "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
@@ -33,20 +34,45 @@ def find(result, kind, system, head):
     return next((entry for entry in result.get(kind, []) if entry["system"] == system and entry["head"] == head), None)
 
 
-def display_error(entry, eye):
-    return entry["noise_free"]["eyes"][eye]["noise_free"]["display"]
+def error(entry, eye, scale):
+    """Noise-free over the whole view, on `linear` or `display` values (docs/compare.md)."""
+    return entry["noise_free"]["eyes"][eye]["noise_free"][scale]
 
 
-def both_eyes_db(entry):
-    """Noise-free, of the two eyes' mean square errors together."""
-    errors = [display_error(entry, eye)["mean_square"] for eye in EYES]
-    return -10 * math.log10(sum(errors) / len(errors))
-
-
-def gap_error(entry, eye):
+def gap_error(entry, eye, scale="display"):
     """Noise-free in the gaps alone; None without gaps."""
     gaps = entry["noise_free"]["eyes"][eye].get("gaps")
-    return gaps["noise_free"]["display"] if gaps and "noise_free" in gaps else None
+    return gaps["noise_free"][scale] if gaps and "noise_free" in gaps else None
+
+
+def worst_error(entry, eye, scale):
+    """Noise-free of the worst hundredth of the pixels; None where compare did not tell it yet."""
+    worst = entry["noise_free"]["eyes"][eye].get("noise_free_worst_percent")
+    return worst[scale] if worst else None
+
+
+def decibels(mean_square):
+    return -10 * math.log10(mean_square) if mean_square > 0 else None
+
+
+def together(figures):
+    """Of views as large as each other. One source's noise is in both eyes, so that intervals add rather than their squares."""
+    pooled = {key: sum(figure[key] for figure in figures) / len(figures) for key in ("mean_square", "mean_square_low", "mean_square_high")}
+    return {**pooled, "db": decibels(pooled["mean_square"]), "db_low": decibels(pooled["mean_square_high"]),
+            "db_high": decibels(pooled["mean_square_low"]), "only_bounded": pooled["mean_square_low"] <= 0}
+
+
+def both_eyes(entry, scale):
+    return together([error(entry, eye, scale) for eye in EYES])
+
+
+# What `encode` sends as H.265 whatever --codec says (TrackSettings::codec). Only for results from before its report told each track's codec.
+ONLY_H265 = ("w12", "hue", "lossless")
+
+
+def depth_codec(system, record):
+    """The codec that a depth track truly has, `h264` or `h265`."""
+    return record.get("codec") or ("h265" if record["code"] in ONLY_H265 else system["codec"])
 
 
 def client_ms(entry):

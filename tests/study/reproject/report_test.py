@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""The tables' arithmetic, on figures whose answers are known: eyes together, who is ahead, bounds, codecs, the worst pixels."""
+
+import unittest
+
+import report
+import results
+
+
+def figure(mean_square, half=0.0):
+    found = {"mean_square": mean_square, "mean_square_low": mean_square - half, "mean_square_high": mean_square + half}
+    return {**found, "db": results.decibels(mean_square), "db_low": results.decibels(mean_square + half),
+            "db_high": results.decibels(mean_square - half), "only_bounded": half >= mean_square}
+
+
+def entry(system, left, right, worst=None):
+    """Of linear mean squares; display values are twice as wrong in amplitude."""
+    def eye(found):
+        display = figure(4 * found["mean_square"], 4 * (found["mean_square"] - found["mean_square_low"]))
+        score = {"noise_free": {"linear": found, "display": display}}
+        return score | ({"noise_free_worst_percent": {"linear": worst, "display": worst}} if worst else {})
+    noisy = {"psnr_db": 20.0, "ssim": 0.5, "psnr_worst_percent_db": 5.0}
+    return {"system": system, "head": "stereo", "noise_free": {"eyes": {"left": eye(left), "right": eye(right)}},
+            "against_other_seed": {"eyes": {"left": noisy, "right": noisy}}, "played": [{"milliseconds": {}}]}
+
+
+def row_of(text, start):
+    return next([cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith(f"| {start} |"))
+
+
+class Tables(unittest.TestCase):
+    def test_eyes_together_are_the_mean_of_mean_squares_not_of_decibels(self):
+        both = results.both_eyes(entry("ours", figure(0.019), figure(0.001)), "linear")
+        self.assertAlmostEqual(both["db"], 20)
+        self.assertFalse(both["only_bounded"])
+        self.assertTrue(results.together([figure(0.01, 0.005), figure(0.01, 0.016)])["only_bounded"], "halves of intervals add")
+        self.assertIsNone(results.together([figure(-0.01), figure(0.005)])["db"])
+
+    def test_linear_leads_and_display_stands_in_brackets(self):
+        found = {"scene": {"systems": [entry("sphere", figure(0.01), figure(0.001, 0.002))]}}
+        self.assertEqual(row_of(report.summary(found, "stereo"), "rotation only")[1], "20.0 / > 25.2 (14.0 / > 19.2)")
+
+    def test_who_is_ahead_by_how_much_and_where_nothing_can_be_said(self):
+        rival, ours = entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))
+        unsure = entry("ours-left", figure(0.01), figure(0.01, 0.03))
+        text = report.ahead({"scene": {"systems": [rival, ours, unsure]}})
+        rows = {line.split("|")[2].strip(): line.split("|")[3].strip() for line in text.splitlines() if line.startswith("| 63 mm")}
+        self.assertEqual(rows[results.NAMES["paper"]], "20.00 (13.98)")
+        self.assertEqual(rows[results.NAMES["ours"]], "+3.01 (+3.01)")
+        self.assertEqual(rows[results.NAMES["ours-left"]], "0.00? (0.00?)")
+
+    def test_the_worst_pixels_are_noise_free_where_all_systems_have_them(self):
+        ceiling = {"psnr_db": 20.0, "ssim": 0.5, "psnr_worst_percent_db": 6.0}
+        result = {"ceiling": {"stereo": {"eyes": {"left": ceiling, "right": ceiling}}},
+                  "systems": [entry("sphere", figure(0.01), figure(0.01), worst=figure(0.1)), entry("paper", figure(0.01), figure(0.01), worst=figure(0.05))]}
+        text = report.accuracy(result, "stereo")
+        self.assertIn("worst 1 %, noise-free, left", text)
+        self.assertEqual(row_of(text, "rotation only")[6], "10.0 (10.0)")
+        result["systems"][1]["noise_free"]["eyes"]["right"].pop("noise_free_worst_percent")
+        text = report.accuracy(result, "stereo")
+        self.assertIn("worst 1 %, PSNR, left", text)
+        self.assertEqual(row_of(text, "rotation only")[6], "5.00")
+
+    def test_a_depth_track_has_the_codec_that_it_was_sent_with(self):
+        asked = {"codec": "h264"}
+        self.assertEqual(results.depth_codec(asked, {"code": "w10", "codec": "h265"}), "h265")
+        self.assertEqual([results.depth_codec(asked, {"code": code}) for code in ("w8", "w10", "w12", "hue", "lossless")],
+                         ["h264", "h264", "h265", "h265", "h265"])
+
+    def test_a_bench_s_pictures_stand_beside_its_time(self):
+        result = {"notes": ["2 processors; ratio = peer's time / ours", "fill/ours: 19 dB", "fill/telea: 15 dB"],
+                  "figures": [{"name": "fill", "ms": 1.0, "ratio": 50.0, "peer": "telea"}, {"name": "rotate", "ms": 1.0, "ratio": None, "peer": "memcpy"}]}
+        self.assertEqual(row_of(report.speed(result), "fill")[-1], "19 dB; the peer's: 15 dB")
+        self.assertEqual(row_of(report.speed(result), "rotate")[-1], "-")
+
+
+if __name__ == "__main__":
+    unittest.main()
