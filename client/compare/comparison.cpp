@@ -58,6 +58,7 @@ void write_difference(const PicturePair& pair, const std::string& eye, const std
 struct FrameSums {
     FrameScore score;
     NoiseFreeBlocks linear, display;
+    NoiseFreeBlocks worst_linear, worst_display;
     NoiseFreeBlocks gaps_linear, gaps_display;
     int width = 0;
     int height = 0;
@@ -155,6 +156,8 @@ private:
         const PictureAndTruth first_linear{linear.view(), truth_linear.view()};
         const PictureAndTruth second_linear{linear_2.view(), truth_linear_2.view()};
         sums.linear = noise_free_blocks(first_linear, second_linear);
+        sums.worst_display = noise_free_worst_blocks(first.display, second_display, worst_fraction);
+        sums.worst_linear = noise_free_worst_blocks(first_linear, second_linear, worst_fraction);
         if (first.mask.empty())
             return;
         sums.gaps_display = noise_free_blocks(first.display, second_display, first.mask.view());
@@ -193,7 +196,7 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     score.width = frames.front().width;
     score.height = frames.front().height;
     ErrorHistogram histogram;
-    NoiseFreeBlocks linear, display, gaps_linear, gaps_display;
+    NoiseFreeBlocks linear, display, worst_linear, worst_display, gaps_linear, gaps_display;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const FrameSums& frame = frames[i];
         require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
@@ -206,6 +209,8 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
         if (frame.display.samples > 0) {
             linear.add(frame.linear);
             display.add(frame.display);
+            worst_linear.add(frame.worst_linear);
+            worst_display.add(frame.worst_display);
         }
         if (frame.gaps_display.samples > 0) {
             gaps_linear.add(frame.gaps_linear);
@@ -218,6 +223,8 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     if (display.samples > 0) {
         score.noise_free_linear = noise_free_error(linear);
         score.noise_free_display = noise_free_error(display);
+        score.worst_noise_free_linear = noise_free_error(worst_linear);
+        score.worst_noise_free_display = noise_free_error(worst_display);
     }
     if (gaps_display.samples > 0) {
         score.gaps_noise_free_linear = noise_free_error(gaps_linear);

@@ -139,6 +139,9 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
     if (eye.noise_free_linear)
         json["noise_free"] = {{"linear", noise_free_json(*eye.noise_free_linear)},
                               {"display", noise_free_json(*eye.noise_free_display)}};
+    if (eye.worst_noise_free_linear)
+        json["noise_free_worst_percent"] = {{"linear", noise_free_json(*eye.worst_noise_free_linear)},
+                                            {"display", noise_free_json(*eye.worst_noise_free_display)}};
     for (const FrameScore& frame : eye.frames)
         json["per_frame"].push_back(frame_json(frame, options));
     return json;
@@ -161,15 +164,15 @@ std::string noise_free_text(const NoiseFreeError& error) {
 std::string comparison_table(const std::vector<EyeScore>& eyes, const ComparisonOptions& options) {
     std::string text = aligned(score_rows(eyes, options));
     if (eyes.front().noise_free_display) {
-        std::vector<std::vector<std::string>> rows{{"eye", "noise-free, display", "noise-free, linear"}};
+        std::vector<std::vector<std::string>> rows{
+            {"eye", "noise-free, linear", "noise-free, display", "noise-free, linear, worst 1 %"}};
         if (any_gaps(eyes))
-            rows.front().emplace_back("noise-free, display, in gaps");
+            rows.front().emplace_back("noise-free, linear, in gaps");
         for (const EyeScore& eye : eyes) {
-            rows.push_back(
-                {eye.eye, noise_free_text(*eye.noise_free_display), noise_free_text(*eye.noise_free_linear)});
+            rows.push_back({eye.eye, noise_free_text(*eye.noise_free_linear), noise_free_text(*eye.noise_free_display),
+                            noise_free_text(*eye.worst_noise_free_linear)});
             if (any_gaps(eyes))
-                rows.back().push_back(eye.gaps_noise_free_display ? noise_free_text(*eye.gaps_noise_free_display)
-                                                                  : "-");
+                rows.back().push_back(eye.gaps_noise_free_linear ? noise_free_text(*eye.gaps_noise_free_linear) : "-");
         }
         text += "\n" + aligned(rows) + "95 % confidence intervals in brackets\n";
     }

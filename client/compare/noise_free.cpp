@@ -29,6 +29,39 @@ std::int64_t counted_pixels(int width, int height, ImageView<const std::uint8_t>
     return count;
 }
 
+/// 255 at the worst `fraction` of a run's pixels, 0 elsewhere.
+ByteImage worst_pixels(const PictureAndTruth& run, double fraction) {
+    const int width = run.picture.width;
+    const int height = run.picture.height;
+    FloatImage squares(width, height, 1);
+    tbb::parallel_for(0, height, [&](int y) {
+        const float* a = run.picture.row(y);
+        const float* t = run.truth.row(y);
+        for (int x = 0; x < width; ++x) {
+            float square = 0;
+            for (int i = 3 * x; i < 3 * x + 3; ++i)
+                square += (a[i] - t[i]) * (a[i] - t[i]);
+            *squares.pixel(x, y) = square;
+        }
+    });
+    const auto& all = squares.samples();
+    const auto wanted =
+        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(all.size()))));
+    std::vector<float> sorted(all.begin(), all.end());
+    const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
+    std::nth_element(sorted.begin(), last, sorted.end(), std::greater<>());
+    const float least = *last;
+    auto equals = wanted - static_cast<std::size_t>(
+                               std::count_if(all.begin(), all.end(), [&](float square) { return square > least; }));
+    ByteImage mask(width, height, 1);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const bool taken_as_equal = all[i] == least && equals > 0;
+        equals -= taken_as_equal ? 1 : 0;
+        mask.samples()[i] = all[i] > least || taken_as_equal ? 255 : 0;
+    }
+    return mask;
+}
+
 /// 97.5 % quantile of Student's t for one degree of freedom and more. From 3 up Abramowitz and Stegun 26.7.5, which is
 /// within 1 %; below, between the exact values for 1, 2 and 3.
 double student_quantile(double freedom) {
@@ -92,6 +125,13 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
             }
         }
     });
+    return blocks;
+}
+
+NoiseFreeBlocks noise_free_worst_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction) {
+    assert(fraction > 0 && fraction <= 1);
+    NoiseFreeBlocks blocks = noise_free_blocks(run_1, run_2, worst_pixels(run_1, fraction).view());
+    blocks.add(noise_free_blocks(run_1, run_2, worst_pixels(run_2, fraction).view()));
     return blocks;
 }
 

@@ -180,6 +180,66 @@ TEST(NoiseFree, AMaskLeavesTheOtherPixelsOut) {
     EXPECT_NEAR(result.mean_square, 0.0625, 1e-9);
 }
 
+TEST(NoiseFree, WorstPixelsWithoutNoiseAreTheWorstPixels) {
+    // 192 x 96: the worst hundredth is 185 pixels; their square errors are 18432, 18431, ... 18248 of 18432.
+    constexpr int all = width * height;
+    const FloatImage truth(width, height, 3);
+    FloatImage picture(width, height, 3);
+    double sum = 0;
+    for (int i = 0; i < all; ++i) {
+        const int rank = (i * 5003) % all;  // a permutation: 5003 is prime
+        const float error = std::sqrt(static_cast<float>(rank + 1) / all);
+        std::fill_n(picture.pixel(i % width, i / width), 3, i % 2 == 0 ? error : -error);
+    }
+    for (int rank = all - 185; rank < all; ++rank)
+        sum += (rank + 1.0) / all;
+    const PictureAndTruth run{picture.view(), truth.view()};
+    const NoiseFreeError worst = noise_free_error(noise_free_worst_blocks(run, run, 0.01));
+    EXPECT_EQ(worst.samples, 2 * 3 * 185);
+    EXPECT_NEAR(worst.mean_square, sum / 185, 1e-6);
+    EXPECT_NEAR(worst.high, worst.mean_square, 1e-6);
+    const FloatImage even(width, height, 3, 0.5f);
+    const PictureAndTruth flat{even.view(), truth.view()};
+    EXPECT_EQ(noise_free_error(noise_free_worst_blocks(flat, flat, 0.01)).samples, 2 * 3 * 185) << "equals";
+}
+
+/// Gray noise on an error of `error` everywhere: D is N(error, deviation^2), all channels alike.
+NoiseFreeError worst_of_gray_noise(float error, float deviation, unsigned seed) {
+    Generator generator(seed);
+    std::normal_distribution<float> value(0, deviation);
+    const FloatImage truth(width, height, 3);
+    NoiseFreeBlocks blocks;
+    for (int frame = 0; frame < 40; ++frame) {
+        FloatImage picture[2] = {FloatImage(width, height, 3), FloatImage(width, height, 3)};
+        for (FloatImage& image : picture)
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    std::fill_n(image.pixel(x, y), 3, error + value(generator));
+        blocks.add(noise_free_worst_blocks({picture[0].view(), truth.view()}, {picture[1].view(), truth.view()}, 0.01));
+    }
+    return noise_free_error(blocks);
+}
+
+TEST(NoiseFree, WorstPixelsUnderNoiseScoreTheirErrorAndNotTheNoise) {
+    EXPECT_TRUE(worst_of_gray_noise(0, 0.1f, 31).only_bounded()) << "PSNR would say 11 dB";
+    // Of X = N(e, s^2) chosen where |X| > t: E[X; chosen] = e P + s (phi(a) - phi(b)), a = (t - e)/s, b = (-t - e)/s.
+    const double e = 0.1, s = 0.05;
+    const auto tail = [](double z) { return 0.5 * std::erfc(z / std::sqrt(2.0)); };
+    const auto density = [](double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::acos(-1.0)); };
+    double low = 0, high = 1;
+    for (int step = 0; step < 60; ++step) {
+        const double t = (low + high) / 2;
+        (tail((t - e) / s) + tail((t + e) / s) > 0.01 ? low : high) = t;
+    }
+    const double a = (low - e) / s, b = (-low - e) / s;
+    const double chosen = e + s * (density(a) - density(b)) / 0.01;
+    const NoiseFreeError worst = worst_of_gray_noise(0.1f, 0.05f, 32);
+    // 40 x 2 x 185 products of a spread of about chosen x s (the threshold is each frame's own): 1.5 % at four sigmas.
+    EXPECT_NEAR(worst.mean_square, e * chosen, 0.015 * e * chosen);
+    EXPECT_LE(worst.low, e * chosen);
+    EXPECT_GE(worst.high, e * chosen);
+}
+
 TEST(NoiseFree, IdenticalPicturesHaveNoErrorAndNoSpread) {
     const FloatImage image(40, 40, 3, 0.5f);
     const NoiseFreeError result =

@@ -42,6 +42,8 @@ struct EyeScore {
     ErrorSum worst_pixels;  ///< the worst 1 % of all frames' pixels together
     std::optional<NoiseFreeError> noise_free_linear;   ///< on radiance times exposure, clipped to [0, 1]
     std::optional<NoiseFreeError> noise_free_display;  ///< on display values before they are rounded to 8 bits
+    /// The same of the worst 1 % of each frame's pixels, by noise_free_worst_blocks.
+    std::optional<NoiseFreeError> worst_noise_free_linear, worst_noise_free_display;
     std::optional<NoiseFreeError> gaps_noise_free_linear, gaps_noise_free_display;  ///< the same in the masks' pixels
 
     /// The mean of the frames' own PSNR; +inf if any frame is identical.

@@ -40,6 +40,17 @@ struct PictureAndTruth {
 NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
                                   ImageView<const std::uint8_t> mask = {});
 
+/// The worst `fraction` of the pixels, at least one, chosen by one run's difference and scored by its product with the
+/// other's: first those where |D1|^2, summed over the channels, is largest, then those where |D2|^2 is; samples and
+/// sums of both. Among equals the first in reading order are taken.
+///
+/// Chosen by D1 a pixel scores e E[D1 | chosen], since n2 knows nothing of the choice. Noise that is chosen where there
+/// is no error thus scores 0; where there is one, noise along it is chosen more often than noise against it, so that
+/// the score lies between the true square error of these pixels and the geometric mean of that and what PSNR sees.
+/// Without noise it is the worst pixels' error exactly. Imbalance errs on the wide side: what one run chooses adds
+/// to it and what the other chooses is subtracted.
+NoiseFreeBlocks noise_free_worst_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction);
+
 /// Mean square error with its 95 % confidence interval. The estimate and its lower end may be negative.
 struct NoiseFreeError {
     double mean_square = 0;
