@@ -73,7 +73,7 @@ def main():
     for column, result in enumerate(found.values()):
         for row, head in enumerate(HEADS):
             draw_panel(panels[row][column], result, head)
-            panels[row][0].set_ylabel("noise-free dB, linear values, both eyes together")
+            panels[row][0].set_ylabel("noise-free dB, linear, both eyes")
         panels[-1][column].set_xlabel("client, ms a frame (both eyes)")
     first = next(iter(found.values()))
     settings = first["settings"]
