@@ -88,6 +88,8 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     EXPECT_FALSE(score.noise_free_linear->only_bounded());
     const auto json = comparison_json({score}, {});
     EXPECT_NEAR(json["eyes"]["view"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+    EXPECT_NEAR(json["eyes"]["view"]["noise_free_worst_percent"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
+    EXPECT_EQ(json["eyes"]["view"]["noise_free_worst_percent"]["linear"]["samples"], 2 * 3 * 16) << "of 48x32 pixels";
     EXPECT_FALSE(score.gaps_noise_free_linear);
     pairs.pairs[0].gaps = make_png("gaps.png", 255);
     const auto with_gaps = comparison_json({compare_eye(pairs, {})}, {});
