@@ -200,8 +200,11 @@ struct RayDepth::State {
     std::optional<SurfacePlanes> planes;                    ///< where frames are reused
     std::vector<MoverBall> mover_balls;                     ///< now
     std::vector<std::unique_ptr<SphereHistory>> histories;  ///< the oldest first
+    std::vector<std::unique_ptr<SphereHistory>> spare;      ///< what was taken back, for its memory
     CastMask cast;                                          ///< of the frame at hand
     unsigned frame = 0;
+    std::size_t histories_before = 0;  ///< those of `histories` that were there when the time was set
+    unsigned frame_before = 0;
 
     State(const SceneDescription& description, const RayDepthOptions& ray_options)
         : scene(description), options(ray_options), model(load_model(description, {.shading = false})),
@@ -210,7 +213,23 @@ struct RayDepth::State {
             planes.emplace(model, movers);
     }
 
-    ReuseBound bound() const { return {head_box_radius_centre(scene.lean_m, options.ipd_m), options.error_rad}; }
+    ReuseBound bound() const {
+        const double box_m =
+            options.box_radius_m > 0 ? options.box_radius_m : head_box_radius_centre(scene.lean_m, default_ipd_m);
+        return {box_m, options.error_rad};
+    }
+
+    void begin_frame() {
+        histories_before = histories.size();
+        frame_before = frame;
+    }
+    void take_back() {
+        while (histories.size() > histories_before) {
+            spare.push_back(std::move(histories.back()));
+            histories.pop_back();
+        }
+        frame = frame_before;
+    }
 
     void set_balls(const std::vector<glm::mat4>& transforms) {
         mover_balls.clear();
@@ -252,13 +271,21 @@ struct RayDepth::State {
         histories.push_back(std::move(next));
     }
 
-    /// The memory of the oldest one, if there are enough of them.
+    /// The memory of one that is not needed any more, or of the oldest, if there are enough of them.
     std::unique_ptr<SphereHistory> take_history(const EquirectCamera& camera, const SphereHistory* in_use) {
-        if (histories.size() < most_histories)
+        std::unique_ptr<SphereHistory> taken;
+        if (!spare.empty()) {
+            taken = std::move(spare.back());
+            spare.pop_back();
+        } else if (histories.size() < most_histories) {
             return std::make_unique<SphereHistory>(camera, bound(), *planes);
-        const auto oldest = histories.front().get() == in_use ? histories.begin() + 1 : histories.begin();
-        std::unique_ptr<SphereHistory> taken = std::move(*oldest);
-        histories.erase(oldest);
+        } else {
+            const auto oldest = histories.front().get() == in_use ? histories.begin() + 1 : histories.begin();
+            if (std::size_t(oldest - histories.begin()) < histories_before)
+                --histories_before;
+            taken = std::move(*oldest);
+            histories.erase(oldest);
+        }
         if (!same_camera(taken->camera(), camera))
             taken = std::make_unique<SphereHistory>(camera, bound(), *planes);
         return taken;
@@ -297,6 +324,7 @@ RayDepth::RayDepth(const SceneDescription& scene, const RayDepthOptions& options
 RayDepth::~RayDepth() = default;
 
 void RayDepth::set_time(double time_s) {
+    state_->begin_frame();
     if (state_->movers.empty())
         return;
     const std::vector<glm::mat4> transforms = instance_transforms(state_->model, state_->scene, time_s);
@@ -314,6 +342,16 @@ void RayDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> dep
 bool RayDepth::cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {
     cast_atlas(state_->bvh, atlas, pose, depth_m);
     return true;
+}
+
+void RayDepth::take_back() {
+    state_->take_back();
+}
+
+void RayDepth::forget() {
+    state_->histories_before = 0;
+    state_->frame_before = 0;
+    state_->take_back();
 }
 
 std::uint64_t RayDepth::triangle_count() const {

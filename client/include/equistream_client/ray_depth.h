@@ -15,7 +15,8 @@ struct RayDepthOptions {
     /// by the bound (bound.h), at depth edges, in what they uncover, on moving objects, next to poles that see several
     /// planes and in every 64th square of pixels rays are cast. Edges may be off by a pixel.
     bool reuse = false;
-    double ipd_m = default_ipd_m;  ///< with the scene's lean: the head box
+    /// Of the head box that sizes the error; 0: the scene's around the head's centre, for eyes default_ipd_m apart.
+    double box_radius_m = 0;
     double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
 };
 
@@ -29,6 +30,12 @@ public:
     void set_time(double time_s) override;
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
     bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) override;
+
+    /// As if nothing had been cast since the last set_time, so that the same can be timed once more: what those casts
+    /// left to be carried on is forgotten. Nothing else depends on it.
+    void take_back();
+    /// The same for everything that was ever cast.
+    void forget();
 
     std::uint64_t triangle_count() const;
     std::size_t memory_bytes() const;  ///< held by Embree

@@ -37,6 +37,8 @@ public:
     /// Keeps a frame's main picture for the frames to come, where a rung asks for it; `depths` gets the memory of those
     /// that are kept no longer.
     void remember(ReceivedFrame&& frame, SourceDepths& depths);
+    /// As if no frame had been kept.
+    void forget() { earlier_.clear(); }
 
 private:
     struct Earlier {
@@ -54,8 +56,14 @@ private:
     std::vector<SourceView> earlier_views_;
 };
 
-/// Whether gaps may be filled from what only the feed has depth of, a second layer or patches. (A folder shows which it
-/// has; a stream says so later.)
-bool fill_wants_depth_of_feed(const Settings& settings);
+/// Of all that a feed may bring beside colour, what playing may use.
+struct Wanted {
+    bool depth = false;
+    bool mirrors = false;  ///< which, and how far away what they show is
+};
+
+/// Told from the settings alone, before the source is opened. (A folder shows whether it has a second layer or patches,
+/// of which only the feed has depth; a stream says so later.)
+Wanted wanted_of_feed(const Settings& settings);
 
 }  // namespace equistream::play

@@ -7,13 +7,14 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
-#include <equistream_client/ray_depth.h>
 #include <equistream_client/reliability.h>
 
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -31,9 +32,9 @@ bool leaves_head_box(const FrameInfo& eye, const FrameInfo& source) {
     return glm::distance(eye.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
 }
 
-/// What the depth in use may be off by, in w: nothing where it is cast or the renderer's own.
-double depth_tolerance_w(bool streamed, const FrameInfo& source) {
-    if (!streamed || !source.depth_code)
+/// What the depth that came with a source may be off by, in w: nothing where it is the renderer's own.
+double depth_tolerance_w(const FrameInfo& source) {
+    if (!source.depth_code)
         return 0;
     return std::sin(quantisation_bound_rad(*make_depth_code(source.depth_code->code), source.depth_code->range));
 }
@@ -46,11 +47,6 @@ void require_tagged_size(const ReceivedPicture& picture, const std::string& sour
                                        std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
 }
 
-/// Whose depth a method cannot do without once the eye moves.
-DepthNeeds needs_when_moved(const Engine& engine) {
-    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
-}
-
 /// Calls work(eye, figures) for both, side by side: what one thread does of an eye, another does of the other
 /// meanwhile.
 template <typename Work>
@@ -61,7 +57,7 @@ void for_both_eyes(PlayedFrame& played, const Work& work) {
 
 }  // namespace
 
-FramePlayer::FramePlayer(const Settings& settings, Report& report) : settings_(settings) {
+FramePlayer::FramePlayer(const Settings& settings) : settings_(settings) {
     if (!settings.head.empty())
         head_path_ = read_path_csv(settings.head);
     if (!settings.scene.empty())
@@ -69,123 +65,87 @@ FramePlayer::FramePlayer(const Settings& settings, Report& report) : settings_(s
     if (settings.scene_is_model && scene_->stands_for.empty())
         throw InputError(expected_found(settings.scene.string(), "a client's model, as equistream model writes it",
                                         "a scene (--scene takes those)"));
-    choose_method(report);
-    make_depth_source(report);
-    use_fill(settings.fill);
 }
 
 FramePlayer::~FramePlayer() = default;
 
-void FramePlayer::choose_method(Report& report) {
-    const bool streamed = settings_.depth == "stream";
-    const bool has_depth = scene_ || settings_.depth == "exact" || streamed;
-    report.method = settings_.method;
-    if (report.method.empty() && !has_depth)
-        report.notes.push_back("no scene, so no depth: method sphere (rotation only); --scene S gives parallax, and "
-                               "--depth stream where the stream has a depth track");
-    if (report.method.empty())
-        report.method = !has_depth ? "sphere" : streamed && !scene_ ? "gather" : "surface";
-    if (report.method == "auto")  // until the first frame shows what there is
-        report.method = scene_ ? "surface" : has_depth ? "mesh" : "sphere";
-    method_ = report.method;
+void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
+    if (scene_ && first.posed)
+        check_scene(first.main.info, report);
+    check_size(first);
+    const DepthOffer offered = offer(first);
+    DepthChoice choice = choose_depth(settings_, offered);
+    std::ranges::move(choice.notes, std::back_inserter(report.notes));
+    report.depth = depth_name_ = choice.depth;
+    report.method = method_ = choice.method;
+    if (method_ == "auto")  // until it is settled
+        method_ = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
     engine_ = make_engine(method_);
-    if (needs_when_moved(*engine_).any() && !has_depth)
-        throw InputError(expected_found("--method " + method_,
-                                        "--scene S, --depth stream or --depth exact, to have depth", "none of them"));
-    if (needs_when_moved(*engine_).eye && streamed && !scene_)
-        throw InputError(expected_found("--method " + method_,
-                                        "--scene S, for the eyes' own depth, which no stream has (gather, mesh and "
-                                        "splat need none)",
-                                        "--depth stream alone"));
+    use_fill(settings_.fill);
+    if (scene_ && !scene_->stands_for.empty() && fill_->has("geometry"))
+        report.notes.push_back("--fill geometry is passed over: " + settings_.scene.string() +
+                               ", a client's model, has no colours (--scene S of the scene itself has)");
+    make_depth_source(first.main.info, report);
 }
 
-void FramePlayer::settle(const ReceivedFrame& first, Report& report) {
-    report.fill = settings_.fill;
-    if (settings_.method != "auto")
-        return;
-    if (exact_ == nullptr && !first.main.depth_m.empty()) {
-        auto exact = std::make_unique<ExactDepth>(std::move(depth_));
-        exact_ = exact.get();
-        depth_ = std::move(exact);
+DepthOffer FramePlayer::offer(const ReceivedFrame& first) const {
+    std::error_code ignored;
+    DepthOffer offered{.scene = scene_.has_value(),
+                       .folder = std::filesystem::is_directory(settings_.source, ignored),
+                       .posed = first.posed,
+                       .plane = !first.main.depth_m.empty(),
+                       .eye_without_plane = eye_without_plane(first)};
+    if (first.main.info.depth_code)
+        offered.code = first.main.info.depth_code->code;
+    return offered;
+}
+
+std::optional<Eye> FramePlayer::eye_without_plane(const ReceivedFrame& first) const {
+    const auto surface = make_engine("surface");
+    for (const Eye eye : {Eye::left, Eye::right}) {
+        const FrameInfo view = eye_info(first, eye);
+        const auto is_view = [&](const ReceivedPicture& other) {
+            return !other.depth_m.empty() && same_camera(other.info.camera, view.camera) &&
+                   same_pose(other.info.camera_pose, view.camera_pose);
+        };
+        if (surface->needs_depth(first.main.info.camera_pose, view.camera_pose).eye && !is_view(first.main) &&
+            std::ranges::none_of(first.depth_views, is_view))
+            return eye;
     }
-    const int repeat = std::exchange(settings_.repeat, 3);
-    const auto measure = [&](const Plan& plan) {
-        use(plan);
-        PlayedFrame played;
-        play(first, played);
-        // The first round warms up; of the others the slower one counts.
-        double ms = 0;
-        for (const std::vector<double>& stage : played.figures.milliseconds)
-            if (!stage.empty())
-                ms += *std::max_element(stage.size() > 1 ? stage.begin() + 1 : stage.begin(), stage.end());
-        return ms;
-    };
-    const std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
-                                                       .streamed_depth = exact_ != nullptr,
-                                                       .poses = first.posed,
-                                                       .fill = settings_.fill});
-    report.choice = choose_plan(plans, settings_.budget_ms, measure);
-    settings_.repeat = repeat;
-    const Plan& plan = report.choice->tried[report.choice->chosen].plan;
-    use(plan);
-    report.method = plan.method;
-    report.depth = plan.depth;
-    report.fill = plan.fill;
-}
-
-void FramePlayer::use(const Plan& plan) {
-    method_ = plan.method;
-    engine_ = make_engine(plan.method, {.mesh_share = plan.mesh_share});
-    use_fill(plan.fill);
-    offers_depth_ = plan.depth == "stream";
-}
-
-bool FramePlayer::takes_streamed_depth() const {
-    return settings_.method == "auto" ? exact_ != nullptr && offers_depth_ : settings_.depth == "stream";
+    return std::nullopt;
 }
 
 void FramePlayer::use_fill(const std::string& rungs) {
     std::unique_ptr<FrameFill>& fill = fills_[rungs];
+    // A client's model has no colours to fill from.
     if (!fill)
-        fill = std::make_unique<FrameFill>(rungs, scene_ ? &*scene_ : nullptr);
+        fill = std::make_unique<FrameFill>(rungs, scene_ && scene_->stands_for.empty() ? &*scene_ : nullptr);
     fill_ = fill.get();
 }
 
-void FramePlayer::make_depth_source(Report& report) {
-    report.depth = "none";
-    if (!needs_when_moved(*engine_).any())
+void FramePlayer::make_depth_source(const FrameInfo& first, Report& report) {
+    if (depth_name_ == "none")
         return;
-    report.depth = settings_.depth;
-    std::unique_ptr<DepthSource> ray;
+    std::unique_ptr<RayDepth> ray;
     if (scene_) {
         const auto start = Clock::now();
-        ray = std::make_unique<RayDepth>(*scene_);
+        const bool reuse = settings_.depth_reuse && std::holds_alternative<EquirectCamera>(first.camera);
+        ray = std::make_unique<RayDepth>(*scene_, RayDepthOptions{.reuse = reuse, .box_radius_m = box_radius_m(first)});
+        ray_ = ray.get();
+        report.depth_reuse = reuse && depth_name_ == "ray";
         report.scene_load_ms = milliseconds_since(start);
     }
-    if (settings_.depth == "ray") {
+    if (depth_name_ == "ray") {
         depth_ = std::move(ray);
         return;
     }
-    auto exact = settings_.depth == "stream" ? std::make_unique<StreamDepth>(std::move(ray))
-                                             : std::make_unique<ExactDepth>(std::move(ray));
+    auto exact = depth_name_ == "stream" ? std::make_unique<StreamDepth>(std::move(ray))
+                                         : std::make_unique<ExactDepth>(std::move(ray));
     exact_ = exact.get();
     depth_ = std::move(exact);
 }
 
-void FramePlayer::check(const ReceivedFrame& first, Report& report) {
-    if (!first.posed && method_ != "sphere" && settings_.method != "auto")
-        throw InputError(expected_found(settings_.source, "pictures tagged with their pose, for --method " + method_,
-                                        "ordinary video (--method sphere turns it)"));
-    if (scene_ && first.posed)
-        check_scene(first.main.info, report);
-    if (exact_ != nullptr && settings_.depth == "stream" && first.main.depth_m.empty())
-        throw InputError(expected_found("--depth stream", "a stream with a depth track (encode --depth auto)",
-                                        "none in " + settings_.source));
-    if (exact_ != nullptr && first.main.depth_m.empty())
-        throw InputError(
-            expected_found("--depth exact", "a folder of rendered frames with their depth", settings_.source));
-    if (exact_ != nullptr && !scene_)
-        check_exact_depth(first);
+void FramePlayer::check_size(const ReceivedFrame& first) const {
     const PerspectiveCamera eye = eye_camera(first.main.info);
     if (settings_.format == Format::mp4 &&
         (eye.width % 2 != 0 || eye.height % 2 != 0 || eye.width < min_track_side || eye.height < min_track_side))
@@ -208,20 +168,6 @@ void FramePlayer::check_scene(const FrameInfo& first, Report& report) const {
                                " is taken for it");
     else
         require_same("geometry", first.geometry_fingerprint, scene_->depth_of_geometry());
-}
-
-void FramePlayer::check_exact_depth(const ReceivedFrame& first) {
-    offer_exact_depth(first);
-    for (const Eye eye : {Eye::left, Eye::right}) {
-        const FrameInfo view = eye_info(first, eye);
-        if (engine_->needs_depth(first.main.info.camera_pose, view.camera_pose).eye &&
-            !exact_->holds(view.camera, view.camera_pose))
-            throw InputError(expected_found("--depth exact",
-                                            "--scene S, or a rendered depth plane of this very " +
-                                                std::string(eye == Eye::left ? "left" : "right") +
-                                                " eye's view beside " + settings_.source,
-                                            "neither"));
-    }
 }
 
 PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {
@@ -338,9 +284,9 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     start = Clock::now();
     for (auto [eye, figures] :
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
-        estimate_reliability(source, eye->view(), eye->picture,
-                             {.depth_tolerance_w = depth_tolerance_w(takes_streamed_depth(), frame.main.info),
-                              .specular_reworked = true});
+        estimate_reliability(
+            source, eye->view(), eye->picture,
+            {.depth_tolerance_w = takes_planes() ? depth_tolerance_w(frame.main.info) : 0, .specular_reworked = true});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
     }
@@ -369,10 +315,12 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
     times[std::size_t(Stage::decode)] = {decode_ms};
     times[std::size_t(Stage::convert)] = {convert_ms};
     for (int i = 0; i < settings_.repeat; ++i) {
+        if (i > 0 && ray_ != nullptr)
+            ray_->take_back();
         const auto start = Clock::now();
         if (depth_)
             depth_->set_time(frame.main.info.time_s);
-        if (exact_ != nullptr && offers_depth_)
+        if (takes_planes())
             offer_exact_depth(frame);
         cast_depths(frame, played);
         if (depth_)

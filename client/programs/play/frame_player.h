@@ -1,11 +1,13 @@
 #pragma once
 /// One frame at a time: from what was received to both eyes' finished pictures, timed by stage.
+#include "depth_choice.h"
 #include "frame_fill.h"
 #include "report.h"
 #include "settings.h"
 
 #include <equistream_client/depth_source.h>
 #include <equistream_client/engine.h>
+#include <equistream_client/ray_depth.h>
 #include <equistream_client/receive.h>
 
 #include <map>
@@ -40,28 +42,34 @@ struct PlayedFrame {
 
 class FramePlayer {
 public:
-    /// Chooses method and depth source and loads the scene; what was chosen goes into `report`.
-    FramePlayer(const Settings& settings, Report& report);
+    /// Reads the head's path and the scene's description.
+    explicit FramePlayer(const Settings& settings);
     ~FramePlayer();
 
-    /// Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note of `report`.
-    void check(const ReceivedFrame& first, Report& report);
-    /// For --method auto: finds on this frame what the budget allows, and says so in `report`. Before the first play.
-    void settle(const ReceivedFrame& first, Report& report);
+    /// Chooses method and depth by what came, and loads the scene's geometry where they need it; what was chosen goes
+    /// into `report`. Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note.
+    void prepare(const ReceivedFrame& first, Report& report);
+    /// For --method auto: finds what the budget allows, and says so in `report`. Before the first play. The frame that
+    /// is timed is the second, which has one before it as all later ones have; null: there is only the first.
+    void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
     /// `played` keeps its memory from the frame before.
     void play(const ReceivedFrame& frame, PlayedFrame& played);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
 
 private:
-    void choose_method(Report& report);
+    DepthOffer offer(const ReceivedFrame& first) const;
+    std::optional<Eye> eye_without_plane(const ReceivedFrame& first) const;
     void use(const Plan& plan);
+    /// Forgets all frames but this one, which was played before those to come.
+    void begin_after(const ReceivedFrame* before);
+    void forget();
     void use_fill(const std::string& rungs);
-    /// Whether depth is what came with the stream, coded.
-    bool takes_streamed_depth() const;
-    void make_depth_source(Report& report);
+    /// Whether depth is what came with the frames.
+    bool takes_planes() const { return exact_ != nullptr && offers_depth_; }
+    void make_depth_source(const FrameInfo& first, Report& report);
+    void check_size(const ReceivedFrame& first) const;
     void check_scene(const FrameInfo& first, Report& report) const;
-    void check_exact_depth(const ReceivedFrame& first);
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     void offer_exact_depth(const ReceivedFrame& frame);
@@ -71,11 +79,12 @@ private:
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
     Settings settings_;
-    std::string method_;
+    std::string method_, depth_name_;  ///< as in Report
     PosePath head_path_;
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
+    RayDepth* ray_ = nullptr;                                  ///< of depth_, where there is geometry
     ExactDepth* exact_ = nullptr;                              ///< depth_, where that is exact
     bool offers_depth_ = true;                                 ///< whether exact_ is given what came with the frames
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by ladder, as far as any was used

@@ -21,6 +21,12 @@ bool is_whole(const std::string& ladder) {
     return ladder == "none" || split_at_commas(ladder).size() == 1;
 }
 
+/// Of a ladder, what fills without any depth from anything but the picture itself: its last rung or nothing.
+std::string rung_without_depth(const std::string& ladder) {
+    const std::string last = last_rung(ladder);
+    return last == "pushpull" || last == "spread" ? last : "none";
+}
+
 }  // namespace
 
 std::string Plan::words() const {
@@ -51,38 +57,42 @@ std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     add("mesh", 0.25, all);
     add("mesh", 1, last);
     add("splat", 0.25, last);
+    const std::string alone = rung_without_depth(inputs.fill);
     if (inputs.poses)
-        plans.push_back({"lean", 0.25, "none", "none"});
-    plans.push_back({"sphere", 0.25, "none", "none"});
+        plans.push_back({"lean", 0.25, "none", alone});
+    plans.push_back({"sphere", 0.25, "none", alone});
+    if (alone != "none")
+        plans.push_back({"sphere", 0.25, "none", "none"});
     return plans;
 }
 
-Choice choose_plan(const std::vector<Plan>& plans, double budget_ms,
-                   const std::function<double(const Plan&)>& measure) {
+Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const std::function<Trial(const Plan&)>& measure) {
     assert(!plans.empty());
     Choice choice;
     choice.budget_ms = budget_ms;
     for (const Plan& plan : plans) {
         choice.tried.push_back({plan, measure(plan)});
         choice.chosen = choice.tried.size() - 1;
-        choice.fits = choice.tried.back().milliseconds <= budget_ms;
+        choice.fits = choice.tried.back().trial.milliseconds <= budget_ms;
         if (choice.fits)
             return choice;
     }
-    const auto fastest = std::ranges::min_element(choice.tried, {}, &TriedPlan::milliseconds);
+    const auto fastest =
+        std::ranges::min_element(choice.tried, {}, [](const TriedPlan& tried) { return tried.trial.milliseconds; });
     choice.chosen = std::size_t(fastest - choice.tried.begin());
     return choice;
 }
 
 std::string Choice::line() const {
     const TriedPlan& taken = tried[chosen];
-    std::string text = formatted("%s: %.1f ms of %.1f", taken.plan.words().c_str(), taken.milliseconds, budget_ms);
+    std::string text =
+        formatted("%s: %.1f ms of %.1f", taken.plan.words().c_str(), taken.trial.milliseconds, budget_ms);
     if (!fits)
         return text + " (nothing fits; this is the fastest)";
     if (chosen == 0)
         return text + " (the most accurate there is)";
     const TriedPlan& better = tried[chosen - 1];
-    return text + formatted(" (next better: %s, %.1f ms)", better.plan.words().c_str(), better.milliseconds);
+    return text + formatted(" (next better: %s, %.1f ms)", better.plan.words().c_str(), better.trial.milliseconds);
 }
 
 }  // namespace equistream::play

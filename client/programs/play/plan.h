@@ -1,8 +1,11 @@
 #pragma once
 /// `--method auto`: of all ways to play a frame, the most accurate one that keeps to a time.
 ///
-/// Ways are tried in one fixed order, from the most accurate down, on the first frame and this machine, until one fits
+/// Ways are tried in one fixed order, from the most accurate down, on one frame and this machine, until one fits
 /// (docs/guide.md, "Choosing by time").
+#include <equistream_client/fill.h>
+
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -29,13 +32,20 @@ struct PlanInputs {
 /// From the most accurate down; the last one is `sphere`. Never empty.
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs);
 
+/// A frame, both eyes.
+struct Trial {
+    double milliseconds = 0;
+    FilledCounts filled{};  ///< by each rung
+};
+
 struct TriedPlan {
     Plan plan;
-    double milliseconds = 0;  ///< a frame, both eyes
+    Trial trial;
 };
 
 struct Choice {
     double budget_ms = 0;
+    std::int64_t frame = 0;        ///< index of the one that was played
     std::vector<TriedPlan> tried;  ///< in order; those after the chosen one were not tried
     std::size_t chosen = 0;        ///< of `tried`
     bool fits = false;             ///< false: none did, and the chosen one is the fastest
@@ -43,7 +53,7 @@ struct Choice {
     std::string line() const;  ///< what was chosen and why, in one line
 };
 
-/// `measure` plays a frame and says how many milliseconds it took.
-Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const std::function<double(const Plan&)>& measure);
+/// `measure` plays a frame and says how long it took.
+Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const std::function<Trial(const Plan&)>& measure);
 
 }  // namespace equistream::play

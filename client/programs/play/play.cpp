@@ -6,6 +6,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -15,7 +16,7 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
-    std::string model, size, progress = "auto", format = "png", layout = "files";
+    std::string model, size, progress = "auto", format = "png", layout = "files", depth_reuse = "on";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
@@ -35,16 +36,27 @@ play::Format parse_format(const std::string& text) {
     return play::Format::mp4;
 }
 
+std::string accepted_methods() {
+    std::string text;
+    for (const std::string_view name : engine_names())
+        text += std::string(name) + ", ";
+    return text.erase(text.size() - 2) + " or auto";
+}
+
 void complete(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
     require(arguments.layout == "files", "--layout", "files", "'" + arguments.layout + "'");
-    require(settings.depth == "ray" || settings.depth == "stream" || settings.depth == "exact", "--depth",
-            "ray, stream or exact", "'" + settings.depth + "'");
+    require(app.count("--depth") == 0 || settings.depth == "ray" || settings.depth == "stream" ||
+                settings.depth == "exact",
+            "--depth", "ray, stream or exact", "'" + settings.depth + "'");
+    require(arguments.depth_reuse == "on" || arguments.depth_reuse == "off", "--depth-reuse", "on or off",
+            "'" + arguments.depth_reuse + "'");
+    settings.depth_reuse = arguments.depth_reuse == "on";
     const bool by_budget = settings.method == "auto";
-    if (!settings.method.empty() && !by_budget)
-        make_engine(settings.method);
+    require(app.count("--method") == 0 || by_budget || std::ranges::count(engine_names(), settings.method) > 0,
+            "--method", accepted_methods().c_str(), "'" + settings.method + "'");
     if (by_budget)
         require(settings.budget_ms > 0 && settings.budget_ms <= 1e6, "--budget-ms",
                 "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
@@ -96,13 +108,20 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option(
         "--method", settings.method,
         "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide.md says "
-        "what each is for); default: surface if there is depth, gather if that is the stream's alone");
+        "what each is for); default: surface where the eyes' depth is known, mesh where the source's alone is, else "
+        "sphere");
     app.add_option(
         "--budget-ms", settings.budget_ms,
         "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
-        "that fits on this machine is found on the first frame");
-    app.add_option("--depth", settings.depth,
-                   "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own)")
+        "that fits on this machine is found on one of the first frames");
+    app.add_option(
+        "--depth", settings.depth,
+        "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own, or "
+        "a stream's that is lossless); default: ray with a scene, else what came, else none");
+    app.add_option(
+           "--depth-reuse", arguments->depth_reuse,
+           "on: where a sphere's depth is cast, rays go only where the last frame's does not give it within the "
+           "error bound; off: all are cast")
         ->capture_default_str();
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");

@@ -90,22 +90,24 @@ class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        const bool depth = settings.depth != "ray" || settings.method == "auto" || fill_wants_depth_of_feed(settings);
-        feed_ = open_feed(settings.source, {.depth = depth,
+        const Wanted wanted = wanted_of_feed(settings);
+        feed_ = open_feed(settings.source, {.depth = wanted.depth,
                                             .yuv = true,
-                                            .specular = true,
+                                            .specular = wanted.mirrors,
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last,
                                             .frames_ahead = 1});
-        player_ = std::make_unique<FramePlayer>(settings, report_);
+        player_ = std::make_unique<FramePlayer>(settings);
         first_ = feed_->next();
         if (!first_)
             throw InputError(expected_found(
                 settings.source,
                 settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
                 feed_->truncation().empty() ? "none" : feed_->truncation()));
-        player_->check(*first_, report_);
-        player_->settle(*first_, report_);
+        player_->prepare(*first_, report_);
+        if (settings.method == "auto")
+            second_ = feed_->next();
+        player_->settle(*first_, second_ ? &*second_ : nullptr, report_);
         if (first_->posed)
             report_.source = first_->main.info;
         outputs_ = std::make_unique<Outputs>(settings);
@@ -113,7 +115,8 @@ public:
 
     void all_frames() {
         PlayedFrame played;
-        for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = feed_->next()) {
+        const auto next = [&] { return second_ ? std::exchange(second_, std::nullopt) : feed_->next(); };
+        for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = next()) {
             player_->play(*frame, played);
             const auto start = Clock::now();
             outputs_->write(played);
@@ -167,7 +170,7 @@ private:
     std::unique_ptr<FrameFeed> feed_;
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
-    std::optional<ReceivedFrame> first_;
+    std::optional<ReceivedFrame> first_, second_;  ///< as far as they were read before the first is played
 };
 
 }  // namespace

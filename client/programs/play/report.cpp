@@ -98,14 +98,20 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
 }
 
 Json choice_json(const Choice& choice) {
-    Json json = {{"budget_ms", choice.budget_ms}, {"fits", choice.fits}, {"line", choice.line()}};
+    Json json = {
+        {"budget_ms", choice.budget_ms}, {"frame", choice.frame}, {"fits", choice.fits}, {"line", choice.line()}};
     json["tried"] = Json::array();
-    for (const auto& [plan, milliseconds] : choice.tried)
+    for (const auto& [plan, trial] : choice.tried) {
+        Json filled = Json::object();
+        for (const auto& [rung, count] : trial.filled)
+            filled[rung] = count;
         json["tried"].push_back({{"method", plan.method},
                                  {"mesh_share", plan.mesh_share},
                                  {"depth", plan.depth},
                                  {"fill", plan.fill},
-                                 {"milliseconds", milliseconds}});
+                                 {"milliseconds", trial.milliseconds},
+                                 {"filled", std::move(filled)}});
+    }
     json["chosen"] = choice.chosen;
     return json;
 }
@@ -132,6 +138,7 @@ Json Report::json() const {
         json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};
     json["method"] = method;
     json["depth"] = depth;
+    json["depth_reuse"] = depth_reuse;
     json["fill"] = fill;
     if (choice)
         json["choice"] = choice_json(*choice);
@@ -158,7 +165,8 @@ Json Report::json() const {
 }
 
 std::string Report::table() const {
-    std::string out = formatted("%zu frames, method %s, depth %s\n", frames.size(), method.c_str(), depth.c_str());
+    std::string out = formatted("%zu frames, method %s, depth %s%s\n", frames.size(), method.c_str(), depth.c_str(),
+                                depth_reuse ? ", the sphere's carried on from frame to frame" : "");
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const std::string& note : notes)

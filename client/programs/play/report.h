@@ -45,6 +45,7 @@ struct Report {
     Settings settings;
     std::string method;            ///< as used
     std::string depth;             ///< as used; "none" where nothing needed it
+    bool depth_reuse = false;      ///< whether depth of spheres is carried on from frame to frame
     std::string fill;              ///< as used
     std::optional<Choice> choice;  ///< of --method auto
     std::vector<std::string> notes;

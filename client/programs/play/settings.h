@@ -20,9 +20,10 @@ struct Settings {
         scene;  ///< description whose geometry gives depth; of a scene, or (--model) of a client's model
     bool scene_is_model = false;  ///< it came by --model
     std::filesystem::path head;
-    std::string method;    ///< empty: surface where there is depth, else sphere; auto: what `budget_ms` allows
-    double budget_ms = 0;  ///< a frame, both eyes, decoding to filling; for auto
-    std::string depth = "ray";
+    std::string method;             ///< empty: by what depth there is (choose_depth); auto: what `budget_ms` allows
+    double budget_ms = 0;           ///< a frame, both eyes, decoding to filling; for auto
+    std::string depth;              ///< ray, stream or exact; empty: the first there is of ray and what came
+    bool depth_reuse = true;        ///< spheres' cast depth is carried on from frame to frame (ray_depth.h)
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
     std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with

@@ -145,7 +145,7 @@ TEST(Choices, TakeTheFirstThatFitsElseTheFastestAndSayWhich) {
         std::size_t measured = 0;
         const Choice choice = choose_plan(plans, budget_ms, [&](const Plan& plan) {
             EXPECT_EQ(plan.words(), plans[measured].words());
-            return times_ms[measured++];
+            return Trial{times_ms[measured++]};
         });
         const std::string line = choice.line();
         const auto first = std::ranges::find_if(times_ms, [&](double ms) { return ms <= budget_ms; });

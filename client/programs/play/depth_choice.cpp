@@ -1,0 +1,98 @@
+#include "depth_choice.h"
+
+#include <equistream/depth_code.h>
+#include <equistream/error.h>
+
+namespace equistream::play {
+
+namespace {
+
+/// What a source is, as far as its depth goes.
+std::string described(const Settings& settings, const DepthOffer& offer) {
+    if (offer.folder)
+        return settings.source + ", a folder of rendered frames" + (offer.plane ? "" : " without depth");
+    if (!offer.plane)
+        return settings.source + (offer.posed ? ", a stream without depth" : ", ordinary video");
+    return settings.source + ", a stream" +
+           (offer.code ? " of depth coded " + std::string(depth_code_names()[std::size_t(*offer.code)])
+                       : std::string(" with depth"));
+}
+
+/// Of --depth. Planes that the method does not use are not missed.
+void require_kind(const Settings& settings, const DepthOffer& offer, bool used) {
+    const auto require = [&](bool good, const std::string& expected, const std::string& hint) {
+        if (!good)
+            throw InputError(expected_found("--depth " + settings.depth, expected, described(settings, offer) + hint));
+    };
+    if (settings.depth == "ray" && !offer.scene)
+        throw InputError(expected_found("--depth ray", "--scene S or --model M, to cast rays into", "neither"));
+    if (settings.depth == "stream")
+        require(!offer.folder && (offer.plane || !used), "a stream with a depth track (encode --depth auto)",
+                offer.folder && offer.plane ? " (--depth exact takes theirs)" : "");
+    if (settings.depth == "exact")
+        require(!used || (offer.plane && (offer.folder || offer.code == DepthCodeId::lossless)),
+                "a folder of rendered frames with their depth, or a stream of lossless depth",
+                !offer.folder && offer.plane ? " (--depth stream takes it)" : "");
+}
+
+std::string default_depth(const DepthOffer& offer) {
+    if (offer.scene)
+        return "ray";
+    if (!offer.plane || !offer.posed)
+        return "none";
+    return offer.folder ? "exact" : "stream";
+}
+
+}  // namespace
+
+DepthNeeds needs_when_moved(const Engine& engine) {
+    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
+}
+
+DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
+    DepthChoice choice{.method = settings.method, .depth = settings.depth, .notes = {}};
+    const bool by_budget = settings.method == "auto";
+    const DepthNeeds needs =
+        settings.method.empty() || by_budget ? DepthNeeds{} : needs_when_moved(*make_engine(settings.method));
+    require_kind(settings, offer, needs.any() || settings.method.empty());
+    if (choice.depth.empty())
+        choice.depth = default_depth(offer);
+    const bool eyes_depth = offer.scene || (choice.depth == "exact" && !offer.eye_without_plane);
+    if (choice.method.empty()) {
+        choice.method = choice.depth == "none" ? "sphere" : eyes_depth ? "surface" : "mesh";
+        if (choice.depth == "none")
+            choice.notes.push_back("no scene, and no depth in " + settings.source +
+                                   ": method sphere (rotation only); --scene S gives parallax, and so does a stream "
+                                   "with depth (encode --depth auto)");
+        else if (settings.depth.empty() && !offer.scene)
+            choice.notes.push_back("no scene: depth is " +
+                                   std::string(choice.depth == "exact" ? "the render's own" : "the stream's own") +
+                                   ", method " + choice.method);
+    }
+    if (by_budget)
+        return choice;
+    if (!offer.posed && choice.method != "sphere")
+        throw InputError(expected_found(settings.source,
+                                        "pictures tagged with their pose, for --method " + choice.method,
+                                        "ordinary video (--method sphere turns it)"));
+    if (needs.any() && choice.depth == "none")
+        throw InputError(expected_found("--method " + choice.method,
+                                        "--scene S, or a source with depth of its own, to have depth",
+                                        described(settings, offer)));
+    if (needs.eye && !eyes_depth && choice.depth == "exact" && offer.folder)
+        throw InputError(expected_found("--depth exact",
+                                        "--scene S, or a rendered depth plane of this very " +
+                                            std::string(offer.eye_without_plane == Eye::left ? "left" : "right") +
+                                            " eye's view beside " + settings.source,
+                                        "neither"));
+    if (needs.eye && !eyes_depth)
+        throw InputError(expected_found("--method " + choice.method,
+                                        "--scene S, for the eyes' own depth, which no stream has (gather, mesh and "
+                                        "splat need none)",
+                                        "--depth " + choice.depth + " alone"));
+    if (!needs.any() && !settings.method.empty())
+        choice.depth = "none";
+    return choice;
+}
+
+}  // namespace equistream::play

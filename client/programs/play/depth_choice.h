@@ -1,0 +1,37 @@
+#pragma once
+/// Which method and whose depth a run uses, from what was asked for and what there is (docs/guide.md, "Play it").
+#include "settings.h"
+
+#include <equistream/depth_code_info.h>
+#include <equistream/frame.h>
+#include <equistream_client/engine.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::play {
+
+/// What there is to take depth from.
+struct DepthOffer {
+    bool scene = false;                      ///< geometry to cast rays into
+    bool folder = false;                     ///< the source is a folder of rendered frames, not a stream
+    bool posed = true;                       ///< ordinary video has no poses, so that no depth fits it
+    bool plane = false;                      ///< depth of the main picture came with it
+    std::optional<DepthCodeId> code{};       ///< that plane's, in a stream
+    std::optional<Eye> eye_without_plane{};  ///< whose very view no depth came of, the first such eye
+};
+
+struct DepthChoice {
+    std::string method;  ///< never empty; auto stays auto
+    std::string depth;   ///< ray, stream, exact or none
+    std::vector<std::string> notes;
+};
+
+/// Whose depth a method cannot do without once the eye moves.
+DepthNeeds needs_when_moved(const Engine& engine);
+
+/// Throws InputError for a depth that this source does not have, and for a method that needs one that is not there.
+DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer);
+
+}  // namespace equistream::play

@@ -1,0 +1,219 @@
+"""What `equistream play` takes for depth, method and fill, of every kind of source, and what it says of it.
+
+usage: playback_test.py BIN_DIR
+"""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from independent import *
+
+PROGRAMS = Programs(sys.argv.pop(1))
+VIEW = ["--size", "96x64", "--progress", "none"]
+
+
+class Playback(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_playback_"))
+        cls.scene = PROGRAMS.scene("pavilion", cls.root)
+        cls.folder = cls.root / "frames"
+        PROGRAMS.run("render", cls.scene, "--frames", "0-2", "--size", "256x128", "--spp", 1, "--aovs", "depth", "--out", cls.folder)
+        cls.plain, cls.coded, cls.lossless = (cls.root / f"{name}.mkv" for name in ("plain", "coded", "lossless"))
+        for stream, depth in ((cls.plain, "none"), (cls.coded, "w10"), (cls.lossless, "lossless")):
+            PROGRAMS.run("encode", cls.folder, "--out", stream, "--depth", depth, "--preset", "ultrafast", "--progress", "none")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def setUp(self):
+        self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    def play(self, source, *options, out="eyes"):
+        table = PROGRAMS.run("play", source, *VIEW, *options, "--out", self.out / out)
+        report = json.loads((self.out / out / "report.json").read_text())
+        self.assertIn(f"method {report['method']}, depth {report['depth']}", table)
+        return report
+
+    def assert_way(self, report, method, depth):
+        self.assertEqual((report["method"], report["depth"]), (method, depth))
+
+    def assert_refused(self, source, options, *mentions):
+        words = [str(word) for word in ["play", source, *VIEW, *options, "--out", self.out / "none"]]
+        result = subprocess.run([PROGRAMS.folder / "equistream", *words], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        for mention in mentions:
+            self.assertIn(str(mention), result.stderr)
+        self.assertFalse((self.out / "none").exists())
+
+    def test_depth_is_refused_by_the_kind_of_source(self):
+        self.assert_refused(self.coded, ["--depth", "exact", "--method", "mesh"], "--depth exact: expected a folder of rendered frames", self.coded,
+                            "depth coded w10", "--depth stream")
+        self.assert_refused(self.coded, ["--depth", "exact", "--scene", self.scene], "--depth exact", "w10")
+        self.assert_refused(self.plain, ["--depth", "exact"], "--depth exact", self.plain, "a stream without depth")
+        self.assert_refused(self.plain, ["--depth", "stream"], "--depth stream: expected a stream with a depth track", self.plain)
+        self.assert_refused(self.folder, ["--depth", "stream", "--method", "mesh"], "--depth stream: expected a stream", self.folder,
+                            "a folder of rendered frames", "--depth exact")
+        self.assert_refused(self.folder, ["--depth", "stream", "--scene", self.scene], "--depth stream", self.folder)
+        self.assert_refused(self.folder, ["--depth", "ray", "--method", "mesh"], "--depth ray", "--scene S")
+        self.assert_refused(self.coded, ["--method", "surface"], "--method surface", "--scene S")
+
+    def test_a_lossless_stream_has_exact_depth(self):
+        """Its planes are the folder's bit for bit: so is the depth that is found in them."""
+        found = {}
+        for source, name in ((self.lossless, "stream"), (self.folder, "folder")):
+            self.assert_way(self.play(source, "--depth", "exact", "--method", "mesh", "--reliability", "--format", "exr", out=name), "mesh", "exact")
+            found[name] = [read_frame(self.out / name / eye / "frame.0001.exr")["depth.Z"] for eye in ("left", "right")]
+        np.testing.assert_array_equal(found["stream"], found["folder"])
+
+    def test_depth_and_method_are_by_what_there_is(self):
+        self.assert_way(self.play(self.plain, "--scene", self.scene), "surface", "ray")
+        self.assert_way(self.play(self.coded, "--scene", self.scene), "surface", "ray")
+        for source, depth, whose in ((self.coded, "stream", "the stream's own"), (self.lossless, "stream", "the stream's own"),
+                                     (self.folder, "exact", "the render's own")):
+            report = self.play(source)
+            self.assert_way(report, "mesh", depth)
+            self.assertTrue([note for note in report["notes"] if whose in note and "method mesh" in note], report["notes"])
+        report = self.play(self.plain)
+        self.assert_way(report, "sphere", "none")
+        self.assertTrue([note for note in report["notes"] if str(self.plain) in note and "rotation only" in note], report["notes"])
+        # What was asked for is taken as it was, and not remarked on.
+        self.assert_way(self.play(self.coded, "--depth", "stream"), "mesh", "stream")
+        self.assert_way(self.play(self.coded, "--method", "splat"), "splat", "stream")
+        report = self.play(self.coded, "--method", "sphere")
+        self.assert_way(report, "sphere", "none")
+        self.assertEqual(report["notes"], [])
+
+    def test_the_default_shows_what_the_same_by_name_does(self):
+        self.play(self.coded, out="default")
+        self.play(self.coded, "--depth", "stream", "--method", "mesh", out="named")
+        for eye in ("left", "right"):
+            for name in ("frame.0000.png", "frame.0002.png"):
+                self.assertEqual((self.out / "default" / eye / name).read_bytes(), (self.out / "named" / eye / name).read_bytes())
+
+    def test_a_model_has_no_colours_to_fill_with(self):
+        model = self.out / "model.json"
+        PROGRAMS.run("model", self.scene, "--rays", 20000, "--visibility-rays", 20000, "--quantile", 0.5, "--rounds", 1, "--out", model)
+        report = self.play(self.plain, "--model", model, "--fill", "geometry,pushpull", "--ipd", 0.5)
+        self.assertTrue([note for note in report["notes"] if "--fill geometry is passed over" in note and str(model) in note], report["notes"])
+        for eye in ("left", "right"):
+            self.assertEqual(report["eyes"][eye]["filled"]["geometry"], 0)
+            self.assertGreater(report["eyes"][eye]["filled"]["pushpull"], 0)
+        of_scene = self.play(self.plain, "--scene", self.scene, "--fill", "geometry,pushpull", "--ipd", 0.5)
+        self.assertFalse([note for note in of_scene["notes"] if "geometry" in note], of_scene["notes"])
+        self.assertGreater(of_scene["eyes"]["left"]["filled"]["geometry"], 0)
+
+    def test_methods_are_listed_with_auto(self):
+        self.assert_refused(self.plain, ["--method", "speher"], "--method: expected sphere, ", "or auto, found 'speher'")
+
+    # -- depth that is carried on from frame to frame
+
+    def depths(self, out, index):
+        return [read_frame(self.out / out / eye / f"frame.{index:04}.exr")["depth.Z"] for eye in ("left", "right")]
+
+    @staticmethod
+    def w(depth_m, box_m):
+        return box_m / (np.maximum(depth_m, 1.001 * box_m) - box_m)
+
+    @staticmethod
+    def extremes(image):
+        """Least and greatest of each pixel's eight neighbours and itself, as far as they are known."""
+        padded = np.pad(image, 1, mode="edge")
+        around = [padded[y:y + image.shape[0], x:x + image.shape[1]] for y in range(3) for x in range(3)]
+        return np.fmin.reduce(around), np.fmax.reduce(around)
+
+    def test_carried_depth_shows_what_cast_depth_does_within_the_bound(self):
+        """`mesh` finds the eyes' depth in the sphere's. Off is reuse's share of the budget and twice that of the mesh, except where what the
+        other found next to it brackets it: an edge, which may move by less than a pixel."""
+        words = ["--scene", self.scene, "--depth", "ray", "--method", "mesh", "--fill", "none", "--format", "exr"]
+        self.assertTrue(self.play(self.folder, *words, out="on")["depth_reuse"])
+        self.assertFalse(self.play(self.folder, *words, "--depth-reuse", "off", out="off")["depth_reuse"])
+        box_m, share = 0.063 / 2, 0.25 * 0.25 / 960
+        carried = 0
+        for index in range(3):
+            for on_m, off_m in zip(self.depths("on", index), self.depths("off", index)):
+                seen = np.isfinite(on_m) & np.isfinite(off_m) & (on_m > 0) & (off_m > 0)
+                on, off = self.w(on_m, box_m), self.w(off_m, box_m)
+                low, high = self.extremes(off)
+                inside = (on >= low - 3 * share) & (on <= high + 3 * share)
+                beyond = seen & (np.abs(on - off) > 3 * share)
+                other = seen & (on_m != off_m)
+                print(f"frame {index}: {np.mean(beyond):.5f} beyond, {np.mean(beyond & ~inside):.5f} not at an edge, {np.mean(other):.4f} differ")
+                self.assertLess(np.mean(beyond & ~inside), 1e-3)
+                self.assertLess(np.mean(beyond), 0.01)
+                carried += index > 0 and np.any(other)
+                if index == 0:
+                    np.testing.assert_array_equal(on_m, off_m)
+        self.assertEqual(carried, 4, "both eyes of the frames after the first")
+
+    def test_eyes_of_carried_depth_differ_at_edges_alone(self):
+        """`surface` casts the eyes' depth either way: only what an edge of the sphere's depth lets through or holds back may change."""
+        for reuse in ("on", "off"):
+            self.play(self.folder, "--scene", self.scene, "--fill", "none", "--format", "exr", "--depth-reuse", reuse, out=reuse)
+        for index in range(3):
+            for eye in ("left", "right"):
+                on, off = (read_frame(self.out / reuse / eye / f"frame.{index:04}.exr") for reuse in ("on", "off"))
+                np.testing.assert_array_equal(on["depth.Z"], off["depth.Z"])
+                other = np.any(colour_of(on) != colour_of(off), axis=-1)
+                print(f"{eye}, frame {index}: {np.mean(other):.5f} of the pixels differ")
+                self.assertLess(np.mean(other), 0.02)
+
+    def test_repetitions_time_the_same_frame_again(self):
+        """Each is carried on from the frame before, not from the repetition before, which would be no way at all."""
+        for repeat in (1, 3):
+            self.play(self.folder, "--scene", self.scene, "--repeat", repeat, out=f"repeat{repeat}")
+        for eye in ("left", "right"):
+            for index in range(3):
+                name = f"{eye}/frame.{index:04}.png"
+                self.assertEqual((self.out / "repeat1" / name).read_bytes(), (self.out / "repeat3" / name).read_bytes(), name)
+
+    # -- choosing by time
+
+    def auto(self, source, budget_ms, *options, out="auto"):
+        return self.play(source, "--method", "auto", "--budget-ms", budget_ms, *options, out=out)
+
+    def test_a_frame_with_one_before_it_is_timed(self):
+        report = self.auto(self.folder, 1e6, "--scene", self.scene, "--fill", "earlier,pushpull", "--ipd", 0.3)
+        choice = report["choice"]
+        self.assertEqual(choice["frame"], 1)
+        self.assertGreater(choice["tried"][0]["filled"]["earlier"], 0)
+        self.assertEqual([frame["index"] for frame in report["frames"]], [0, 1, 2])
+        alone = self.auto(self.folder, 1e6, "--scene", self.scene, "--fill", "earlier,pushpull", "--ipd", 0.3, "--frames", 0)
+        self.assertEqual((alone["choice"]["frame"], alone["choice"]["tried"][0]["filled"]["earlier"]), (0, 0))
+
+    def test_trials_leave_nothing_behind(self):
+        """What is chosen shows what it does when asked for by name, from the first frame on."""
+        words = ["--scene", self.scene, "--fill", "earlier,pushpull"]
+        chosen = self.auto(self.folder, 1e6, *words)
+        self.play(self.folder, "--method", chosen["method"], *words, out="named")
+        for index in range(3):
+            name = f"left/frame.{index:04}.png"
+            self.assertEqual((self.out / "auto" / name).read_bytes(), (self.out / "named" / name).read_bytes(), name)
+
+    def test_partial_spheres_without_depth_keep_no_black_gaps(self):
+        part = self.root / "part"
+        PROGRAMS.run("render", self.scene, "--frames", "0-1", "--size", "128x64", "--range", "180,90", "--spp", 1, "--aovs", "none", "--out", part)
+        report = self.auto(part, 1e6, "--fov", 120)
+        self.assertEqual((report["method"], report["depth"], report["fill"]), ("lean", "none", "pushpull"))
+        for eye in report["eyes"].values():
+            self.assertGreater(eye["filled"]["pushpull"], 0)
+            self.assertEqual(eye["gap_fraction_after"]["pushpull"], 0)
+        # The same for what only turns.
+        tried = self.auto(part, 1e-3, "--fov", 120)["choice"]["tried"]
+        self.assertEqual([(plan["method"], plan["fill"]) for plan in tried], [("lean", "pushpull"), ("sphere", "pushpull"), ("sphere", "none")])
+
+    def test_depth_that_nobody_uses_is_not_decoded(self):
+        for options, pictures in ((["--method", "sphere"], 0), (["--method", "mesh"], 3)):
+            self.assertEqual(self.play(self.coded, *options)["bytes"]["input"]["depth"]["pictures"], pictures)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)
