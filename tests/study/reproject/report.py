@@ -161,9 +161,10 @@ def patches(found):
     rows = []
     for scene, result in found.items():
         for measured in result["results"]:
-            for plan in measured["patches"]:
-                rows.append([scene, measured["sphere"], str(measured["block_side"]), cell(100 * measured["gap_share"]), cell(100 * plan["pixel_share"], 1),
-                             cell(100 * plan["covered"], 1), cell(100 * measured["all_auxiliary_spheres"], 1), cell(100 * measured["small_stream"], 1)])
+            for plan in measured["patches"]:  # a larger budget may change nothing
+                row = [scene, measured["sphere"], str(measured["block_side"]), cell(100 * measured["gap_share"]), cell(100 * plan["pixel_share"], 1),
+                       cell(100 * plan["covered"], 1), cell(100 * measured["all_auxiliary_spheres"], 1), cell(100 * measured["small_stream"], 1)]
+                rows += [row] if row not in rows else []
     return table(["scene", "sphere", "block", "gaps, %", "patches, % of its pixels", "gaps covered, %", "all auxiliary spheres, %", "small stream, %"], rows)
 
 
