@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 namespace equistream {
@@ -41,15 +42,16 @@ public:
     std::optional<ReceivedFrame> next() override {
         if (position_ == frames_.size())
             return std::nullopt;
+        left_out_ |= asked_to_leave_out(options_);
         const std::int64_t index = frames_[position_++];
         ReceivedFrame frame;
         frame.main = read(main_, index, true);
         for (auto [view, picture] :
              {std::pair{"small", &frame.small}, {"hidden", &frame.hidden}, {"patches", &frame.patches}})
-            if (fs::exists(file(view, index)))
+            if (wants(role_of(view)) && fs::exists(file(view, index)))
                 *picture = read(view, index, true);
         for (const char* view : {".", "centre", "left", "right"})
-            if (views_with_depth_.contains(view) && view != main_ && fs::exists(file(view, index)))
+            if (wants_depth_of(view) && view != main_ && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));
         return frame;
     }
@@ -59,6 +61,18 @@ public:
     std::optional<double> fraction_done() const override { return double(position_) / double(frames_.size()); }
 
 private:
+    /// As a stream's tracks are told apart.
+    static TrackRole role_of(std::string_view view) {
+        return view == "small"     ? TrackRole::small
+               : view == "hidden"  ? TrackRole::hidden
+               : view == "patches" ? TrackRole::patches
+                                   : TrackRole::main;
+    }
+    bool wants(TrackRole role) const { return !left_out_[std::size_t(role)]; }
+    bool wants_depth_of(const std::string& view) const {
+        return views_with_depth_.contains(view) && wants(depth_role_of(role_of(view)).value_or(TrackRole::depth));
+    }
+
     /// The main view: the head's centre, else the left eye as in the paper, else the only one there is.
     std::string find_main() const {
         for (const char* name : {"centre", "left", "right"})
@@ -86,10 +100,10 @@ private:
         std::vector<std::string> planes;
         if (with_colour)
             planes.push_back("colour");
-        const bool with_depth = views_with_depth_.contains(view);
+        const bool with_depth = wants_depth_of(view);
         if (with_depth)
             planes.push_back("depth");
-        if (view == main_ && with_colour)
+        if (view == main_ && with_colour && wants(TrackRole::images))
             planes.insert(planes.end(), image_planes_.begin(), image_planes_.end());
         Frame frame = read_exr(path, planes);
         renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);
@@ -127,6 +141,7 @@ private:
 
     fs::path folder_;
     FeedOptions options_;
+    TrackRoles left_out_;
     DisplayTransform display_;
     std::string main_;
     std::set<std::string> views_with_depth_;

@@ -32,8 +32,9 @@ public:
                                             .yuv = options.yuv,
                                             .depth = options.depth,
                                             .images = options.specular,
+                                            .left_out = asked_to_leave_out(options),
                                             .interrupted = options.interrupted}),
-          options_(options), tracks_(reader_.tracks().size()) {
+          options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
         file_bytes_ = error ? 0 : double(size);
@@ -42,6 +43,8 @@ public:
     }
 
     std::optional<ReceivedFrame> next() override {
+        left_out_ |= asked_to_leave_out(options_);
+        reader_.leave_out(left_out_);
         for (;;) {
             while (!first_is_settled() && !ended_)
                 take(reader_.next());
@@ -99,7 +102,7 @@ private:
 
     /// What nobody asked for does not come.
     bool is_expected(const Track& track) const {
-        const StreamReadOptions asked{.depth = options_.depth, .images = options_.specular};
+        const StreamReadOptions asked{.depth = options_.depth, .images = options_.specular, .left_out = left_out_};
         return track.origin != Origin::foreign && asked.wants(track.role);
     }
 
@@ -271,6 +274,7 @@ private:
     std::string source_;
     StreamReader reader_;
     FeedOptions options_;
+    TrackRoles left_out_;
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
     std::vector<Track> tracks_;             // as the reader's

@@ -249,6 +249,10 @@ StreamReader::StreamReader(const std::string& source, const StreamReadOptions& o
 
 StreamReader::~StreamReader() = default;
 
+void StreamReader::leave_out(TrackRoles roles) {
+    state_->options.left_out |= roles;
+}
+
 std::optional<DecodedPicture> StreamReader::next() {
     State& s = *state_;
     for (;;) {

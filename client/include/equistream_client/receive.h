@@ -2,6 +2,7 @@
 /// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
 /// without loss. All pictures of one frame come together.
 #include <equistream/frame.h>
+#include <equistream/stream.h>
 #include <equistream/yuv_picture.h>
 
 #include <cstdint>
@@ -65,6 +66,9 @@ struct FeedOptions {
     /// Fill ReceivedPicture::specular and virtual_depth_m of the main picture: from the track of mirrors and glass,
     /// or those AOVs of folders.
     bool specular = false;
+    /// What nobody needs (never main) is neither decoded nor given, and of folders not read. Asked before each frame,
+    /// with frames_ahead by that thread; what was left out once stays so.
+    std::function<TrackRoles()> left_out{};
     std::int64_t first_frame = 0;
     std::int64_t last_frame = INT64_MAX;
     /// So many frames, and the one being read, are got ready by a thread of the feed's own while the caller works on

@@ -45,10 +45,6 @@ std::string default_depth(const DepthOffer& offer) {
 
 }  // namespace
 
-DepthNeeds needs_when_moved(const Engine& engine) {
-    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
-}
-
 DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
     DepthChoice choice{.method = settings.method, .depth = settings.depth, .notes = {}};
     const bool by_budget = settings.method == "auto";

@@ -1,5 +1,6 @@
 #pragma once
 /// Which method and whose depth a run uses, from what was asked for and what there is (docs/guide.md, "Play it").
+#include "plan.h"
 #include "settings.h"
 
 #include <equistream/depth_code_info.h>
@@ -27,9 +28,6 @@ struct DepthChoice {
     std::string depth;   ///< ray, stream, exact or none
     std::vector<std::string> notes;
 };
-
-/// Whose depth a method cannot do without once the eye moves.
-DepthNeeds needs_when_moved(const Engine& engine);
 
 /// Throws InputError for a depth that this source does not have, and for a method that needs one that is not there.
 DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer);

@@ -1,14 +1,11 @@
 #include "frame_fill.h"
 
-#include "depth_choice.h"
-
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
 #include <equistream_client/ray_colour.h>
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace equistream::play {
@@ -118,22 +115,6 @@ void FrameFill::remember(ReceivedFrame&& frame, SourceDepths& depths) {
         return;
     depths.main = std::move(earlier_.back().depth_m);
     earlier_.pop_back();
-}
-
-Wanted wanted_of_feed(const Settings& settings) {
-    const bool by_name = !settings.method.empty() && settings.method != "auto";
-    // What needs no depth has no use for anybody's, nor for what mirrors show: that is looked up by depth too.
-    if (by_name && !needs_when_moved(*make_engine(settings.method)).any())
-        return {};
-    const bool casts = settings.depth == "ray" || (settings.depth.empty() && !settings.scene.empty());
-    const FillLadder ladder = make_fill_ladder(settings.fill);
-    std::error_code ignored;
-    const bool folder = std::filesystem::is_directory(settings.source, ignored);
-    const bool fills = std::ranges::any_of(std::array{"patches", "hidden"}, [&](const char* name) {
-        return has_rung(ladder, name) &&
-               (!folder || std::filesystem::exists(std::filesystem::path(settings.source) / name, ignored));
-    });
-    return {.depth = !casts || settings.method == "auto" || fills, .mirrors = true};
 }
 
 }  // namespace equistream::play

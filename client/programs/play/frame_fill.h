@@ -56,14 +56,4 @@ private:
     std::vector<SourceView> earlier_views_;
 };
 
-/// Of all that a feed may bring beside colour, what playing may use.
-struct Wanted {
-    bool depth = false;
-    bool mirrors = false;  ///< which, and how far away what they show is
-};
-
-/// Told from the settings alone, before the source is opened. (A folder shows whether it has a second layer or patches,
-/// of which only the feed has depth; a stream says so later.)
-Wanted wanted_of_feed(const Settings& settings);
-
 }  // namespace equistream::play

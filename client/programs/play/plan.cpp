@@ -36,6 +36,27 @@ std::string Plan::words() const {
     return text + ", depth " + depth + ", fill " + fill;
 }
 
+DepthNeeds needs_when_moved(const Engine& engine) {
+    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
+}
+
+TrackRoles unneeded_roles(const Plan& plan) {
+    const bool with_depth = needs_when_moved(*make_engine(plan.method)).any();
+    const std::vector<std::string_view> rungs = split_at_commas(plan.fill);
+    TrackRoles unneeded;
+    const auto leave_out = [&](TrackRole role, bool needed) { unneeded[std::size_t(role)] = !needed; };
+    const auto fills = [&](std::string_view rung) { return std::ranges::count(rungs, rung) > 0; };
+    leave_out(TrackRole::small, fills("small"));
+    // All others are looked up by the eye's depth, mirrors too.
+    leave_out(TrackRole::depth, with_depth && plan.depth != "ray");
+    leave_out(TrackRole::images, with_depth);
+    leave_out(TrackRole::hidden, with_depth && fills("hidden"));
+    leave_out(TrackRole::hidden_depth, with_depth && fills("hidden"));
+    leave_out(TrackRole::patches, with_depth && fills("patches"));
+    leave_out(TrackRole::patches_depth, with_depth && fills("patches"));
+    return unneeded;
+}
+
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     std::vector<std::string> depths, ladders{inputs.fill};
     if (inputs.poses && inputs.geometry)

@@ -3,6 +3,8 @@
 ///
 /// Ways are tried in one fixed order, from the most accurate down, on one frame and this machine, until one fits
 /// (docs/guide.md, "Choosing by time").
+#include <equistream/stream.h>
+#include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
 #include <cstdint>
@@ -16,7 +18,7 @@ namespace equistream::play {
 struct Plan {
     std::string method;
     double mesh_share = 0.25;   ///< as in EngineOptions; for mesh only
-    std::string depth;          ///< ray, stream (what came with the frames) or none
+    std::string depth;          ///< ray, stream or exact (what came with the frames), or none
     std::string fill;           ///< as in --fill
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
 };
@@ -28,6 +30,12 @@ struct PlanInputs {
     bool poses = true;            ///< ordinary video has none
     std::string fill;             ///< the whole ladder, as asked for
 };
+
+/// Whose depth a method cannot do without once the eye moves.
+DepthNeeds needs_when_moved(const Engine& engine);
+
+/// What of a source a way to play it has no use for.
+TrackRoles unneeded_roles(const Plan& plan);
 
 /// From the most accurate down; the last one is `sphere`. Never empty.
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs);

@@ -11,6 +11,7 @@
 #include <equistream/sequence.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -86,14 +87,24 @@ private:
     std::unique_ptr<ViewWriter> left_, right_;
 };
 
+/// The way that uses most of all that there may be, as far as the settings tell before the source is opened.
+Plan widest_plan(const Settings& settings) {
+    const bool by_budget = settings.method == "auto";
+    const bool casts = settings.depth == "ray" || (settings.depth.empty() && !settings.scene.empty());
+    return {.method = settings.method.empty() || by_budget ? "surface" : settings.method,
+            .depth = casts && !by_budget ? "ray" : "stream",
+            .fill = settings.fill};
+}
+
 class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        const Wanted wanted = wanted_of_feed(settings);
-        feed_ = open_feed(settings.source, {.depth = wanted.depth,
+        left_out_ = unneeded_roles(widest_plan(settings)).to_ulong();
+        feed_ = open_feed(settings.source, {.depth = true,
                                             .yuv = true,
-                                            .specular = wanted.mirrors,
+                                            .specular = true,
+                                            .left_out = [this] { return TrackRoles(left_out_.load()); },
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last,
                                             .frames_ahead = 1});
@@ -108,6 +119,7 @@ public:
         if (settings.method == "auto")
             second_ = feed_->next();
         player_->settle(*first_, second_ ? &*second_ : nullptr, report_);
+        left_out_ = unneeded_roles({.method = report_.method, .depth = report_.depth, .fill = report_.fill}).to_ulong();
         if (first_->posed)
             report_.source = first_->main.info;
         outputs_ = std::make_unique<Outputs>(settings);
@@ -167,6 +179,7 @@ private:
 
     Report report_;
     cli::Progress progress_;
+    std::atomic<unsigned long> left_out_ = 0;  ///< TrackRoles, as the feed's thread asks for them
     std::unique_ptr<FrameFeed> feed_;
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;

@@ -5,6 +5,7 @@
 #include <equistream/frame.h>
 #include <equistream/yuv_picture.h>
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -28,6 +29,7 @@ enum class TrackRole : std::uint8_t {
     images = 7,         ///< main's mirrors and glass: how far away what they show is, no surface where there are none
 };
 inline constexpr int track_role_count = 8;
+using TrackRoles = std::bitset<track_role_count>;  ///< by value
 
 const char* track_name(TrackRole role);  ///< "main", "small", "depth", "hidden", "hidden-depth", ...
 
@@ -156,10 +158,15 @@ struct StreamReadOptions {
     /// Give the decoder's own planes in place of rgb wherever they are as equistream/yuv.h describes, without
     /// conversion or copy.
     bool yuv = false;
-    bool depth = true;   ///< false: depth tracks are not decoded beyond their first picture, nor given
-    bool images = true;  ///< the same for the track of mirrors and glass
+    bool depth = true;      ///< false: depth tracks are not decoded beyond their first picture, nor given
+    bool images = true;     ///< the same for the track of mirrors and glass
+    TrackRoles left_out{};  ///< the same for these; never main
 
-    bool wants(TrackRole role) const { return role == TrackRole::images ? images : depth || !is_depth(role); }
+    bool wants(TrackRole role) const {
+        if (role != TrackRole::main && left_out[std::size_t(role)])
+            return false;
+        return role == TrackRole::images ? images : depth || !is_depth(role);
+    }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};
 };
@@ -179,6 +186,8 @@ public:
     /// The next picture of any track, in presentation order within each and side by side as far as they are
     /// interleaved; nothing at the end.
     std::optional<DecodedPicture> next();
+    /// From here on as if StreamReadOptions::left_out had them too.
+    void leave_out(TrackRoles roles);
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").
     const std::string& truncation() const;
 

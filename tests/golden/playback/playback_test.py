@@ -210,9 +210,45 @@ class Playback(unittest.TestCase):
         tried = self.auto(part, 1e-3, "--fov", 120)["choice"]["tried"]
         self.assertEqual([(plan["method"], plan["fill"]) for plan in tried], [("lean", "pushpull"), ("sphere", "pushpull"), ("sphere", "none")])
 
-    def test_depth_that_nobody_uses_is_not_decoded(self):
-        for options, pictures in ((["--method", "sphere"], 0), (["--method", "mesh"], 3)):
-            self.assertEqual(self.play(self.coded, *options)["bytes"]["input"]["depth"]["pictures"], pictures)
+    # -- what is decoded
+
+    def tracks(self, source, *options):
+        """Those of which pictures were given."""
+        found = self.play(source, *options)["bytes"]["input"]
+        return {name for name, track in found.items() if track["pictures"] > 0}
+
+    def test_only_what_is_used_is_decoded(self):
+        everything, stream = self.root / "everything", self.root / "everything.mkv"
+        PROGRAMS.run("render", self.scene, "--frames", "0-1", "--size", "512x256", "--spp", 1, "--aovs", "depth,specular,virtual", "--small", "right",
+                     "--layers", "--patches", "--patch-budget", 20, "--out", everything)
+        PROGRAMS.run("encode", everything, "--out", stream, "--depth", "w10", "--fill", "small,hidden,patches", "--mirrors", "always", "--preset",
+                     "ultrafast", "--progress", "none")
+        hidden, patches = {"hidden", "hidden-depth"}, {"patches", "patches-depth"}
+        with_depth = {"main", "depth", "images"}
+        for options, used in ((["--method", "sphere", "--fill", "none"], {"main"}),
+                              (["--method", "sphere"], {"main"}),
+                              (["--method", "lean", "--fill", "small,pushpull"], {"main", "small"}),
+                              (["--fill", "none"], with_depth),
+                              (["--fill", "hidden,pushpull"], with_depth | hidden),
+                              (["--fill", "patches,small"], with_depth | patches | {"small"}),
+                              (["--scene", self.scene, "--fill", "earlier,pushpull"], with_depth - {"depth"}),
+                              (["--method", "auto", "--budget-ms", 1e6, "--fill", "hidden,pushpull"], with_depth | hidden)):
+            with self.subTest(options=options):
+                self.assertEqual(self.tracks(stream, *options), used)
+        self.assertEqual(self.tracks(everything, "--method", "sphere", "--fill", "none"), {"centre"})
+        self.assertEqual(self.tracks(everything, "--fill", "hidden"), {"centre", "hidden"})
+
+    def test_what_the_choice_does_not_use_is_left_out_from_then_on(self):
+        """Frames that were under way when it was made still have it."""
+        long, stream = self.root / "long", self.root / "long.mkv"
+        PROGRAMS.run("render", self.scene, "--frames", "0-23", "--size", "128x64", "--spp", 1, "--aovs", "depth", "--out", long)
+        PROGRAMS.run("encode", long, "--out", stream, "--depth", "w10", "--preset", "ultrafast", "--gop", 4, "--progress", "none")
+        report = self.auto(stream, 1e6, "--scene", self.scene)
+        self.assert_way(report, "surface", "ray")
+        tracks = report["bytes"]["input"]
+        self.assertEqual(tracks["main"]["pictures"], 24)
+        self.assertLess(tracks["depth"]["pictures"], 24)
+        self.assertEqual(len(report["frames"]), 24)
 
 
 if __name__ == "__main__":
