@@ -89,6 +89,9 @@ std::int32_t CarriedTiles::still_seen(const SphereWarp& warp, int tile_column, i
 
 /// Where all rows next to a pole, and those that can come there, see one plane: it; else `mixed`.
 std::int32_t CarriedTiles::cap(const SphereWarp& warp, bool top) const {
+    // What moves over the pole may come from any longitude.
+    if (!camera_.range.closes())
+        return mixed;
     constexpr int spare_rows = 2 * carried_tile_height;
     const auto from_pole = [&](int i) { return top ? i : camera_.height - 1 - i; };
     int rows = 0;

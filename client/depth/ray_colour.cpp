@@ -171,13 +171,13 @@ void RayColour::cast(std::span<const GeometryRay> rays, std::span<GeometryHit> h
     assert(rays.size() == hits.size());
     State& state = *state_;
     const std::scoped_lock lock(state.mutex);
-    if (!state.loaded)
-        state.loaded = state.loading.valid() ? state.loading.get() : std::make_unique<State::Loaded>(state.scene);
-    if (state.moved)
-        state.loaded->move(state.scene, state.time_s);
-    state.moved = false;
     // Isolated, so that no thread takes up other work that waits for this very lock.
     tbb::this_task_arena::isolate([&] {
+        if (!state.loaded)
+            state.loaded = state.loading.valid() ? state.loading.get() : std::make_unique<State::Loaded>(state.scene);
+        if (state.moved)
+            state.loaded->move(state.scene, state.time_s);
+        state.moved = false;
         State::Hits found;
         state.trace(rays, found);
         state.decode_textures(found);

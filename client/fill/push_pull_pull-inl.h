@@ -8,6 +8,8 @@
 
 #include "push_pull_layers-inl.h"
 
+#include "../reproject/depth_agreement-inl.h"
+
 #include <hwy/cache_control.h>
 
 #include <algorithm>
@@ -27,9 +29,7 @@ HWY_INLINE Floats w_from(const SurfaceDepths& depths, ImageView<const float> dep
     if (depth_m.data == nullptr)
         return all(0);
     const Floats depth = hn::LoadU(tag, depth_m.row(y) + x);
-    const Floats r = hn::Min(all(far_distance_m), depth);
-    const Floats reach = hn::Max(r * all(1e-3f), r - all(depths.box_radius_m));
-    return hn::IfThenElseZero(depth > all(0), all(depths.box_radius_m) / reach);
+    return hn::IfThenElseZero(depth > all(0), w_of(tag, depths.box_radius_m, depth));
 }
 
 HWY_INLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {

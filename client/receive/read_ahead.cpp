@@ -27,7 +27,8 @@ public:
         std::unique_lock lock(mutex_);
         arrived_.wait(lock, [&] { return !arrivals_.empty(); });
         Arrival& first = arrivals_.front();
-        given_ = first.state;
+        if (!first.problem)
+            given_ = first.state;
         if (first.problem)
             std::rethrow_exception(first.problem);
         if (!first.frame)
@@ -70,10 +71,10 @@ private:
             Arrival arrival;
             try {
                 arrival.frame = feed_->next();
+                arrival.state = state();
             } catch (...) {
                 arrival.problem = std::current_exception();
             }
-            arrival.state = state();
             more = arrival.frame.has_value();
             std::unique_lock lock(mutex_);
             room_.wait(lock, stop_.get_token(), [&] { return arrivals_.size() < most_; });

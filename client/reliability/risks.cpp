@@ -3,6 +3,7 @@
 #include "surroundings.h"
 
 #include "../reproject/eye_rays.h"
+#include "../reproject/plane_size.h"
 
 #include <equistream/bound.h>
 #include <equistream/error.h>
@@ -59,33 +60,16 @@ ImageView<const float> depth_of(const EyeView& eye, const EyePicture& picture) {
     return picture.depth_m.empty() ? ImageView<const float>{} : picture.depth_m.view();
 }
 
-struct PlaneSize {
-    int width, height, channels;
-    bool operator==(const PlaneSize&) const = default;
-};
-
-std::string words(const PlaneSize& size) {
-    return size_text(size.width, size.height) + " of " + std::to_string(size.channels);
-}
-
-template <typename Sample>
-void require_size(const char* plane, ImageView<const Sample> image, const PlaneSize& wanted) {
-    const PlaneSize found{image.width, image.height, image.channels};
-    if (found != wanted)
-        throw InputError(expected_found(std::string("reliability: ") + plane,
-                                        words(wanted) + (wanted.channels == 1 ? " channel" : " channels"),
-                                        words(found)));
-}
-
 /// Mask and depth are gathered from by index, which nothing else would stop at their ends.
 void require_sizes(const SourceView& source, const EyeView& eye, const EyePicture& picture) {
     const int width = eye.camera.width, height = eye.camera.height;
-    require_size("colours", picture.rgba.view(), {width, height, 4});
-    require_size("origins", picture.origin.view(), {width, height, 1});
+    require_plane_size("reliability: colours", picture.rgba.view(), {width, height, 4});
+    require_plane_size("reliability: origins", picture.origin.view(), {width, height, 1});
     if (const ImageView<const float> depth_m = depth_of(eye, picture); depth_m.data != nullptr)
-        require_size("depth of the eye", depth_m, {width, height, 1});
+        require_plane_size("reliability: depth of the eye", depth_m, {width, height, 1});
     if (source.specular.data != nullptr)
-        require_size("specular mask", source.specular, {width_of(source.camera), height_of(source.camera), 1});
+        require_plane_size("reliability: specular mask", source.specular,
+                           {width_of(source.camera), height_of(source.camera), 1});
 }
 
 /// 1 / planar depth; 0 for a miss and where there is no depth.

@@ -2,6 +2,7 @@
 
 #include "image_colour.h"
 #include "mirror_kernels.h"
+#include "plane_size.h"
 #include "reference/mirrors.h"
 
 #include <equistream/bound.h>
@@ -81,6 +82,12 @@ SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, dou
     const EyeView seen{eye.camera, eye.pose, own ? ImageView<const float>(picture.depth_m.view()) : eye.depth_m};
     if (source.specular.data == nullptr || source.depth_m.data == nullptr || seen.depth_m.data == nullptr)
         return {};
+    const PlaneSize of_source{width_of(source.camera), height_of(source.camera), 1};
+    require_plane_size("mirrors: mask", source.specular, of_source);
+    require_plane_size("mirrors: depth of the source", source.depth_m, of_source);
+    if (source.virtual_depth_m.data != nullptr)
+        require_plane_size("mirrors: virtual depth", source.virtual_depth_m, of_source);
+    require_plane_size("mirrors: depth of the eye", seen.depth_m, {eye.camera.width, eye.camera.height, 1});
     const EyeRays rays(eye.camera, eye.pose, source.pose);
     const double budget_rad = 4 * error_budget_px * error_budget_rad(eye.camera.focal_px());
     const MirrorJob job{

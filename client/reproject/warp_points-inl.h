@@ -65,12 +65,6 @@ private:
     int next_y_ = -1;
 };
 
-/// r - B as depth_agreement.h has it, for distances up to infinity; NaN stays.
-HWY_INLINE Floats reach(const DepthAgreement& agreement, Floats distance_m) {
-    const Floats r = hn::Min(all(far_distance_m), distance_m);
-    return hn::Max(r * all(1e-3f), r - all(agreement.box_radius_m));
-}
-
 /// Differences to the neighbours on either side; NaN where there is none.
 struct SlopePair {
     Floats before, after;

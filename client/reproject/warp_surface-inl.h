@@ -6,6 +6,7 @@
 #define EQUISTREAM_WARP_SURFACE_INL_H
 #endif
 
+#include "depth_agreement-inl.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"
@@ -210,7 +211,7 @@ HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, 
                                 hn::LoadU(float_tag, rows.at(tile.x + i, row)));
         Ints keep = all(0);
         for (int k = 0; k < 4; ++k) {
-            reach_sample[k] = reach(job.agreement, reach_sample[k]);
+            reach_sample[k] = reach(float_tag, job.agreement.box_radius_m, reach_sample[k]);
             behind[k] = point.behind(reach_sample[k]);
             const IntMask agrees = hn::RebindMask(int_tag, point.same(behind[k], reach_sample[k]));
             keep = hn::Or(keep, hn::IfThenElseZero(agrees, all(1 << k)));

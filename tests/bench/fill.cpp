@@ -22,7 +22,7 @@ using namespace equistream;
 
 constexpr EquirectCamera sphere{3840, 1920, {}};
 constexpr PerspectiveCamera view{1920, 1080, pi / 2};
-constexpr double lean_m = 0.1;  ///< sideways: gaps of two to four per cent
+constexpr double lean_m = 0.048;  ///< sideways: gaps of just under four per cent
 
 /// Coarse and fine detail, so that a wrong surface shows and a blurred one too.
 glm::vec3 colour_of(const glm::dvec3& p) {

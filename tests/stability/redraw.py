@@ -8,7 +8,7 @@ import json
 import pathlib
 import sys
 
-from run import SCORES, THRESHOLDS
+from run import SCORES, THRESHOLDS, every_breaker
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
@@ -24,7 +24,8 @@ def main():
                                for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in run["found"].items()}
     if THRESHOLDS.exists():
-        least = json.loads(THRESHOLDS.read_text())["least_db"] | least
+        kept = json.loads(THRESHOLDS.read_text())["least_db"]
+        least = {name: kept[name] for name in kept if name in every_breaker()} | least
     THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "least_db": least}, indent=1) + "\n")
     print(THRESHOLDS)
 

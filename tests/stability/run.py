@@ -112,13 +112,16 @@ def losses(found, thresholds):
     return wrong, new
 
 
+def every_breaker():
+    return {breaker.name: breaker for breaker in (*BREAKERS, broken_pixels.BREAKER)}
+
+
 def chosen(names):
-    everything = (*BREAKERS, broken_pixels.BREAKER)
-    known = {breaker.name: breaker for breaker in everything}
+    known = every_breaker()
     for name in names:
         if name not in known:
             sys.exit(f"run.py: expected a breaker of {', '.join(known)}, found '{name}'")
-    return [known[name] for name in names] or list(everything)
+    return [known[name] for name in names] or list(known.values())
 
 
 def main():

@@ -5,8 +5,8 @@
 /// A pixel that an engine took from a specular sample is kept where that is within the budget. Else it is looked up
 /// anew by virtual depth: the eye's ray is searched for the point whose sample of the source has its image there (exact
 /// for plane mirrors and thin panes). Where none is found the pixel is kept if its image is displaced by no more than a
-/// degree. Else, and where virtual depth is not known and any image behind the
-/// surface might be displaced beyond the budget, it becomes a gap, as in the paper.
+/// degree. Else, and where virtual depth is not known and any image behind the surface might be displaced beyond the
+/// budget, it becomes a gap, as in the paper.
 #include <equistream_client/view.h>
 
 namespace equistream {
@@ -28,8 +28,8 @@ struct SpecularCounts {
 };
 
 /// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them
-/// nothing is done; mask, depth and virtual depth have the camera's size. `error_budget_px` and `reference` as in
-/// EngineOptions.
+/// nothing is done. Throws InputError where mask, depth or virtual depth are not of the camera's size.
+/// `error_budget_px` and `reference` as in EngineOptions.
 SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, double error_budget_px,
                                EyePicture& picture, bool reference = false);
 

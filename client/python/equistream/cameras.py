@@ -108,7 +108,7 @@ def frame_info(camera: Camera, pose: Optional[Pose] = None, like: Optional[Frame
         info.camera_pose = pose
         info.head = pose
     for name, value in fields.items():
-        if not hasattr(FrameInfo, name) or name in ("camera", "box_radius_m") or name.startswith("_"):
+        if not hasattr(FrameInfo, name) or name in ("camera", "box_radius_m", "patches") or name.startswith("_"):
             raise InputError(f"frame_info: expected a field of FrameInfo, found '{name}'")
         setattr(info, name, value)
     return info

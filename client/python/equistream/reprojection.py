@@ -145,7 +145,10 @@ def _patches(picture: FeedPicture, depth: Optional[DepthFunction], box_radius_m:
         depth_m = cast_patches(depth, picture.info)
     if depth_m is None:
         return None
-    size = (depth_m.shape[1], depth_m.shape[0])
+    atlas = picture.info.patches
+    if atlas is None:
+        raise InputError("patches: expected a picture tagged with its atlas, found none")
+    size = (atlas.width, atlas.height)
     return _core.Patches(_colours(picture.rgb, picture.yuv, "patches", size),
                          as_plane(depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)
 
@@ -161,8 +164,8 @@ class Reprojector:
     by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
     `error_budget_px`: share of an eye's pixel by which colour may be displaced. `mirrors`: pixels of mirrors and glass that would be
-    displaced by more are looked up where the image in them lies, and become gaps where that fails, where the source brings the planes
-    `specular` and `virtual_depth`; False leaves them as the engine did. `reference`: the slow implementation in double
+    displaced by more are looked up where the image in them lies (where that fails they stay if off by less than a degree, else become
+    gaps), where the source brings the planes `specular` and `virtual_depth`; False leaves them as the engine did. `reference`: the slow implementation in double
     precision. One thread at a time.
     """
 

@@ -75,8 +75,10 @@ private:
 
     /// The first image on the ray beyond the surface, a sample of the source after the other.
     std::optional<dvec2> first_image(dvec3 ray, double surface_m) const {
-        const dvec2 apart = pixel_of(source_.camera, ray) - pixel_of(source_.camera, from_source(ray, surface_m));
-        const int steps = std::clamp(int(std::ceil(glm::length(apart))), 1, most_image_steps);
+        const double apart =
+            glm::length(pixel_of(source_.camera, ray) - pixel_of(source_.camera, from_source(ray, surface_m)));
+        // As many as there are where a flat picture does not hold the ray's end.
+        const int steps = apart <= most_image_steps ? std::max(1, int(std::ceil(apart))) : most_image_steps;
         bool before = true;
         for (int step = 0; step <= steps; ++step) {
             const double distance_m = step < steps ? surface_m * steps / (steps - step) : infinity;

@@ -60,9 +60,6 @@ std::vector<TrialFrame> read_frames(const DepthTrack& track, const std::vector<s
     for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
         const fs::path file = track.source.folder / frame_file_name(frames[i]);
         Frame frame = read_exr(file, planes);
-        for (const std::string& plane : planes)
-            if (!frame.planes.contains(plane))
-                throw InputError(expected_found(file.string(), "a plane " + plane, "none"));
         frame.info.index = frames[i];
         frame.info.depth_code = DepthCodeInfo{track.code, ranges.of(i), 0};
         read.push_back({frame.info,

@@ -141,7 +141,8 @@ TEST(ReliabilityMap, EveryInstructionSetFindsMirrors) {
     expect_possible_values(source, played.eye, played.picture);
 }
 
-/// Every kind of origin side by side, sizes that no vector divides, and more of them than a band of rows has.
+/// Every kind of origin side by side, widths that leave a rest of each vector's lanes, and more rows
+/// than a band has. (At 34 rows of 7 a picture is just wide enough for vectors, at 20 it is not.)
 TEST(ReliabilityMap, EveryInstructionSetTakesAnyOriginAndSize) {
     const Rendered source = render(ball_and_wall, smooth_colour, EquirectCamera{64, 32, {}}, Pose{});
     for (const auto& [width, height] : {std::pair{34, 7}, {61, 41}, {97, 70}, {20, 9}}) {

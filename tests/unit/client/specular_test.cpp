@@ -2,12 +2,15 @@
 #include "evidence.h"
 #include "simd_targets.h"
 
+#include <equistream/error.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/specular.h>
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
+#include <random>
 
 namespace equistream::test {
 namespace {
@@ -141,36 +144,81 @@ TEST_F(Mirror, ByVirtualDepthItIsExact) {
     EXPECT_GT(by_image_db, filled_db + 10) << look();
 }
 
-TEST_F(Mirror, EveryInstructionSetFindsWhatTheReferenceFinds) {
-    // Odd, so that rows end within a vector; a curved mirror's images besides.
-    const PerspectiveCamera odd{317, 239, pi / 2};
+/// Sources of every kind, with planes as renderers and streams leave them.
+struct MirrorSearch : Mirror, ::testing::WithParamInterface<const char*> {
+    Camera source_camera() const {
+        const std::string kind = GetParam();
+        if (kind == "perspective")
+            return PerspectiveCamera{1600, 1200, 1.9};
+        if (kind == "partial")
+            return EquirectCamera{1536, 768, {-1.2, 1.2, -1.4, 0.6}};
+        return EquirectCamera{2048, 1024, {}};
+    }
+};
+
+TEST_P(MirrorSearch, EveryInstructionSetFindsWhatTheReferenceFinds) {
+    const std::string kind = GetParam();
+    // Odd, so that rows end within a vector.
+    const PerspectiveCamera odd{kind == "narrow" ? 5 : 317, 239, kind == "narrow" ? 0.05 : pi / 2};
+    const Pose down{{0, 0, 0}, kind == "perspective" ? yaw_pitch(0, -0.6) : glm::dquat(1, 0, 0, 0)};
+    main = MirrorView(source_camera(), down);
     truth = MirrorView(odd, eye_pose);
-    eye = {odd, eye_pose, truth.picture.depth_m.view()};
+    // A curved mirror's images in one half.
     for (int y = 0; y < main.image_m.height(); ++y)
         for (int x = 0; x < main.image_m.width() / 2; ++x)
             *main.image_m.pixel(x, y) *= float(1 + 0.1 * std::sin(0.02 * x));
+    const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
+    std::mt19937 random(5);
+    if (kind == "broken")
+        for (const float broken : {nan, 0.0f, -1.0f, infinity, 1e-20f, 1e30f})
+            for (int i = 0; i < 4000; ++i) {
+                *main.image_m.pixel(int(random() % 2048), int(random() % 1024)) = broken;
+                *main.picture.depth_m.pixel(int(random() % 2048), int(random() % 1024)) = broken;
+                *truth.picture.depth_m.pixel(int(random() % 317), int(random() % 239)) = i % 16 == 0 ? broken : 2.0f;
+            }
+    eye = {odd, eye_pose, truth.picture.depth_m.view()};
     const SourceView source = main.source();
-    reproject(source);
+    picture.reset(odd);
+    std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
     const EyePicture before = picture;
     const SpecularCounts expected = rework_specular(source, eye, 0.25, picture, true);
     const EyePicture plain = picture;
-    EXPECT_GT(expected.by_image, 10000);
-    EXPECT_GT(expected.gaps, 50);
+    EXPECT_GT(expected.by_image, kind == "narrow" ? 100 : 2000);
     for (const std::int64_t target : targets_here()) {
         const OnlyTarget only(target);
         picture = before;
         const SpecularCounts counts = rework_specular(source, eye, 0.25, picture);
-        EXPECT_EQ(counts.all(), expected.all()) << target;
         int others = 0;
         for (int y = 0; y < odd.height; ++y)
             for (int x = 0; x < odd.width; ++x)
-                for (int c = 0; c < 4; ++c)
-                    if (std::abs(picture.rgba.pixel(x, y)[c] - plain.rgba.pixel(x, y)[c]) > 1) {
-                        ++others;
-                        break;
-                    }
-        EXPECT_EQ(others, 0) << target;
+                others += !std::equal(picture.rgba.pixel(x, y), picture.rgba.pixel(x, y) + 3, plain.rgba.pixel(x, y),
+                                      [](int a, int b) { return std::abs(a - b) <= 1; });
+        // Positions are within 1e-4 samples of the reference's, so that about as many rays in ten thousand as they have
+        // edges to pass may take the neighbouring sample.
+        const std::int64_t few = expected.all() / 3000;
+        EXPECT_LE(others, few) << target;
+        EXPECT_LE(std::abs(counts.kept - expected.kept), few) << target;
+        EXPECT_LE(std::abs(counts.by_image - expected.by_image), few) << target;
+        EXPECT_LE(std::abs(counts.displaced - expected.displaced), few) << target;
+        EXPECT_LE(std::abs(counts.gaps - expected.gaps), few) << target;
     }
+}
+INSTANTIATE_TEST_SUITE_P(Client, MirrorSearch,
+                         ::testing::Values("sphere", "perspective", "partial", "narrow", "broken"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST_F(Mirror, PlanesOfOtherSizesAreRefused) {
+    const SourceView source = main.source();
+    reproject(source);
+    const FloatImage small(64, 32, 1, 1.0f);
+    for (ImageView<const float> SourceView::*plane :
+         {&SourceView::specular, &SourceView::depth_m, &SourceView::virtual_depth_m}) {
+        SourceView wrong = source;
+        wrong.*plane = small.view();
+        EXPECT_THROW(rework_specular(wrong, eye, 0.25, picture), InputError);
+    }
+    const EyeView wrong_eye{camera, eye_pose, small.view()};
+    EXPECT_THROW(rework_specular(source, wrong_eye, 0.25, picture), InputError);
 }
 
 TEST_F(Mirror, WhatIsNoMirrorIsLeftAlone) {
