@@ -1,5 +1,8 @@
 #include "feeds.h"
+#include "guided_depth.h"
 
+#include <equistream/bound.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/stream.h>
@@ -233,9 +236,22 @@ private:
         count(depth);
         picture.depth_m = std::move(depth.depth_m);
         picture.info.depth_code = depth.info->depth_code;
+        if (picture.info.depth_code->halved)
+            guide_depth(picture);
         picture.decode_ms += depth.decode_ms;
         picture.convert_ms += depth.convert_ms;
         return picture;
+    }
+
+    static void guide_depth(ReceivedPicture& picture) {
+        const auto start = Clock::now();
+        const DepthAgreement agreement{float(picture.info.depth_code->range.box_radius_m),
+                                       float(std::sin(error_budget_rad(default_focal_length_px)))};
+        const auto* sphere = std::get_if<EquirectCamera>(&picture.info.camera);
+        const ByteImage luma = picture.yuv.empty() ? luma_of(picture.rgb.view()) : ByteImage();
+        picture.depth_m = guided_depth(picture.depth_m.view(), picture.yuv.empty() ? luma.view() : picture.yuv.planes.y,
+                                       agreement, sphere != nullptr && sphere->range.closes());
+        picture.convert_ms += milliseconds_since(start);
     }
 
     /// Mirrors and glass of the main picture, where they came.

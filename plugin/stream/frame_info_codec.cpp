@@ -232,6 +232,11 @@ TaggedFrameInfo read_fields(Reader& in) {
         info.depth_code = get_depth_code(in);
     if (!in.at_end())
         info.patches = get_patches(in, info.camera);
+    if (!in.at_end() && in.get_flag("whether depth is halved")) {
+        if (!info.depth_code)
+            damaged("depth, where it is halved", "none");
+        info.depth_code->halved = true;
+    }
     return tagged;
 }
 
@@ -297,6 +302,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     const auto patches = info.patches ? pack_patch_table(*info.patches) : std::vector<std::uint8_t>();
     fields.put(static_cast<std::uint16_t>(patches.size()));
     fields.append(patches);
+    fields.put(static_cast<std::uint8_t>(info.depth_code && info.depth_code->halved));
 
     Writer payload;
     payload.append(payload_uuid);

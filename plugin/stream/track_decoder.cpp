@@ -4,6 +4,7 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/half_depth.h>
 
 extern "C" {
 #include <libavutil/pixdesc.h>
@@ -68,10 +69,18 @@ std::optional<TaggedFrameInfo> frame_info_of(const AVFrame& frame) {
     return std::nullopt;
 }
 
-/// Depth needs its code, in samples of that code; colour has none.
+/// Half the columns and rows of the picture that it says it is of.
+bool is_half_of(const AVFrame& frame, const Camera& camera) {
+    return is_acceptable_size(width_of(camera), height_of(camera)) && frame.width * 2 == width_of(camera) &&
+           frame.height * 2 == height_of(camera);
+}
+
+/// Depth needs its code, in samples of that code, and its size; colour has none.
 bool fits_role(const AVFrame& frame, const TaggedFrameInfo& tagged) {
     const auto& depth_code = tagged.info.depth_code;
     if (is_depth(tagged.role) != depth_code.has_value())
+        return false;
+    if (depth_code && depth_code->halved && (tagged.role != TrackRole::depth || !is_half_of(frame, tagged.info.camera)))
         return false;
     return !depth_code || decoded_planes(frame, make_depth_code(depth_code->code)->format()).has_value();
 }
@@ -241,8 +250,11 @@ void TrackDecoder::give_depth(const AVFrame& frame, DecodedPicture& picture) {
     const DepthCodeInfo& info = *picture.info->depth_code;
     if (!depth_code_ || depth_code_->id() != info.code)
         depth_code_ = make_depth_code(info.code);
-    picture.depth_m = FloatImage(frame.width, frame.height, 1);
-    depth_code_->unpack(*decoded_planes(frame, depth_code_->format()), info.range, picture.depth_m.view());
+    FloatImage coded_m(frame.width, frame.height, 1);
+    depth_code_->unpack(*decoded_planes(frame, depth_code_->format()), info.range, coded_m.view());
+    picture.depth_m = info.halved ? double_depth(coded_m.view()) : std::move(coded_m);
+    picture.width = picture.depth_m.width();
+    picture.height = picture.depth_m.height();
 }
 
 std::optional<DecodedPicture> TrackDecoder::take(const StreamReadOptions& options) {

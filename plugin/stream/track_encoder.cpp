@@ -4,6 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/half_depth.h>
 
 extern "C" {
 #include <libavutil/cpu.h>
@@ -52,6 +53,13 @@ void check_track(const TrackSettings& track) {
     if (is_depth(track.role) != track.depth_code.has_value())
         throw InputError(expected_found(where, is_depth(track.role) ? "a depth code" : "no depth code",
                                         is_depth(track.role) ? "none" : depth_code_name(*track.depth_code)));
+    if (track.halved && track.role != TrackRole::depth)
+        throw InputError(expected_found(where, "all columns and rows (main's depth alone may be halved)", "half"));
+    if (track.halved && (track.width % 4 != 0 || track.height % 4 != 0 || track.coded_width() < min_track_side ||
+                         track.coded_height() < min_track_side))
+        throw InputError(expected_found(
+            where, "sides of whole fours from " + std::to_string(2 * min_track_side) + " pixels on, to be halved",
+            size));
     if (track.crf && !(*track.crf >= 0 && *track.crf <= worst_crf))
         throw InputError(expected_found(where, "crf of 0 to " + std::to_string(worst_crf), std::to_string(*track.crf)));
 }
@@ -109,8 +117,8 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     av::Codec codec(avcodec_alloc_context3(encoder));
     if (!codec)
         throw std::bad_alloc();
-    codec->width = track.width;
-    codec->height = track.height;
+    codec->width = track.coded_width();
+    codec->height = track.coded_height();
     codec->framerate = frame_rate_of(settings);
     codec->time_base = av_inv_q(codec->framerate);
     codec->sample_aspect_ratio = {1, 1};
@@ -123,8 +131,8 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     set_encoder_options(settings, track, options);
     const int code = avcodec_open2(codec.get(), encoder, options.taken());
     if (code < 0)
-        throw InputError(std::string(name) + " refused " + std::to_string(track.width) + "x" +
-                         std::to_string(track.height) + ", " + av_get_pix_fmt_name(codec->pix_fmt) + ", preset " +
+        throw InputError(std::string(name) + " refused " + std::to_string(codec->width) + "x" +
+                         std::to_string(codec->height) + ", " + av_get_pix_fmt_name(codec->pix_fmt) + ", preset " +
                          settings.preset + ": " + av::error_text(code));
     options.require_all_taken(std::string(name) + " of this libavcodec");
     return codec;
@@ -194,6 +202,12 @@ av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& i
                                        depth_code_ ? depth_code_name(depth_code_->id()) : "RGB",
                                        "depth to be coded as " + std::string(depth_code_name(info.code))));
     require_size(depth_m.width, depth_m.height, depth_m.channels, 1);
+    info.halved = track_.halved;
+    FloatImage half_m;
+    if (track_.halved) {
+        half_m = halve_depth(depth_m);
+        depth_m = half_m.view();
+    }
     av::Frame frame = make_planes(depth_code_->format(), depth_m.width, depth_m.height);
     frame->color_range = codec_->color_range;
     frame->colorspace = codec_->colorspace;

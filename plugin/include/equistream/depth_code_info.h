@@ -22,7 +22,8 @@ struct DepthRange {
 struct DepthCodeInfo {
     DepthCodeId code = DepthCodeId::w10;
     DepthRange range;
-    std::uint32_t clamped_pixels = 0;  ///< how many of this picture lay nearer than near_m
+    std::uint32_t clamped_pixels = 0;  ///< how many of this picture's coded samples lay nearer than near_m
+    bool halved = false;               ///< coded at half the picture's columns and rows (half_depth.h)
 
     bool operator==(const DepthCodeInfo&) const = default;
 };

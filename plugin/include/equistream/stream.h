@@ -66,6 +66,10 @@ struct TrackSettings {
     int height = 0;                           ///< even
     std::optional<DepthCodeId> depth_code{};  ///< of depth tracks: always; of others: never
     std::optional<double> crf{};              ///< nothing: the stream's; `lossless` has none
+    /// Of main's depth alone: coded at half the columns and rows (half_depth.h), which are then multiples of 4.
+    bool halved = false;
+    int coded_width() const { return halved ? width / 2 : width; }
+    int coded_height() const { return halved ? height / 2 : height; }
     /// Which encoder: the stream's, or H.265 for what H.264 cannot code here (w12, hue, lossless).
     Codec codec(Codec stream_codec) const;
 };
@@ -104,7 +108,8 @@ public:
     /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
     void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
     /// The same for depth tracks: metres along each pixel-centre ray, 1 channel. `info.depth_code` has the track's code
-    /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here.
+    /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
+    /// `halved` is the track's.
     void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info);
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.
     void finish();
@@ -128,9 +133,11 @@ struct DecodedPicture {
     std::optional<FrameInfo> info;  ///< absent in foreign videos
     int width = 0;
     int height = 0;
-    ByteImage rgb;           ///< RGB interleaved
-    YuvPicture yuv;          ///< where StreamReadOptions::yuv asked for it
-    FloatImage depth_m;      ///< radial, +inf for a miss, NaN where the track holds no surface
+    ByteImage rgb;   ///< RGB interleaved
+    YuvPicture yuv;  ///< where StreamReadOptions::yuv asked for it
+    /// Radial, +inf for a miss, NaN where the track holds no surface. Where info->depth_code is `halved`, each coded
+    /// sample stands in its four pixels.
+    FloatImage depth_m;
     double decode_ms = 0;    ///< time spent waiting for the decoder since this track's last picture
     double convert_ms = 0;   ///< YUV to RGB, or samples to depth
     std::int64_t bytes = 0;  ///< coded

@@ -107,14 +107,27 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources
     return track;
 }
 
-void leave_out_dear_images(const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
-    if (plan.tracks.empty() || plan.tracks.back().role != TrackRole::images)
+/// Beside the depth that the plan has, which is chosen without it: behind foliage it would take all there is.
+void add_images(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
+    std::optional<DepthTrack> images = plan_images(request, sources, settings);
+    if (!images)
         return;
-    const double share = try_track(plan.tracks.back(), sources, settings).share();
-    if (share <= most_images_share)
-        return;
-    plan.tracks.pop_back();
-    plan.images_left_out_share = share;
+    if (!plan.tracks.empty())
+        images->crf = plan.tracks.front().crf;
+    if (request.images == ImagesTrack::if_cheap) {
+        const double share = try_track(*images, sources, settings).share();
+        if (share > most_images_share) {
+            plan.images_left_out_share = share;
+            return;
+        }
+    }
+    DepthRequest settled = request;
+    if (!plan.tracks.empty()) {
+        settled.code = depth_code_name(plan.tracks.front().code);
+        settled.halved = plan.tracks.front().halved;
+    }
+    plan.tracks.push_back(std::move(*images));
+    choose_depth(settled, sources, settings, plan);
 }
 
 }  // namespace
@@ -141,17 +154,18 @@ FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const 
 DepthRanges::DepthRanges(const DepthTrack& track, std::vector<std::int64_t> frames, int gop)
     : track_(track), frames_(std::move(frames)), gop_(std::size_t(gop)) {}
 
-const DepthRange& DepthRanges::of(std::size_t position) {
-    const std::size_t group = position / gop_;
-    if (group == group_)
-        return range_;
-    Extent extent;
-    for (std::size_t i = group * gop_; i < std::min((group + 1) * gop_, frames_.size()); ++i)
-        extent.take_in(read_distances(track_, frames_[i]));
-    range_ = depth_range(*make_depth_code(track_.code), track_.box_radius_m, extent.nearest_m, default_focal_length_px);
-    range_.has_empty = extent.has_empty;
-    group_ = group;
-    return range_;
+DepthRange DepthRanges::of(std::size_t position, DepthCodeId code) {
+    if (const std::size_t group = position / gop_; group != group_) {
+        Extent extent;
+        for (std::size_t i = group * gop_; i < std::min((group + 1) * gop_, frames_.size()); ++i)
+            extent.take_in(read_distances(track_, frames_[i]));
+        nearest_m_ = extent.nearest_m;
+        has_empty_ = extent.has_empty;
+        group_ = group;
+    }
+    DepthRange range = depth_range(*make_depth_code(code), track_.box_radius_m, nearest_m_, default_focal_length_px);
+    range.has_empty = has_empty_;
+    return range;
 }
 
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings) {
@@ -167,6 +181,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
         const std::filesystem::path file = source.folder / frame_file_name(sources.frames.front());
         const FrameInfo info = read_exr(file, {"depth"}).info;
         DepthTrack track{*role, source, box_radius_m(info), DepthCodeId::w10, request.crf};
+        track.halved = *role == TrackRole::depth && request.halved.value_or(false);
         if (!(track.box_radius_m > 0))
             throw InputError(expected_found(source.folder.string(),
                                             "eyes that may leave the sphere's centre, for depth to be of use",
@@ -180,12 +195,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
             track.main_folder = sources.tracks.front().folder;
         plan.tracks.push_back(std::move(track));
     }
+    choose_depth(request, sources, settings, plan);
     if (request.images != ImagesTrack::none)
-        if (auto track = plan_images(request, sources, settings))
-            plan.tracks.push_back(std::move(*track));
-    choose_crf(request, sources, settings, plan);
-    if (request.images == ImagesTrack::if_cheap)
-        leave_out_dear_images(sources, settings, plan);
+        add_images(request, sources, settings, plan);
     return plan;
 }
 

@@ -18,8 +18,11 @@ inline constexpr double most_images_share = 0.05;
 
 struct DepthRequest {
     std::string code = "none";  ///< auto, none, or a depth code's name
-    double share = 0.1;         ///< of the main colour track's bits that main's depth may take
+    double share = 0.1;         ///< of the main colour track's bits that all tracks of distances may take together
     std::optional<double> crf;  ///< nothing: the best within that share
+    /// Main's depth at half the columns and rows; nothing: what suits that share, or all of them where the CRF is
+    /// given.
+    std::optional<bool> halved;
     ImagesTrack images = ImagesTrack::if_cheap;
 };
 
@@ -30,6 +33,7 @@ struct DepthTrack {
     double box_radius_m = 0;  ///< of the ball that eyes stay in around any of the picture's origins
     DepthCodeId code = DepthCodeId::w10;
     std::optional<double> crf;
+    bool halved = false;  ///< half the columns and rows
     /// Of a hidden layer: main's frames, whose depth it gets where it holds nothing. Empty: it stays as it is.
     std::filesystem::path main_folder{};
 };
@@ -41,20 +45,23 @@ public:
     DepthRanges(const DepthTrack& track, std::vector<std::int64_t> frames, int gop);
 
     /// Of the frame at this position; reads the group's depth when the group is new.
-    const DepthRange& of(std::size_t position);
+    DepthRange of(std::size_t position) { return of(position, track_.code); }
+    /// The same in another code.
+    DepthRange of(std::size_t position, DepthCodeId code);
 
 private:
     DepthTrack track_;
     std::vector<std::int64_t> frames_;
     std::size_t gop_;
     std::size_t group_ = SIZE_MAX;
-    DepthRange range_;
+    double nearest_m_ = 0;
+    bool has_empty_ = false;
 };
 
 /// How main's depth fared in a trial on a few frames.
 struct DepthTrial {
     double crf = 0;
-    double bytes = 0;         ///< a frame
+    double bytes = 0;         ///< a frame, of all tracks that were tried
     double colour_bytes = 0;  ///< a frame of main's colour at the stream's own CRF
     double within = 0;        ///< share of pixels that, coded, no eye sees displaced by more than the error budget
     int frames = 0;
@@ -76,10 +83,10 @@ std::vector<std::string> planes_of(TrackRole role);
 /// `frame` was read from `file` with the planes of planes_of().
 FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file);
 
-/// Chooses codes and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but its
-/// tracks. Hidden layers have depth whatever was asked for main, at the stream's CRF if main has none; patches if main
-/// has. Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows some
-/// and request.images allows it. Throws InputError where depth was asked for and cannot be had.
+/// Chooses codes, size and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but
+/// its tracks. Hidden layers have depth whatever was asked for main, at the stream's CRF if main has none; patches if
+/// main has. Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows
+/// some and request.images allows it. Throws InputError where depth was asked for and cannot be had.
 DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings);
 
 }  // namespace equistream

@@ -5,9 +5,12 @@
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
+#include <span>
 
 namespace equistream {
 
@@ -42,124 +45,211 @@ private:
     fs::path path_;
 };
 
-struct TrialFrame {
-    FrameInfo info;
-    ByteImage rgb;
-    FloatImage depth_m;
+/// Of the group in the middle.
+struct TrialFrames {
+    TrialFrames(const DepthTrack& tried, const std::vector<std::int64_t>& frames, int gop)
+        : track(tried), ranges(tried, frames, gop) {
+        const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
+        first = groups / 2 * std::size_t(gop);
+        const std::vector<std::string> planes = planes_of(track.role);
+        for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
+            const fs::path file = track.source.folder / frame_file_name(frames[i]);
+            Frame frame = read_exr(file, planes);
+            for (const std::string& plane : planes)
+                if (!frame.planes.contains(plane))
+                    throw InputError(expected_found(file.string(), "a plane " + plane, "none"));
+            frame.info.index = frames[i];
+            distances_m.push_back(distances_to_code(track, frame, file));
+            infos.push_back(frame.info);
+        }
+    }
+
+    DepthTrack track;
+    DepthRanges ranges;
+    std::size_t first = 0;  ///< where the first stands among all frames
+    std::vector<FrameInfo> infos;
+    std::vector<FloatImage> distances_m;
 };
 
-/// The start of the group in the middle.
-std::vector<TrialFrame> read_frames(const DepthTrack& track, const std::vector<std::int64_t>& frames, int gop) {
-    const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
-    const std::size_t first = groups / 2 * std::size_t(gop);
-    std::vector<std::string> planes = planes_of(track.role);
-    planes.push_back("colour");
-    const DisplayTransform display;
-    DepthRanges ranges(track, frames, gop);
-    std::vector<TrialFrame> read;
-    for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
-        const fs::path file = track.source.folder / frame_file_name(frames[i]);
-        Frame frame = read_exr(file, planes);
-        frame.info.index = frames[i];
-        frame.info.depth_code = DepthCodeInfo{track.code, ranges.of(i), 0};
-        read.push_back({frame.info,
-                        quantise_8bit(display.to_display(frame.planes.at("colour").view(), frame.info.exposure).view()),
-                        distances_to_code(track, frame, file)});
-    }
-    return read;
-}
+/// Main's depth may be coded in any of these ways.
+struct Way {
+    DepthCodeId code = DepthCodeId::w12;
+    bool halved = false;
+};
 
 class Trials {
 public:
-    Trials(const DepthTrack& track, const Sources& sources, const StreamSettings& settings)
-        : track_(track), settings_(settings), frames_(read_frames(track, sources.frames, settings.gop)) {
-        settings_.pictures = std::uint32_t(frames_.size());
-        settings_.frames_per_second = frames_.front().info.frames_per_second;
-        colour_bytes_ = colour_bytes();
+    /// The first of `tracks` is the one that is judged by its pixels.
+    Trials(std::span<const DepthTrack> tracks, const Sources& sources, const StreamSettings& settings)
+        : settings_(settings) {
+        for (const DepthTrack& track : tracks)
+            frames_.emplace_back(track, sources.frames, settings.gop);
+        settings_.pictures = std::uint32_t(frames_.front().infos.size());
+        settings_.frames_per_second = frames_.front().infos.front().frames_per_second;
+        colour_bytes_ = colour_bytes(sources.tracks.front().folder);
     }
 
-    DepthTrial with(double crf) const {
-        StreamSettings settings = settings_;
-        const FloatImage& first = frames_.front().depth_m;
-        settings.tracks = {{track_.role, first.width(), first.height(), track_.code, crf}};
-        StreamWriter writer(scratch_.file(), settings);
-        for (const TrialFrame& frame : frames_)
-            writer.write_depth(track_.role, frame.depth_m.view(), frame.info);
-        writer.finish();
-        return {crf, double(writer.bytes().front()) / double(frames_.size()), colour_bytes_, share_within_budget(),
-                int(frames_.size())};
+    DepthTrial with(const Way& way, double crf) {
+        double bytes = write(frames_.front(), way, crf);
+        const double within = share_within_budget();
+        for (std::size_t i = 1; i < frames_.size(); ++i)
+            bytes += write(frames_[i], {frames_[i].track.code, frames_[i].track.halved}, crf);
+        return {crf, bytes, colour_bytes_, within, int(settings_.pictures)};
+    }
+
+    /// At the least CRF whose bytes stay within the share, or the worst where none does; beyond that, as long as it
+    /// leaves practically all pixels within the bound all the same.
+    DepthTrial best(const Way& way, double share) {
+        DepthTrial chosen = least_within(way, share);
+        while (chosen.within >= enough_within && chosen.crf < worst_crf) {
+            const DepthTrial next = with(way, chosen.crf + 1);
+            if (next.within < enough_within)
+                break;
+            chosen = next;
+        }
+        guess_ = int(chosen.crf);
+        return chosen;
+    }
+
+    /// All that the request leaves open for `main`, the first track.
+    std::vector<Way> ways(const DepthRequest& request) {
+        TrialFrames& main = frames_.front();
+        std::vector<DepthCodeId> codes = {main.track.code};
+        if (request.code == "auto") {
+            // Those that hold the nearest depths as well as the finest does. That one's encoder may be the better.
+            const double nearest_m = main.ranges.of(main.first, DepthCodeId::w12).near_m;
+            for (const DepthCodeId code : {DepthCodeId::w8, DepthCodeId::w10, DepthCodeId::w12})
+                if (code != main.track.code && main.ranges.of(main.first, code).near_m <= nearest_m)
+                    codes.push_back(code);
+        }
+        const FloatImage& depth_m = main.distances_m.front();
+        const auto can_be_halved = [](int side) { return side % 4 == 0 && side >= 2 * min_track_side; };
+        const bool try_half = can_be_halved(depth_m.width()) && can_be_halved(depth_m.height());
+        std::vector<Way> all;
+        for (const DepthCodeId code : codes)
+            for (const bool halved : {false, true})
+                if (halved == request.halved.value_or(halved && try_half))
+                    all.push_back({code, halved});
+        return all;
     }
 
 private:
-    double colour_bytes() const {
-        StreamSettings settings = settings_;
-        const ByteImage& first = frames_.front().rgb;
-        settings.tracks = {{TrackRole::main, first.width(), first.height()}};
-        StreamWriter writer(scratch_.file(), settings);
-        for (const TrialFrame& frame : frames_) {
-            FrameInfo info = frame.info;
-            info.depth_code.reset();
-            writer.write(TrackRole::main, frame.rgb.view(), info);
+    /// Bytes fall as the CRF rises, by about half in six.
+    DepthTrial least_within(const Way& way, double share) {
+        int low = 0, high = worst_crf;
+        std::optional<DepthTrial> at_high;
+        for (int next = guess_; low < high;) {
+            const int crf = std::clamp(next, low, high - 1);
+            const DepthTrial trial = with(way, crf);
+            const double farther = 6 * std::log2(trial.share() / share);
+            if (trial.share() <= share) {
+                high = crf;
+                at_high = trial;
+                next = int(std::floor(crf + farther));
+            } else {
+                low = crf + 1;
+                next = int(std::ceil(crf + farther));
+            }
         }
-        writer.finish();
-        return double(writer.bytes().front()) / double(frames_.size());
+        return at_high ? *at_high : with(way, high);
     }
 
+    double write(TrialFrames& frames, const Way& way, double crf) const {
+        StreamSettings settings = settings_;
+        const FloatImage& first = frames.distances_m.front();
+        settings.tracks = {{frames.track.role, first.width(), first.height(), way.code, crf, way.halved}};
+        StreamWriter writer(scratch_.file(), settings);
+        for (std::size_t i = 0; i < frames.infos.size(); ++i) {
+            FrameInfo info = frames.infos[i];
+            info.depth_code = DepthCodeInfo{way.code, frames.ranges.of(frames.first + i, way.code), 0};
+            writer.write_depth(frames.track.role, frames.distances_m[i].view(), info);
+        }
+        writer.finish();
+        return double(writer.bytes().front()) / double(frames.infos.size());
+    }
+
+    double colour_bytes(const fs::path& folder) const {
+        const DisplayTransform display;
+        StreamSettings settings = settings_;
+        std::optional<StreamWriter> writer;
+        for (const FrameInfo& tried : frames_.front().infos) {
+            const fs::path file = folder / frame_file_name(tried.index);
+            Frame frame = read_exr(file, {"colour"});
+            if (!frame.planes.contains("colour"))
+                throw InputError(expected_found(file.string(), "a plane colour", "none"));
+            frame.info.index = tried.index;
+            const ByteImage rgb =
+                quantise_8bit(display.to_display(frame.planes.at("colour").view(), frame.info.exposure).view());
+            if (!writer) {
+                settings.tracks = {{TrackRole::main, rgb.width(), rgb.height()}};
+                writer.emplace(scratch_.file(), settings);
+            }
+            writer->write(TrackRole::main, rgb.view(), frame.info);
+        }
+        writer->finish();
+        return double(writer->bytes().front()) / double(frames_.front().infos.size());
+    }
+
+    /// Of the first track, as it was written last.
     double share_within_budget() const {
+        const TrialFrames& frames = frames_.front();
         const double budget_rad = error_budget_rad(default_focal_length_px);
         StreamReader reader(scratch_.file());
         std::int64_t within = 0, pixels = 0;
-        for (const TrialFrame& frame : frames_) {
+        for (const FloatImage& distances_m : frames.distances_m) {
             const auto decoded = reader.next();
-            if (!decoded || decoded->depth_m.samples().size() != frame.depth_m.samples().size())
+            if (!decoded || decoded->depth_m.samples().size() != distances_m.samples().size())
                 throw WorkError("a trial of depth could not be read back");
-            for (std::size_t i = 0; i < frame.depth_m.samples().size(); ++i) {
-                const float r = frame.depth_m.samples()[i], used = decoded->depth_m.samples()[i];
+            for (std::size_t i = 0; i < distances_m.samples().size(); ++i) {
+                const float r = distances_m.samples()[i], used = decoded->depth_m.samples()[i];
                 within += std::isnan(r) ? std::isnan(used)
-                                        : displacement_bound_rad(r, used, track_.box_radius_m) <= budget_rad;
+                                        : displacement_bound_rad(r, used, frames.track.box_radius_m) <= budget_rad;
             }
-            pixels += std::int64_t(frame.depth_m.samples().size());
+            pixels += std::int64_t(distances_m.samples().size());
         }
         return double(within) / double(pixels);
     }
 
-    DepthTrack track_;
     StreamSettings settings_;
     ScratchFolder scratch_;
-    std::vector<TrialFrame> frames_;
+    std::vector<TrialFrames> frames_;
     double colour_bytes_ = 0;
+    int guess_ = 24;  ///< where to begin; then where the last way ended
 };
+
+bool is_better(const DepthTrial& a, const DepthTrial& b, double share) {
+    const bool a_fits = a.share() <= share, b_fits = b.share() <= share;
+    if (a_fits != b_fits)
+        return a_fits;
+    if (!a_fits || (a.within >= enough_within && b.within >= enough_within))
+        return a.bytes < b.bytes;
+    return a.within > b.within;
+}
 
 }  // namespace
 
 DepthTrial try_track(const DepthTrack& track, const Sources& sources, const StreamSettings& settings) {
-    return Trials(track, sources, settings).with(track.crf.value_or(settings.crf));
+    return Trials({&track, 1}, sources, settings).with({track.code, track.halved}, track.crf.value_or(settings.crf));
 }
 
-void choose_crf(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
+void choose_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings,
+                  DepthPlan& plan) {
     if (request.crf || plan.tracks.empty() || plan.tracks.front().role != TrackRole::depth ||
         plan.tracks.front().code == DepthCodeId::lossless)
         return;
-    const Trials trials(plan.tracks.front(), sources, settings);
-    // Bytes fall as the CRF rises: the smallest within the share.
-    int low = 0, high = worst_crf;
-    while (low < high) {
-        const int middle = (low + high) / 2;
-        if (trials.with(middle).share() <= request.share)
-            high = middle;
-        else
-            low = middle + 1;
+    Trials trials(plan.tracks, sources, settings);
+    DepthTrack& main = plan.tracks.front();
+    plan.trial.reset();
+    for (const Way& way : trials.ways(request)) {
+        const DepthTrial trial = trials.best(way, request.share);
+        if (plan.trial && !is_better(trial, *plan.trial, request.share))
+            continue;
+        plan.trial = trial;
+        main.code = way.code;
+        main.halved = way.halved;
     }
-    DepthTrial chosen = trials.with(low);
-    while (chosen.within >= enough_within && chosen.crf < worst_crf) {
-        const DepthTrial next = trials.with(chosen.crf + 1);
-        if (next.within < enough_within)
-            break;
-        chosen = next;
-    }
-    plan.trial = chosen;
     for (DepthTrack& track : plan.tracks)
-        track.crf = chosen.crf;
+        track.crf = plan.trial->crf;
 }
 
 }  // namespace equistream

@@ -1,5 +1,5 @@
 #pragma once
-/// What tracks of distances cost, and which CRF depth takes, tried on a few frames.
+/// What tracks of distances cost, and how depth is best coded for that, tried on a few frames.
 #include "depth_tracks.h"
 
 namespace equistream {
@@ -7,9 +7,10 @@ namespace equistream {
 /// A track as it is, on the same few frames.
 DepthTrial try_track(const DepthTrack& track, const Sources& sources, const StreamSettings& settings);
 
-/// Gives all tracks the one that suits main's depth: the best whose bytes stay within the share asked for; or a worse
-/// one that leaves practically all pixels within the bound all the same. Does nothing where the CRF was given or does
-/// not matter.
-void choose_crf(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan);
+/// Gives main's depth the code and the size, of those that the request leaves open, and all tracks the CRF, that leave
+/// most of main's pixels within the bound while the bytes of all tracks together stay within the share asked for;
+/// of those that leave practically all there, the cheapest. Does nothing where main has no depth, where the CRF was
+/// given or where it does not matter.
+void choose_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan);
 
 }  // namespace equistream

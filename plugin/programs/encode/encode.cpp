@@ -22,6 +22,7 @@ struct Options {
     std::string depth = "none";
     double depth_share = DepthRequest{}.share;
     std::optional<double> depth_crf, fill_crf;
+    std::string depth_scale = "auto";
     std::string mirrors = "auto";
     std::string progress = "auto";
     double crf = StreamSettings{}.crf;
@@ -48,6 +49,7 @@ DepthRequest depth_request_of(const Options& options) {
                                         in_words(options.depth_share)));
     check_crf("--depth-crf", options.depth_crf);
     return {options.depth, options.depth_share, options.depth_crf,
+            options.depth_scale == "auto" ? std::nullopt : std::optional(options.depth_scale == "2"),
             options.mirrors == "none"     ? ImagesTrack::none
             : options.mirrors == "always" ? ImagesTrack::always
                                           : ImagesTrack::if_cheap};
@@ -105,6 +107,7 @@ double error_budget_of_stream_rad() {
 /// What was chosen for a depth track and what that costs.
 nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report) {
     nlohmann::json json = {{"code", depth_code_name(*track.settings.depth_code)},
+                           {"scale", track.settings.halved ? 2 : 1},
                            {"box_radius_m", track.range->box_radius_m},
                            {"near_m", track.range->near_m},
                            {"bound_in_budgets", track.bound_rad / error_budget_of_stream_rad()},
@@ -125,7 +128,9 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
         track.bound_rad / error_budget_of_stream_rad());
     if (track.settings.depth_code == DepthCodeId::lossless)
         text = "        coded without loss";
-    else if (track.settings.crf)
+    if (track.settings.halved)
+        text += ", the nearest of each four pixels";
+    if (track.settings.depth_code != DepthCodeId::lossless && track.settings.crf)
         text += formatted(", CRF %g", *track.settings.crf);
     text += "\n";
     if (report.trial && track.settings.role == TrackRole::depth)
@@ -259,7 +264,12 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
            "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
         ->capture_default_str();
     app.add_option("--depth-share", options.depth_share,
-                   "Of the main stream's bits that its depth may take: above 0, at most 1")
+                   "Of the main stream's bits that depth may take, all its tracks together: above 0, at most 1")
+        ->capture_default_str();
+    app.add_option("--depth-scale", options.depth_scale,
+                   "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "
+                   "auto: what leaves more pixels within the error bound at --depth-share (1 with --depth-crf)")
+        ->check(CLI::IsMember({"1", "2", "auto"}))
         ->capture_default_str();
     app.add_option("--depth-crf", options.depth_crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");

@@ -80,7 +80,7 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
                 request.fill_crf.value_or(default_fill_crf(picture.role, request.settings.crf));
         for (const auto& [track, distances_m] : picture.distances_m)
             settings.tracks.push_back(
-                {track->role, distances_m.width(), distances_m.height(), track->code, track->crf});
+                {track->role, distances_m.width(), distances_m.height(), track->code, track->crf, track->halved});
     }
     settings.frames_per_second = first.front().info.frames_per_second;
     settings.scene = first.front().info.scene;

@@ -68,6 +68,7 @@ nlohmann::json depth_code_json(const FrameInfo& info) {
         return nullptr;
     const DepthRange& range = info.depth_code->range;
     return {{"code", depth_code_name(info.depth_code->code)},
+            {"scale", info.depth_code->halved ? 2 : 1},
             {"box_radius_m", range.box_radius_m},
             {"near_m", range.near_m},
             {"has_empty", range.has_empty},
@@ -76,6 +77,8 @@ nlohmann::json depth_code_json(const FrameInfo& info) {
 
 std::string depth_code_text(const DepthCodeInfo& depth_code) {
     std::string text = "  depth      coded as " + std::string(depth_code_name(depth_code.code));
+    if (depth_code.halved)
+        text += " at half the columns and rows";
     if (depth_code.code == DepthCodeId::lossless)
         return text + ", exactly\n";
     text +=

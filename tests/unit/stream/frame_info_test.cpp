@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 20;  // UUID, version, size
 // Appended one after the other; each with all that come after it.
-constexpr std::size_t patches_bytes = 2 + 6 + 5 * 12 + 9;  // size; numbers, offsets and slots of the atlas below
+constexpr std::size_t halved_bytes = 1;
+constexpr std::size_t patches_bytes = 2 + 6 + 5 * 12 + 9 + halved_bytes;  // size; numbers, offsets, slots as below
 constexpr std::size_t depth_code_bytes = 23 + patches_bytes;
 constexpr std::size_t geometry_bytes = 17 + depth_code_bytes;  // its length and 16 digits
 
@@ -48,7 +49,7 @@ FrameInfo full_info() {
     info.scene = "san-miguel \xc3\xa9";
     info.host = std::string(255, 'h');
     info.geometry_fingerprint = "0123456789abcdef";
-    info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u};
+    info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u, true};
     info.patches = full_atlas();
     return info;
 }
@@ -133,7 +134,8 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
         overwrite(shortened, 18, static_cast<std::uint16_t>(size));
         if (size + geometry_bytes + header_bytes == payload.size() ||
             size + depth_code_bytes + header_bytes == payload.size() ||
-            size + patches_bytes + header_bytes == payload.size())
+            size + patches_bytes + header_bytes == payload.size() ||
+            size + halved_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
@@ -141,13 +143,16 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out : {patches_bytes, depth_code_bytes, geometry_bytes}) {
+    for (const std::size_t left_out : {halved_bytes, patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
         const auto tagged = decode_frame_info(payload);
         ASSERT_TRUE(tagged);
-        expected.patches.reset();
+        if (expected.depth_code)
+            expected.depth_code->halved = false;
+        if (left_out >= patches_bytes)
+            expected.patches.reset();
         if (left_out >= depth_code_bytes)
             expected.depth_code.reset();
         if (left_out == geometry_bytes)
@@ -180,6 +185,15 @@ TEST(FrameInfoPayload, HostileDepthCodesAreErrors) {
     refuses(11, 0.2815, "nearest depth outside");
     refuses(11, std::nextafter(0.2815, 1.0), "nearest depth outside");  // the same as a float
     refuses(11, 1e300, "nearest depth outside");
+    refuses(depth_code_bytes - 1, std::uint8_t{2}, "halved");
+}
+
+TEST(FrameInfoPayload, OnlyDepthIsHalved) {
+    FrameInfo colour = full_info();
+    colour.depth_code.reset();
+    auto payload = encode_frame_info(TrackRole::main, colour);
+    payload.back() = 1;
+    EXPECT_THROW(decode_frame_info(payload), WorkError);
 }
 
 TEST(FrameInfoPayload, AVersionToComeIsNamedAndIsNoDamage) {

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <random>
 
 namespace equistream {
@@ -174,6 +175,98 @@ TEST_F(Programs, EncodeSaysWhichCodecEachTrackGot) {
     }
     EXPECT_NE(run(encode + " --codec h264 --depth w12").output.find(": H.265, "), std::string::npos);
     EXPECT_EQ(run(encode + " --codec h264 --depth w10").output.find("H.265"), std::string::npos);
+}
+
+/// Frames whose colour is noise, and what `depth_m` says at each pixel.
+class DepthScale : public Programs {
+protected:
+    static constexpr int side = 128;
+
+    std::string encode(const std::function<float(int, int)>& depth_m, const std::string& more) {
+        render("r/centre", side, side, 0, 0);
+        Frame frame = read_exr(folder / "r/centre" / frame_file_name(0));
+        std::mt19937 random(7);
+        for (float& value : frame.planes.at("colour").samples())
+            value = float(random() % 1000) / 1000;
+        FloatImage plane(side, side, 1);
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x)
+                *plane.pixel(x, y) = depth_m(x, y);
+        frame.planes.insert_or_assign("depth", std::move(plane));
+        write_exr(folder / "r/centre" / frame_file_name(0), frame);
+        const Ran ran =
+            run("encode '" + path("r") + "' --preset ultrafast --json --out '" + path("a.mkv") + "' " + more);
+        EXPECT_EQ(ran.status, 0) << ran.errors;
+        return ran.output;
+    }
+    static nlohmann::json depth_of(const std::string& report) {
+        const nlohmann::json read = nlohmann::json::parse(report);
+        for (const nlohmann::json& track : read["tracks"])
+            if (track["name"] == "depth")
+                return track["depth_code"];
+        return nullptr;
+    }
+};
+
+TEST_F(DepthScale, IsChosenByWhatItLeavesWithinTheBudget) {
+    // Whole everywhere but along few edges: halving would lose these and gains nothing.
+    const auto wall = [](int x, int) { return x < 63 ? 1.0f : 3.0f; };
+    EXPECT_EQ(depth_of(encode(wall, "--depth auto"))["scale"], 1);
+    // Leaves of two pixels each, and hardly any bits.
+    std::mt19937 random(8);
+    std::vector<float> leaves(side * side / 4);
+    for (float& r : leaves)
+        r = 0.6f + float(random() % 1000) / 500;
+    const auto foliage = [&](int x, int y) { return leaves[std::size_t(y / 2 * (side / 2) + x / 2)]; };
+    const nlohmann::json chosen = depth_of(encode(foliage, "--depth auto --depth-share 0.15"));
+    EXPECT_EQ(chosen["scale"], 2) << chosen;
+    EXPECT_LE(chosen["trial"]["share_of_colour"], 0.15);
+    EXPECT_EQ(depth_of(encode(foliage, "--depth auto --depth-share 0.15 --depth-scale 1"))["scale"], 1);
+    EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("track depth"), std::string::npos);
+}
+
+TEST_F(DepthScale, IsOneUnlessAskedForWhereNothingIsTried) {
+    const auto wall = [](int, int) { return 2.0f; };
+    EXPECT_EQ(depth_of(encode(wall, "--depth w10 --depth-crf 20"))["scale"], 1);
+    EXPECT_EQ(depth_of(encode(wall, "--depth lossless"))["scale"], 1);
+    EXPECT_EQ(depth_of(encode(wall, "--depth w10 --depth-crf 20 --depth-scale 2"))["scale"], 2);
+    EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("half the columns and rows"), std::string::npos);
+    StreamReader reader(path("a.mkv"));
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        EXPECT_EQ(picture.width, side);
+    EXPECT_EQ(run("encode '" + path("r") + "' --depth auto --depth-scale 3 --out '" + path("b.mkv") + "'").status, 2);
+}
+
+TEST_F(Programs, AllDepthTracksTogetherKeepToTheShare) {
+    render("r/centre", 128, 128, 0, 0);
+    std::mt19937 random(9);
+    Frame frame = read_exr(folder / "r/centre" / frame_file_name(0));
+    for (float& value : frame.planes.at("colour").samples())
+        value = float(random() % 1000) / 1000;
+    FloatImage depth_m(128, 128, 1);
+    for (float& r : depth_m.samples())
+        r = 0.6f + float(random() % 1000) / 500;
+    frame.planes.insert_or_assign("depth", std::move(depth_m));
+    write_exr(folder / "r/centre" / frame_file_name(0), frame);
+    fs::create_directories(folder / "r/hidden");
+    write_exr(folder / "r/hidden" / frame_file_name(0), frame);
+    const Ran ran = run("encode '" + path("r") + "' --preset ultrafast --depth auto --depth-share 0.5 --json --out '" +
+                        path("a.mkv") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    double colour = 0, depth = 0;
+    int depths = 0;
+    const nlohmann::json report = nlohmann::json::parse(ran.output);
+    for (const nlohmann::json& track : report["tracks"]) {
+        if (track["name"] == "main")
+            colour = track["bytes"];
+        if (track.contains("depth_code")) {
+            depth += double(track["bytes"]);
+            ++depths;
+        }
+    }
+    EXPECT_EQ(depths, 2);
+    EXPECT_LE(depth, 0.5 * colour * 1.01) << "the trial is of this very frame";
+    EXPECT_GT(depth, 0.25 * colour);
 }
 
 TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {

@@ -5,6 +5,7 @@
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
+#include <equistream/half_depth.h>
 #include <equistream_client/receive.h>
 
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@
 namespace equistream {
 namespace {
 
-constexpr int width = 192, height = 96, pictures = 8;
+constexpr int width = 192, height = 128, pictures = 8;
 constexpr DepthRange range{0.0315, 0.75, false};
 
 /// A floor and a sky, and before them a ball that moves with `index`.
@@ -340,6 +341,76 @@ TEST(DepthStreams, EveryCutPlaysUpToItOrIsToldInOneLine) {
     }
 }
 
+StreamSettings halved_settings(DepthCodeId code, double crf) {
+    StreamSettings settings = settings_of(Codec::h264, code);
+    settings.tracks[1].halved = true;
+    settings.tracks[1].crf = crf;
+    return settings;
+}
+
+TEST(DepthStreams, HalvedDepthComesBackAtItsPicturesSize) {
+    const synthetic::Folder folder;
+    const std::string file = folder / "a.mkv";
+    write(file, halved_settings(DepthCodeId::lossless, 16), DepthCodeId::lossless);
+    StreamReader reader(file);
+    std::int64_t index = 0;
+    while (const auto picture = reader.next())
+        if (picture->role == TrackRole::depth) {
+            EXPECT_TRUE(picture->info->depth_code->halved);
+            ASSERT_EQ(picture->width, width);
+            ASSERT_EQ(picture->height, height);
+            const FloatImage expected = double_depth(halve_depth(depth_of(index).view()).view());
+            EXPECT_TRUE(std::ranges::equal(picture->depth_m.samples(), expected.samples())) << index;
+            ++index;
+        }
+    EXPECT_EQ(index, pictures);
+    const auto& track = *std::ranges::find(reader.tracks(), TrackRole::depth, &StreamTrackSummary::role);
+    EXPECT_EQ(track.width, width / 2);
+    EXPECT_EQ(track.height, height / 2);
+}
+
+/// Colour that goes with depth_of(), so that it tells the ball from what is behind.
+ByteImage colour_of(std::int64_t index) {
+    ByteImage rgb(width, height, 3, 60);
+    const FloatImage depth_m = depth_of(index);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (*depth_m.pixel(x, y) == 0.75f)
+                std::fill_n(rgb.pixel(x, y), 3, std::uint8_t{200});
+    return rgb;
+}
+
+TEST(DepthStreams, AFeedTellsHalvedDepthApartByItsColour) {
+    const synthetic::Folder folder;
+    const std::string file = folder / "a.mkv";
+    {
+        StreamSettings settings = halved_settings(DepthCodeId::lossless, 16);
+        settings.crf = 8;
+        StreamWriter writer(file, settings);
+        for (std::int64_t index = 0; index < pictures; ++index) {
+            writer.write(TrackRole::main, colour_of(index).view(), info_of(index));
+            writer.write_depth(TrackRole::depth, depth_of(index).view(), info_of(index, DepthCodeId::lossless));
+        }
+        writer.finish();
+    }
+    for (const bool yuv : {false, true}) {
+        const auto feed = open_feed(file, {.depth = true, .yuv = yuv});
+        std::int64_t wrong = 0, wrong_without = 0, index = 0;
+        for (; const auto frame = feed->next(); ++index) {
+            const FloatImage sent = depth_of(index), repeated = double_depth(halve_depth(sent.view()).view());
+            ASSERT_EQ(frame->main.depth_m.samples().size(), sent.samples().size());
+            const auto is_ball = [](float r) { return r == 0.75f; };
+            for (std::size_t i = 0; i < sent.samples().size(); ++i) {
+                wrong += is_ball(frame->main.depth_m.samples()[i]) != is_ball(sent.samples()[i]);
+                wrong_without += is_ball(repeated.samples()[i]) != is_ball(sent.samples()[i]);
+            }
+        }
+        EXPECT_EQ(index, pictures);
+        EXPECT_GT(wrong_without, 40 * pictures);
+        EXPECT_LT(wrong * 5, wrong_without);
+    }
+}
+
 TEST(DepthStreams, WritersRefuseWhatCannotBeCoded) {
     const synthetic::Folder folder;
     const std::string file = folder / "a.mkv";
@@ -352,6 +423,15 @@ TEST(DepthStreams, WritersRefuseWhatCannotBeCoded) {
     settings = settings_of(Codec::h264, DepthCodeId::w10);
     settings.tracks[1].crf = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(StreamWriter(file, settings), InputError);
+    settings = halved_settings(DepthCodeId::w10, 16);
+    settings.tracks[0].halved = true;  // colour
+    EXPECT_THROW(StreamWriter(file, settings), InputError);
+    for (const auto& [w, h] : {std::pair{width + 2, height}, {width, 2 * min_track_side - 4}}) {
+        settings = halved_settings(DepthCodeId::w10, 16);
+        settings.tracks[1].width = w;
+        settings.tracks[1].height = h;
+        EXPECT_THROW(StreamWriter(file, settings), InputError) << w << "x" << h;
+    }
 
     StreamWriter writer(file, settings_of(Codec::h264, DepthCodeId::w10));
     const FloatImage depth_m = depth_of(0);

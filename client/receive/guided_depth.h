@@ -1,0 +1,23 @@
+#pragma once
+/// Depth that came at half the columns and rows (half_depth.h), told apart again by the colour, which came whole: joint
+/// upsampling after Kopf, Cohen, Lischinski, Uyttendaele: Joint bilateral upsampling (2007), but choosing among the
+/// coded depths, since a mean of two surfaces is a third that nothing is at.
+///
+/// A pixel may take the depth of its own square of four, or of one of the three squares beside the corner that it
+/// stands in, if that is of another surface (DepthAgreement::connected) and the pixel's luma is nearer to that square's
+/// mean by at least one step of 8-bit luma, which coding leaves no more of than noise.
+#include <equistream/depth_agreement.h>
+#include <equistream/image.h>
+#include <equistream/yuv.h>
+
+namespace equistream {
+
+/// 8-bit luma of display-referred RGB, as yuv.h has it.
+ByteImage luma_of(ImageView<const std::uint8_t> rgb);
+
+/// `depth_m`: as double_depth gave it; `luma` of the same size. `closes`: the last column lies beside the first. Pure;
+/// rows run in parallel.
+FloatImage guided_depth(ImageView<const float> depth_m, ImageView<const std::uint8_t> luma,
+                        const DepthAgreement& agreement, bool closes);
+
+}  // namespace equistream
