@@ -38,6 +38,12 @@ struct DepthTrack {
     std::filesystem::path main_folder{};
 };
 
+/// Main's depth may be coded in any of these ways.
+struct DepthWay {
+    DepthCodeId code = DepthCodeId::w12;
+    bool halved = false;
+};
+
 /// Ranges of one depth track: the same throughout a group of pictures, as near as its nearest surface.
 class DepthRanges {
 public:
@@ -45,9 +51,9 @@ public:
     DepthRanges(const DepthTrack& track, std::vector<std::int64_t> frames, int gop);
 
     /// Of the frame at this position; reads the group's depth when the group is new.
-    DepthRange of(std::size_t position) { return of(position, track_.code); }
-    /// The same in another code.
-    DepthRange of(std::size_t position, DepthCodeId code);
+    DepthRange of(std::size_t position) { return of(position, {track_.code, track_.halved}); }
+    /// The same coded in another way.
+    DepthRange of(std::size_t position, const DepthWay& way);
 
 private:
     DepthTrack track_;

@@ -71,12 +71,6 @@ struct TrialFrames {
     std::vector<FloatImage> distances_m;
 };
 
-/// Main's depth may be coded in any of these ways.
-struct Way {
-    DepthCodeId code = DepthCodeId::w12;
-    bool halved = false;
-};
-
 class Trials {
 public:
     /// The first of `tracks` is the one that is judged by its pixels.
@@ -89,7 +83,7 @@ public:
         colour_bytes_ = colour_bytes(sources.tracks.front().folder);
     }
 
-    DepthTrial with(const Way& way, double crf) {
+    DepthTrial with(const DepthWay& way, double crf) {
         double bytes = write(frames_.front(), way, crf);
         const double within = share_within_budget();
         for (std::size_t i = 1; i < frames_.size(); ++i)
@@ -99,7 +93,7 @@ public:
 
     /// At the least CRF whose bytes stay within the share, or the worst where none does; beyond that, as long as it
     /// leaves practically all pixels within the bound all the same.
-    DepthTrial best(const Way& way, double share) {
+    DepthTrial best(const DepthWay& way, double share) {
         DepthTrial chosen = least_within(way, share);
         while (chosen.within >= enough_within && chosen.crf < worst_crf) {
             const DepthTrial next = with(way, chosen.crf + 1);
@@ -112,20 +106,20 @@ public:
     }
 
     /// All that the request leaves open for `main`, the first track.
-    std::vector<Way> ways(const DepthRequest& request) {
+    std::vector<DepthWay> ways(const DepthRequest& request) {
         TrialFrames& main = frames_.front();
         std::vector<DepthCodeId> codes = {main.track.code};
         if (request.code == "auto") {
             // Those that hold the nearest depths as well as the finest does. That one's encoder may be the better.
-            const double nearest_m = main.ranges.of(main.first, DepthCodeId::w12).near_m;
+            const double nearest_m = main.ranges.of(main.first, {DepthCodeId::w12, false}).near_m;
             for (const DepthCodeId code : {DepthCodeId::w8, DepthCodeId::w10, DepthCodeId::w12})
-                if (code != main.track.code && main.ranges.of(main.first, code).near_m <= nearest_m)
+                if (code != main.track.code && main.ranges.of(main.first, {code, false}).near_m <= nearest_m)
                     codes.push_back(code);
         }
         const FloatImage& depth_m = main.distances_m.front();
         const auto can_be_halved = [](int side) { return side % 4 == 0 && side >= 2 * min_track_side; };
         const bool try_half = can_be_halved(depth_m.width()) && can_be_halved(depth_m.height());
-        std::vector<Way> all;
+        std::vector<DepthWay> all;
         for (const DepthCodeId code : codes)
             for (const bool halved : {false, true})
                 if (halved == request.halved.value_or(halved && try_half))
@@ -135,7 +129,7 @@ public:
 
 private:
     /// Bytes fall as the CRF rises, by about half in six.
-    DepthTrial least_within(const Way& way, double share) {
+    DepthTrial least_within(const DepthWay& way, double share) {
         int low = 0, high = worst_crf;
         std::optional<DepthTrial> at_high;
         for (int next = guess_; low < high;) {
@@ -154,14 +148,14 @@ private:
         return at_high ? *at_high : with(way, high);
     }
 
-    double write(TrialFrames& frames, const Way& way, double crf) const {
+    double write(TrialFrames& frames, const DepthWay& way, double crf) const {
         StreamSettings settings = settings_;
         const FloatImage& first = frames.distances_m.front();
         settings.tracks = {{frames.track.role, first.width(), first.height(), way.code, crf, way.halved}};
         StreamWriter writer(scratch_.file(), settings);
         for (std::size_t i = 0; i < frames.infos.size(); ++i) {
             FrameInfo info = frames.infos[i];
-            info.depth_code = DepthCodeInfo{way.code, frames.ranges.of(frames.first + i, way.code), 0};
+            info.depth_code = DepthCodeInfo{way.code, frames.ranges.of(frames.first + i, way), 0};
             writer.write_depth(frames.track.role, frames.distances_m[i].view(), info);
         }
         writer.finish();
@@ -240,7 +234,7 @@ void choose_depth(const DepthRequest& request, const Sources& sources, const Str
     Trials trials(plan.tracks, sources, settings);
     DepthTrack& main = plan.tracks.front();
     plan.trial.reset();
-    for (const Way& way : trials.ways(request)) {
+    for (const DepthWay& way : trials.ways(request)) {
         const DepthTrial trial = trials.best(way, request.share);
         if (plan.trial && !is_better(trial, *plan.trial, request.share))
             continue;

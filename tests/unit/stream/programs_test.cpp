@@ -237,6 +237,18 @@ TEST_F(DepthScale, IsOneUnlessAskedForWhereNothingIsTried) {
     EXPECT_EQ(run("encode '" + path("r") + "' --depth auto --depth-scale 3 --out '" + path("b.mkv") + "'").status, 2);
 }
 
+TEST_F(DepthScale, HalvedDepthReachesNearer) {
+    const auto near_wall = [](int, int) { return 0.05f; };  // where w10's steps are beyond the budget
+    const nlohmann::json whole = depth_of(encode(near_wall, "--depth w10 --depth-crf 20 --depth-scale 1"));
+    const nlohmann::json halved = depth_of(encode(near_wall, "--depth w10 --depth-crf 20 --depth-scale 2"));
+    EXPECT_EQ(whole["clamped_pixels"], side * side);
+    EXPECT_NEAR(whole["bound_in_budgets"], 1, 1e-3);
+    EXPECT_EQ(halved["clamped_pixels"], 0);
+    EXPECT_NEAR(halved["near_m"], 0.05, 1e-6);
+    EXPECT_GT(halved["bound_in_budgets"], 1);
+    EXPECT_LE(halved["bound_in_budgets"], 4);
+}
+
 TEST_F(Programs, AllDepthTracksTogetherKeepToTheShare) {
     render("r/centre", 128, 128, 0, 0);
     std::mt19937 random(9);
