@@ -55,9 +55,6 @@ struct TrialFrames {
         for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
             const fs::path file = track.source.folder / frame_file_name(frames[i]);
             Frame frame = read_exr(file, planes);
-            for (const std::string& plane : planes)
-                if (!frame.planes.contains(plane))
-                    throw InputError(expected_found(file.string(), "a plane " + plane, "none"));
             frame.info.index = frames[i];
             distances_m.push_back(distances_to_code(track, frame, file));
             infos.push_back(frame.info);
@@ -169,8 +166,6 @@ private:
         for (const FrameInfo& tried : frames_.front().infos) {
             const fs::path file = folder / frame_file_name(tried.index);
             Frame frame = read_exr(file, {"colour"});
-            if (!frame.planes.contains("colour"))
-                throw InputError(expected_found(file.string(), "a plane colour", "none"));
             frame.info.index = tried.index;
             const ByteImage rgb =
                 quantise_8bit(display.to_display(frame.planes.at("colour").view(), frame.info.exposure).view());
