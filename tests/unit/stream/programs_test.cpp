@@ -238,13 +238,13 @@ TEST_F(DepthScale, IsOneUnlessAskedForWhereNothingIsTried) {
 }
 
 TEST_F(DepthScale, HalvedDepthReachesNearer) {
-    const auto near_wall = [](int, int) { return 0.05f; };  // where w10's steps are beyond the budget
+    const auto near_wall = [](int, int) { return 0.3f; };  // where w10's steps are beyond the budget
     const nlohmann::json whole = depth_of(encode(near_wall, "--depth w10 --depth-crf 20 --depth-scale 1"));
     const nlohmann::json halved = depth_of(encode(near_wall, "--depth w10 --depth-crf 20 --depth-scale 2"));
     EXPECT_EQ(whole["clamped_pixels"], side * side);
     EXPECT_NEAR(whole["bound_in_budgets"], 1, 1e-3);
     EXPECT_EQ(halved["clamped_pixels"], 0);
-    EXPECT_NEAR(halved["near_m"], 0.05, 1e-6);
+    EXPECT_NEAR(halved["near_m"], 0.3, 1e-6);
     EXPECT_GT(halved["bound_in_budgets"], 1);
     EXPECT_LE(halved["bound_in_budgets"], 4);
 }
