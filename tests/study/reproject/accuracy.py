@@ -112,18 +112,18 @@ class Accuracy:
         return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
     def ours_at_no_more_bytes(self, source, seed, limit, track):
-        """The best quality, to half a CRF, whose bytes, all tracks together, do not pass the paper's."""
+        """The best quality, to a quarter of a CRF, whose bytes, all tracks together, do not pass the paper's."""
 
-        def keeps(halves):
-            return sum(self.encoded(source, seed, halves / 2, track)[1]["bytes"].values()) <= limit
+        def keeps(quarters):
+            return sum(self.encoded(source, seed, quarters / 4, track)[1]["bytes"].values()) <= limit
 
-        best, worst = BEST_CRF * 2, WORST_CRF * 2
+        best, worst = BEST_CRF * 4, WORST_CRF * 4
         if not keeps(worst):
             raise Failed(f"{self.renders.name}: no quality of ours keeps to {limit} bytes")
         while best < worst:
             middle = (best + worst) // 2
             best, worst = (best, middle) if keeps(middle) else (middle + 1, worst)
-        return self.encoded(source, seed, worst / 2, track)
+        return self.encoded(source, seed, worst / 4, track)
 
     def coded(self, head):
         paper = [self.encoded("left", seed, CRF, "small") for seed in SEEDS]
