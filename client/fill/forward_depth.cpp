@@ -76,10 +76,8 @@ public:
           centre_(eye_from_world_ * (grid.pose().position_m - eye_.pose.position_m)), width_(width_of(grid.camera())),
           height_(height_of(grid.camera())),
           focal_(eye_.camera.focal_px()), agreement_{float(std::max(grid.box_radius_m(), glm::length(centre_))),
-                                                     float(std::sin(error_budget_rad(focal_)))} {
-        const auto* sphere = std::get_if<EquirectCamera>(&grid.camera());
-        closes_ = sphere != nullptr && sphere->range.closes();
-    }
+                                                     float(std::sin(error_budget_rad(focal_)))},
+          closes_(columns_close(grid.camera())) {}
 
     void run() {
         const int rows = (height_ + block_side - 1) / block_side;
@@ -294,7 +292,7 @@ private:
     int width_, height_;
     double focal_;
     DepthAgreement agreement_;
-    bool closes_ = false;
+    bool closes_;
 };
 
 }  // namespace

@@ -33,10 +33,7 @@ public:
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
           agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()),
                      float(std::sin(error_budget_rad(task.eye.camera.focal_px())))},
-          width_(width_of(grid.camera())), height_(height_of(grid.camera())) {
-        const auto* sphere = std::get_if<EquirectCamera>(&grid.camera());
-        closes_ = sphere != nullptr && sphere->range.closes();
-    }
+          width_(width_of(grid.camera())), height_(height_of(grid.camera())), closes_(columns_close(grid.camera())) {}
 
     /// Samples of the surface that the pixel sees: false if there are too few.
     bool of_surface(int x, int y, Neighbourhood& around) const {
@@ -161,7 +158,7 @@ private:
     EyeRays rays_;
     DepthAgreement agreement_;
     int width_, height_;
-    bool closes_ = false;
+    bool closes_;
 };
 
 struct NoMirrors {

@@ -27,10 +27,9 @@ public:
         std::unique_lock lock(mutex_);
         arrived_.wait(lock, [&] { return !arrivals_.empty(); });
         Arrival& first = arrivals_.front();
-        if (!first.problem)
-            given_ = first.state;
         if (first.problem)
             std::rethrow_exception(first.problem);
+        given_ = first.state;
         if (!first.frame)
             return std::nullopt;
         std::optional<ReceivedFrame> frame = std::move(first.frame);

@@ -247,10 +247,9 @@ private:
         const auto start = Clock::now();
         const DepthAgreement agreement{float(picture.info.depth_code->range.box_radius_m),
                                        float(std::sin(error_budget_rad(default_focal_length_px)))};
-        const auto* sphere = std::get_if<EquirectCamera>(&picture.info.camera);
         const ByteImage luma = picture.yuv.empty() ? luma_of(picture.rgb.view()) : ByteImage();
         picture.depth_m = guided_depth(picture.depth_m.view(), picture.yuv.empty() ? luma.view() : picture.yuv.planes.y,
-                                       agreement, sphere != nullptr && sphere->range.closes());
+                                       agreement, columns_close(picture.info.camera));
         picture.convert_ms += milliseconds_since(start);
     }
 

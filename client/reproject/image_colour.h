@@ -18,10 +18,7 @@ class ImageColour {
 public:
     ImageColour(const Lookup& lookup, const SourceView& source, const DepthAgreement& agreement)
         : lookup_(lookup), source_(source), grid_(source), agreement_(agreement), width_(width_of(source.camera)),
-          height_(height_of(source.camera)) {
-        const auto* sphere = std::get_if<EquirectCamera>(&source.camera);
-        closes_ = sphere != nullptr && sphere->range.closes();
-    }
+          height_(height_of(source.camera)), closes_(columns_close(source.camera)) {}
 
     /// What is seen at a position found: of the four samples around, those that show the nearest one's image.
     Vec3f at(PixelPosition position) const {
@@ -67,7 +64,7 @@ private:
     PictureGrid grid_;
     DepthAgreement agreement_;
     int width_, height_;
-    bool closes_ = false;
+    bool closes_;
 };
 
 }  // namespace equistream

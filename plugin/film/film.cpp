@@ -31,8 +31,7 @@ void store_motion(const Motion& motion, glm::dvec2 pixel, const float* position_
 }
 
 bool closes(const FrameInfo& info) {
-    const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
-    return sphere != nullptr && sphere->range.closes() && !info.patches;
+    return columns_close(info.camera) && !info.patches;
 }
 
 }  // namespace

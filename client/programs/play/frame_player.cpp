@@ -76,7 +76,7 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     const DepthOffer offered = offer(first);
     DepthChoice choice = choose_depth(settings_, offered);
     std::ranges::move(choice.notes, std::back_inserter(report.notes));
-    report.depth = depth_name_ = choice.depth;
+    report.depth = choice.depth;
     report.method = method_ = choice.method;
     if (method_ == "auto")  // until it is settled
         method_ = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
@@ -85,7 +85,7 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     if (scene_ && !scene_->stands_for.empty() && fill_->has("geometry"))
         report.notes.push_back("--fill geometry is passed over: " + settings_.scene.string() +
                                ", a client's model, has no colours (--scene S of the scene itself has)");
-    make_depth_source(first.main.info, report);
+    make_depth_source(first.main.info, choice.depth, report);
 }
 
 DepthOffer FramePlayer::offer(const ReceivedFrame& first) const {
@@ -123,8 +123,8 @@ void FramePlayer::use_fill(const std::string& rungs) {
     fill_ = fill.get();
 }
 
-void FramePlayer::make_depth_source(const FrameInfo& first, Report& report) {
-    if (depth_name_ == "none")
+void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& depth, Report& report) {
+    if (depth == "none")
         return;
     std::unique_ptr<RayDepth> ray;
     if (scene_) {
@@ -132,15 +132,15 @@ void FramePlayer::make_depth_source(const FrameInfo& first, Report& report) {
         const bool reuse = settings_.depth_reuse && std::holds_alternative<EquirectCamera>(first.camera);
         ray = std::make_unique<RayDepth>(*scene_, RayDepthOptions{.reuse = reuse, .box_radius_m = box_radius_m(first)});
         ray_ = ray.get();
-        report.depth_reuse = reuse && depth_name_ == "ray";
+        report.depth_reuse = reuse && depth == "ray";
         report.scene_load_ms = milliseconds_since(start);
     }
-    if (depth_name_ == "ray") {
+    if (depth == "ray") {
         depth_ = std::move(ray);
         return;
     }
-    auto exact = depth_name_ == "stream" ? std::make_unique<StreamDepth>(std::move(ray))
-                                         : std::make_unique<ExactDepth>(std::move(ray));
+    auto exact = depth == "stream" ? std::make_unique<StreamDepth>(std::move(ray))
+                                   : std::make_unique<ExactDepth>(std::move(ray));
     exact_ = exact.get();
     depth_ = std::move(exact);
 }
@@ -318,15 +318,19 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
         if (i > 0 && ray_ != nullptr)
             ray_->take_back();
         const auto start = Clock::now();
-        if (depth_)
-            depth_->set_time(frame.main.info.time_s);
-        if (takes_planes())
-            offer_exact_depth(frame);
-        cast_depths(frame, played);
+        take_depths(frame, played);
         if (depth_)
             times[std::size_t(Stage::depth)].push_back(milliseconds_since(start));
         reproject_and_fill(frame, depths_, played);
     }
+}
+
+void FramePlayer::take_depths(const ReceivedFrame& frame, PlayedFrame& played) {
+    if (depth_)
+        depth_->set_time(frame.main.info.time_s);
+    if (takes_planes())
+        offer_exact_depth(frame);
+    cast_depths(frame, played);
 }
 
 void FramePlayer::remember(ReceivedFrame&& frame) {

@@ -67,11 +67,13 @@ private:
     void use_fill(const std::string& rungs);
     /// Whether depth is what came with the frames.
     bool takes_planes() const { return exact_ != nullptr && offers_depth_; }
-    void make_depth_source(const FrameInfo& first, Report& report);
+    void make_depth_source(const FrameInfo& first, const std::string& depth, Report& report);
     void check_size(const ReceivedFrame& first) const;
     void check_scene(const FrameInfo& first, Report& report) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
+    /// Of the frame, by whoever gives depth at its time.
+    void take_depths(const ReceivedFrame& frame, PlayedFrame& played);
     void offer_exact_depth(const ReceivedFrame& frame);
     void cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
     /// Of an atlas that came without; empty where no geometry is known.
@@ -79,7 +81,7 @@ private:
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
     Settings settings_;
-    std::string method_, depth_name_;  ///< as in Report
+    std::string method_;
     PosePath head_path_;
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;

@@ -55,11 +55,7 @@ void FramePlayer::begin_after(const ReceivedFrame* before) {
     PlayedFrame played;
     played.left.info = eye_info(*before, Eye::left);
     played.right.info = eye_info(*before, Eye::right);
-    if (depth_)
-        depth_->set_time(before->main.info.time_s);
-    if (takes_planes())
-        offer_exact_depth(*before);
-    cast_depths(*before, played);
+    take_depths(*before, played);
     remember(ReceivedFrame(*before));
 }
 

@@ -12,7 +12,7 @@ from . import _core
 from ._core import DepthNeeds, EquirectCamera, FrameInfo, InputError, PerspectiveCamera, Pose
 from .arrays import as_depth, as_plane, as_yuv
 from .colour import to_display
-from .depth import DepthFunction, ExactDepth, cast, cast_patches
+from .depth import DepthFunction, ExactDepth, atlas_of, cast, cast_patches
 from .frames import Frame
 from .streams import FeedFrame, FeedPicture, Picture
 
@@ -26,7 +26,7 @@ FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
 """The rungs of the fill ladder, in the order in which they are best run."""
 
 DEFAULT_FILL: str = _core.DEFAULT_FILL
-"""What `play` does unless told otherwise: of FILL_RUNGS those that measured best (docs/results/reproject.md)."""
+"""What `play` does unless told otherwise: of FILL_RUNGS those that show what is truly there, then push-pull (docs/decisions/0004)."""
 
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
@@ -145,9 +145,7 @@ def _patches(picture: FeedPicture, depth: Optional[DepthFunction], box_radius_m:
         depth_m = cast_patches(depth, picture.info)
     if depth_m is None:
         return None
-    atlas = picture.info.patches
-    if atlas is None:
-        raise InputError("patches: expected a picture tagged with its atlas, found none")
+    atlas = atlas_of(picture.info, "patches")
     size = (atlas.width, atlas.height)
     return _core.Patches(_colours(picture.rgb, picture.yuv, "patches", size),
                          as_plane(depth_m, "patches: depth", np.float32, 1, size), picture.info, box_radius_m)

@@ -84,6 +84,11 @@ inline int width_of(const Camera& camera) {
 inline int height_of(const Camera& camera) {
     return std::visit([](const auto& c) { return c.height; }, camera);
 }
+/// Whether the last column lies beside the first.
+inline bool columns_close(const Camera& camera) {
+    const auto* sphere = std::get_if<EquirectCamera>(&camera);
+    return sphere != nullptr && sphere->range.closes();
+}
 inline glm::dvec3 direction_of(const Camera& camera, double u, double v) {
     return std::visit([=](const auto& c) { return c.direction(u, v); }, camera);
 }

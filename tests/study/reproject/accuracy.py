@@ -112,7 +112,7 @@ class Accuracy:
         return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
     def ours_at_no_more_bytes(self, source, seed, limit, track):
-        """The best quality, to a quarter of a CRF, whose bytes, all tracks together, do not pass the paper's."""
+        """The best quality from BEST_CRF on, to a quarter of a CRF, whose bytes, all tracks together, do not pass the paper's."""
 
         def keeps(quarters):
             return sum(self.encoded(source, seed, quarters / 4, track)[1]["bytes"].values()) <= limit
