@@ -53,6 +53,11 @@ Gaps::Gaps(ImageView<const std::uint8_t> origin) {
         runs(origin.row(y), 0, origin.width, [&](int begin, int end) { add(y, begin, end); });
 }
 
+Gaps::Gaps(std::vector<GapSpan> spans) : spans_(std::move(spans)) {
+    for (const GapSpan& span : spans_)
+        count_ += span.end - span.begin;
+}
+
 std::span<const GapSpan> Gaps::rows(int first, int end) const {
     const auto from = std::ranges::lower_bound(spans_, first, {}, &GapSpan::y);
     return {from, std::ranges::lower_bound(from, spans_.end(), end, {}, &GapSpan::y)};

@@ -12,8 +12,8 @@ namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> names = {"patches",  "hidden",   "earlier", "small",
-                                                   "geometry", "pushpull", "spread"};
+constexpr std::array<std::string_view, 8> names = {"patches",    "hidden",   "earlier",  "small",
+                                                   "small-wide", "geometry", "pushpull", "spread"};
 
 std::unique_ptr<FillRung> make_rung(std::string_view name) {
     if (name == "patches")
@@ -23,16 +23,18 @@ std::unique_ptr<FillRung> make_rung(std::string_view name) {
     if (name == "earlier")
         return std::make_unique<EarlierRung>();
     if (name == "small")
-        return std::make_unique<SmallRung>();
+        return std::make_unique<SmallRung>(SmallRung::Fills::all_gaps);
+    if (name == "small-wide")
+        return std::make_unique<SmallRung>(SmallRung::Fills::wide_gaps);
     if (name == "geometry")
         return std::make_unique<GeometryRung>();
     if (name == "pushpull")
         return std::make_unique<PushPullRung>();
     if (name == "spread")
         return std::make_unique<SpreadRung>();
-    throw InputError(expected_found("--fill",
-                                    "none, or a list of patches, hidden, earlier, small, geometry, pushpull and spread",
-                                    "'" + std::string(name) + "'"));
+    throw InputError(expected_found(
+        "--fill", "none, or a list of patches, hidden, earlier, small, small-wide, geometry, pushpull and spread",
+        "'" + std::string(name) + "'"));
 }
 
 }  // namespace

@@ -2,11 +2,13 @@
 
 #include "forward_depth.h"
 #include "gap_look_up.h"
+#include "wide_gaps.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace equistream {
 
@@ -44,6 +46,12 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
     return filled;
 }
 
+/// Of a source's pixel, in the eye's, where both look straight ahead.
+int pixel_side(const PerspectiveCamera& eye, const Camera& source) {
+    const double angle_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source);
+    return int(std::clamp(std::round(angle_rad / eye.pixel_angle_rad()), 1.0, double(eye.width)));
+}
+
 /// A surface that the source looks through now is not there any more.
 class SeenThrough {
 public:
@@ -79,6 +87,15 @@ private:
 std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     if (small_ == nullptr || gaps.empty())
         return 0;
+    if (fills_ == Fills::all_gaps)
+        return fill_all(eye, picture, gaps);
+    Gaps wide = wide_gaps(gaps, eye.camera.width, pixel_side(eye.camera, small_->camera));
+    const std::int64_t filled = fill_all(eye, picture, wide);
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+std::int64_t SmallRung::fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     if (small_->depth_m.data != nullptr)
         return fill_from_one({small_, PixelOrigin::small, main_}, eye, picture, gaps, spares_);
     const SeenPoints nothing;

@@ -9,10 +9,13 @@
 
 namespace equistream {
 
-/// The small second-eye view.
+/// The small second-eye view; what it does not resolve may be left to others.
 class SmallRung : public FillRung {
 public:
-    std::string_view name() const override { return "small"; }
+    enum class Fills { all_gaps, wide_gaps };
+
+    explicit SmallRung(Fills fills) : fills_(fills) {}
+    std::string_view name() const override { return fills_ == Fills::all_gaps ? "small" : "small-wide"; }
     bool wants_depth() const override { return true; }
     void set_frame(const FillInputs& inputs) override {
         small_ = inputs.small;
@@ -21,6 +24,9 @@ public:
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
+    std::int64_t fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const;
+
+    Fills fills_;
     const SourceView* small_ = nullptr;
     const SourceView* main_ = nullptr;
     mutable Spares<SeenPoints> spares_;

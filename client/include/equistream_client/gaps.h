@@ -18,8 +18,10 @@ public:
     Gaps() = default;
     /// Looks through all of `origin` (PixelOrigin, 1 channel).
     explicit Gaps(ImageView<const std::uint8_t> origin);
-
     /// Rows from the top down, spans of a row from left to right; they neither touch nor overlap.
+    explicit Gaps(std::vector<GapSpan> spans);
+
+    /// In the order that the constructor asks for.
     std::span<const GapSpan> spans() const { return spans_; }
     /// Those of rows first to end - 1.
     std::span<const GapSpan> rows(int first, int end) const;

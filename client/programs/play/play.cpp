@@ -126,10 +126,10 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
-    app.add_option(
-           "--fill", settings.fill,
-           "Rungs in order, of patches, hidden, earlier, small, geometry, pushpull and spread (docs/guide.md); those "
-           "with nothing to fill from are passed over; or none")
+    app.add_option("--fill", settings.fill,
+                   "Rungs in order, of patches, hidden, earlier, small, small-wide, geometry, pushpull and spread "
+                   "(docs/guide.md); those "
+                   "with nothing to fill from are passed over; or none")
         ->capture_default_str();
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");

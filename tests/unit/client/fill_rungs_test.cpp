@@ -207,7 +207,7 @@ TEST_P(BothWays, DecoderPlanesGiveTheSameColours) {
 
 TEST(FillRungs, NothingIsDoneWithoutInput) {
     FillScene scene;
-    for (const char* rung : {"patches", "hidden", "earlier", "small", "geometry"}) {
+    for (const char* rung : {"patches", "hidden", "earlier", "small", "small-wide", "geometry"}) {
         const FillLadder ladder = make_fill_ladder(rung);
         ladder[0]->set_frame({.main = &scene.main_view});
         EXPECT_EQ(ladder[0]->fill(scene.eye, scene.picture), 0);
