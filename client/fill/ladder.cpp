@@ -12,7 +12,7 @@ namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 8> names = {"patches",    "hidden",   "earlier",  "small",
+constexpr std::array<std::string_view, 8> names = {"hidden",     "patches",  "earlier",  "small",
                                                    "small-wide", "geometry", "pushpull", "spread"};
 
 std::unique_ptr<FillRung> make_rung(std::string_view name) {

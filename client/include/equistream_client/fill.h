@@ -87,7 +87,7 @@ FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture&
 /// In the order in which they are best run.
 std::span<const std::string_view> fill_rung_names();
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
-inline constexpr const char* default_fill = "patches,hidden,earlier,pushpull";
+inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
 
 /// Rungs of a comma-separated list; "none" alone is an empty ladder. Throws InputError naming the accepted words.
 FillLadder make_fill_ladder(const std::string& list);

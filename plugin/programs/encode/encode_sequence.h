@@ -9,10 +9,10 @@
 
 namespace equistream {
 
-/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear. The small view is coarse
-/// already.
+/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear; in the small view its
+/// pixels have averaged some away.
 inline double default_fill_crf(TrackRole role, double crf) {
-    return role == TrackRole::small ? crf : std::min(crf + 12, 51.0);
+    return std::min(crf + (role == TrackRole::small ? 8 : 12), 51.0);
 }
 
 struct EncodeRequest {

@@ -19,7 +19,8 @@ from renders import EYE, HEADS, LEAN_M, MOVE_M, REPOSITORY, SEEDS, SPHERES, Scen
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 EXACT = ["--depth", "exact"]
-LADDER = "patches,hidden,earlier,pushpull"  # what `play` does unless told otherwise
+LADDER = "hidden,patches,earlier,pushpull"  # what `play` does unless told otherwise
+PATCHES_FIRST = "patches,hidden,earlier,pushpull"
 # Name -> source, method, depth, fill. Engines are told apart with the same fill; then what fills the gaps.
 SYSTEMS = {
     "sphere": ("centre", "sphere", [], "none"),
@@ -36,10 +37,13 @@ SYSTEMS = {
     "gather-3840": ("centre-3840", "gather", EXACT, "pushpull"),
     "mesh-3840": ("centre-3840", "mesh", EXACT, "pushpull"),
     "sphere-3840": ("centre-3840", "sphere", [], "none"),
+    "splat-3840": ("centre-3840", "splat", EXACT, "pushpull"),
+    "mesh-plain-3840": ("centre-3840", "mesh-plain", EXACT, "none"),
+    "paper-3840": ("left-3840", "surface", [], "small,spread"),
 }
-RUNGS = ("none", "spread", "pushpull", "small", "hidden", "patches", "geometry", "earlier", LADDER)
+RUNGS = ("none", "spread", "pushpull", "small", "small-wide", "hidden", "patches", "geometry", "earlier", LADDER, PATCHES_FIRST)
 # Which track for gaps comes along -> what fills them.
-CODED = {"none": "pushpull", "hidden": "hidden,pushpull", "patches": "patches,pushpull"}
+CODED = {"none": "pushpull", "small": "small-wide,pushpull", "hidden": "hidden,pushpull", "patches": "patches,pushpull"}
 CRF = 16  # of the paper's method
 BEST_CRF, WORST_CRF = 13, 21  # between which ours is looked for
 REPEAT = 3  # timings of depth, reprojection and fill
@@ -103,11 +107,11 @@ class Accuracy:
 
     # -- streams of equal bytes
 
-    def encoded(self, source, seed, crf, fill):
-        stream = f"streams/{source}-{fill.replace(',', '-')}-crf{crf:g}-{seed}.mp4"
+    def encoded(self, source, seed, crf, fill, kind="ours", *words):
+        stream = f"streams/{kind}-{source}-{fill}-crf{crf:g}-{seed}.mp4"
         (self.work / "streams").mkdir(exist_ok=True)
         record = self.steps.run(f"encode-{pathlib.Path(stream).stem}", "encode", f"renders/{source}-{seed}", "--out", stream, "--crf", crf,
-                                "--frames", self.renders.frame, "--fill", fill, "--json", "--progress", "none")
+                                "--frames", self.renders.frame, "--fill", fill, *words, "--json", "--progress", "none")
         report = json.loads(self.steps.output_of(f"encode-{pathlib.Path(stream).stem}"))
         return stream, {"command": record["command"], "crf": crf, "bytes": {track["name"]: track["bytes"] for track in report["tracks"]}}
 
@@ -126,13 +130,14 @@ class Accuracy:
         return self.encoded(source, seed, worst / 4, track)
 
     def coded(self, head):
-        paper = [self.encoded("left", seed, CRF, "small") for seed in SEEDS]
+        paper = [self.encoded("left", seed, CRF, "small", "paper", "--fill-crf", CRF) for seed in SEEDS]
         limits = [sum(record["bytes"].values()) for _, record in paper]
         plays = {"paper-coded": ("left", paper, ["--method", "surface", "--fill", "small,spread"])}
         for source, name in (("centre", "ours"), ("left-ours", "ours-left")):
             for track, fill in CODED.items():
-                ours = [self.ours_at_no_more_bytes(source, seed, limit, track) for seed, limit in zip(SEEDS, limits)]
-                plays[f"{name}-coded-{track}"] = (source, ours, ["--method", "surface", "--fill", fill])
+                folder = "left" if source == "left-ours" and track == "small" else source
+                ours = [self.ours_at_no_more_bytes(folder, seed, limit, track) for seed, limit in zip(SEEDS, limits)]
+                plays[f"{name}-coded-{track}"] = (folder, ours, ["--method", "surface", "--fill", fill])
         scores = []
         for name, (source, streams, words) in plays.items():
             score = self.score(name, [stream for stream, _ in streams], head, words, self.gaps_of(source, head))
@@ -147,7 +152,7 @@ class Accuracy:
             if rung == "earlier" and not self.renders.walk:
                 continue
             fill = rung if rung in ("none", "spread", "pushpull") or "," in rung else f"{rung},pushpull"
-            name = "rung-" + ("ladder" if "," in rung else rung)
+            name = "rung-" + rung.replace(",", "-")
             score = self.score(name, [f"renders/centre-{seed}" for seed in SEEDS], head, ["--method", "surface", "--fill", fill, *frames],
                                self.gaps_of("centre", head))
             scores.append({**score, "fill": fill})

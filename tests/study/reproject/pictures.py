@@ -38,7 +38,7 @@ def fullest_cut(mask):
 def panel_title(entry, eye):
     if entry["fill"] == "none":
         return "gaps left alone"
-    name = "the whole ladder" if entry["system"] == "rung-ladder" else entry["fill"].replace(",", ", then ")
+    name = entry["fill"].replace(",", ", then ")
     return f"{name}: {noise_free_short(results.gap_error(entry, eye))} dB"
 
 

@@ -37,6 +37,7 @@ SPHERES = {
     "left": {"size": "1920x960", "options": ["--eye", "left", "--small", "right"]},
     "left-ours": {"size": "1920x960", "options": ["--eye", "left", "--layers", "--patches"]},
     "centre-3840": {"size": "3840x1920", "options": ["--eye", "centre"]},
+    "left-3840": {"size": "3840x1920", "options": ["--eye", "left", "--small", "right"]},
 }
 
 
@@ -127,7 +128,7 @@ def scene_parser(description, work=None):
 def main():
     parser = scene_parser(__doc__, work="folder for renders; not in the repository")
     parser.add_argument("--spp", type=int, default=16)
-    parser.add_argument("--only", default="truth,left,left-ours,centre,centre-3840", help="truth and spheres, a comma-separated list")
+    parser.add_argument("--only", default="truth,left,left-ours,centre,centre-3840,left-3840", help="truth and spheres, a comma-separated list")
     options = parser.parse_args()
     for scene in options.scenes:
         SceneRenders(options.work, options.bin, scene, options.spp).all(options.only.split(","))

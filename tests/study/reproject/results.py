@@ -14,9 +14,11 @@ NAMES = {
     "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
     "ours-left": "ours, with the sphere at the left eye",
     "surface-3840": "surface, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
+    "splat-3840": "splat, 3,840 wide", "mesh-plain-3840": "plain mesh of every cell, 3,840 wide", "paper-3840": "the paper's method, 3,840 wide",
     "paper-coded": "the paper's method, coded", "ours-coded-none": "ours, coded, no track for gaps",
-    "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
-    "ours-left-coded-none": "ours at the left eye, coded, no track for gaps", "ours-left-coded-hidden": "ours at the left eye, coded, hidden layer",
+    "ours-coded-small": "ours, coded, small stream", "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
+    "ours-left-coded-none": "ours at the left eye, coded, no track for gaps",
+    "ours-left-coded-small": "ours at the left eye, coded, small stream", "ours-left-coded-hidden": "ours at the left eye, coded, hidden layer",
     "ours-left-coded-patches": "ours at the left eye, coded, patches",
 }
 

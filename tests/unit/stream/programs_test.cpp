@@ -84,9 +84,15 @@ protected:
 TEST_F(Programs, EncodeMakesBothTracks) {
     render("r/centre", 192, 96, 3, 10);
     render("r/small", 96, 64, 3, 10, Eye::right);
-    const Ran ran = run("encode '" + path("r") + "' --out '" + path("a.mkv") + "' --preset veryfast --json");
+    const std::string words = "encode '" + path("r") + "' --preset veryfast --json --crf 20 --out '";
+    const Ran ran = run(words + path("a.mkv") + "' --fill-crf 20");
     ASSERT_EQ(ran.status, 0) << ran.errors;
     const auto report = nlohmann::json::parse(ran.output);
+    const auto coarser = nlohmann::json::parse(run(words + path("b.mkv") + "'").output);
+    const auto as_coarse = nlohmann::json::parse(run(words + path("c.mkv") + "' --fill-crf 28").output);
+    EXPECT_EQ(coarser["tracks"][0]["bytes"], report["tracks"][0]["bytes"]);
+    EXPECT_LT(coarser["tracks"][1]["bytes"], report["tracks"][1]["bytes"]);
+    EXPECT_EQ(coarser["tracks"][1]["bytes"], as_coarse["tracks"][1]["bytes"]);
     EXPECT_EQ(report["frames"]["count"], 8);
     EXPECT_EQ(report["tracks"].size(), 2u);
     EXPECT_TRUE(report["full_sphere"]);
