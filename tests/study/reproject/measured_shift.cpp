@@ -5,8 +5,10 @@
 ///
 /// What lies between the source's samples no client can know: a leaf thinner than a pixel, where exactly a silhouette
 /// runs. So pixels are told apart by whether the samples around q, linear in w, tell the depth there to within the
-/// budget: "sampled" ones, for which the bound must hold, and the others. Prints JSON, for each engine: quantiles of
-/// the shift and the share within the budget, over all coloured pixels and over the sampled ones.
+/// budget: "sampled" ones, for which the bound must hold, and the others. Where the samples bend no more than the
+/// budget allows, whatever the truth is, they are "smooth": that much a client can know by itself. Prints JSON, for
+/// each engine: quantiles of the shift and the share within the budget, over all coloured pixels, the smooth and the
+/// sampled ones.
 #include "random_eyes.h"
 
 #include <equistream/error.h>
@@ -119,20 +121,26 @@ public:
                 {"pixels", pixels},
                 {"budget_px", EngineOptions{}.error_budget_px},
                 {"coloured", summary(shifts.coloured_px)},
+                {"smooth", summary(shifts.smooth_px)},
                 {"sampled", summary(shifts.sampled_px)}};
     }
 
 private:
     struct Shifts {
-        std::vector<float> coloured_px, sampled_px;
+        std::vector<float> coloured_px, smooth_px, sampled_px;
+    };
+    struct Pixel {
+        float shift_px = -1;
+        bool smooth = false, sampled = false;
     };
 
-    /// Whether the source's samples around it tell the distance in this direction.
-    bool sampled(const glm::dvec3& direction, double distance_m) const {
+    /// What the source's samples around a direction tell of the distance there.
+    Pixel told(float shift_px, const glm::dvec3& direction, double distance_m) const {
         const SampledW w = sampled_w(sphere_depth_, eyes_.sphere, eyes_.sphere.pixel(direction), eyes_.box_radius_m);
         const double error = std::abs(w.interpolated - bounded_inverse_depth(distance_m, eyes_.box_radius_m));
         const double budget = std::sin(EngineOptions{}.error_budget_px / eyes_.eye.focal_px());
-        return error <= budget && w.bend <= 8 * budget;
+        const bool smooth = w.bend <= 8 * budget;
+        return {shift_px, smooth, smooth && error <= budget};
     }
 
     void add_shifts(const Engine& engine, const Pose& pose, Shifts& shifts) {
@@ -142,10 +150,6 @@ private:
         engine.reproject({eyes_.eye, pose, given ? eye_depth.view() : ImageView<const float>{}}, picture);
         const ImageView<const float> shown_m = given ? eye_depth.view() : std::as_const(picture.depth_m).view();
         const std::size_t columns = std::size_t(eyes_.eye.width);
-        struct Pixel {
-            float shift_px = -1;
-            bool sampled = false;
-        };
         std::vector<Pixel> found(columns * std::size_t(eyes_.eye.height));
         tbb::parallel_for(0, eyes_.eye.height, [&](int y) {
             trace_thread_init();
@@ -158,13 +162,15 @@ private:
                 const glm::dvec3 direction = glm::normalize(point_m - eyes_.centre.position_m);
                 const double distance_m = truth_.distance_m(eyes_.centre.position_m, direction);
                 const double shift = shift_rad(eyes_.centre.position_m, distance_m, pose, point_m);
-                found[std::size_t(y) * columns + std::size_t(x)] = {float(shift * eyes_.eye.focal_px()),
-                                                                    sampled(direction, distance_m)};
+                found[std::size_t(y) * columns + std::size_t(x)] =
+                    told(float(shift * eyes_.eye.focal_px()), direction, distance_m);
             }
         });
         for (const Pixel& pixel : found)
             if (pixel.shift_px >= 0) {
                 shifts.coloured_px.push_back(pixel.shift_px);
+                if (pixel.smooth)
+                    shifts.smooth_px.push_back(pixel.shift_px);
                 if (pixel.sampled)
                     shifts.sampled_px.push_back(pixel.shift_px);
             }

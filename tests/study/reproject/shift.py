@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """How far random eyes of the head box see things displaced, by engine: docs/results/reproject/shift/SCENE.json.
 
-    shift.py --bin build/release/bin [SCENE ...]
+    shift.py --bin build/release/bin --work FOLDER [SCENE ...]
 
-No renders are needed: measured_shift.cpp casts rays for the sphere's depth, the eyes' and the truth.
+No renders are needed: measured_shift.cpp casts rays for the sphere's depth, the eyes' and the truth. Once with small eyes, many of
+them; once with eyes of 1920x1080, whose quarter of a pixel is a fourth of the angle; and once with the depth of the client's model for the
+same budget, which is made in FOLDER.
 """
 
 import json
@@ -11,23 +13,41 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from model import ModelStudy  # noqa: E402
 from renders import FRAMES, LEAN_M, REPOSITORY, scene_parser  # noqa: E402
 from steps import measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
+MODEL_PX = 0.25
+RUNS = ({"run": "480x270", "eyes": 64}, {"run": "1920x1080", "eyes": 8}, {"run": "model", "eyes": 64})
+
+
+class Shifts:
+    def __init__(self, options, scene):
+        self.options, self.scene = options, scene
+        self.program = options.bin / "equistream_measured_shift"
+
+    def measured(self, run, eyes):
+        words = [f"scenes/descriptions/{self.scene}.json", "--frame", str(FRAMES[self.scene]), "--lean", str(LEAN_M), "--eyes", str(eyes),
+                 "--seed", str(self.options.seed), "--engines", self.options.engines, "--size", "480x270" if run == "model" else run]
+        model = []
+        if run == "model":
+            study = ModelStudy(self.options, self.scene)
+            model = ["--model", str(study.work / study.model(MODEL_PX)[0])]
+        command = " ".join([self.program.name, *words, *(["--model", f"model-{MODEL_PX:g}px.json"] if model else [])])
+        return {"run": run, "command": command, "n": {"eyes": eyes, "seed": self.options.seed},
+                "engines": measured_json(self.program, [*words, *model], REPOSITORY)}
+
 
 def main():
-    parser = scene_parser(__doc__)
+    parser = scene_parser(__doc__, work="folder for the client's models; not in the repository")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/shift", help="folder for SCENE.json")
-    parser.add_argument("--eyes", type=int, default=64)
+    parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--engines", default="surface,gather,mesh,splat")
     options = parser.parse_args()
-    program = options.bin / "equistream_measured_shift"
     for scene in options.scenes:
-        words = [f"scenes/descriptions/{scene}.json", "--frame", str(FRAMES[scene]), "--lean", str(LEAN_M), "--eyes", str(options.eyes),
-                 "--seed", str(options.seed), "--engines", options.engines]
-        result = {"scene": scene, "command": " ".join([program.name, *words]), "n": {"eyes": options.eyes, "seed": options.seed},
-                  "engines": measured_json(program, words, REPOSITORY), **provenance(options.bin, REPOSITORY)}
+        shifts = Shifts(options, scene)
+        result = {"scene": scene, "runs": [shifts.measured(**run) for run in RUNS], **provenance(options.bin, REPOSITORY)}
         write_whole(options.out / f"{scene}.json", json.dumps(result, indent=1) + "\n")
         print(options.out / f"{scene}.json", flush=True)
 
