@@ -15,6 +15,8 @@ namespace {
 constexpr std::array<std::string_view, 8> names = {"hidden",     "patches",  "earlier",  "small",
                                                    "small-wide", "geometry", "pushpull", "spread"};
 
+constexpr std::array<std::string_view, 2> small_names = {"small", "small-wide"};
+
 std::unique_ptr<FillRung> make_rung(std::string_view name) {
     if (name == "patches")
         return std::make_unique<PatchesRung>();
@@ -41,6 +43,10 @@ std::unique_ptr<FillRung> make_rung(std::string_view name) {
 
 std::span<const std::string_view> fill_rung_names() {
     return names;
+}
+
+std::span<const std::string_view> small_rung_names() {
+    return small_names;
 }
 
 FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture) {

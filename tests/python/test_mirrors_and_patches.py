@@ -226,10 +226,12 @@ def test_gaps_beyond_a_source_at_the_eye_itself(root, pavilion, run, tmp_path):
     def depth(camera, pose):
         return next(frame["depth"] for frame in known if frame.info.camera == camera and frame.info.camera_pose == pose)
 
-    run("play", out / "frames", "--scene", pavilion / "pavilion.json", "--depth-reuse", "off", *VIEW, "--fill", "small,pushpull", "--out", tmp_path)
-    for eye, view, info in views(es.Reprojector(fill="small,pushpull"), es.open_feed(out / "frames"), lambda frame: depth):
-        assert (view.rgb != played(tmp_path, eye, info)).any(axis=2).mean() < 2e-3
-        assert view.gaps.mean() > 0.1 and view.filled["small"] > 10
+    for rung in ("small", "small-wide"):
+        fill, target = f"{rung},pushpull", tmp_path / rung
+        run("play", out / "frames", "--scene", pavilion / "pavilion.json", "--depth-reuse", "off", *VIEW, "--fill", fill, "--out", target)
+        for eye, view, info in views(es.Reprojector(fill=fill), es.open_feed(out / "frames"), lambda frame: depth):
+            assert (view.rgb != played(target, eye, info)).any(axis=2).mean() < 2e-3
+            assert view.gaps.mean() > 0.1 and view.filled[rung] > 10
 
 
 def test_bad_planes_and_casts_are_told_in_one_line(frames):

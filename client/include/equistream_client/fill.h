@@ -86,6 +86,8 @@ FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture&
 
 /// In the order in which they are best run.
 std::span<const std::string_view> fill_rung_names();
+/// Of them, those that take their colours from the small second-eye view.
+std::span<const std::string_view> small_rung_names();
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
 inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
 

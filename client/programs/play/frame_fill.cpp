@@ -64,6 +64,10 @@ bool FrameFill::has(std::string_view rung) const {
     return has_rung(ladder_, rung);
 }
 
+bool FrameFill::takes_small() const {
+    return std::ranges::any_of(small_rung_names(), [&](std::string_view rung) { return has(rung); });
+}
+
 bool FrameFill::wants_depth() const {
     return std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
 }

@@ -31,6 +31,7 @@ public:
     /// Whether some rung is better with depth of pictures and eyes.
     bool wants_depth() const;
     bool has(std::string_view rung) const;
+    bool takes_small() const;
     /// Takes what there is of a frame, borrowed until the next one.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }

@@ -235,7 +235,7 @@ void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
     const bool small_has_depth =
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
-    if (small_has_depth && (fill_->has("small") || fill_->has("small-wide"))) {
+    if (small_has_depth && fill_->takes_small()) {
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
         depths_.small = std::move(depths.small);
     }

@@ -46,7 +46,7 @@ TrackRoles unneeded_roles(const Plan& plan) {
     TrackRoles unneeded;
     const auto leave_out = [&](TrackRole role, bool needed) { unneeded[std::size_t(role)] = !needed; };
     const auto fills = [&](std::string_view rung) { return std::ranges::count(rungs, rung) > 0; };
-    leave_out(TrackRole::small, fills("small") || fills("small-wide"));
+    leave_out(TrackRole::small, std::ranges::any_of(small_rung_names(), fills));
     // All others are looked up by the eye's depth, mirrors too.
     leave_out(TrackRole::depth, with_depth && plan.depth != "ray");
     leave_out(TrackRole::images, with_depth);

@@ -184,7 +184,7 @@ class Reprojector:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
-        used, for exactly the views they belong to. `small` is a second picture for the rung of that name (a FeedFrame brings its own, and
+        used, for exactly the views they belong to. `small` is a second picture for the rungs that start with that name (a FeedFrame brings its own, and
         its second layer and patches). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
@@ -193,10 +193,11 @@ class Reprojector:
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
         frame = source if isinstance(source, FeedFrame) else None
-        rungs = self.fill.split(",")
-        if small is not None and "small" not in rungs:
-            raise InputError(f"small: expected a fill ladder with the rung 'small' for it, found '{self.fill}'")
-        if frame is not None and "small" in rungs and small is None:
+        rungs = set(self.fill.split(","))
+        takes_small = not rungs.isdisjoint(_core.SMALL_RUNGS)
+        if small is not None and not takes_small:
+            raise InputError(f"small: expected a fill ladder with a rung for it, {' or '.join(_core.SMALL_RUNGS)}, found '{self.fill}'")
+        if frame is not None and takes_small and small is None:
             small = frame.small
         main = _view(frame.main if frame is not None else source, "source")
         second = None if small is None else _view(small, "small")

@@ -208,6 +208,7 @@ void bind_reprojection(nb::module_& m) {
     };
     m.attr("METHODS") = tuple_of(engine_names());
     m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
+    m.attr("SMALL_RUNGS") = tuple_of(small_rung_names());
     m.attr("DEFAULT_FILL") = default_fill;
     m.attr("RISKS") = tuple_of(risk_names);
     m.attr("RISK_GROUPS") = tuple_of(risk_group_names);
