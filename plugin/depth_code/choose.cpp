@@ -28,6 +28,10 @@ double quantisation_bound_rad(const DepthCode& code, const DepthRange& range) {
     return std::asin(std::min(1.0, step / 2));
 }
 
+double depth_tolerance_w(const std::optional<DepthCodeInfo>& code) {
+    return code ? std::sin(quantisation_bound_rad(*make_depth_code(code->code), code->range)) : 0;
+}
+
 DepthRange depth_range(const DepthCode& code, double box_radius_m, double nearest_m, double focal_length_px) {
     assert(box_radius_m > 0 && focal_length_px > 0);
     DepthRange range{box_radius_m, 0, false};

@@ -22,6 +22,10 @@ class Breaker:
     max_bounces: int = 0
     damage: Optional[Callable] = None
     """Of a depth plane (depth_m, box_radius_m, value) -> (depth_m, tolerance of w)."""
+    coding: Optional[Callable] = None
+    """Options of `encode` for a value: the source comes through a stream, with its depth."""
+    mirrors: bool = False
+    """Pixels of mirrors and glass are looked up by virtual depth; otherwise methods are on their own."""
 
 
 def knob(name):
@@ -46,6 +50,10 @@ def coarse(depth_m, box_radius_m, bits):
         return (box_radius_m + box_radius_m / coded).astype(np.float32), step / 2
 
 
+def coded(code):
+    return lambda crf: ["--depth", code, "--depth-crf", crf, "--crf", 12]
+
+
 BREAKERS = (
     Breaker("leaf", "leaf", "distance of the leaf from the left eye, m", (1, 0.5, 0.3, 0.2, 0.15, 0.1, 0.06, 0.04), (0.5, 0.15, 0.06),
             knob("distance_m")),
@@ -58,5 +66,11 @@ BREAKERS = (
             max_bounces=2),
     Breaker("glass", "glass", "from the pane to what is behind it, m", (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2), (0.02, 0.2, 2), knob("behind_m"),
             max_bounces=2, samples=64),
+    Breaker("mirror image", "mirror", "from the mirror to what it reflects, m", (0.5, 0.7, 1, 1.5, 2, 2.5, 2.9), (0.5, 1.5, 2.9),
+            knob("behind_m"), max_bounces=2, mirrors=True),
+    Breaker("pane image", "glass", "from the pane to what is behind it, m", (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2), (0.02, 0.2, 2),
+            knob("behind_m"), max_bounces=2, samples=64, mirrors=True),
     Breaker("coarse depth", "near", "bits of w", (12, 10, 8, 7, 6, 5, 4, 3, 2), (8, 5, 3), half_a_metre, damage=coarse),
+    Breaker("coded depth", "near", "CRF of the track of w in 10 bits", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), half_a_metre, coding=coded("w10")),
+    Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), half_a_metre, coding=coded("pece420")),
 )

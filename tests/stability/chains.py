@@ -46,10 +46,22 @@ class Renders:
 
     def render(self, name, *words):
         self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", 0, "--max-bounces",
-                 self.breaker.max_bounces, "--aovs", "depth,specular", "--progress", "none", "--out", self.folder / name, *words)
+                 self.breaker.max_bounces, "--aovs", "depth,specular,virtual", "--progress", "none", "--out", self.folder / name, *words)
 
     def frame(self, name, eye):
         return es.read_frame(self.folder / name / eye / "frame.0000.exr")
+
+    def source(self, name, eye):
+        """A sphere as methods get it: rendered, or through a stream. With what is left of its depth, and what that may be off by in w."""
+        if self.breaker.coding is not None:
+            stream = self.folder / f"{name}.mkv"
+            self.run("encode", self.folder / name, "--fill", "none", *self.breaker.coding(self.value), "--progress", "none", "--out", stream)
+            picture = next(es.open_feed(stream, depth=True)).main
+            return picture, picture.depth_m, picture.info.depth_tolerance_w
+        frame = self.frame(name, eye)
+        if self.breaker.damage is None:
+            return frame, frame["depth"], 0.0
+        return frame, *self.breaker.damage(frame["depth"], frame.info.box_radius_m, self.value)
 
 
 def size_text(size):
@@ -92,19 +104,16 @@ def share(part, whole):
 
 def reprojected(renders, method):
     """Both eyes' pictures by one method, each with the true eye in 8 bits."""
-    source = renders.frame("paper" if method == "paper" else "sphere", "left" if method == "paper" else "centre")
+    source, depth_m, tolerance_w = renders.source(*(("paper", "left") if method == "paper" else ("sphere", "centre")))
     small = renders.frame("small", "right")
     truths = [renders.frame("truth", eye) for eye in EYES]
-    tolerance_w = 0.0
-    if renders.breaker.damage is not None:
-        source["depth"], tolerance_w = renders.breaker.damage(source["depth"], source.info.box_radius_m, renders.value)
-    views = (source, small, *truths)
+    depths = [(source.info, depth_m), *((view.info, view["depth"]) for view in (small, *truths))]
 
     def depth(camera, pose):
-        return next(view["depth"] for view in views if view.info.camera == camera and view.info.camera_pose == pose)
+        return next(depth_m for info, depth_m in depths if info.camera == camera and info.camera_pose == pose)
 
-    # Methods alone: thresholds are of what each makes of mirrors and glass itself, and of whether the map knows.
-    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=False)
+    # Without mirrors thresholds are of what each method makes of mirrors and glass itself, and of whether the map knows.
+    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=renders.breaker.mirrors)
     for truth in truths:
         picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
         yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)

@@ -32,13 +32,6 @@ bool leaves_head_box(const FrameInfo& eye, const FrameInfo& source) {
     return glm::distance(eye.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
 }
 
-/// What the depth that came with a source may be off by, in w: nothing where it is the renderer's own.
-double depth_tolerance_w(const FrameInfo& source) {
-    if (!source.depth_code)
-        return 0;
-    return std::sin(quantisation_bound_rad(*make_depth_code(source.depth_code->code), source.depth_code->range));
-}
-
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
     if (picture.width() != width_of(picture.info.camera) || picture.height() != height_of(picture.info.camera))
         throw WorkError(expected_found(source + ": frame " + std::to_string(picture.info.index),
@@ -284,9 +277,9 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     start = Clock::now();
     for (auto [eye, figures] :
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
-        estimate_reliability(
-            source, eye->view(), eye->picture,
-            {.depth_tolerance_w = takes_planes() ? depth_tolerance_w(frame.main.info) : 0, .specular_reworked = true});
+        estimate_reliability(source, eye->view(), eye->picture,
+                             {.depth_tolerance_w = takes_planes() ? depth_tolerance_w(frame.main.info.depth_code) : 0,
+                              .specular_reworked = true});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
     }

@@ -180,7 +180,7 @@ class Reprojector:
 
     def __call__(self, source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
                  small: Optional[AnyPicture] = None, earlier: Iterable[AnyPicture] = (),
-                 reliability: bool = False, risks: bool = False, depth_tolerance_w: float = 0) -> EyePicture:
+                 reliability: bool = False, risks: bool = False, depth_tolerance_w: Optional[float] = None) -> EyePicture:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
@@ -188,7 +188,8 @@ class Reprojector:
         its second layer and patches). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
-        `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is half a step of the depth's code.
+        `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
+        unless given, the source's own if its own depth is used, else 0.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
@@ -226,6 +227,8 @@ class Reprojector:
             None if second is None else second.core(by_depth),
             None if frame is None or frame.hidden is None else _layer(frame.hidden), patches,
             [_view(picture, "earlier").core(True) for picture in earlier])
+        if depth_tolerance_w is None:
+            depth_tolerance_w = main.info.depth_tolerance_w if depth is None else 0.0
         assess = _core.Assess(reliability, risks, depth_tolerance_w)
         found = self._core.reproject(main.core(by_depth), fill_from, camera, pose, eye_depth, assess)
         return EyePicture(found["rgba"], found["origin"], found["origin_before_fill"] == 0, found["filled"], found["mirrors"], camera, pose,

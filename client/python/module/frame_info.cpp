@@ -2,6 +2,7 @@
 #include "parts.h"
 
 #include <equistream/bound.h>
+#include <equistream/depth_code.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/frame.h>
@@ -132,6 +133,9 @@ void bind_frame_info(nb::module_& m) {
         .def_prop_ro(
             "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.lean_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")
+        .def_prop_ro(
+            "depth_tolerance_w", [](const FrameInfo& i) { return depth_tolerance_w(i.depth_code); },
+            "What the code of the depth that came with a picture may put it off by, in w; 0: it is the renderer's own.")
         .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
                 "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
                 "else None.")

@@ -17,6 +17,7 @@
 #include <equistream/planes.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -50,6 +51,8 @@ std::unique_ptr<DepthCode> make_depth_code(std::string_view name);
 /// The largest angle by which an eye in the head box sees a point displaced that was packed and unpacked with no codec
 /// between: half a step of x, as an angle. 0 for lossless.
 double quantisation_bound_rad(const DepthCode& code, const DepthRange& range);
+/// The same as a difference of w, for depth that came as this says; 0 where nothing says so: it is the renderer's own.
+double depth_tolerance_w(const std::optional<DepthCodeInfo>& code);
 
 /// The range of some pictures' depths: as near as the nearest surface, but not nearer than the code can hold with the
 /// whole error budget at this focal length (what is nearer is clamped). `nearest_m` is +inf where all pixels miss.
