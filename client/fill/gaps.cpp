@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cstring>
 #include <utility>
 
@@ -54,6 +55,9 @@ Gaps::Gaps(ImageView<const std::uint8_t> origin) {
 }
 
 Gaps::Gaps(std::vector<GapSpan> spans) : spans_(std::move(spans)) {
+    assert(std::ranges::adjacent_find(spans_, [](const GapSpan& a, const GapSpan& b) {
+               return b.y < a.y || (b.y == a.y && b.begin <= a.end);
+           }) == spans_.end());
     for (const GapSpan& span : spans_)
         count_ += span.end - span.begin;
 }

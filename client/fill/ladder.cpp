@@ -6,37 +6,61 @@
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 namespace equistream {
 
 namespace {
 
-constexpr std::array<std::string_view, 8> names = {"hidden",     "patches",  "earlier",  "small",
-                                                   "small-wide", "geometry", "pushpull", "spread"};
+using Maker = std::unique_ptr<FillRung> (*)();
+
+template <typename Rung>
+std::unique_ptr<FillRung> make() {
+    return std::make_unique<Rung>();
+}
+
+template <SmallRung::Fills fills>
+std::unique_ptr<FillRung> make_small() {
+    return std::make_unique<SmallRung>(fills);
+}
+
+/// In the order in which they are best run.
+constexpr std::array<std::pair<std::string_view, Maker>, 8> makers = {{
+    {"hidden", make<HiddenRung>},
+    {"patches", make<PatchesRung>},
+    {"earlier", make<EarlierRung>},
+    {"small", make_small<SmallRung::Fills::all_gaps>},
+    {"small-wide", make_small<SmallRung::Fills::wide_gaps>},
+    {"geometry", make<GeometryRung>},
+    {"pushpull", make<PushPullRung>},
+    {"spread", make<SpreadRung>},
+}};
+
+constexpr auto names = [] {
+    std::array<std::string_view, makers.size()> found;
+    std::ranges::transform(makers, found.begin(), [](const auto& maker) { return maker.first; });
+    return found;
+}();
 
 constexpr std::array<std::string_view, 2> small_names = {"small", "small-wide"};
 
+std::string accepted_names() {
+    std::string text = "none, or a list of ";
+    for (const std::string_view name : names) {
+        if (name != names.front())
+            text += name == names.back() ? " and " : ", ";
+        text += name;
+    }
+    return text;
+}
+
 std::unique_ptr<FillRung> make_rung(std::string_view name) {
-    if (name == "patches")
-        return std::make_unique<PatchesRung>();
-    if (name == "hidden")
-        return std::make_unique<HiddenRung>();
-    if (name == "earlier")
-        return std::make_unique<EarlierRung>();
-    if (name == "small")
-        return std::make_unique<SmallRung>(SmallRung::Fills::all_gaps);
-    if (name == "small-wide")
-        return std::make_unique<SmallRung>(SmallRung::Fills::wide_gaps);
-    if (name == "geometry")
-        return std::make_unique<GeometryRung>();
-    if (name == "pushpull")
-        return std::make_unique<PushPullRung>();
-    if (name == "spread")
-        return std::make_unique<SpreadRung>();
-    throw InputError(expected_found(
-        "--fill", "none, or a list of patches, hidden, earlier, small, small-wide, geometry, pushpull and spread",
-        "'" + std::string(name) + "'"));
+    const auto found = std::ranges::find(makers, name, [](const auto& maker) { return maker.first; });
+    if (found == makers.end())
+        throw InputError(expected_found("--fill", accepted_names(), "'" + std::string(name) + "'"));
+    return found->second();
 }
 
 }  // namespace

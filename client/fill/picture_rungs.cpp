@@ -46,8 +46,8 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
     return filled;
 }
 
-/// Half of a source's pixel, in the eye's, where both look straight ahead. By measurement: in gaps of less, colours of
-/// full resolution around them are nearer the truth (docs/results/reproject.md, what each rung recovers).
+/// Half of a source's pixel, in the eye's, where both look straight ahead. By trial: in gaps of less, colours of full
+/// resolution around them are mostly nearer the truth (docs/decisions/0004).
 int half_pixel_side(const PerspectiveCamera& eye, const Camera& source) {
     const double angle_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source);
     return int(std::clamp(std::round(angle_rad / eye.pixel_angle_rad() / 2), 1.0, double(eye.width)));

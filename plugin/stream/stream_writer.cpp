@@ -9,6 +9,7 @@
 
 extern "C" {
 #include <libavutil/spherical.h>
+#include <libavutil/stereo3d.h>
 }
 
 namespace equistream {
@@ -38,6 +39,18 @@ void tag_as_equirect(AVStream& stream) {
     mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
     if (av_stream_add_side_data(&stream, AV_PKT_DATA_SPHERICAL, reinterpret_cast<std::uint8_t*>(mapping), size) < 0) {
         av_free(mapping);
+        throw std::bad_alloc();
+    }
+}
+
+void tag_as_stereo(AVStream& stream, StereoPacking packing) {
+    AVStereo3D* stereo = av_stereo3d_alloc();
+    if (!stereo)
+        throw std::bad_alloc();
+    stereo->type = packing == StereoPacking::top_bottom ? AV_STEREO3D_TOPBOTTOM : AV_STEREO3D_SIDEBYSIDE;
+    if (av_stream_add_side_data(&stream, AV_PKT_DATA_STEREO3D, reinterpret_cast<std::uint8_t*>(stereo),
+                                sizeof *stereo) < 0) {
+        av_free(stereo);
         throw std::bad_alloc();
     }
 }
@@ -146,6 +159,8 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
         stream->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');  // the one that every player takes
     if (tags_sphere() && track.role == TrackRole::main)
         tag_as_equirect(*stream);
+    if (settings.stereo != StereoPacking::none && container.tags_spheres && track.role == TrackRole::main)
+        tag_as_stereo(*stream, settings.stereo);
     track.stream = stream;
 }
 
@@ -178,7 +193,10 @@ void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
 }
 
 void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count) {
-    const auto payload = encode_frame_info(track.role, info, {track.pictures++, count});
+    std::vector<std::uint8_t> payload;
+    if (settings.tagged)
+        payload = encode_frame_info(track.role, info, {track.pictures, count});
+    ++track.pictures;
     track.encoder.encode(std::move(picture), info.index - *first_index, payload,
                          [&](AVPacket& packet) { write_packet(track, packet); });
 }

@@ -9,6 +9,7 @@
 extern "C" {
 #include <libavutil/pixdesc.h>
 #include <libavutil/spherical.h>
+#include <libavutil/stereo3d.h>
 }
 
 #include <algorithm>
@@ -107,6 +108,17 @@ bool is_equirect(const AVStream& stream) {
            reinterpret_cast<const AVSphericalMapping*>(data)->projection == AV_SPHERICAL_EQUIRECTANGULAR;
 }
 
+StereoPacking stereo_of(const AVStream& stream) {
+    std::size_t size = 0;
+    const auto* data = av_stream_get_side_data(&stream, AV_PKT_DATA_STEREO3D, &size);
+    if (!data || size < sizeof(AVStereo3D))
+        return StereoPacking::none;
+    const AVStereo3DType type = reinterpret_cast<const AVStereo3D*>(data)->type;
+    return type == AV_STEREO3D_TOPBOTTOM    ? StereoPacking::top_bottom
+           : type == AV_STEREO3D_SIDEBYSIDE ? StereoPacking::side_by_side
+                                            : StereoPacking::none;
+}
+
 std::string track_title(const AVStream& stream) {
     for (const char* key : {"title", "handler_name"})
         if (const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, 0))
@@ -127,6 +139,7 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
     summary.pixel_format = name_or(av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format)));
     summary.colour = colour_of(parameters);
     summary.equirect = is_equirect(stream);
+    summary.stereo = stereo_of(stream);
     return summary;
 }
 

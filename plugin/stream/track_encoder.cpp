@@ -219,10 +219,12 @@ av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& i
 void TrackEncoder::encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                           const std::function<void(AVPacket&)>& emit) {
     picture->pts = pts;
-    AVFrameSideData* data = av_frame_new_side_data(picture.get(), AV_FRAME_DATA_SEI_UNREGISTERED, payload.size());
-    if (!data)
-        throw std::bad_alloc();
-    std::copy(payload.begin(), payload.end(), data->data);
+    if (!payload.empty()) {
+        AVFrameSideData* data = av_frame_new_side_data(picture.get(), AV_FRAME_DATA_SEI_UNREGISTERED, payload.size());
+        if (!data)
+            throw std::bad_alloc();
+        std::copy(payload.begin(), payload.end(), data->data);
+    }
     send(picture.get(), emit);
 }
 

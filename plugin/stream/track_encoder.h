@@ -20,7 +20,7 @@ public:
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
     /// Depth to its code's samples; counts into `info` what was too near.
     av::Frame convert(ImageView<const float> depth_m, DepthCodeInfo& info) const;
-    /// `payload` travels in the coded picture. `emit` is called for each packet that is ready.
+    /// `payload` travels in the coded picture, unless it is empty. `emit` is called for each packet that is ready.
     void encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                 const std::function<void(AVPacket&)>& emit);
     void drain(const std::function<void(AVPacket&)>& emit);

@@ -226,12 +226,15 @@ def test_gaps_beyond_a_source_at_the_eye_itself(root, pavilion, run, tmp_path):
     def depth(camera, pose):
         return next(frame["depth"] for frame in known if frame.info.camera == camera and frame.info.camera_pose == pose)
 
+    filled = {}
     for rung in ("small", "small-wide"):
         fill, target = f"{rung},pushpull", tmp_path / rung
         run("play", out / "frames", "--scene", pavilion / "pavilion.json", "--depth-reuse", "off", *VIEW, "--fill", fill, "--out", target)
         for eye, view, info in views(es.Reprojector(fill=fill), es.open_feed(out / "frames"), lambda frame: depth):
             assert (view.rgb != played(target, eye, info)).any(axis=2).mean() < 2e-3
             assert view.gaps.mean() > 0.1 and view.filled[rung] > 10
+            filled[rung, eye] = view.filled[rung]
+    assert all(filled["small-wide", eye] <= filled["small", eye] for eye in ("left", "right"))
 
 
 def test_bad_planes_and_casts_are_told_in_one_line(frames):
@@ -256,3 +259,16 @@ def test_bad_planes_and_casts_are_told_in_one_line(frames):
         with pytest.raises(es.InputError) as caught:
             call()
         assert "expected" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_reliability_knows_what_the_depth_code_may_be_off_by(frames, run, tmp_path):
+    """Of a stream's own depth: what play writes, bit for bit, without a word about its code."""
+    stream = tmp_path / "coarse.mkv"
+    run("encode", frames, "--frames", 40, "--fill", "none", "--mirrors", "none", "--depth", "w8", "--depth-crf", 20, "--depth-scale", 1, "--out", stream)
+    run("play", stream, "--method", "mesh", "--depth", "stream", *VIEW, "--fill", "pushpull", "--reliability", "--out", tmp_path / "eyes")
+    mesh = es.Reprojector("mesh", fill="pushpull")
+    for options, same in (({}, True), ({"depth_tolerance_w": 0.0}, False)):
+        for eye, view, info in views(mesh, es.open_feed(stream, depth=True), reliability=True, **options):
+            assert info.depth_tolerance_w > 1e-4
+            expected = played(tmp_path / "eyes", eye, info, "reliability")
+            assert (view.reliability == expected).all() == same, eye

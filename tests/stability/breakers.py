@@ -23,7 +23,8 @@ class Breaker:
     damage: Optional[Callable] = None
     """Of a depth plane (depth_m, box_radius_m, value) -> (depth_m, tolerance of w)."""
     coding: Optional[Callable] = None
-    """Options of `encode` for a value: the source comes through a stream, with its depth."""
+    """Options of `encode` for a value: the source's colour and depth come through a stream. The eye's own depth, which `surface` and the
+    paper's method take, and the small view's stay exact."""
     mirrors: bool = False
     """Pixels of mirrors and glass are looked up by virtual depth; otherwise methods are on their own."""
 
@@ -36,7 +37,7 @@ def wires(value, focal_px):
     return [f"width_px={value:g}", f"focal_px={focal_px:g}"]
 
 
-def half_a_metre(value, focal_px):
+def at_arm_length(value, focal_px):
     return ["distance_m=0.4"]
 
 
@@ -70,7 +71,7 @@ BREAKERS = (
             knob("behind_m"), max_bounces=2, mirrors=True),
     Breaker("pane image", "glass", "from the pane to what is behind it, m", (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2), (0.02, 0.2, 2),
             knob("behind_m"), max_bounces=2, samples=64, mirrors=True),
-    Breaker("coarse depth", "near", "bits of w", (12, 10, 8, 7, 6, 5, 4, 3, 2), (8, 5, 3), half_a_metre, damage=coarse),
-    Breaker("coded depth", "near", "CRF of the track of w in 10 bits", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), half_a_metre, coding=coded("w10")),
-    Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), half_a_metre, coding=coded("pece420")),
+    Breaker("coarse depth", "near", "bits of w", (12, 10, 8, 7, 6, 5, 4, 3, 2), (8, 5, 3), at_arm_length, damage=coarse),
+    Breaker("coded depth", "near", "CRF of the track of w in 10 bits", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("w10")),
+    Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("pece420")),
 )

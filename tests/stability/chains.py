@@ -37,6 +37,9 @@ class Renders:
         self.render("truth", "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", breaker.samples)
         for name, eye, size in (("sphere", "centre", SPHERE_SIZE), ("paper", "left", SPHERE_SIZE), ("small", "right", SMALL_SIZE)):
             self.render(name, "--eye", eye, "--size", size_text(size), "--spp", max(4, breaker.samples // 4))
+        if breaker.coding is not None:
+            for name in ("sphere", "paper"):
+                self.run("encode", self.folder / name, "--fill", "none", *breaker.coding(value), "--progress", "none", "--out", self.folder / f"{name}.mkv")
 
     def run(self, *words):
         words = [str(word) for word in words]
@@ -52,11 +55,9 @@ class Renders:
         return es.read_frame(self.folder / name / eye / "frame.0000.exr")
 
     def source(self, name, eye):
-        """A sphere as methods get it: rendered, or through a stream. With what is left of its depth, and what that may be off by in w."""
+        """A sphere as methods get it: rendered, or through a stream. With what is left of its depth, and half a step of its code in w."""
         if self.breaker.coding is not None:
-            stream = self.folder / f"{name}.mkv"
-            self.run("encode", self.folder / name, "--fill", "none", *self.breaker.coding(self.value), "--progress", "none", "--out", stream)
-            picture = next(es.open_feed(stream, depth=True)).main
+            picture = next(es.open_feed(self.folder / f"{name}.mkv", depth=True)).main
             return picture, picture.depth_m, picture.info.depth_tolerance_w
         frame = self.frame(name, eye)
         if self.breaker.damage is None:
@@ -113,7 +114,8 @@ def reprojected(renders, method):
         return next(depth_m for info, depth_m in depths if info.camera == camera and info.camera_pose == pose)
 
     # Without mirrors thresholds are of what each method makes of mirrors and glass itself, and of whether the map knows.
-    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=renders.breaker.mirrors)
+    # The paper's has no virtual depth.
+    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=renders.breaker.mirrors and method != "paper")
     for truth in truths:
         picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
         yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)

@@ -2,23 +2,24 @@
 /// The fill ladder: what each rung does to the pixels that the source did not see. Rungs run in order; each touches
 /// only pixels whose origin is gap, and marks those it fills.
 ///
-/// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
 /// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
+/// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
 /// `earlier`   earlier main pictures. A sample counts only where its surface is still the same by depth agreement: what
 ///             moved since is refused. (Streams carry no motion, so nothing is carried along with an object, and what
 ///             slides within its own surface, a shadow or a picture on a screen, is not noticed.)
 /// `small`     the small second-eye view. Exact in position for the eye it was rendered from; the other eye gets what
 ///             that eye sees too.
+/// `small-wide` the same, but only in gaps that hold a square half as wide as one of its pixels.
 /// `geometry`  the client's own geometry: its base colour, lit as the filled pixels of the same surface around are.
 /// `pushpull`  coarser and coarser levels of the picture itself (Gortler et al. 1996, "The lumigraph", section 3.4.2),
 ///             kept apart by depth: a gap takes the colour of its own surface, or of the background where the gap's
 ///             depth is not known, so that what is in front does not bleed into what it uncovered.
 /// `spread`    the nearest filled neighbours, layer by layer, those at the pixel's own depth before others.
 ///
-/// The first four look up the point that a gap pixel sees in a picture that was rendered elsewhere; of the four samples
-/// around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the eye's
-/// depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
-/// without depth are looked up by direction alone (`small`), or not at all.
+/// All but the last three look up the point that a gap pixel sees in a picture that was rendered elsewhere; of the four
+/// samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the
+/// eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
+/// without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
 #include <equistream_client/gaps.h>
 #include <equistream_client/geometry_colour.h>
 #include <equistream_client/view.h>

@@ -18,10 +18,10 @@ public:
     Gaps() = default;
     /// Looks through all of `origin` (PixelOrigin, 1 channel).
     explicit Gaps(ImageView<const std::uint8_t> origin);
-    /// Rows from the top down, spans of a row from left to right; they neither touch nor overlap.
+    /// Of spans as spans() gives them.
     explicit Gaps(std::vector<GapSpan> spans);
 
-    /// In the order that the constructor asks for.
+    /// Rows from the top down, spans of a row from left to right; they neither touch nor overlap.
     std::span<const GapSpan> spans() const { return spans_; }
     /// Those of rows first to end - 1.
     std::span<const GapSpan> rows(int first, int end) const;

@@ -16,7 +16,7 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
-    std::string model, size, progress = "auto", format = "png", layout = "files", depth_reuse = "on";
+    std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
@@ -43,11 +43,27 @@ std::string accepted_methods() {
     return text.erase(text.size() - 2) + " or auto";
 }
 
+void choose_layout(Arguments& arguments, const CLI::App& app) {
+    play::Settings& settings = arguments.settings;
+    const std::string& layout = arguments.layout;
+    require(layout == "files" || layout == "sbs" || layout == "anaglyph", "--layout", "files, sbs or anaglyph",
+            "'" + layout + "'");
+    if (layout == "anaglyph")
+        settings.anaglyph = &(app.count("--anaglyph") > 0 ? find_anaglyph(arguments.anaglyph) : anaglyphs().front());
+    else
+        require(app.count("--anaglyph") == 0, "--anaglyph", "--layout anaglyph beside it", layout);
+    settings.layout = layout == "files" ? play::Layout::files
+                      : layout == "sbs" ? play::Layout::side_by_side
+                                        : play::Layout::anaglyph;
+    require(settings.layout == play::Layout::files || settings.format != play::Format::exr, "--layout",
+            "files for --format exr, which keeps each eye's camera", layout);
+}
+
 void complete(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
-    require(arguments.layout == "files", "--layout", "files", "'" + arguments.layout + "'");
+    choose_layout(arguments, app);
     require(app.count("--depth") == 0 || settings.depth == "ray" || settings.depth == "stream" ||
                 settings.depth == "exact",
             "--depth", "ray, stream or exact", "'" + settings.depth + "'");
@@ -127,13 +143,16 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
     app.add_option("--fill", settings.fill,
-                   "Rungs in order, of patches, hidden, earlier, small, small-wide, geometry, pushpull and spread "
+                   "Rungs in order, of hidden, patches, earlier, small, small-wide, geometry, pushpull and spread "
                    "(docs/guide.md); those "
                    "with nothing to fill from are passed over; or none")
         ->capture_default_str();
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
-    app.add_option("--layout", arguments->layout, "files: one file for each eye and frame")->capture_default_str();
+    app.add_option("--layout", arguments->layout,
+                   "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses")
+        ->capture_default_str();
+    app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
     app.add_option("--format", arguments->format, "png, exr (linear, scene-referred) or mp4")->capture_default_str();
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
     app.add_option("--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame")

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <exception>
 #include <optional>
 #include <utility>
 
@@ -28,13 +27,13 @@ void clear_views(const fs::path& out) {
         if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
             throw InputError(
                 expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
-    for (const fs::path& folder : {out / "left", out / "right", out / "gaps" / "left", out / "gaps" / "right",
-                                   out / "reliability" / "left", out / "reliability" / "right"})
+    for (const fs::path& folder : {out / "left", out / "right", out / "both", out / "gaps" / "left",
+                                   out / "gaps" / "right", out / "reliability" / "left", out / "reliability" / "right"})
         for (const char* extension : {"png", "exr"})
             if (fs::is_directory(folder))
                 for (const std::int64_t index : list_frames(folder, extension))
                     fs::remove(folder / frame_file_name(index, extension));
-    for (const char* file : {"left.mp4", "right.mp4", "report.json"})
+    for (const char* file : {"left.mp4", "right.mp4", "both.mp4", "report.json"})
         if (fs::exists(out / file))
             fs::remove(out / file);
 }
@@ -52,39 +51,26 @@ public:
         if (settings.reliability)
             for (const char* eye : {"left", "right"})
                 require_writable_folder(out / "reliability" / eye);
-        left_ = make_view_writer(settings.format, out, "left");
-        right_ = make_view_writer(settings.format, out, "right");
+        eyes_ = make_eyes_writer(settings);
     }
 
     void write(const PlayedFrame& frame) {
         const std::string name = frame_file_name(frame.left.info.index, "png");
-        left_->write({frame.left.picture, frame.left.depth_view(), frame.left.info});
-        right_->write({frame.right.picture, frame.right.depth_view(), frame.right.info});
+        eyes_->write({frame.left.picture, frame.left.depth_view(), frame.left.info},
+                     {frame.right.picture, frame.right.depth_view(), frame.right.info});
         write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
         write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
         for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}})
             if (!played->picture.reliability.empty())
                 write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
     }
-    /// Both, also if one cannot be: the other eye's views are whole all the same.
-    void finish() {
-        std::exception_ptr problem;
-        for (ViewWriter* views : {left_.get(), right_.get()}) {
-            try {
-                views->finish();
-            } catch (...) {
-                problem = std::current_exception();
-            }
-        }
-        if (problem)
-            std::rethrow_exception(problem);
-    }
-    std::int64_t bytes() const { return left_->bytes() + right_->bytes(); }
+    void finish() { eyes_->finish(); }
+    std::int64_t bytes() const { return eyes_->bytes(); }
 
 private:
     fs::path out_;
     std::optional<FolderLock> lock_;  // two runs would leave a mixture
-    std::unique_ptr<ViewWriter> left_, right_;
+    std::unique_ptr<EyesWriter> eyes_;
 };
 
 /// The way that uses most of all that there may be, as far as the settings tell before the source is opened.

@@ -2,6 +2,7 @@
 /// What `equistream play` was asked to do.
 #include <equistream_cli/program.h>
 #include <equistream_client/fill.h>
+#include <equistream_client/stereo_layout.h>
 #include <equistream_scene/scene.h>
 
 #include <filesystem>
@@ -12,6 +13,7 @@
 namespace equistream::play {
 
 enum class Format { png, exr, mp4 };
+enum class Layout { files, side_by_side, anaglyph };
 
 struct Settings {
     std::string command;
@@ -30,6 +32,8 @@ struct Settings {
     std::string fill = default_fill;
     bool reliability = false;
     Format format = Format::png;
+    Layout layout = Layout::files;
+    const Anaglyph* anaglyph = nullptr;  ///< for that layout
     cli::FrameRange frames{0, std::numeric_limits<std::int64_t>::max()};
     int repeat = 1;
     bool json = false;

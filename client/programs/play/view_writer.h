@@ -1,5 +1,5 @@
 #pragma once
-/// Finished views to files: pictures, linear EXRs, or a video of each eye; and gap masks.
+/// Finished views to files: pictures, linear EXRs, or a video, of each eye or of both in one; and gap masks.
 #include "settings.h"
 
 #include <equistream/frame.h>
@@ -16,6 +16,7 @@ struct FinishedView {
     FrameInfo info;                  ///< camera, pose and eye are this view's
 };
 
+/// One eye's views.
 class ViewWriter {
 public:
     virtual ~ViewWriter() = default;
@@ -25,8 +26,22 @@ public:
     virtual std::int64_t bytes() const = 0;
 };
 
-/// Writes OUT/NAME/frame.NNNN.png or .exr, or OUT/NAME.mp4. Creates the folder; throws InputError if it cannot.
-std::unique_ptr<ViewWriter> make_view_writer(Format format, const std::filesystem::path& out, const std::string& name);
+/// By the format: OUT/EYE/frame.NNNN.png or .exr, or OUT/EYE.mp4. Creates the folder; throws InputError if it cannot.
+std::unique_ptr<ViewWriter> make_view_writer(const Settings& settings, const std::string& eye);
+
+/// Both eyes' views.
+class EyesWriter {
+public:
+    virtual ~EyesWriter() = default;
+    virtual void write(const FinishedView& left, const FinishedView& right) = 0;
+    /// Everything that can be, also if something cannot.
+    virtual void finish() = 0;
+    virtual std::int64_t bytes() const = 0;
+};
+
+/// By the layout: make_view_writer's of left and right; or one picture that holds both, OUT/both/frame.NNNN.png or
+/// OUT/both.mp4. Throws as that does.
+std::unique_ptr<EyesWriter> make_eyes_writer(const Settings& settings);
 
 /// 255 where nobody has given the pixel a colour, else 0; `mask` keeps its memory where it has the picture's size.
 void find_gap_mask(const EyePicture& picture, ByteImage& mask);

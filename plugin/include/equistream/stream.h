@@ -60,6 +60,9 @@ enum class Codec { h264, h265 };
 /// Encoders refuse smaller tracks.
 inline constexpr int min_track_side = 64;
 
+/// How both eyes lie in main's pictures.
+enum class StereoPacking { none, side_by_side, top_bottom };
+
 struct TrackSettings {
     TrackRole role = TrackRole::main;
     int width = 0;                            ///< even
@@ -84,6 +87,10 @@ struct StreamSettings {
     std::string scene;  ///< container title
     /// Tag the main track as equirectangular video for ordinary 360 players, where the container can (mp4, mkv).
     bool full_sphere = false;
+    /// Said of the main track for ordinary players, where the container can (mp4, mkv).
+    StereoPacking stereo = StereoPacking::none;
+    /// Pictures carry their frame data. Off for what no one camera took, both eyes in one picture: ordinary video.
+    bool tagged = true;
     /// Pictures each track will hold. 0: not known, then each track runs one picture behind, because its last one
     /// says that it is the last.
     std::uint32_t pictures = 0;
@@ -151,10 +158,11 @@ struct StreamTrackSummary {
     int height = 0;
     double frames_per_second = 0;
     std::string pixel_format;
-    std::string colour;         ///< "range/primaries/transfer/matrix" in libav's names
-    bool equirect = false;      ///< tagged as equirectangular video
-    std::int64_t pictures = 0;  ///< delivered so far
-    std::int64_t bytes = 0;     ///< coded bytes read so far
+    std::string colour;                          ///< "range/primaries/transfer/matrix" in libav's names
+    bool equirect = false;                       ///< tagged as equirectangular video
+    StereoPacking stereo = StereoPacking::none;  ///< as tagged
+    std::int64_t pictures = 0;                   ///< delivered so far
+    std::int64_t bytes = 0;                      ///< coded bytes read so far
 };
 
 /// Whether a source or target is an address (PROTOCOL://..., pipe:...) rather than the name of a file.

@@ -257,7 +257,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")
         ->capture_default_str();
     app.add_option("--fill-crf", options.fill_crf,
-                   "Quality of these streams' colour, 0 to 51 (default: --crf and 12 more; small's, and 8 more)");
+                   "Quality of these streams' colour, 0 to 51 (default: --crf + 12; of small --crf + 8)");
     app.add_option(
            "--depth", options.depth,
            "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "

@@ -9,8 +9,8 @@
 
 namespace equistream {
 
-/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear; in the small view its
-/// pixels have averaged some away.
+/// Colours of what fills gaps are seen in few pixels, and noise that is coded there is dear (docs/decisions/0004); in
+/// the small view its pixels have averaged some away.
 inline double default_fill_crf(TrackRole role, double crf) {
     return std::min(crf + (role == TrackRole::small ? 8 : 12), 51.0);
 }

@@ -26,6 +26,10 @@ struct Watched {
     }
 };
 
+const char* stereo_name(StereoPacking packing) {
+    return packing == StereoPacking::none ? "none" : packing == StereoPacking::top_bottom ? "top-bottom" : "sbs";
+}
+
 double bytes_a_picture(const StreamTrackSummary& track) {
     return track.pictures > 0 ? static_cast<double>(track.bytes) / static_cast<double>(track.pictures) : 0;
 }
@@ -39,6 +43,8 @@ std::string track_text(const StreamTrackSummary& track, const std::vector<FrameI
     text += "  colour     " + track.colour + " (range/primaries/transfer/matrix)\n";
     if (track.equirect)
         text += "  sphere     tagged as equirectangular: ordinary 360 degree players show it\n";
+    if (track.stereo != StereoPacking::none)
+        text += formatted("  stereo     tagged as both eyes in each picture: %s\n", stereo_name(track.stereo));
     if (track.pictures == 0)
         return text + "  no picture could be read\n";
     if (frames.empty())
@@ -64,6 +70,7 @@ nlohmann::json track_json(const StreamTrackSummary& track, const std::vector<Fra
                            {"bytes", track.bytes},
                            {"colour", track.colour},
                            {"equirect", track.equirect},
+                           {"stereo", stereo_name(track.stereo)},
                            {"range", range_json(frames)},
                            {"first_frame", frames.empty() ? nlohmann::json() : frame_json(frames.front())}};
     if (each_frame)

@@ -359,6 +359,13 @@ class BadInput(unittest.TestCase):
         shutil.copytree(self.root / "good", folder)
         self.assert_refused(run("render", self.scene, "--frames", "0-5", *SMALL, "--seed", "9", "--out", folder), 2, "seed")
 
+    def test_layouts_that_cannot_be(self):
+        play = ["play", self.root / "good", "--size", "64x36", "--out", self.out]
+        self.assert_refused(run(*play, "--layout", "stack"), 2, "--layout", "files, sbs or anaglyph")
+        self.assert_refused(run(*play, "--layout", "sbs", "--format", "exr"), 2, "--layout", "exr")
+        self.assert_refused(run(*play, "--anaglyph", "grey"), 2, "--anaglyph", "--layout anaglyph")
+        self.assert_refused(run(*play, "--layout", "anaglyph", "--anaglyph", "purple"), 2, "--anaglyph", "half-colour")
+
     def test_play_never_touches_rendered_frames_and_leaves_no_mixture(self):
         flat = self.out / "flat"
         made = run("render", self.scene, "--camera", "perspective", "--eye", "both", "--frames", "0-2", "--size", "64x64", "--spp", "1",

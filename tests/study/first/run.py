@@ -32,6 +32,7 @@ SYSTEMS = {
     "sphere-centre": {"camera": "equirect", "eye": "centre"},
 }
 METHODS = ("surface", "sphere")
+FILL = "small,spread"  # as the paper does
 
 
 def arguments():
@@ -117,13 +118,13 @@ class Experiment:
         stream = f"streams/{system}-{codec}-crf{crf}-{seed}.mp4"
         (self.work / "streams").mkdir(exist_ok=True)
         record = self.steps.run(f"encode-{system}-{codec}-crf{crf}-seed{seed}", "encode", renders, "--out", stream, "--codec", codec,
-                                "--crf", crf, "--progress", "none")
+                                "--crf", crf, "--fill-crf", crf, "--progress", "none")
         return stream, record
 
     def play(self, system, method, seed, codec, crf):
         source, encoded = self.source(system, seed, codec, crf)
         name = f"{system}-{method}-{codec}" + ("" if codec == "none" else f"-crf{crf}") + f"-{seed}"
-        record = self.steps.run(f"play-{name}", "play", source, "--scene", self.scene, "--method", method, "--size", self.options.size,
+        record = self.steps.run(f"play-{name}", "play", source, "--scene", self.scene, "--method", method, "--fill", FILL, "--size", self.options.size,
                                 "--fov", self.options.fov, "--repeat", self.options.repeat, "--progress", "none", "--out", f"views/{name}")
         report = json.loads((self.work / f"views/{name}/report.json").read_text())
         played = {"command": record["command"], "milliseconds": report["milliseconds"], "scene_load_ms": report["scene_load_ms"],

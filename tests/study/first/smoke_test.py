@@ -47,6 +47,7 @@ class Smoke(unittest.TestCase):
             if entry["codec"] != "none":
                 self.assertGreater(entry["played"][0]["bytes"]["main"], 0)
                 self.assertGreater(entry["played"][0]["bytes"]["small"], 0)
+                self.assertIn("small", entry["played"][0]["filled"]["right"])
         again = self.run_experiment()
         self.assertNotIn("equistream", again.stdout.replace(str(self.root), ""), "a finished step ran again")
         self.run_script("charts.py", "--results", self.root / "results")

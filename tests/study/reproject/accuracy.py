@@ -6,7 +6,8 @@
 FOLDER holds what renders.py made. Each system is played for both eyes at 63 mm where the sphere's head is ("stereo") and 0.25 m
 aside ("moved"), from uncoded frames and, for the paper's method and ours, from streams of equal bytes. PSNR and SSIM are
 against the truth of the other seed; the noise-free error takes both seeds (docs/compare.md). Gaps are what `surface`
-finds that the sphere did not see: one mask for all systems of a source and a head. Figures go to
+finds that the sphere did not see: one mask for all systems of a source and a head; of a source that tells of mirrors and glass also what these
+do not show the eye. Figures go to
 docs/results/reproject/accuracy/SCENE.json.
 """
 

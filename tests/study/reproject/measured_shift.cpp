@@ -5,10 +5,10 @@
 ///
 /// What lies between the source's samples no client can know: a leaf thinner than a pixel, where exactly a silhouette
 /// runs. So pixels are told apart by whether the samples around q, linear in w, tell the depth there to within the
-/// budget: "sampled" ones, for which the bound must hold, and the others. Where the samples bend no more than the
-/// budget allows, whatever the truth is, they are "smooth": that much a client can know by itself. Prints JSON, for
-/// each engine: quantiles of the shift and the share within the budget, over all coloured pixels, the smooth and the
-/// sampled ones.
+/// budget: "sampled" ones, for which the bound must hold, and the others. "Smooth" are pixels around which the samples
+/// bend, along each axis, by no more than linear interpolation may be off by: told without the truth, as a client
+/// could. Prints JSON, for each engine: quantiles of the shift and the share within the budget, over all coloured
+/// pixels, the smooth and the sampled ones.
 #include "random_eyes.h"
 
 #include <equistream/error.h>

@@ -6,7 +6,7 @@
 One frame a scene, two seeds, equal samples everywhere. Truth: both eyes at 63 mm where the path's head is ("stereo"), and
 where it is 0.25 m aside ("moved"). Sources: a sphere at the head's centre with its hidden layer, patches and small right
 eye, where a leaf is before an eye for the frames before too; the paper's sphere at the left eye with its small right eye, and ours
-there with hidden layer and patches; a sphere of twice the width at the centre. The head box of
+there with hidden layer and patches; spheres of twice the width at the centre and, with its small right eye, at the left eye. The head box of
 the scene's description is widened to 0.25 m, so that the moved head stands on its surface. Interrupted runs go on.
 """
 

@@ -15,7 +15,6 @@ import results
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from pages import both_scales, cell, noise_free_short, noise_free_text, place, table  # noqa: E402
 
-SHIFT_RUNS = {"480x270": "64 of 480x270", "1920x1080": "8 of 1920x1080", "model": "64 of 480x270, the client's model"}
 HEAD_NAMES = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}
 
 
@@ -126,13 +125,21 @@ def rungs(result):
 
 
 def shift(found):
+    def share(part, digits=3):
+        return cell(100 * part["within_budget"], digits) if part["pixels"] else "-"
+
+    def of(part, whole):
+        return cell(100 * part["pixels"] / whole, 1) if whole else "-"
+
     rows = []
     for scene, result in found.items():
         for run, entry in [(run, entry) for run in result["runs"] for entry in run["engines"]]:
-            rows.append([scene, SHIFT_RUNS[run["run"]], entry["engine"], cell(100 * entry["coloured"]["pixels"] / entry["pixels"], 1),
-                         cell(100 * entry["sampled"]["pixels"] / entry["coloured"]["pixels"], 1), cell(100 * entry["sampled"]["within_budget"], 3),
-                         cell(entry["sampled"]["p999_px"], 3), cell(100 * entry["smooth"]["within_budget"], 3), cell(100 * entry["coloured"]["within_budget"], 2)])
-    return table(["scene", "eyes", "engine", "coloured %", "of these sampled %", "sampled within e, %", "sampled, 99.9 % of shifts below px", "smooth within e, %", "all coloured within e, %"], rows)
+            coloured, smooth, sampled = entry["coloured"], entry["smooth"], entry["sampled"]
+            eyes = f"{run['n']['eyes']} of {run['size']}" + (", the client's model" if "model" in run else "")
+            rows.append([scene, eyes, entry["engine"], of(coloured, entry["pixels"]), share(coloured, 2), of(smooth, coloured["pixels"]), share(smooth),
+                         of(sampled, coloured["pixels"]), share(sampled), cell(sampled["p999_px"], 3) if sampled["pixels"] else "-"])
+    return table(["scene", "eyes", "engine", "coloured %", "within e, %", "of the coloured smooth %", "within e, %", "of the coloured sampled %", "within e, %",
+                  "99.9 % of their shifts below px"], rows)
 
 
 def ladders(found, head):

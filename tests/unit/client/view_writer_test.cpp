@@ -13,6 +13,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -52,9 +53,17 @@ protected:
     void SetUp() override { fs::create_directories(folder_); }
     void TearDown() override { fs::remove_all(folder_); }
 
+    Settings settings(Format format, Layout layout = Layout::files) const {
+        Settings settings;
+        settings.format = format;
+        settings.layout = layout;
+        settings.out = folder_;
+        return settings;
+    }
+
     /// Writes frames 3 to 7 and returns the bytes that the writer counted.
     std::int64_t write_all(Format format, const FloatImage& depth_m = {}) const {
-        const auto views = make_view_writer(format, folder_, "right");
+        const auto views = make_view_writer(settings(format), "right");
         for (std::int64_t index = 3; index <= 7; ++index) {
             const EyePicture view = view_of_frame(index);
             views->write({view, depth_m.empty() ? ImageView<const float>{} : depth_m.view(), info_of_frame(index)});
@@ -104,7 +113,7 @@ TEST_F(Views, LinearFramesAreTheViewWithoutDisplayTransformAndExposure) {
 TEST_F(Views, AVideoHoldsEveryViewAndHasItsNameOnlyWhenItIsWhole) {
     const fs::path file = folder_ / "right.mp4";
     {
-        const auto views = make_view_writer(Format::mp4, folder_, "right");
+        const auto views = make_view_writer(settings(Format::mp4), "right");
         for (std::int64_t index = 3; index <= 7; ++index)
             views->write({view_of_frame(index), {}, info_of_frame(index)});
         EXPECT_FALSE(fs::exists(file));
@@ -124,8 +133,48 @@ TEST_F(Views, AVideoHoldsEveryViewAndHasItsNameOnlyWhenItIsWhole) {
     EXPECT_EQ(reader.truncation(), "");
 }
 
+TEST_F(Views, BothEyesShareAPicture) {
+    const EyePicture left = view_of_frame(3), right = view_of_frame(6);
+    const auto views = make_eyes_writer(settings(Format::png, Layout::side_by_side));
+    views->write({left, {}, info_of_frame(3)}, {right, {}, info_of_frame(3)});
+    views->finish();
+    const fs::path file = folder_ / "both/frame.0003.png";
+    EXPECT_EQ(views->bytes(), std::int64_t(fs::file_size(file)));
+    const ByteImage both = read_picture(file);
+    const ByteImage expected = side_by_side(left.rgb().view(), right.rgb().view());
+    EXPECT_EQ(both.width(), 2 * width);
+    EXPECT_TRUE(std::ranges::equal(both.samples(), expected.samples()));
+
+    Settings coloured = settings(Format::png, Layout::anaglyph);
+    coloured.anaglyph = &find_anaglyph("colour");
+    make_eyes_writer(coloured)->write({left, {}, info_of_frame(4)}, {right, {}, info_of_frame(4)});
+    const ByteImage anaglyph = read_picture(folder_ / "both/frame.0004.png");
+    EXPECT_EQ(anaglyph.pixel(70, 30)[0], left.rgba.pixel(70, 30)[0]);
+    EXPECT_EQ(anaglyph.pixel(70, 30)[1], right.rgba.pixel(70, 30)[1]);
+    EXPECT_EQ(anaglyph.pixel(70, 30)[2], right.rgba.pixel(70, 30)[2]);
+}
+
+TEST_F(Views, AVideoOfBothEyesIsOrdinaryStereoVideo) {
+    const auto views = make_eyes_writer(settings(Format::mp4, Layout::side_by_side));
+    for (std::int64_t index = 3; index <= 7; ++index) {
+        const EyePicture left = view_of_frame(index), right = view_of_frame(index + 1);
+        views->write({left, {}, info_of_frame(index)}, {right, {}, info_of_frame(index)});
+    }
+    views->finish();
+    StreamReader reader((folder_ / "both.mp4").string());
+    EXPECT_EQ(reader.tracks().front().stereo, StereoPacking::side_by_side);
+    int pictures = 0;
+    while (const auto picture = reader.next()) {
+        EXPECT_FALSE(picture->info) << "no one camera took it";
+        EXPECT_EQ(picture->width, 2 * width);
+        ++pictures;
+    }
+    EXPECT_EQ(pictures, 5);
+    EXPECT_EQ(reader.truncation(), "");
+}
+
 TEST_F(Views, AVideoOfNothingIsNoFile) {
-    const auto views = make_view_writer(Format::mp4, folder_, "right");
+    const auto views = make_view_writer(settings(Format::mp4), "right");
     views->finish();
     EXPECT_EQ(views->bytes(), 0);
     EXPECT_TRUE(fs::is_empty(folder_));
@@ -143,8 +192,8 @@ TEST_F(Views, GapMasksAreWhiteWhereNobodyGaveAColour) {
 
 TEST_F(Views, AFileInTheWayOfAFolderIsBadInput) {
     std::ofstream(folder_ / "right") << "a file";
-    EXPECT_THROW(make_view_writer(Format::png, folder_, "right"), InputError);
-    EXPECT_THROW(make_view_writer(Format::exr, folder_, "right"), InputError);
+    EXPECT_THROW(make_view_writer(settings(Format::png), "right"), InputError);
+    EXPECT_THROW(make_view_writer(settings(Format::exr), "right"), InputError);
 }
 
 }  // namespace

@@ -84,6 +84,7 @@ TEST(SmallWide, LeavesWhatTheSmallViewDoesNotResolve) {
     scene.picture = scene.unfilled;
     scene.fill("small", inputs, PixelOrigin::small);
     const EyePicture all = std::exchange(scene.picture, scene.unfilled);
+    EXPECT_EQ(*all.origin.pixel(20, 15), std::uint8_t(PixelOrigin::small));
     EXPECT_GT(scene.fill("small-wide", inputs, PixelOrigin::small), 0.8) << "most of the crescent";
 
     const ByteImage wide = flooded(scene.unfilled.origin, 2);
@@ -95,6 +96,16 @@ TEST(SmallWide, LeavesWhatTheSmallViewDoesNotResolve) {
                                    expected.rgba.pixel(x, y)));
         }
     EXPECT_EQ(*scene.picture.origin.pixel(20, 15), gap);
+}
+
+TEST(SmallWide, TakesEveryGapFromAViewAsDenseAsTheEye) {
+    FillScene scene;
+    *scene.unfilled.origin.pixel(20, 15) = gap;
+    scene.picture = scene.unfilled;
+    const Rendered dense = render(ball_and_wall, red_and_smooth, PerspectiveCamera{640, 400, pi / 2}, scene.right);
+    SourceView view = dense.source(0.063);
+    view.depth_m = {};
+    EXPECT_EQ(scene.fill("small-wide", {.main = &scene.main_view, .small = &view}, PixelOrigin::small), 1);
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ TEST_P(EveryCode, InfinityAndTheNearestDepthComeBackAsTheyWere) {
         r = 0.3f;
     const FloatImage back = round_trip(*code, depth_m, range);
     const double step = 2 * std::sin(quantisation_bound_rad(*code, range));
+    EXPECT_EQ(depth_tolerance_w(DepthCodeInfo{code->id(), range}), step / 2);
     for (int x = 0; x < 64; ++x) {
         EXPECT_EQ(back.pixel(x, 0)[0], inf);
         EXPECT_NEAR(bounded_inverse_depth(back.pixel(x, 3)[0], 0.0315), bounded_inverse_depth(0.3f, 0.0315), step);
