@@ -120,7 +120,7 @@ void add_images(const DepthRequest& request, const Sources& sources, const Strea
         images->crf = plan.tracks.front().crf;
     if (request.images == ImagesTrack::if_cheap) {
         const double share = try_track(*images, sources, settings).share();
-        if (share > most_images_share) {
+        if (share > request.share) {
             plan.images_left_out_share = share;
             return;
         }

@@ -11,10 +11,9 @@
 
 namespace equistream {
 
-/// Whether mirrors and glass get a track, where main has some.
+/// Whether mirrors and glass get a track, where main has some. Cheap: no more of main's colour bits than depth may take
+/// (DepthRequest::share). What is seen in panes behind foliage is all outlines, which cost the most.
 enum class ImagesTrack { none, if_cheap, always };
-/// Cheap: of main's colour bits. What is seen in panes behind foliage is all outlines, which cost the most.
-inline constexpr double most_images_share = 0.05;
 
 struct DepthRequest {
     std::string code = "none";  ///< auto, none, or a depth code's name

@@ -264,7 +264,8 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
            "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
         ->capture_default_str();
     app.add_option("--depth-share", options.depth_share,
-                   "Of the main stream's bits that depth may take, all its tracks together: above 0, at most 1")
+                   "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
+                   "again: above 0, at most 1")
         ->capture_default_str();
     app.add_option("--depth-scale", options.depth_scale,
                    "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "
@@ -273,10 +274,9 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         ->capture_default_str();
     app.add_option("--depth-crf", options.depth_crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
-    app.add_option(
-           "--mirrors", options.mirrors,
-           "A track of how far away what main's mirrors and glass show is: auto (where that takes at most 5 % of the "
-           "colour's bits), always or none")
+    app.add_option("--mirrors", options.mirrors,
+                   "A track of how far away what main's mirrors and glass show is: auto (where it takes no more of the "
+                   "colour's bits than --depth-share), always or none")
         ->check(CLI::IsMember({"auto", "always", "none"}))
         ->capture_default_str();
     app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");

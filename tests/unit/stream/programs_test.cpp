@@ -321,8 +321,10 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
     // The synthetic colour costs next to nothing, so that any such track is dear beside it.
     const Ran dear = run(mirror + " --json");
     ASSERT_EQ(dear.status, 0);
-    EXPECT_GT(nlohmann::json::parse(dear.output)["mirrors_left_out_share"], 0.05);
+    EXPECT_GT(nlohmann::json::parse(dear.output)["mirrors_left_out_share"], 0.1);
     EXPECT_EQ(StreamReader(path("mirror.mkv")).tracks().size(), 1u);
+    ASSERT_EQ(run(mirror + " --depth-share 1").status, 0);
+    EXPECT_EQ(StreamReader(path("mirror.mkv")).tracks().size(), 2u);
     ASSERT_EQ(run(mirror + " --mirrors always").status, 0);
     StreamReader reader(path("mirror.mkv"));
     int images = 0;
