@@ -45,6 +45,7 @@ SYSTEMS = {
 RUNGS = ("none", "spread", "pushpull", "small", "small-wide", "hidden", "patches", "geometry", "earlier", LADDER, PATCHES_FIRST)
 # Which track for gaps comes along -> what fills them.
 CODED = {"none": "pushpull", "small": "small-wide,pushpull", "hidden": "hidden,pushpull", "patches": "patches,pushpull"}
+OURS = ("ours", "--mirrors", "always")
 CRF = 16  # of the paper's method
 BEST_CRF, WORST_CRF = 13, 21  # between which ours is looked for
 REPEAT = 3  # timings of depth, reprojection and fill
@@ -108,7 +109,7 @@ class Accuracy:
 
     # -- streams of equal bytes
 
-    def encoded(self, source, seed, crf, fill, kind="ours", *words):
+    def encoded(self, source, seed, crf, fill, kind, *words):
         stream = f"streams/{kind}-{source}-{fill}-crf{crf:g}-{seed}.mp4"
         (self.work / "streams").mkdir(exist_ok=True)
         record = self.steps.run(f"encode-{pathlib.Path(stream).stem}", "encode", f"renders/{source}-{seed}", "--out", stream, "--crf", crf,
@@ -120,7 +121,7 @@ class Accuracy:
         """The best quality from BEST_CRF on, to a quarter of a CRF, whose bytes, all tracks together, do not pass the paper's."""
 
         def keeps(quarters):
-            return sum(self.encoded(source, seed, quarters / 4, track)[1]["bytes"].values()) <= limit
+            return sum(self.encoded(source, seed, quarters / 4, track, *OURS)[1]["bytes"].values()) <= limit
 
         best, worst = BEST_CRF * 4, WORST_CRF * 4
         if not keeps(worst):
@@ -128,7 +129,7 @@ class Accuracy:
         while best < worst:
             middle = (best + worst) // 2
             best, worst = (best, middle) if keeps(middle) else (middle + 1, worst)
-        return self.encoded(source, seed, worst / 4, track)
+        return self.encoded(source, seed, worst / 4, track, *OURS)
 
     def coded(self, head):
         paper = [self.encoded("left", seed, CRF, "small", "paper", "--fill-crf", CRF) for seed in SEEDS]
