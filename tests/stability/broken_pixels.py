@@ -11,10 +11,10 @@ import numpy as np
 import OpenEXR
 
 import chains
-from breakers import Breaker, half_a_metre
+from breakers import Breaker, at_arm_length
 
 BREAKER = Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0, 0.001, 0.05),
-                  half_a_metre)
+                  at_arm_length)
 POISON = {"colour": (np.nan, np.inf, -np.inf, -3.0, 6e4), "depth": (np.nan, -np.inf, -1.0, 0.0, 1e-30, np.inf, 3e38)}
 SEED = 5
 
