@@ -1,6 +1,6 @@
 """Steps that run a program once: done steps are skipped, and each leaves a record of command, time and memory.
 
-A record is steps/NAME.json in the work folder. A step whose command has changed runs again.
+A record is steps/NAME.json in the work folder. A step whose command has changed, or whose input has since, runs again.
 """
 
 import hashlib
@@ -23,6 +23,18 @@ def write_whole(file, text):
     aside = file.with_name(file.name + ".unfinished")
     aside.write_text(text)
     os.replace(aside, file)
+
+
+def write_if_other(file, text):
+    """Leaves a file that says the same as it is, so that what was made of it stays as good as it was."""
+    if not pathlib.Path(file).exists() or pathlib.Path(file).read_text() != text:
+        write_whole(file, text)
+
+
+def changed_at(path):
+    """When a file, or the newest in a folder, was last written; 0 where there is nothing."""
+    files = path.rglob("*") if path.is_dir() else [path]
+    return max((file.stat().st_mtime for file in files if file.is_file()), default=0)
 
 
 def digest(folder):
@@ -50,6 +62,11 @@ class Steps:
             text = text.replace(str(prefix), alias)
         return text
 
+    def inputs_changed_at(self, words):
+        """Of all words that name something in the work folder, but for the output."""
+        inputs = [word for word, before in zip(words, ["", *words]) if before != "--out"]
+        return max((changed_at(self.work / word) for word in inputs if word and (self.work / word).is_relative_to(self.work)), default=0)
+
     def run(self, name, *words, fresh=None):
         """`fresh` is the output that must not exist for the time taken to be that of the whole step."""
         words = [str(word) for word in words]
@@ -58,7 +75,8 @@ class Steps:
         if file.exists():
             record = json.loads(file.read_text())
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
-            if record["command"] == command and (fresh is not None or record.get("context") == self.context):
+            made_here = record.get("context") == self.context and self.inputs_changed_at(words) <= file.stat().st_mtime
+            if record["command"] == command and (fresh is not None or made_here):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
         print(f"{name}: {command}", flush=True)

@@ -13,11 +13,10 @@ the scene's description is widened to 0.25 m, so that the moved head stands on i
 import argparse
 import json
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from steps import Failed, Steps, run_as_program  # noqa: E402
+from steps import Failed, Steps, run_as_program, write_if_other  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = (1, 2)
@@ -72,8 +71,9 @@ class SceneRenders:
         description["head_box"] = {"lean_m": LEAN_M}
         target = self.work / "scene" / f"{self.name}.json"
         target.parent.mkdir(exist_ok=True)
-        target.write_text(json.dumps(description, indent=1) + "\n")
-        shutil.copy(folder / description["camera"]["path"], target.parent)
+        write_if_other(target, json.dumps(description, indent=1) + "\n")
+        path = description["camera"]["path"]
+        write_if_other(target.parent / path, (folder / path).read_text())
         return target
 
     def render(self, name, seed, *options):
@@ -90,7 +90,7 @@ class SceneRenders:
         file = self.work / "scene/moved.csv"
         pose = [*position, *head["orientation_wxyz"]]
         keys = [",".join(repr(v) for v in [time_s, *pose]) for time_s in (0.0, 60.0)]
-        file.write_text("\n".join(["time_s,x,y,z,qw,qx,qy,qz", *keys]) + "\n")
+        write_if_other(file, "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *keys]) + "\n")
         return file
 
     def truth(self, head, seed):
