@@ -21,8 +21,12 @@ SEED, EYES = 20, 64
 
 
 def measure(options, scene):
+    def write():
+        write_whole(file, json.dumps({"seed": SEED, "n": EYES, "results": results}, indent=1) + "\n")
+
     file = REPOSITORY / f"docs/results/reproject/patches/{scene}.json"
-    results = json.loads(file.read_text())["results"] if file.exists() else []
+    found = json.loads(file.read_text())["results"] if file.exists() else []
+    results = [result for result in found if result["frame"] == FRAMES[scene]]
     for size in options.sizes.split(","):
         for side in options.sides.split(","):
             words = [f"scenes/descriptions/{scene}.json", "--frame", str(FRAMES[scene]), "--sphere-size", size, "--side", side,
@@ -33,7 +37,9 @@ def measure(options, scene):
             print(command, flush=True)
             measured = measured_json(options.bin / "equistream_gap_coverage", words, REPOSITORY)
             results.append({"command": command, **measured, **provenance(options.bin, REPOSITORY)})
-            write_whole(file, json.dumps({"seed": SEED, "n": EYES, "results": results}, indent=1) + "\n")
+            write()
+    if len(results) != len(found):
+        write()  # those of another frame are gone
 
 
 def main():
