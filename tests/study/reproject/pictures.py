@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What each rung of the fill ladder makes of the gaps: docs/results/reproject/rungs-SCENE.jpg, cut where an eye's gaps are largest.
 
-    pictures.py --bin build/release/bin --work FOLDER [--head stereo] [--eye left] [SCENE ...]
+    pictures.py --bin build/release/bin --work FOLDER [--head stereo] [--eye left] [--brighter 1] [SCENE ...]
 
 FOLDER is what accuracy.py left, with its views; the decibels under the pictures are of the whole eye's gaps, from
 docs/results/reproject/accuracy/SCENE.json.
@@ -38,7 +38,7 @@ def fullest_cut(mask):
 def panel_title(entry, eye):
     if entry["fill"] == "none":
         return "gaps left alone"
-    name = entry["fill"].replace(",", ", then ")
+    name = entry["fill"].removesuffix(",pushpull").replace(",", ", ")
     return f"{name}: {noise_free_short(results.gap_error(entry, eye))} dB"
 
 
@@ -64,9 +64,10 @@ def draw(options, scene):
     for panel in axes.flat:
         panel.set_axis_off()
     for panel, (title, picture) in zip(axes.flat, panels):
-        panel.imshow(picture, interpolation="nearest")
+        panel.imshow(np.clip(picture * options.brighter, 0, 255).astype(np.uint8), interpolation="nearest")
         panel.set_title(title, fontsize=9.5, loc="left")
-    figure.suptitle(f"{scene}, {options.head}, {options.eye} eye ({100 * mask.mean():.1f} % gaps): noise-free dB in the eye's gaps, by what fills them first",
+    brighter = f"; shown {options.brighter:g} times as bright" if options.brighter != 1 else ""
+    figure.suptitle(f"{scene}, {options.head}, {options.eye} eye ({100 * mask.mean():.1f} % gaps): noise-free dB in the eye's gaps, by what fills them before push-pull{brighter}",
                     fontsize=10.5, x=0.005, ha="left")
     file = options.results / f"rungs-{scene}.jpg"
     figure.savefig(file, dpi=100, pil_kwargs={"quality": 86, "optimize": True})
@@ -79,6 +80,7 @@ def main():
     parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
     parser.add_argument("--head", default="stereo", choices=HEADS)
     parser.add_argument("--eye", default="left", choices=results.EYES)
+    parser.add_argument("--brighter", type=float, default=1, help="factor on all pictures' display values (default: %(default)s)")
     options = parser.parse_args()
     for scene in options.scenes:
         draw(options, scene)
