@@ -70,8 +70,9 @@ class Results:
     def cost_table(self):
         times = self.play["eyes"]["milliseconds"]
         rows = [[f"{stage}, both eyes", f'{times[stage]["mean"]:.2f} ms'] for stage in STAGES if stage in times]
+        frames = len(self.play["eyes"]["frames"])
         for track, figures in self.play["eyes"]["bytes"]["input"].items():
-            rows.append([f"{track} track", f'{figures["bytes"] / figures["pictures"] / 1000:.1f} kB a frame'])
+            rows.append([f"{track} track", f'{figures["bytes"] / frames / 1000:.1f} kB a frame'])
         return table(["stage or track", "mean"], rows)
 
     def aovs(self):
