@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace equistream {
@@ -35,6 +36,19 @@ struct Ray {
 
 struct Span {
     float far = 0, near = 0;  ///< of s
+};
+
+/// Where searches of one pixel begin.
+struct Seeds {
+    std::array<float, 3> s{};
+    int count = 0;
+
+    /// Unless it is none, or one that is there already.
+    void add(float seed, const DepthAgreement& same) {
+        const auto is_new = [&](float other) { return !same.same_inverse(other, seed); };
+        if (seed >= 0 && std::all_of(s.begin(), s.begin() + count, is_new))
+            s[std::size_t(count++)] = seed;
+    }
 };
 
 /// The source's surface at any position of its picture: bilinear in 1/r where the four samples around it are joined,
@@ -127,11 +141,7 @@ public:
                 ray.along_eye = dot(ray.direction, ray.eye);
                 Span span{ray.leaves(farthest_inverse_m * (1 - margin_), eye_square_),
                           std::min(ray.leaves(nearest_inverse_m * (1 + margin_), eye_square_), nearest_s_)};
-                const float seed = x > box.x0 && row[x - 1] >= 0 ? row[x - 1]
-                                   : y > box.y0 && inverse_planar.pixel(x, y - 1)[0] >= 0
-                                       ? inverse_planar.pixel(x, y - 1)[0]
-                                       : span.far;
-                row[x] = solve(ray, span, seed);
+                row[x] = solve(ray, span, seeds_around(box, inverse_planar, x, y, span.far));
             }
         }
     }
@@ -141,12 +151,32 @@ private:
         return float(std::visit([](const auto& c) { return c.pixel_angle_rad(); }, camera));
     }
 
-    float solve(const Ray& ray, Span span, float seed) const {
+    /// Where to begin: at what the neighbours found, each surface among them once, and from infinity or the farthest
+    /// there is. On a silhouette both sides are among them.
+    Seeds seeds_around(PixelBox box, const FloatImage& inverse_planar, int x, int y, float far) const {
+        Seeds seeds;
+        const auto add = [&](int neighbour_x, int neighbour_y) {
+            if (neighbour_x >= box.x0 && neighbour_x < box.x1 && neighbour_y >= box.y0)
+                seeds.add(inverse_planar.pixel(neighbour_x, neighbour_y)[0], same_surface_);
+        };
+        add(x - 1, y);
+        add(x, y - 1);
+        add(x + 1, y - 1);
+        if (seeds.count == 0)
+            seeds.add(far, same_surface_);
+        return seeds;
+    }
+
+    /// Of the places where the seeds come to rest, the nearest to the eye, unless something lies before it.
+    float solve(const Ray& ray, Span span, const Seeds& seeds) const {
         const float arc_px = arc(ray, span.far, span.near);
-        const float s = converge(ray, std::clamp(seed, span.far, span.near));
-        if (s >= 0 && (arc_px <= 1 || nothing_before(ray, s, span.near)))
-            return s;
-        return scan(ray, span, arc_px);
+        float nearest = nothing_found;
+        for (int i = 0; i < seeds.count; ++i)
+            nearest = std::max(nearest, converge(ray, std::clamp(seeds.s[std::size_t(i)], span.far, span.near)));
+        if (nearest < 0)
+            return scan(ray, span, span.near, arc_px);
+        const float before = arc_px <= 1 ? nearest : last_before_anything(ray, nearest, span.near);
+        return before == nearest ? nearest : scan(ray, span, before, arc(ray, span.far, before));
     }
 
     /// Pixels of the source between two points of a ray: never fewer than there are.
@@ -180,25 +210,29 @@ private:
         return nothing_found;
     }
 
-    /// Whether nothing of the source's lies on the ray between the eye's side and s.
-    bool nothing_before(const Ray& ray, float s, float near) const {
+    /// From the eye outwards to s by the nearest samples: the last place before anything of the source's; s if there is
+    /// nothing.
+    float last_before_anything(const Ray& ray, float s, float near) const {
         const int steps = int(arc(ray, s, near));
-        for (int i = 1; i <= steps; ++i) {
+        float before = near;
+        for (int i = steps; i >= 1; --i) {
             const float here = s + (near - s) * float(i) / float(steps + 1);
             const float k = surface_.nearest_inverse_distance(ray.at(here));
             if (k > ray.inverse_distance(here) && !same_surface_.same_inverse(k, ray.inverse_distance(here)))
-                return false;
+                return before;
+            before = here;
         }
-        return true;
+        return s;
     }
 
-    /// From the eye outwards in steps of at most a pixel: the first place where the ray goes in through a surface.
-    float scan(const Ray& ray, Span span, float arc_px) const {
+    /// From `from`, before everything, outwards in steps of at most a pixel: the first place where the ray goes in
+    /// through a surface.
+    float scan(const Ray& ray, Span span, float from, float arc_px) const {
         const int steps = int(arc_px / 0.75f) + 2;
-        float before = span.near * (1 + 1e-5f) + 1e-9f;
+        float before = from * (1 + 1e-5f) + 1e-9f;
         bool in_front = true;
         for (int i = 0; i <= steps; ++i) {
-            const float s = span.near + (span.far * (1 - 1e-5f) - span.near) * float(i) / float(steps);
+            const float s = from + (span.far * (1 - 1e-5f) - from) * float(i) / float(steps);
             const bool now_in_front = !(surface_.inverse_distance(ray.at(s)) >= ray.inverse_distance(s));
             if (in_front && !now_in_front) {
                 const float crossing = bisect(ray, before, s);

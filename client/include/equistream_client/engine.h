@@ -14,14 +14,12 @@
 /// does.
 ///
 /// `splat`    forward: each sample of the source is drawn as the parallelogram of the eye's pixels that it covers, in
-/// the
-///            order of McMillan 1995 that needs no buffer of depths.
+///            the order of McMillan 1995 that needs no buffer of depths.
 /// `gather`   backward: each ray of the eye looks for the first place where it goes in through the source's surface: by
-///            fixed point, from the neighbour's solution, and by a walk along the ray where that fails or something
-///            may lie before it. Past an edge is a gap.
+///            fixed point from the neighbours' solutions, one seed for each surface among them, and by a walk along
+///            the ray where all fail or something may lie before the nearest. Past an edge is a gap.
 /// `mesh`     the source's depth as cells as large as keep w within `mesh_share` of the budget, cut where w jumps more
-/// than a
-///            surface's slope explains; drawn with a buffer of depths.
+///            than a surface's slope explains; drawn with a buffer of depths.
 /// `mesh-plain`  every cell of the source's depth, never cut, each point coloured whether the source saw it or not: the
 ///            baseline that stretches rubber sheets from edges to what lies behind.
 ///

@@ -93,9 +93,15 @@ private:
             return false;
         if (moved && shows_back(eye, x, y))
             return false;
-        if (moved)
-            for (Tap& tap : *taps)
+        if (moved) {
+            bool all_alike = true;
+            for (Tap& tap : *taps) {
+                all_alike = all_alike && alike(eye, distance_m, tap);
                 tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
+            }
+            if (!all_alike && passed_by(eye, pixel_of(source_.camera, d), distance_m))
+                return false;
+        }
         return mix(*taps, rgba);
     }
 
@@ -125,18 +131,66 @@ private:
         return box_m / std::max(distance_m - box_m, 1e-3 * distance_m);
     }
 
+    double tolerance(const EyeView& eye) const {
+        return std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
+    }
+
+    bool alike(const EyeView& eye, double distance_m, const Tap& tap) const {
+        const double sample_m = source_.depth_m.pixel(tap.x, tap.y)[0];
+        const double box = box_radius_m(eye);
+        return sample_m > 0 && std::abs(w_of(distance_m, box) - w_of(sample_m, box)) <= tolerance(eye);
+    }
+
     bool same_surface(const EyeView& eye, int x, int y, double distance_m, const Tap& tap) const {
         const double sample_m = source_.depth_m.pixel(tap.x, tap.y)[0];
         if (!(sample_m > 0))
             return false;
-        const double box = box_radius_m(eye);
-        const double tolerance = std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
-        const double w = w_of(distance_m, box);
-        const double w_sample = w_of(sample_m, box);
-        if (std::abs(w - w_sample) <= tolerance)
+        if (alike(eye, distance_m, tap))
             return true;
+        const double box = box_radius_m(eye);
+        const double w = w_of(distance_m, box), w_sample = w_of(sample_m, box);
         const double w_predicted = w_of(plane_distance(eye, x, y, tap), box);
-        return w_sample >= std::min(w, w_predicted) - tolerance && w_sample <= std::max(w, w_predicted) + tolerance;
+        return w_sample >= std::min(w, w_predicted) - tolerance(eye) &&
+               w_sample <= std::max(w, w_predicted) + tolerance(eye);
+    }
+
+    /// w of any sample, round a sphere, over its poles, or of the nearest in a picture that ends; NaN if unknown.
+    double w_at(const EyeView& eye, int x, int y) const {
+        const int width = width_of(source_.camera), height = height_of(source_.camera);
+        const auto* sphere = std::get_if<EquirectCamera>(&source_.camera);
+        const bool closes = sphere && sphere->range.closes();
+        const bool north = closes && sphere->range.latitude_max > pi / 2 - 1e-9;
+        const bool south = closes && sphere->range.latitude_min < -pi / 2 + 1e-9;
+        if ((y < 0 && north) || (y >= height && south)) {
+            y = y < 0 ? -1 - y : 2 * height - 1 - y;
+            x += width / 2;
+        }
+        x = closes ? (x % width + width) % width : std::clamp(x, 0, width - 1);
+        const double sample_m = source_.depth_m.pixel(x, std::clamp(y, 0, height - 1))[0];
+        return sample_m > 0 ? w_of(sample_m, box_radius_m(eye)) : std::nan("");
+    }
+
+    /// Whether a smooth surface through the sixteen samples around a position is known to run elsewhere
+    /// (passing_surface.h).
+    bool passed_by(const EyeView& eye, glm::dvec2 position, double distance_m) const {
+        const glm::dvec2 corner = glm::floor(position - 0.5), a = position - 0.5 - corner;
+        double w[4][4];
+        for (int j = 0; j < 4; ++j)
+            for (int i = 0; i < 4; ++i)
+                w[j][i] = w_at(eye, int(corner.x) + i - 1, int(corner.y) + j - 1);
+        double bend = 0;
+        for (int line = 0; line < 4; ++line)
+            for (int i = 0; i < 2; ++i)
+                for (const double second : {w[line][i] - 2 * w[line][i + 1] + w[line][i + 2],
+                                            w[i][line] - 2 * w[i + 1][line] + w[i + 2][line]}) {
+                    if (std::isnan(second))
+                        return false;
+                    bend = std::max(bend, std::abs(second));
+                }
+        const double here = glm::mix(glm::mix(w[1][1], w[1][2], a.x), glm::mix(w[2][1], w[2][2], a.x), a.y);
+        const double may_be_off = bend * (a.x * (1 - a.x) + a.y * (1 - a.y)) / 2;
+        return bend <= 8 * tolerance(eye) &&
+               std::abs(here - w_of(distance_m, box_radius_m(eye))) > tolerance(eye) + may_be_off;
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on
