@@ -51,12 +51,14 @@ class Tables(unittest.TestCase):
 
     def test_shifts_tell_runs_apart_and_an_empty_class_is_a_dash(self):
         def part(pixels, within=1.0):
-            return {"pixels": pixels, "within_budget": within, "p999_px": 0.125} if pixels else {"pixels": 0}
-        engine = {"engine": "surface", "pixels": 400, "coloured": part(200, 0.5), "smooth": part(100, 0.75), "sampled": part(0)}
+            if not pixels:
+                return {"pixels": 0}
+            return {"pixels": pixels, "within_budget": within, "within_twice_budget": (1 + within) / 2, "p999_px": 0.125}
+        engine = {"engine": "surface", "pixels": 400, "coloured": part(200, 0.5), "smooth": part(100, 0.75), "added": part(100, 0.875), "sampled": part(0)}
         runs = [{"run": "eyes", "size": "8x4", "n": {"eyes": 3}, "engines": [engine]},
                 {"run": "eyes, the client's model", "size": "8x4", "n": {"eyes": 2}, "model": {}, "engines": [engine]}]
         text = report.shift({"scene": {"runs": runs}})
-        self.assertEqual(row_of(text, "scene | 3 of 8x4")[2:], ["surface", "50.0", "50.00", "50.0", "75.000", "0.0", "-", "-"])
+        self.assertEqual(row_of(text, "scene | 3 of 8x4")[2:], ["surface", "50.0", "50.00", "50.0", "75.000", "87.500", "0.0", "-", "-", "-"])
         self.assertIn("2 of 8x4, the client's model", text)
 
     def test_the_worst_pixels_are_noise_free_where_all_systems_have_them(self):
