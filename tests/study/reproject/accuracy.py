@@ -137,9 +137,8 @@ class Accuracy:
         plays = {"paper-coded": ("left", paper, ["--method", "surface", "--fill", "small,spread"])}
         for source, name in (("centre", "ours"), ("left-ours", "ours-left")):
             for track, fill in CODED.items():
-                folder = "left" if source == "left-ours" and track == "small" else source
-                ours = [self.ours_at_no_more_bytes(folder, seed, limit, track) for seed, limit in zip(SEEDS, limits)]
-                plays[f"{name}-coded-{track}"] = (folder, ours, ["--method", "surface", "--fill", fill])
+                ours = [self.ours_at_no_more_bytes(source, seed, limit, track) for seed, limit in zip(SEEDS, limits)]
+                plays[f"{name}-coded-{track}"] = (source, ours, ["--method", "surface", "--fill", fill])
         scores = []
         for name, (source, streams, words) in plays.items():
             score = self.score(name, [stream for stream, _ in streams], head, words, self.gaps_of(source, head))
