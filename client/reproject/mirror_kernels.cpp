@@ -56,6 +56,11 @@ public:
         const Floats w_surface = w(value_at(job_.source.depth_m, r.nearest));
         const Floats w_image = hn::IfThenElseZero(known, w(image_m));
         const FloatMask kept = hn::Abs(w_image - w_surface) <= all(job_.agreement.tolerance);
+        if (!job_.looks_for_images) {
+            at = {all(0.0f), all(0.0f)};
+            return hn::IfThenElse(hn::RebindMask(int_tag, hn::And(known, kept)), all(int(MirrorAnswer::kept)),
+                                  all(int(MirrorAnswer::gap)));
+        }
         const FloatMask displaced = displaced_by_little(r, image_m);
         const FoundImages images = first_images(r, hn::AndNot(kept, known));
         at = images.at;

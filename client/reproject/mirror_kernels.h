@@ -19,6 +19,7 @@ struct MirrorJob {
     EyeRays rays;
     ImageView<const std::uint8_t> origin;
     DepthAgreement agreement;
+    bool looks_for_images = true;  ///< false: what is not known to be within the budget is a gap
 };
 
 /// Sine of 1 degree. Where no image is found, a colour displaced by less is mostly nearer the truth than what would

@@ -6,17 +6,22 @@
 #include "reference/mirrors.h"
 
 #include <equistream/bound.h>
+#include <equistream/error.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
+#include <string>
 
 namespace equistream {
 
 namespace {
+
+constexpr std::array<std::string_view, 3> treatment_names = {"images", "gaps", "surface"};
 
 void open_gap(EyePicture& picture, int x, int y) {
     *picture.origin.pixel(x, y) = std::uint8_t(PixelOrigin::gap);
@@ -76,8 +81,21 @@ SpecularCounts rework_all(const MirrorJob& job, const Lookup& lookup, bool refer
 
 }  // namespace
 
-SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, double error_budget_px,
-                               EyePicture& picture, bool reference) {
+std::span<const std::string_view> mirror_treatment_names() {
+    return treatment_names;
+}
+
+MirrorTreatment find_mirror_treatment(std::string_view name) {
+    const auto found = std::ranges::find(treatment_names, name);
+    if (found == treatment_names.end())
+        throw InputError(expected_found("--mirrors", "images, gaps or surface", "'" + std::string(name) + "'"));
+    return MirrorTreatment(found - treatment_names.begin());
+}
+
+SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, EyePicture& picture,
+                               const SpecularOptions& options) {
+    if (options.treatment == MirrorTreatment::surface)
+        return {};
     const bool own = eye.depth_m.data == nullptr && !picture.depth_m.empty();
     const EyeView seen{eye.camera, eye.pose, own ? ImageView<const float>(picture.depth_m.view()) : eye.depth_m};
     if (source.specular.data == nullptr || source.depth_m.data == nullptr || seen.depth_m.data == nullptr)
@@ -89,17 +107,18 @@ SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, dou
         require_plane_size("mirrors: virtual depth", source.virtual_depth_m, of_source);
     require_plane_size("mirrors: depth of the eye", seen.depth_m, {eye.camera.width, eye.camera.height, 1});
     const EyeRays rays(eye.camera, eye.pose, source.pose);
-    const double budget_rad = 4 * error_budget_px * error_budget_rad(eye.camera.focal_px());
+    const double budget_rad = 4 * options.error_budget_px * error_budget_rad(eye.camera.focal_px());
     const MirrorJob job{
         .grid = source_grid(source.camera),
         .source = source,
         .eye = seen,
         .rays = rays,
         .origin = picture.origin.view(),
-        .agreement = {std::max(float(source.box_radius_m), rays.distance_m()), float(std::sin(budget_rad))}};
+        .agreement = {std::max(float(source.box_radius_m), rays.distance_m()), float(std::sin(budget_rad))},
+        .looks_for_images = options.treatment == MirrorTreatment::images};
     if (const auto* sphere = std::get_if<EquirectCamera>(&source.camera))
-        return rework_all(job, EquirectLookup(*sphere), reference, picture);
-    return rework_all(job, PerspectiveLookup(std::get<PerspectiveCamera>(source.camera)), reference, picture);
+        return rework_all(job, EquirectLookup(*sphere), options.reference, picture);
+    return rework_all(job, PerspectiveLookup(std::get<PerspectiveCamera>(source.camera)), options.reference, picture);
 }
 
 }  // namespace equistream

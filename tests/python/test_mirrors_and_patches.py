@@ -100,17 +100,23 @@ def test_a_stream_with_mirrors_equals_play(frames, pavilion, run, tmp_path, yuv)
 def test_mirrors_may_stay_as_the_engine_left_them(frames):
     frame = next(es.open_feed(frames, depth=True))
     pose = eye_poses(frame.main.info)["left"]
-    anew, left = (es.Reprojector(fill="none", mirrors=m)(frame, CAMERA, pose) for m in (True, False))
+    anew, opened, left = (es.Reprojector(fill="none", mirrors=m)(frame, CAMERA, pose) for m in es.MIRRORS)
     assert not any(left.mirrors.values()) and left.gaps.sum() + anew.mirrors["gaps"] == anew.gaps.sum()
     changed = (anew.rgba != left.rgba).any(axis=2)
     assert 0 < changed.sum() <= anew.mirrors["by_image"] + anew.mirrors["gaps"]
+    assert opened.mirrors["by_image"] == opened.mirrors["displaced"] == 0 and opened.mirrors["kept"] == anew.mirrors["kept"]
+    assert opened.mirrors["gaps"] == sum(anew.mirrors.values()) - anew.mirrors["kept"] == opened.gaps.sum() - left.gaps.sum()
+    assert (opened.rgba[~opened.gaps] == left.rgba[~opened.gaps]).all()
+    with pytest.raises(es.InputError, match="^--mirrors: expected images, gaps or surface, found 'always'$"):
+        es.Reprojector(mirrors="always")
     # Without the mask nobody knows of mirrors; without virtual depth they can only be kept or become gaps.
     plain = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m)
     depth = Planes(frame)
     assert (es.Reprojector(fill="none")(plain, CAMERA, pose, depth=depth).rgba == left.rgba).all()
     masked = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m, frame.main.specular)
-    by_mask = es.Reprojector(fill="none")(masked, CAMERA, pose, depth=depth).mirrors
+    by_mask, all_opened = (es.Reprojector(fill="none", mirrors=m)(masked, CAMERA, pose, depth=depth).mirrors for m in ("images", "gaps"))
     assert by_mask["by_image"] == 0 and by_mask["gaps"] > anew.mirrors["gaps"]
+    assert all_opened["gaps"] == sum(by_mask.values()) == sum(all_opened.values())
 
 
 def test_a_frame_brings_its_mirrors_too(frames):

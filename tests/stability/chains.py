@@ -115,7 +115,8 @@ def reprojected(renders, method):
 
     # Without mirrors thresholds are of what each method makes of mirrors and glass itself, and of whether the map knows.
     # The paper's has no virtual depth.
-    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(), mirrors=renders.breaker.mirrors and method != "paper")
+    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(),
+                            mirrors="images" if renders.breaker.mirrors and method != "paper" else "surface")
     for truth in truths:
         picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
         yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)

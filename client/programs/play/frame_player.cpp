@@ -257,7 +257,7 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     for_both_eyes(played, [&](PlayedEye& eye, EyeFigures& figures) {
         engine_->reproject(eye.view(), eye.picture);
         figures = {};
-        figures.specular = rework_specular(source, eye.view(), EngineOptions{}.error_budget_px, eye.picture);
+        figures.specular = rework_specular(source, eye.view(), eye.picture, {.treatment = settings_.mirrors});
     });
     played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(milliseconds_since(start));
 
@@ -279,7 +279,7 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
         estimate_reliability(source, eye->view(), eye->picture,
                              {.depth_tolerance_w = takes_planes() ? depth_tolerance_w(frame.main.info.depth_code) : 0,
-                              .specular_reworked = true});
+                              .specular_reworked = settings_.mirrors != MirrorTreatment::surface});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
     }

@@ -16,7 +16,8 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
-    std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on";
+    std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on",
+                             mirrors = "images";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
@@ -80,6 +81,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
         require(app.count("--budget-ms") == 0, "--budget-ms", "--method auto beside it",
                 settings.method.empty() ? "none" : settings.method);
     make_fill_ladder(settings.fill);
+    settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.scene_is_model = !arguments.model.empty();
     if (settings.scene_is_model)
         settings.scene = arguments.model;
@@ -146,6 +148,12 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
                    "Rungs in order, of hidden, patches, earlier, small, small-wide, geometry, pushpull and spread "
                    "(docs/guide.md); those "
                    "with nothing to fill from are passed over; or none")
+        ->capture_default_str();
+    app.add_option(
+           "--mirrors", arguments->mirrors,
+           "Mirrors and glass whose picture moves otherwise than their surface, where the source tells of them: "
+           "images (looked up where their image lies), gaps (opened, for --fill) or surface (shown as if "
+           "painted on it)")
         ->capture_default_str();
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");

@@ -140,6 +140,7 @@ Json Report::json() const {
     json["depth"] = depth;
     json["depth_reuse"] = depth_reuse;
     json["fill"] = fill;
+    json["mirrors"] = mirror_treatment_names()[std::size_t(settings.mirrors)];
     if (choice)
         json["choice"] = choice_json(*choice);
     json["notes"] = notes;
@@ -184,6 +185,9 @@ std::string Report::table() const {
         out += formatted("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
         for (const auto& [rung, count] : eye.filled)
             out += formatted("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
+        if (const SpecularCounts& specular = eye.specular; specular.all() > 0)
+            out += formatted("   mirrors %.3f %%, of these %.1f %% gaps", double(specular.all()) * percent,
+                             100 * double(specular.gaps) / double(specular.all()));
         if (eye.reliability)
             out += formatted("   reliability %.4f", *eye.reliability);
         out += "\n";

@@ -2,6 +2,7 @@
 /// What `equistream play` was asked to do.
 #include <equistream_cli/program.h>
 #include <equistream_client/fill.h>
+#include <equistream_client/specular.h>
 #include <equistream_client/stereo_layout.h>
 #include <equistream_scene/scene.h>
 
@@ -30,6 +31,7 @@ struct Settings {
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
     std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with
     std::string fill = default_fill;
+    MirrorTreatment mirrors = MirrorTreatment::images;
     bool reliability = false;
     Format format = Format::png;
     Layout layout = Layout::files;

@@ -28,6 +28,9 @@ FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
 DEFAULT_FILL: str = _core.DEFAULT_FILL
 """What `play` does unless told otherwise: of FILL_RUNGS those that show what is truly there, then push-pull (docs/decisions/0004)."""
 
+MIRRORS: tuple[str, ...] = _core.MIRRORS
+"""What Reprojector can do with mirrors and glass."""
+
 ORIGINS = ("gap", "source", "small", "neighbours", "earlier", "patches", "hidden", "geometry", "push_pull")
 """By the values of EyePicture.origin: who gave a pixel its colour."""
 
@@ -162,12 +165,12 @@ class Reprojector:
     by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
     `error_budget_px`: share of an eye's pixel by which colour may be displaced. `mirrors`: pixels of mirrors and glass that would be
-    displaced by more are looked up where the image in them lies (where that fails they stay if off by less than a degree, else become
-    gaps), where the source brings the planes `specular` and `virtual_depth`; False leaves them as the engine did. `reference`: the slow implementation in double
-    precision. One thread at a time.
+    displaced by more, where the source brings the planes `specular` and `virtual_depth`: 'images' looks them up where the image in them lies
+    (where that fails they stay if off by less than a degree, else become gaps), 'gaps' makes gaps of all of them, 'surface' leaves them
+    as the engine did. `reference`: the slow implementation in double precision. One thread at a time.
     """
 
-    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: bool = True,
+    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: str = "images",
                  reference: bool = False) -> None:
         if not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")

@@ -124,11 +124,11 @@ struct Assess {
 
 class Reprojector {
 public:
-    /// `mirrors`: whether mirrors and glass are looked up anew.
-    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, bool mirrors,
+    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors,
                 bool reference)
         : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
-          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(mirrors) {}
+          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {
+    }
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
@@ -150,14 +150,14 @@ public:
             const FillViews views(source, from);
             engine_->set_source(views.main());
             engine_->reproject(eye, picture);
-            if (mirrors_)
-                specular = rework_specular(views.main(), eye, error_budget_px_, picture);
+            specular = rework_specular(views.main(), eye, picture,
+                                       {.error_budget_px = error_budget_px_, .treatment = mirrors_});
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
-                                             .specular_reworked = mirrors_};
+                                             .specular_reworked = mirrors_ != MirrorTreatment::surface};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
             if (assess.risks) {
@@ -194,7 +194,7 @@ private:
     std::unique_ptr<Engine> engine_;
     FillLadder ladder_;
     double error_budget_px_;
-    bool mirrors_;
+    MirrorTreatment mirrors_;
 };
 
 }  // namespace
@@ -209,6 +209,7 @@ void bind_reprojection(nb::module_& m) {
     m.attr("METHODS") = tuple_of(engine_names());
     m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
     m.attr("SMALL_RUNGS") = tuple_of(small_rung_names());
+    m.attr("MIRRORS") = tuple_of(mirror_treatment_names());
     m.attr("DEFAULT_FILL") = default_fill;
     m.attr("RISKS") = tuple_of(risk_names);
     m.attr("RISK_GROUPS") = tuple_of(risk_group_names);
@@ -270,8 +271,8 @@ void bind_reprojection(nb::module_& m) {
             return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";
         });
     nb::class_<Reprojector>(m, "Reprojector")
-        .def(nb::init<const std::string&, const std::string&, double, bool, bool>(), nb::arg("method"), nb::arg("fill"),
-             nb::arg("error_budget_px"), nb::arg("mirrors"), nb::arg("reference"))
+        .def(nb::init<const std::string&, const std::string&, double, const std::string&, bool>(), nb::arg("method"),
+             nb::arg("fill"), nb::arg("error_budget_px"), nb::arg("mirrors"), nb::arg("reference"))
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),

@@ -22,7 +22,7 @@ struct SourceSample {
 class PlainImages {
 public:
     explicit PlainImages(const MirrorJob& job)
-        : source_(job.source),
+        : source_(job.source), looks_for_images_(job.looks_for_images),
           eye_(glm::inverse(job.source.pose.orientation) * (job.eye.pose.position_m - job.source.pose.position_m)),
           radius_m_(job.agreement.box_radius_m), tolerance_(job.agreement.tolerance) {}
 
@@ -30,7 +30,10 @@ public:
     MirrorAnswer answer(dvec3 ray, double surface_m, SourceSample sample, dvec2& at) const {
         const std::optional<double> image_m = image_distance(sample);
         const double w_surface = w(source_.depth_m.pixel(sample.x, sample.y)[0]);
-        if (std::abs((image_m ? w(*image_m) : 0) - w_surface) <= tolerance_)
+        const bool kept = std::abs((image_m ? w(*image_m) : 0) - w_surface) <= tolerance_;
+        if (!looks_for_images_)
+            return image_m && kept ? MirrorAnswer::kept : MirrorAnswer::gap;
+        if (kept)
             return MirrorAnswer::kept;
         if (!image_m)
             return MirrorAnswer::gap;
@@ -115,6 +118,7 @@ private:
     }
 
     const SourceView& source_;
+    bool looks_for_images_;
     dvec3 eye_;
     double radius_m_, tolerance_;
 };

@@ -210,6 +210,28 @@ class Playback(unittest.TestCase):
         tried = self.auto(part, 1e-3, "--fov", 120)["choice"]["tried"]
         self.assertEqual([(plan["method"], plan["fill"]) for plan in tried], [("lean", "pushpull"), ("sphere", "pushpull"), ("sphere", "none")])
 
+    # -- mirrors and glass
+
+    def test_mirrors_are_images_gaps_or_on_their_surface(self):
+        mirrors = self.root / "mirrors"
+        PROGRAMS.run("render", self.scene, "--frames", "0-1", "--size", "512x256", "--spp", 1, "--aovs", "depth,specular,virtual", "--out", mirrors)
+        words = {"default": [], **{word: ["--mirrors", word] for word in ("images", "gaps", "surface")}}
+        reports = {name: self.play(mirrors, *options, "--scene", self.scene, "--fill", "none", out=name) for name, options in words.items()}
+        self.assertEqual({name: report["mirrors"] for name, report in reports.items()},
+                         {"default": "images", "images": "images", "gaps": "gaps", "surface": "surface"})
+        for eye in ("left", "right"):
+            images, gaps, surface = (reports[name]["eyes"][eye] for name in ("images", "gaps", "surface"))
+            self.assertNotIn("specular", surface)
+            counts, opened = images["specular"], gaps["specular"]
+            self.assertGreater(counts["by_virtual_depth"], 10)
+            self.assertEqual((opened["by_virtual_depth"], opened["displaced"], opened["kept"]), (0, 0, counts["kept"]))
+            self.assertEqual(opened["gaps"], sum(counts.values()) - counts["kept"])
+            self.assertEqual((images["gaps"] - surface["gaps"], gaps["gaps"] - surface["gaps"]), (counts["gaps"], opened["gaps"]))
+            views = {name: (self.out / name / eye / "frame.0001.png").read_bytes() for name in words}
+            self.assertEqual(views["default"], views["images"])
+            self.assertEqual(len(set(views.values())), 3)
+        self.assert_refused(mirrors, ["--scene", self.scene, "--mirrors", "always"], "--mirrors: expected images, gaps or surface, found 'always'")
+
     # -- what is decoded
 
     def tracks(self, source, *options):

@@ -157,7 +157,7 @@ class Shot:
 
                     # Mirrors as the engine leaves them: those are what the group `mirrored` is fitted to. Looked up anew, as play does,
                     # they lie within the bound and count as any other pixel of the source.
-                    picture = es.Reprojector(chain.method, fill=chain.fill, mirrors=False)(
+                    picture = es.Reprojector(chain.method, fill=chain.fill, mirrors="surface")(
                         source, info.camera, info.camera_pose, depth=depth, risks=True, small=small if "small" in chain.fill else None,
                         earlier=[other] if "earlier" in chain.fill else (), depth_tolerance_w=step / 2)
                     group = picture.risk_groups

@@ -6,7 +6,7 @@
 One frame a scene, two seeds, equal samples everywhere. Truth: both eyes at 63 mm where the path's head is ("stereo"), and
 where it is 0.25 m aside ("moved"). Sources: a sphere at the head's centre with its hidden layer, patches and small right
 eye, where a leaf is before an eye for the frames before too; the paper's sphere at the left eye with its small right eye, and ours
-there with hidden layer and patches; spheres of twice the width at the centre and, with its small right eye, at the left eye. The head box of
+there with hidden layer and patches besides; spheres of twice the width at the centre and, with its small right eye, at the left eye. The head box of
 the scene's description is widened to 0.25 m, so that the moved head stands on its surface. Interrupted runs go on.
 """
 
@@ -34,7 +34,7 @@ HEADS = ("stereo", "moved")
 SPHERES = {
     "centre": {"size": "1920x960", "options": ["--eye", "centre", "--small", "right", "--layers", "--patches"]},
     "left": {"size": "1920x960", "options": ["--eye", "left", "--small", "right"]},
-    "left-ours": {"size": "1920x960", "options": ["--eye", "left", "--layers", "--patches"]},
+    "left-ours": {"size": "1920x960", "options": ["--eye", "left", "--small", "right", "--layers", "--patches"]},
     "centre-3840": {"size": "3840x1920", "options": ["--eye", "centre"]},
     "left-3840": {"size": "3840x1920", "options": ["--eye", "left", "--small", "right"]},
 }

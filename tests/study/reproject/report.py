@@ -98,18 +98,28 @@ def lead_cell(entry, rival, is_rival):
 
 
 def ahead(found):
-    """Both eyes together: the paper's method, and how far each of ours is ahead of it."""
-    rivals = [("paper", "systems", ("ours", "ours-left")), ("paper-coded", "coded", [name for name in results.CODED if name != "paper-coded"])]
+    """Both eyes together: the paper's method, and how far each other system that was measured is ahead of it."""
+    rivals = [("paper", "systems", ("paper-gaps", "ours", "ours-left")), ("paper-coded", "coded", [name for name in results.CODED if name != "paper-coded"])]
     rows = []
     for head, head_name in HEAD_NAMES.items():
         for paper, kind, ours in rivals:
             for system in (paper, *ours):
-                row = [head_name, results.NAMES[system]]
-                for result in found.values():
-                    entry, rival = results.find(result, kind, system, head), results.find(result, kind, paper, head)
-                    row.append(lead_cell(entry, rival, system == paper))
-                rows.append(row)
+                pairs = [[results.find(result, kind, name, head) for name in (system, paper)] for result in found.values()]
+                if any(entry for entry, _ in pairs):
+                    rows.append([head_name, results.NAMES[system]] + [lead_cell(*pair, system == paper) for pair in pairs])
     return table(["head", "system", *found], rows)
+
+
+def mirrors(found):
+    """What becomes of mirrors and glass, of each who was measured with it: noise-free dB, a column a scene."""
+    rows = []
+    for head, head_name in HEAD_NAMES.items():
+        for who, treatments in results.MIRRORS.items():
+            for treatment, system in treatments.items():
+                entries = [results.find(result, "systems", system, head) for result in found.values()]
+                if any(entries):
+                    rows.append([head_name, results.NAMES[who], treatment] + ["-" if entry is None else eyes_cell(entry, results.error) for entry in entries])
+    return table(["head", "system", "mirrors", *found], rows)
 
 
 def rungs(result):
@@ -222,6 +232,8 @@ def main():
         page = place(page, f"ladders-{head}", "all", ladders(found, head))
     page = place(page, "ahead", "all", ahead(found))
     page = place(page, "coded", "all", coded(found))
+    if mirrored := {scene: result for scene, result in found.items() if results.tells_of_mirrors(result)}:
+        page = place(page, "mirrors", "all", mirrors(mirrored))
     for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
         if measured := results.load(kind, options.results):
             page = place(page, kind, "all", tabled(measured))

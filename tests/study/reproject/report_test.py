@@ -49,6 +49,27 @@ class Tables(unittest.TestCase):
         self.assertEqual(rows[results.NAMES["ours"]], "+3.01 (+3.01)")
         self.assertEqual(rows[results.NAMES["ours-left"]], "0.00? (0.00?)")
 
+    def test_who_was_not_measured_has_no_row(self):
+        found = {"scene": {"systems": [entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))]}}
+        self.assertNotIn(results.NAMES["paper-gaps"], report.ahead(found))
+        found["scene"]["systems"].append(entry("paper-gaps", figure(0.02), figure(0.02)))
+        self.assertIn("| 63 mm stereo | the paper's method, mirrors as gaps | -3.01 (-3.01) |", report.ahead(found))
+
+    def test_mirrors_by_what_becomes_of_them(self):
+        systems = [entry(system, figure(0.01 * i), figure(0.001)) for i, system in enumerate(("paper", "paper-gaps", "ours-surface", "ours"), start=1)]
+        text = report.mirrors({"scene": {"systems": systems}, "other": {"systems": systems[:1]}})
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()[2:]]
+        ours, paper = results.NAMES["ours"], results.NAMES["paper"]
+        self.assertEqual([row[:3] for row in rows], [["63 mm stereo", paper, "surface"], ["63 mm stereo", paper, "gaps"],
+                                                     ["63 mm stereo", ours, "surface"], ["63 mm stereo", ours, "images"]])
+        self.assertEqual([row[3:] for row in rows[:2]], [["20.0 / 30.0 (14.0 / 24.0)"] * 2, ["17.0 / 30.0 (11.0 / 24.0)", "-"]])
+
+    def test_only_who_met_mirrors_tells_of_them(self):
+        met, none = entry("ours", figure(0.01), figure(0.01)), entry("paper", figure(0.01), figure(0.01))
+        met["played"] = [{"milliseconds": {}, "eyes": {"left": {}, "right": {"specular": {"kept": 1}}}}]
+        self.assertTrue(results.tells_of_mirrors({"systems": [none], "coded": [met]}))
+        self.assertFalse(results.tells_of_mirrors({"systems": [none]}))
+
     def test_shifts_tell_runs_apart_and_an_empty_class_is_a_dash(self):
         def part(pixels, within=1.0):
             if not pixels:

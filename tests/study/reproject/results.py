@@ -13,9 +13,13 @@ NAMES = {
     "sphere": "rotation only", "lean": "leaning without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
     "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
     "ours-left": "ours, with the sphere at the left eye",
+    "paper-gaps": "the paper's method, mirrors as gaps", "paper-images": "the paper's method, mirrors by images",
+    "ours-gaps": "ours, mirrors as gaps", "ours-surface": "ours, mirrors on their surface",
+    "ours-left-gaps": "ours, with the sphere at the left eye, mirrors as gaps",
+    "ours-left-surface": "ours, with the sphere at the left eye, mirrors on their surface",
     "surface-3840": "surface, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
     "splat-3840": "splat, 3,840 wide", "mesh-plain-3840": "plain mesh of every cell, 3,840 wide", "paper-3840": "the paper's method, 3,840 wide",
-    "paper-coded": "the paper's method, coded", "ours-coded-none": "ours, coded, no track for gaps",
+    "paper-coded": "the paper's method, coded", "paper-gaps-coded": "the paper's method, coded, mirrors as gaps", "ours-coded-none": "ours, coded, no track for gaps",
     "ours-coded-small": "ours, coded, small stream", "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
     "ours-left-coded-none": "ours at the left eye, coded, no track for gaps",
     "ours-left-coded-small": "ours at the left eye, coded, small stream", "ours-left-coded-hidden": "ours at the left eye, coded, hidden layer",
@@ -23,6 +27,11 @@ NAMES = {
 }
 
 CODED = [name for name in NAMES if "-coded" in name]
+
+# Who -> what becomes of mirrors and glass (`play --mirrors`) -> the system. The paper's sphere does not tell of any.
+MIRRORS = {"paper": {"surface": "paper", "gaps": "paper-gaps", "images": "paper-images"},
+           "ours": {"surface": "ours-surface", "gaps": "ours-gaps", "images": "ours"},
+           "ours-left": {"surface": "ours-left-surface", "gaps": "ours-left-gaps", "images": "ours-left"}}
 
 
 def load(kind, folder=RESULTS):
@@ -51,6 +60,12 @@ def worst_error(entry, eye, scale):
     """Noise-free of the worst hundredth of the pixels; None where compare did not tell it yet."""
     worst = entry["noise_free"]["eyes"][eye].get("noise_free_worst_percent")
     return worst[scale] if worst else None
+
+
+def tells_of_mirrors(result):
+    """Whether any system was played that met mirrors or glass and knew."""
+    return any("specular" in eye for kind in ("systems", "coded") for entry in result.get(kind, [])
+               for run in entry["played"] for eye in run.get("eyes", {}).values())
 
 
 def decibels(mean_square):
