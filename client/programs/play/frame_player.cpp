@@ -326,17 +326,17 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
         const auto start = Clock::now();
         take_depths(frame, played);
         const double depth_ms = milliseconds_since(start);
-        if (depth_)
+        if (takes_depth()) {
             times[std::size_t(Stage::depth)].push_back(depth_ms);
-        if (plan_.depth != "none")  // less what add_cast took
-            parts_[part::depth(plan_)] += depth_ms;
+            parts_[part::depth(plan_)] += depth_ms;  // less what add_cast took
+        }
         reproject_and_fill(frame, depths_, played);
         played.parts.push_back(std::move(parts_));
     }
 }
 
 void FramePlayer::take_depths(const ReceivedFrame& frame, PlayedFrame& played) {
-    if (depth_)
+    if (takes_depth())
         depth_->set_time(frame.main.info.time_s);
     if (takes_planes())
         offer_exact_depth(frame);

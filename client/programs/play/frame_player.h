@@ -76,6 +76,7 @@ private:
     void begin_after(const ReceivedFrame* before);
     void forget();
     void use_fill(const std::string& rungs);
+    bool takes_depth() const { return depth_ != nullptr && plan_.depth != "none"; }
     /// Whether depth is what came with the frames.
     bool takes_planes() const { return exact_ != nullptr && offers_depth_; }
     void make_depth_source(const FrameInfo& first, const std::string& depth, Report& report);

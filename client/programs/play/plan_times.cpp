@@ -45,6 +45,10 @@ Part reliability() {
 
 }  // namespace part
 
+bool is_decoding(const Part& part) {
+    return part == part::frame() || part.name.starts_with("track ");
+}
+
 std::vector<Part> parts_of(const Plan& plan) {
     std::vector<Part> parts{part::frame(), part::reproject(plan), part::reliability()};
     const bool with_depth = plan.depth != "none";
@@ -74,13 +78,13 @@ void KnownTimes::learn(const PartTimes& times) {
 void KnownTimes::bring_up_to_date(const PartTimes& times) {
     double before_ms = 0, now_ms = 0;
     for (const auto& [part, ms] : times)
-        if (const auto known = times_.find(part); known != times_.end()) {
+        if (const auto known = times_.find(part); known != times_.end() && !is_decoding(part)) {
             before_ms += known->second;
             now_ms += ms;
         }
     if (before_ms > 0)
         for (auto& [part, ms] : times_)
-            ms *= now_ms / before_ms;
+            ms *= is_decoding(part) ? 1 : now_ms / before_ms;
     learn(times);
 }
 

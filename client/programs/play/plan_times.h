@@ -34,6 +34,9 @@ Part fill(const Plan& plan, std::string_view rung);
 Part reliability();
 }  // namespace part
 
+/// Whether it is the stream's and the file system's work, which the rest does not slow down or speed up with.
+bool is_decoding(const Part& part);
+
 /// All that a frame played so is made of.
 std::vector<Part> parts_of(const Plan& plan);
 
@@ -41,7 +44,7 @@ std::vector<Part> parts_of(const Plan& plan);
 class KnownTimes {
 public:
     void learn(const PartTimes& times);
-    /// The same, and all other parts are scaled as those given have changed together.
+    /// The same, and all other parts but decoding are scaled as those given have changed together.
     void bring_up_to_date(const PartTimes& times);
     /// Bounds of a way's time: parts that are not known take no time, or any. A mesh of another density is bounded from
     /// both sides by one that is known, as the number of cells goes at most with the inverse of the share: that bounds

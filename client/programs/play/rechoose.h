@@ -31,8 +31,8 @@ struct Change {
 };
 
 /// Times are those of the trials, brought up to date by what plays: each frame's parts replace what was known of them,
-/// and all other parts are scaled as those have changed together, since a machine or scene that slows one way to play
-/// slows the others. There are no trials while playing.
+/// and all other parts but decoding are scaled as those have changed together, since a machine or scene that slows one
+/// way to play slows the others. There are no trials while playing.
 ///
 /// Down: to the most accurate plan below that is thought to keep to the budget, else to the one thought fastest.
 /// Up: to the most accurate plan above that is thought to leave room. Whenever a step up is followed by a step down,

@@ -21,6 +21,7 @@ public:
         : plans_(plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})),
           machine_(seed), random_(seed) {
         machine_.set("reproject mesh", 10, 4);
+        machine_.set("track hidden", 0);  // counted with the frame, once it is settled that it is decoded
         const Measure measure = [&](const Plan& plan) { return Trial{machine_.times(plan)}; };
         choice_ = choose_plan(plans_, budget_ms, measure);
         survey(plans_, measure, choice_);
@@ -115,7 +116,7 @@ TEST(Rechoosing, StepsDownWhileTheMachineIsSlowAndBackUpAfterwards) {
         playing.play(1000, [&](std::int64_t, const Plan&) { return calm; });
         EXPECT_TRUE(playing.changes().back().is_up);
         EXPECT_LT(playing.rank(playing.plan()), rank);
-        EXPECT_EQ(playing.plan(), at_rest);
+        EXPECT_EQ(playing.plan().words(), at_rest.words());
         EXPECT_LE(playing.last_ms(), options.over * 150);
         EXPECT_NE(playing.changes().back().line().find("up to " + at_rest.words()), std::string::npos);
     }
