@@ -116,9 +116,9 @@ TEST(Rechoosing, StepsDownWhileTheMachineIsSlowAndBackUpAfterwards) {
         playing.play(1000, [&](std::int64_t, const Plan&) { return calm; });
         EXPECT_TRUE(playing.changes().back().is_up);
         EXPECT_LT(playing.rank(playing.plan()), rank);
-        EXPECT_EQ(playing.plan().words(), at_rest.words());
+        EXPECT_LE(playing.rank(playing.plan()), playing.rank(at_rest));
         EXPECT_LE(playing.last_ms(), options.over * 150);
-        EXPECT_NE(playing.changes().back().line().find("up to " + at_rest.words()), std::string::npos);
+        EXPECT_NE(playing.changes().back().line().find("up to " + playing.plan().words()), std::string::npos);
     }
     EXPECT_GE(played, 20);
 }
