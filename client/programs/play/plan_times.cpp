@@ -66,7 +66,8 @@ std::vector<Part> parts_of(const Plan& plan) {
     }
     if (plan.fill != "none")
         for (const std::string_view rung : split_at_commas(plan.fill))
-            parts.push_back(part::fill(plan, rung));
+            if (const Part part = part::fill(plan, rung); std::ranges::count(parts, part) == 0)
+                parts.push_back(part);
     return parts;
 }
 

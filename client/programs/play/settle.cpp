@@ -57,7 +57,7 @@ Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const 
     // The first pictures are decoded while scenes load, or begin with a whole one: of two the faster one is like more.
     if (before != nullptr)
         for (const auto& [part, ms] : parts_with_decoding(*before))
-            if (is_decoding(part))
+            if (is_decoding(part) && ms > 0)  // some come with every other frame only
                 trial.parts[part] = std::min(trial.parts[part], ms);
     return trial;
 }
