@@ -4,10 +4,12 @@
 #include "spread_rung.h"
 
 #include <equistream/comma_list.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <utility>
 
 namespace equistream {
@@ -74,10 +76,19 @@ std::span<const std::string_view> small_rung_names() {
 }
 
 FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture) {
+    std::vector<double> unused(ladder.size());
+    return fill_gaps(ladder, eye, picture, unused);
+}
+
+FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture, std::span<double> rung_ms) {
+    assert(rung_ms.size() == ladder.size());
     FilledCounts filled;
     Gaps gaps(picture.origin.view());
-    for (const auto& rung : ladder)
-        filled.emplace_back(rung->name(), rung->fill(eye, picture, gaps));
+    for (std::size_t i = 0; i < ladder.size(); ++i) {
+        const auto start = Clock::now();
+        filled.emplace_back(ladder[i]->name(), ladder[i]->fill(eye, picture, gaps));
+        rung_ms[i] = milliseconds_since(start);
+    }
     return filled;
 }
 

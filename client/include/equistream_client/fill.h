@@ -84,6 +84,8 @@ using FilledCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
 /// Runs a ladder whose rungs have been given their frame.
 FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture);
+/// The same, timed: each rung's milliseconds go into `rung_ms`, one for each rung.
+FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture, std::span<double> rung_ms);
 
 /// In the order in which they are best run.
 std::span<const std::string_view> fill_rung_names();

@@ -1,6 +1,7 @@
 #include "frame_fill.h"
 
 #include <equistream/bound.h>
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
 #include <equistream_client/ray_colour.h>
@@ -64,6 +65,13 @@ bool FrameFill::has(std::string_view rung) const {
     return has_rung(ladder_, rung);
 }
 
+std::vector<std::string> FrameFill::names() const {
+    std::vector<std::string> names;
+    for (const auto& rung : ladder_)
+        names.emplace_back(rung->name());
+    return names;
+}
+
 bool FrameFill::takes_small() const {
     return std::ranges::any_of(small_rung_names(), [&](std::string_view rung) { return has(rung); });
 }
@@ -102,13 +110,25 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     if (geometry_)
         geometry_->set_time(frame.main.info.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
-    for (const auto& rung : ladder_)
+    set_frame_ms_.clear();
+    for (const auto& rung : ladder_) {
+        const auto start = Clock::now();
         rung->set_frame({.main = address(main_),
                          .small = address(small_),
                          .earlier = earlier_views_,
                          .hidden = address(hidden_),
                          .patches = address(patches_),
                          .geometry = geometry_.get()});
+        set_frame_ms_.push_back(milliseconds_since(start));
+    }
+}
+
+void FrameFill::take_over(FrameFill& before) {
+    if (&before == this)
+        return;
+    if (has_earlier_rung_)
+        earlier_ = std::move(before.earlier_);
+    before.earlier_.clear();
 }
 
 void FrameFill::remember(ReceivedFrame&& frame, SourceDepths& depths) {

@@ -10,6 +10,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace equistream::play {
@@ -34,10 +35,17 @@ public:
     bool takes_small() const;
     /// Takes what there is of a frame, borrowed until the next one.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
-    FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }
+    std::vector<std::string> names() const;  ///< of its rungs
+    FilledCounts fill(const EyeView& eye, EyePicture& picture, std::span<double> rung_ms) const {
+        return fill_gaps(ladder_, eye, picture, rung_ms);
+    }
+    /// Milliseconds that each rung took for its part of set_frame.
+    std::span<const double> set_frame_ms() const { return set_frame_ms_; }
     /// Keeps a frame's main picture for the frames to come, where a rung asks for it; `depths` gets the memory of those
     /// that are kept no longer.
     void remember(ReceivedFrame&& frame, SourceDepths& depths);
+    /// The frames that the ladder before this one kept.
+    void take_over(FrameFill& before);
     /// As if no frame had been kept.
     void forget() { earlier_.clear(); }
 
@@ -48,6 +56,7 @@ private:
     };
 
     FillLadder ladder_;
+    std::vector<double> set_frame_ms_;
     bool has_earlier_rung_ = false;
     std::unique_ptr<GeometryColour> geometry_;
     std::deque<Earlier> earlier_;  ///< newest first

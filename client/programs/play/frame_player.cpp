@@ -70,11 +70,12 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     DepthChoice choice = choose_depth(settings_, offered);
     std::ranges::move(choice.notes, std::back_inserter(report.notes));
     report.depth = choice.depth;
-    report.method = method_ = choice.method;
-    if (method_ == "auto")  // until it is settled
-        method_ = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
-    engine_ = make_engine(method_);
-    use_fill(settings_.fill);
+    report.method = choice.method;
+    plan_ = {.method = choice.method, .depth = choice.depth, .fill = settings_.fill};
+    if (plan_.method == "auto")  // until it is settled
+        plan_.method = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
+    engine_ = make_engine(plan_.method);
+    use_fill(plan_.fill);
     if (scene_ && !scene_->stands_for.empty() && fill_->has("geometry"))
         report.notes.push_back("--fill geometry is passed over: " + settings_.scene.string() +
                                ", a client's model, has no colours (--scene S of the scene itself has)");
@@ -229,12 +230,16 @@ void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
         frame.small &&
         (exact_ == nullptr || scene_ || exact_->holds(frame.small->info.camera, frame.small->info.camera_pose));
     if (small_has_depth && fill_->takes_small()) {
+        const auto start = Clock::now();
         cast(frame.small->info.camera, frame.small->info.camera_pose, depths.small);
         depths_.small = std::move(depths.small);
+        add_cast("small", milliseconds_since(start));
     }
     if (frame.patches && fill_->has("patches")) {
+        const auto start = Clock::now();
         cast_patches(*frame.patches, depths.patches);
         depths_.patches = std::move(depths.patches);
+        add_cast("patches", milliseconds_since(start));
     }
 }
 
@@ -259,7 +264,8 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
         figures = {};
         figures.specular = rework_specular(source, eye.view(), eye.picture, {.treatment = settings_.mirrors});
     });
-    played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(milliseconds_since(start));
+    parts_[part::reproject(plan_)] = milliseconds_since(start);
+    played.figures.milliseconds[std::size_t(Stage::reproject)].push_back(parts_[part::reproject(plan_)]);
 
     for_both_eyes(played, [](PlayedEye& eye, EyeFigures& figures) {
         find_gap_mask(eye.picture, eye.gaps);
@@ -269,9 +275,13 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
 
     start = Clock::now();
     fill_->set_frame(frame, depths);
-    for_both_eyes(played,
-                  [&](PlayedEye& eye, EyeFigures& figures) { figures.filled = fill_->fill(eye.view(), eye.picture); });
-    played.figures.milliseconds[std::size_t(Stage::fill)].push_back(milliseconds_since(start));
+    std::vector<double> left_ms(fill_->names().size()), right_ms(left_ms);
+    for_both_eyes(played, [&](PlayedEye& eye, EyeFigures& figures) {
+        figures.filled = fill_->fill(eye.view(), eye.picture, &eye == &played.left ? left_ms : right_ms);
+    });
+    const double fill_ms = milliseconds_since(start);
+    add_filling(left_ms, right_ms, fill_ms);
+    played.figures.milliseconds[std::size_t(Stage::fill)].push_back(fill_ms);
     if (!settings_.reliability)
         return;
     start = Clock::now();
@@ -283,7 +293,8 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
     }
-    played.figures.milliseconds[std::size_t(Stage::reliability)].push_back(milliseconds_since(start));
+    parts_[part::reliability()] = milliseconds_since(start);
+    played.figures.milliseconds[std::size_t(Stage::reliability)].push_back(parts_[part::reliability()]);
 }
 
 void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
@@ -307,19 +318,25 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
         }
     times[std::size_t(Stage::decode)] = {decode_ms};
     times[std::size_t(Stage::convert)] = {convert_ms};
+    played.parts.clear();
     for (int i = 0; i < settings_.repeat; ++i) {
+        parts_ = parts_with_decoding(frame);
         if (i > 0 && ray_ != nullptr)
             ray_->take_back();
         const auto start = Clock::now();
         take_depths(frame, played);
-        if (depth_)
-            times[std::size_t(Stage::depth)].push_back(milliseconds_since(start));
+        const double depth_ms = milliseconds_since(start);
+        if (takes_depth()) {
+            times[std::size_t(Stage::depth)].push_back(depth_ms);
+            parts_[part::depth(plan_)] += depth_ms;  // less what add_cast took
+        }
         reproject_and_fill(frame, depths_, played);
+        played.parts.push_back(std::move(parts_));
     }
 }
 
 void FramePlayer::take_depths(const ReceivedFrame& frame, PlayedFrame& played) {
-    if (depth_)
+    if (takes_depth())
         depth_->set_time(frame.main.info.time_s);
     if (takes_planes())
         offer_exact_depth(frame);

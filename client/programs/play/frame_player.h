@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace equistream::play {
@@ -38,6 +39,7 @@ struct PlayedEye {
 struct PlayedFrame {
     PlayedEye left, right;
     FrameFigures figures;
+    std::vector<PartTimes> parts;  ///< what its time went into, for each repetition
 };
 
 class FramePlayer {
@@ -50,10 +52,16 @@ public:
     /// into `report`. Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note.
     void prepare(const ReceivedFrame& first, Report& report);
     /// For --method auto: finds what the budget allows, and says so in `report`. Before the first play. The frame that
-    /// is timed is the second, which has one before it as all later ones have; null: there is only the first.
+    /// is timed is the second, which has one before it as all later ones have; null: there is only the first. From then
+    /// on only tracks are needed that the choice needs.
     void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
     /// `played` keeps its memory from the frame before.
     void play(const ReceivedFrame& frame, PlayedFrame& played);
+    /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
+    /// after it are played in another way. Tracks that are
+    /// not decoded cannot be had in the middle of a stream, so there are only ways that need no other than the first
+    /// choice; what they do not need is decoded all the same, and counts, so that they can be left again.
+    void rechoose(const PlayedFrame& played, std::int64_t next, Report& report);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
 
@@ -61,10 +69,14 @@ private:
     DepthOffer offer(const ReceivedFrame& first) const;
     std::optional<Eye> eye_without_plane(const ReceivedFrame& first) const;
     void use(const Plan& plan);
+    /// Plays `timed` as it would be played after `before`.
+    Trial measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed);
+    std::vector<std::string> idle_rungs(const ReceivedFrame& first, const ReceivedFrame* second) const;
     /// Forgets all frames but this one, which was played before those to come.
     void begin_after(const ReceivedFrame* before);
     void forget();
     void use_fill(const std::string& rungs);
+    bool takes_depth() const { return depth_ != nullptr && plan_.depth != "none"; }
     /// Whether depth is what came with the frames.
     bool takes_planes() const { return exact_ != nullptr && offers_depth_; }
     void make_depth_source(const FrameInfo& first, const std::string& depth, Report& report);
@@ -80,8 +92,21 @@ private:
     void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
 
+    /// All parts of plan_: decoding as it was timed, the others 0 so far.
+    PartTimes parts_with_decoding(const ReceivedFrame& frame) const;
+    /// Time of take_depths that went into one track's.
+    void add_cast(std::string_view track, double ms) {
+        parts_[part::depth(plan_)] -= ms;
+        parts_[part::depth_of(plan_, track)] += ms;
+    }
+    /// Adds `ms` of filling to parts_, each rung's as its share of what all took.
+    void add_filling(std::span<const double> left_ms, std::span<const double> right_ms, double ms);
+
     Settings settings_;
-    std::string method_;
+    Plan plan_;
+    bool is_settled_ = false;  ///< what is decoded is decoded for good, and has to be counted
+    PartTimes parts_;          ///< of the repetition under way
+    std::optional<Rechooser> rechooser_;
     PosePath head_path_;
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;

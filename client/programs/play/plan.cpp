@@ -2,9 +2,9 @@
 
 #include <equistream/comma_list.h>
 #include <equistream/formatted.h>
+#include <equistream_client/fill.h>
 
 #include <algorithm>
-#include <cassert>
 #include <span>
 
 namespace equistream::play {
@@ -16,9 +16,22 @@ std::string last_rung(const std::string& ladder) {
     return ladder == "none" ? ladder : std::string(split_at_commas(ladder).back());
 }
 
-/// Without the rungs that draw or look up in further pictures of the geometry.
-bool is_whole(const std::string& ladder) {
-    return ladder == "none" || split_at_commas(ladder).size() == 1;
+/// From what is worth least; those not named are worth as much as the last.
+constexpr std::array<std::string_view, 6> rungs_by_worth = {"small",   "small-wide", "geometry",
+                                                            "earlier", "patches",    "hidden"};
+
+/// How many rungs of a ladder fill with what is truly there: 2 dB and more in the gaps.
+std::ptrdiff_t rungs_of_worth(const std::string& ladder, const std::vector<std::string>& idle_rungs) {
+    return std::ranges::count_if(split_at_commas(ladder), [&](std::string_view rung) {
+        return (rung == "hidden" || rung == "patches") && std::ranges::count(idle_rungs, rung) == 0;
+    });
+}
+
+std::string joined(const std::vector<std::string_view>& rungs) {
+    std::string list;
+    for (const std::string_view rung : rungs)
+        list += (list.empty() ? "" : ",") + std::string(rung);
+    return list;
 }
 
 /// Of a ladder, what fills without any depth from anything but the picture itself: its last rung or nothing.
@@ -57,63 +70,64 @@ TrackRoles unneeded_roles(const Plan& plan) {
     return unneeded;
 }
 
+std::vector<std::string> shorter_ladders(const std::string& ladder, const std::vector<std::string>& idle_rungs) {
+    std::vector<std::string> ladders{ladder};
+    if (ladder == "none")
+        return ladders;
+    std::vector<std::string_view> rungs = split_at_commas(ladder);
+    const std::string_view last = rungs.back();
+    rungs.pop_back();
+    std::erase_if(rungs, [&](std::string_view rung) { return std::ranges::count(idle_rungs, rung) > 0; });
+    const auto worth = [](std::string_view rung) { return std::ranges::find(rungs_by_worth, rung); };
+    while (!rungs.empty()) {
+        rungs.erase(std::ranges::min_element(rungs, {}, worth));
+        rungs.push_back(last);
+        ladders.push_back(joined(rungs));
+        rungs.pop_back();
+    }
+    if (ladders.back() != last)
+        ladders.emplace_back(last);
+    return ladders;
+}
+
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
-    std::vector<std::string> depths, ladders{inputs.fill};
+    std::vector<std::string> depths;
     if (inputs.poses && inputs.geometry)
         depths.push_back("ray");
     if (inputs.poses && inputs.streamed_depth)
         depths.push_back("stream");
-    if (!is_whole(inputs.fill))
-        ladders.push_back(last_rung(inputs.fill));
     std::vector<Plan> plans;
-    // Rungs are worth more than the depth that codes lose.
-    const auto add = [&](const std::string& method, double share, std::span<const std::string> fills) {
-        for (const std::string& fill : fills)
+    // Rungs are worth more than density of the mesh, and that more than the depth that codes lose. What splatting loses
+    // is more than most rungs are worth, but less than those of rungs_of_worth are; what a code loses shows more in it.
+    const auto add = [&](const std::string& method, std::span<const double> shares, const std::string& fill) {
+        for (const double share : shares)
             for (const std::string& depth : depths)
                 plans.push_back({method, share, depth, fill});
     };
-    const std::span all(ladders), last = all.last(1);
+    const std::array any_share = {EngineOptions{}.mesh_share};
+    const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
     if (inputs.geometry)  // the eyes' own depth
-        add("surface", 0.25, all);
-    add("mesh", 0.25, all);
-    add("mesh", 1, last);
-    add("splat", 0.25, last);
+        for (const std::string& fill : ladders)
+            add("surface", any_share, fill);
+    for (auto first = ladders.begin(); first != ladders.end();) {
+        const auto last = std::ranges::find_if(first, ladders.end(), [&](const std::string& ladder) {
+            return rungs_of_worth(ladder, inputs.idle_rungs) != rungs_of_worth(*first, inputs.idle_rungs);
+        });
+        const std::span alike(first, last);
+        for (const std::string& fill : alike)
+            add("mesh", mesh_shares, fill);
+        for (const std::string& depth : depths)
+            for (const std::string& fill : alike)
+                plans.push_back({"splat", any_share[0], depth, fill});
+        first = last;
+    }
     const std::string alone = rung_without_depth(inputs.fill);
     if (inputs.poses)
-        plans.push_back({"lean", 0.25, "none", alone});
-    plans.push_back({"sphere", 0.25, "none", alone});
+        plans.push_back({"lean", any_share[0], "none", alone});
+    plans.push_back({"sphere", any_share[0], "none", alone});
     if (alone != "none")
-        plans.push_back({"sphere", 0.25, "none", "none"});
+        plans.push_back({"sphere", any_share[0], "none", "none"});
     return plans;
-}
-
-Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const std::function<Trial(const Plan&)>& measure) {
-    assert(!plans.empty());
-    Choice choice;
-    choice.budget_ms = budget_ms;
-    for (const Plan& plan : plans) {
-        choice.tried.push_back({plan, measure(plan)});
-        choice.chosen = choice.tried.size() - 1;
-        choice.fits = choice.tried.back().trial.milliseconds <= budget_ms;
-        if (choice.fits)
-            return choice;
-    }
-    const auto fastest =
-        std::ranges::min_element(choice.tried, {}, [](const TriedPlan& tried) { return tried.trial.milliseconds; });
-    choice.chosen = std::size_t(fastest - choice.tried.begin());
-    return choice;
-}
-
-std::string Choice::line() const {
-    const TriedPlan& taken = tried[chosen];
-    std::string text =
-        formatted("%s: %.1f ms of %.1f", taken.plan.words().c_str(), taken.trial.milliseconds, budget_ms);
-    if (!fits)
-        return text + " (nothing fits; this is the fastest)";
-    if (chosen == 0)
-        return text + " (the most accurate there is)";
-    const TriedPlan& better = tried[chosen - 1];
-    return text + formatted(" (next better: %s, %.1f ms)", better.plan.words().c_str(), better.trial.milliseconds);
 }
 
 }  // namespace equistream::play

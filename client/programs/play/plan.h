@@ -1,15 +1,11 @@
 #pragma once
-/// `--method auto`: of all ways to play a frame, the most accurate one that keeps to a time.
-///
-/// Ways are tried in one fixed order, from the most accurate down, on one frame and this machine, until one fits
-/// (docs/guide.md, "Choosing by time").
+/// Ways to play a frame, for `--method auto` (docs/guide.md, "Choosing by time").
 #include <equistream/stream.h>
 #include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
 
-#include <cstdint>
-#include <functional>
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace equistream::play {
@@ -21,15 +17,23 @@ struct Plan {
     std::string depth;          ///< ray, stream or exact (what came with the frames), or none
     std::string fill;           ///< as in --fill
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
+
+    bool operator==(const Plan&) const = default;
 };
 
 /// What there is to choose from.
 struct PlanInputs {
-    bool geometry = false;        ///< depth of any view, by casting rays
-    bool streamed_depth = false;  ///< depth of the source came with it
-    bool poses = true;            ///< ordinary video has none
-    std::string fill;             ///< the whole ladder, as asked for
+    bool geometry = false;                  ///< depth of any view, by casting rays
+    bool streamed_depth = false;            ///< depth of the source came with it
+    bool poses = true;                      ///< ordinary video has none
+    std::string fill;                       ///< the whole ladder, as asked for
+    std::vector<std::string> idle_rungs{};  ///< of it, those with nothing to fill from
 };
+
+/// Shares of the error budget for mesh cells that are worth telling apart, from the finest. Half the first is no more
+/// accurate, and at twice the last one several dB are lost: cells are off by more than what depth agreement allows
+/// (plan_test.cpp measures both).
+inline constexpr std::array mesh_shares = {0.25, 0.5, 1.0, 2.0};
 
 /// Whose depth a method cannot do without once the eye moves.
 DepthNeeds needs_when_moved(const Engine& engine);
@@ -37,31 +41,15 @@ DepthNeeds needs_when_moved(const Engine& engine);
 /// What of a source a way to play it has no use for.
 TrackRoles unneeded_roles(const Plan& plan);
 
-/// From the most accurate down; the last one is `sphere`. Never empty.
+/// A ladder, then the same with one rung fewer each time, down to its last rung alone. What is worth least goes first:
+/// over push-pull, in the gaps once the head has moved by 0.25 m, small is worth -1.7 dB, small-wide -1.5, geometry
+/// -0.4, earlier +0.1, patches +2.2 and hidden +2.5 (means of docs/results/reproject.md, "What each rung recovers").
+/// Rungs that are idle cost nothing, so they go along with the first that is left out.
+std::vector<std::string> shorter_ladders(const std::string& ladder, const std::vector<std::string>& idle_rungs);
+
+/// From the most accurate down; the last one is `sphere`. Never empty. That the eyes' own depth comes before any ladder
+/// without it rests on five real scenes (docs/results/reproject.md: with push-pull alone `surface` is ahead of `mesh`
+/// by 0.1 to 1.4 dB once the head has moved, and the whole ladder adds 0.0 to 1.0 dB); plan_test.cpp measures the rest.
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs);
-
-/// A frame, both eyes.
-struct Trial {
-    double milliseconds = 0;
-    FilledCounts filled{};  ///< by each rung
-};
-
-struct TriedPlan {
-    Plan plan;
-    Trial trial;
-};
-
-struct Choice {
-    double budget_ms = 0;
-    std::int64_t frame = 0;        ///< index of the one that was played
-    std::vector<TriedPlan> tried;  ///< in order; those after the chosen one were not tried
-    std::size_t chosen = 0;        ///< of `tried`
-    bool fits = false;             ///< false: none did, and the chosen one is the fastest
-
-    std::string line() const;  ///< what was chosen and why, in one line
-};
-
-/// `measure` plays a frame and says how long it took.
-Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const std::function<Trial(const Plan&)>& measure);
 
 }  // namespace equistream::play

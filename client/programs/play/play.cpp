@@ -17,7 +17,7 @@ using namespace equistream;
 struct Arguments {
     play::Settings settings;
     std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on",
-                             mirrors = "images";
+                             mirrors = "images", rechoose = "on";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0;
 };
@@ -26,6 +26,11 @@ template <typename Value>
 void require(bool good, const char* option, const char* expected, const Value& found) {
     if (!good)
         throw InputError(expected_found(option, expected, found));
+}
+
+bool parse_switch(const char* option, const std::string& text) {
+    require(text == "on" || text == "off", option, "on or off", "'" + text + "'");
+    return text == "on";
 }
 
 play::Format parse_format(const std::string& text) {
@@ -68,9 +73,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     require(app.count("--depth") == 0 || settings.depth == "ray" || settings.depth == "stream" ||
                 settings.depth == "exact",
             "--depth", "ray, stream or exact", "'" + settings.depth + "'");
-    require(arguments.depth_reuse == "on" || arguments.depth_reuse == "off", "--depth-reuse", "on or off",
-            "'" + arguments.depth_reuse + "'");
-    settings.depth_reuse = arguments.depth_reuse == "on";
+    settings.depth_reuse = parse_switch("--depth-reuse", arguments.depth_reuse);
     const bool by_budget = settings.method == "auto";
     require(app.count("--method") == 0 || by_budget || std::ranges::count(engine_names(), settings.method) > 0,
             "--method", accepted_methods().c_str(), "'" + settings.method + "'");
@@ -80,6 +83,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
     else
         require(app.count("--budget-ms") == 0, "--budget-ms", "--method auto beside it",
                 settings.method.empty() ? "none" : settings.method);
+    require(by_budget || app.count("--rechoose") == 0, "--rechoose", "--method auto beside it",
+            settings.method.empty() ? "none" : settings.method);
+    settings.rechoose = parse_switch("--rechoose", arguments.rechoose);
     make_fill_ladder(settings.fill);
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.scene_is_model = !arguments.model.empty();
@@ -132,6 +138,10 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "--budget-ms", settings.budget_ms,
         "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
         "that fits on this machine is found on one of the first frames");
+    app.add_option("--rechoose", arguments->rechoose,
+                   "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
+                   "again where there is room; off: the first choice stays")
+        ->capture_default_str();
     app.add_option(
         "--depth", settings.depth,
         "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own, or "

@@ -115,6 +115,7 @@ public:
         PlayedFrame played;
         const auto next = [&] { return second_ ? std::exchange(second_, std::nullopt) : feed_->next(); };
         for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = next()) {
+            player_->rechoose(played, frame->main.info.index, report_);
             player_->play(*frame, played);
             const auto start = Clock::now();
             outputs_->write(played);

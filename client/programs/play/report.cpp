@@ -79,6 +79,17 @@ Json shares(const EyeFigures& eye) {
     return json;
 }
 
+/// Ladders of frames may differ by rungs that are left out.
+void add_by_rung(const FilledCounts& filled, FilledCounts& sum) {
+    auto place = sum.begin();
+    for (const auto& [rung, count] : filled) {
+        const auto found = std::ranges::find(sum, rung, &FilledCounts::value_type::first);
+        place = found != sum.end() ? found : sum.insert(place, {rung, 0});
+        place->second += count;
+        ++place;
+    }
+}
+
 EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigures::*eye) {
     EyeFigures sum;
     for (const FrameFigures& frame : frames) {
@@ -88,31 +99,55 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
         sum.pixels += figures.pixels;
         sum.gaps += figures.gaps;
         sum.specular += figures.specular;
-        sum.filled.resize(figures.filled.size());
-        for (std::size_t i = 0; i < figures.filled.size(); ++i) {
-            sum.filled[i].first = figures.filled[i].first;
-            sum.filled[i].second += figures.filled[i].second;
-        }
+        add_by_rung(figures.filled, sum.filled);
     }
     return sum;
+}
+
+Json plan_json(const Plan& plan) {
+    return {{"method", plan.method}, {"mesh_share", plan.mesh_share}, {"depth", plan.depth}, {"fill", plan.fill}};
+}
+
+Json trials_json(const std::vector<TriedPlan>& trials) {
+    Json json = Json::array();
+    for (const auto& [plan, trial, estimate_ms] : trials) {
+        Json entry = plan_json(plan);
+        entry["estimate_ms"] = estimate_ms;
+        entry["milliseconds"] = trial.milliseconds();
+        entry["parts"] = Json::object();
+        for (const auto& [part, ms] : trial.parts)
+            entry["parts"][part.name] = ms;
+        entry["filled"] = Json::object();
+        for (const auto& [rung, count] : trial.filled)
+            entry["filled"][rung] = count;
+        json.push_back(std::move(entry));
+    }
+    return json;
 }
 
 Json choice_json(const Choice& choice) {
     Json json = {
         {"budget_ms", choice.budget_ms}, {"frame", choice.frame}, {"fits", choice.fits}, {"line", choice.line()}};
-    json["tried"] = Json::array();
-    for (const auto& [plan, trial] : choice.tried) {
-        Json filled = Json::object();
-        for (const auto& [rung, count] : trial.filled)
-            filled[rung] = count;
-        json["tried"].push_back({{"method", plan.method},
-                                 {"mesh_share", plan.mesh_share},
-                                 {"depth", plan.depth},
-                                 {"fill", plan.fill},
-                                 {"milliseconds", trial.milliseconds},
-                                 {"filled", std::move(filled)}});
-    }
+    json["tried"] = trials_json(choice.tried);
     json["chosen"] = choice.chosen;
+    json["passed_over"] = Json::array();
+    for (const PassedPlan& passed : choice.passed_over) {
+        json["passed_over"].push_back(plan_json(passed.plan));
+        json["passed_over"].back()["estimate_ms"] = passed.estimate_ms;
+    }
+    json["surveyed"] = trials_json(choice.surveyed);
+    return json;
+}
+
+Json changes_json(const std::vector<Change>& changes) {
+    Json json = Json::array();
+    for (const Change& change : changes)
+        json.push_back({{"frame", change.frame},
+                        {"from", plan_json(change.from)},
+                        {"to", plan_json(change.to)},
+                        {"median_ms", change.median_ms},
+                        {"estimate_ms", change.estimate_ms},
+                        {"line", change.line()}});
     return json;
 }
 
@@ -141,8 +176,10 @@ Json Report::json() const {
     json["depth_reuse"] = depth_reuse;
     json["fill"] = fill;
     json["mirrors"] = mirror_treatment_names()[std::size_t(settings.mirrors)];
-    if (choice)
+    if (choice) {
         json["choice"] = choice_json(*choice);
+        json["changes"] = changes_json(changes);
+    }
     json["notes"] = notes;
     json["truncation"] = truncation;
     json["scene_load_ms"] = scene_load_ms;
@@ -170,6 +207,8 @@ std::string Report::table() const {
                                 depth_reuse ? ", the sphere's carried on from frame to frame" : "");
     if (choice)
         out += "auto: " + choice->line() + "\n";
+    for (const Change& change : changes)
+        out += "auto: " + change.line() + "\n";
     for (const std::string& note : notes)
         out += "note: " + note + "\n";
     out += formatted("%-12s %9s %9s %9s   ms a frame, both eyes\n", "stage", "p50", "p95", "p99");

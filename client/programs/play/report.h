@@ -1,6 +1,7 @@
 #pragma once
 /// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
-#include "plan.h"
+#include "choice.h"
+#include "rechoose.h"
 #include "settings.h"
 
 #include <equistream_client/receive.h>
@@ -43,11 +44,12 @@ struct FrameFigures {
 
 struct Report {
     Settings settings;
-    std::string method;            ///< as used
-    std::string depth;             ///< as used; "none" where nothing needed it
+    std::string method;            ///< as used, of --method auto at the start
+    std::string depth;             ///< so too; "none" where nothing needed it
     bool depth_reuse = false;      ///< whether depth of spheres is carried on from frame to frame
-    std::string fill;              ///< as used
-    std::optional<Choice> choice;  ///< of --method auto
+    std::string fill;              ///< so too
+    std::optional<Choice> choice;  ///< of --method auto, at the start
+    std::vector<Change> changes;   ///< of it, while playing
     std::vector<std::string> notes;
     std::vector<FrameFigures> frames;
     std::vector<FeedTrack> tracks;

@@ -17,35 +17,78 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     }
     const ReceivedFrame& timed = second != nullptr ? *second : first;
     const int repeat = std::exchange(settings_.repeat, 3);
-    const auto measure = [&](const Plan& plan) {
-        use(plan);
-        begin_after(second != nullptr ? &first : nullptr);
-        PlayedFrame played;
-        play(timed, played);
-        Trial trial{.filled = played.figures.left.filled};
-        for (std::size_t i = 0; i < trial.filled.size(); ++i)
-            trial.filled[i].second += played.figures.right.filled[i].second;
-        // The first round warms up; of the others the slower one counts.
-        for (const std::vector<double>& stage : played.figures.milliseconds)
-            if (!stage.empty())
-                trial.milliseconds +=
-                    *std::max_element(stage.size() > 1 ? stage.begin() + 1 : stage.begin(), stage.end());
-        return trial;
-    };
-    const std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
-                                                       .streamed_depth = exact_ != nullptr,
-                                                       .poses = first.posed,
-                                                       .fill = settings_.fill});
-    report.choice = choose_plan(plans, settings_.budget_ms, measure);
+    const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
+    std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
+                                                 .streamed_depth = exact_ != nullptr,
+                                                 .poses = first.posed,
+                                                 .fill = settings_.fill,
+                                                 .idle_rungs = idle_rungs(first, second)});
+    report.choice = choose_plan(plans, settings_.budget_ms, try_plan);
     report.choice->frame = timed.main.info.index;
+    const Plan plan = report.choice->plan();
+    if (settings_.rechoose && second != nullptr) {
+        const TrackRoles left_out = unneeded_roles(plan);
+        std::erase_if(plans, [&](const Plan& other) { return (~unneeded_roles(other) & left_out).any(); });
+        survey(plans, try_plan, *report.choice);
+        rechooser_.emplace(std::move(plans), *report.choice);
+    }
     settings_.repeat = repeat;
-    const Plan& plan = report.choice->tried[report.choice->chosen].plan;
     use(plan);
     forget();
+    is_settled_ = true;
     report.method = plan.method;
     report.depth = plan.depth;
     report.depth_reuse = report.depth_reuse && plan.depth == "ray";
     report.fill = plan.fill;
+}
+
+Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed) {
+    use(plan);
+    begin_after(before);
+    PlayedFrame played;
+    play(timed, played);
+    Trial trial{.parts = {}, .filled = played.figures.left.filled};
+    for (std::size_t i = 0; i < trial.filled.size(); ++i)
+        trial.filled[i].second += played.figures.right.filled[i].second;
+    // The first round warms up; of the others the slower one counts.
+    for (std::size_t i = 1; i < played.parts.size(); ++i)
+        for (const auto& [part, ms] : played.parts[i])
+            trial.parts[part] = std::max(trial.parts[part], ms);
+    // The first pictures are decoded while scenes load, or begin with a whole one: of two the faster one is like more.
+    if (before != nullptr)
+        for (const auto& [part, ms] : parts_with_decoding(*before))
+            if (is_decoding(part) && ms > 0)  // some come with every other frame only
+                trial.parts[part] = std::min(trial.parts[part], ms);
+    return trial;
+}
+
+std::vector<std::string> FramePlayer::idle_rungs(const ReceivedFrame& first, const ReceivedFrame* second) const {
+    const auto came = [&](std::optional<ReceivedPicture> ReceivedFrame::*track) {
+        return (first.*track).has_value() || (second != nullptr && (second->*track).has_value());
+    };
+    std::vector<std::string> idle;
+    const auto add_unless = [&](bool has_input, std::string_view rung) {
+        if (!has_input)
+            idle.emplace_back(rung);
+    };
+    for (const std::string_view rung : small_rung_names())
+        add_unless(came(&ReceivedFrame::small), rung);
+    add_unless(came(&ReceivedFrame::hidden), "hidden");
+    add_unless(came(&ReceivedFrame::patches), "patches");
+    add_unless(scene_ && scene_->stands_for.empty(), "geometry");
+    return idle;
+}
+
+void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report& report) {
+    if (!rechooser_ || played.parts.empty())
+        return;
+    const std::optional<Change> change = rechooser_->played(played.parts.back(), next);
+    if (!change)
+        return;
+    FrameFill& before = *fill_;
+    use(change->to);
+    fill_->take_over(before);
+    report.changes.push_back(*change);
 }
 
 void FramePlayer::begin_after(const ReceivedFrame* before) {
@@ -66,7 +109,7 @@ void FramePlayer::forget() {
 }
 
 void FramePlayer::use(const Plan& plan) {
-    method_ = plan.method;
+    plan_ = plan;
     engine_ = make_engine(plan.method, {.mesh_share = plan.mesh_share});
     use_fill(plan.fill);
     offers_depth_ = plan.depth == "stream";

@@ -1,4 +1,5 @@
-"""What --method auto chooses: the best where time does not matter, and something that keeps to a short time.
+"""What --method auto chooses: the best where time does not matter, something that keeps to a short time, and something else
+while playing when frames begin to take longer.
 
 usage: budget_test.py BIN_DIR
 """
@@ -45,12 +46,18 @@ class Budget(unittest.TestCase):
         return taken
 
     def test_the_first_that_fits_is_taken(self):
-        # Nothing fits no time at all: so all ways are tried, and the fastest is taken.
+        # Nothing fits no time at all: so the fastest is taken. No other can be faster by what is known, or it would be tried.
         tiny = self.play(0.001, "--scene", self.scene)
         tried = tiny["choice"]["tried"]
         self.assertFalse(tiny["choice"]["fits"])
         self.assertEqual(self.chosen(tiny)["milliseconds"], min(plan["milliseconds"] for plan in tried))
         self.assertIn("nothing fits", tiny["choice"]["line"])
+        self.assertIn(tiny["method"], ("sphere", "lean"))
+        passed = tiny["choice"]["passed_over"]
+        self.assertTrue(all(plan["estimate_ms"] > 0.001 for plan in passed))
+        self.assertGreater(len(passed), len(tried))
+        for plan in tried:
+            self.assertAlmostEqual(sum(plan["parts"].values()), plan["milliseconds"], places=6)
 
         # Where time does not matter it is the first of them, and no other is tried.
         generous = self.play(1e6, "--scene", self.scene)
@@ -65,6 +72,7 @@ class Budget(unittest.TestCase):
         middle = self.play(budget, "--scene", self.scene)
         choice, taken = middle["choice"], self.chosen(middle)
         self.assertTrue(all(plan["milliseconds"] > budget for plan in choice["tried"][:choice["chosen"]]))
+        self.assertTrue(all(plan["estimate_ms"] > budget for plan in choice["passed_over"]))
         self.assertEqual(choice["fits"], taken["milliseconds"] <= budget)
         second = sum(ms for stage, ms in middle["frames"][1]["milliseconds"].items() if stage != "write")
         print(f"best {best:.1f} ms, fastest {fastest:.1f} ms, budget {budget:.1f} ms: {choice['line']}; the second frame took {second:.1f} ms")
@@ -75,6 +83,47 @@ class Budget(unittest.TestCase):
         self.assertEqual(self.chosen(report)["depth"], "stream")
         # The scene, which would give any other, is not there.
         self.assertTrue(all(plan["depth"] in ("stream", "none") for plan in self.play(0.001)["choice"]["tried"]))
+
+    def test_it_is_chosen_again_when_frames_take_longer(self):
+        """The head rests where the pictures were taken from, where no depth is needed, and then steps aside."""
+        frames, last, aside = self.root / "long", 79, 40
+        PROGRAMS.run("render", self.scene, "--frames", f"0-{last}", "--size", "128x64", "--spp", 1, "--aovs", "depth", "--out", frames)
+        keys = json.loads(self.scene.read_text())["camera"]["keys"][:last + 1]
+        head = self.root / "head.csv"
+        head.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(
+            ",".join(map(repr, [key["time_s"], *(p + 0.1 * (i >= aside) for p in key["position_m"]), *key["orientation_wxyz"]])) + "\n"
+            for i, key in enumerate(keys)))
+
+        def play(budget_ms, *options):
+            table = PROGRAMS.run("play", frames, "--scene", self.scene, "--head", head, "--ipd", 0, "--depth-reuse", "off", "--method", "auto", "--budget-ms",
+                                 budget_ms, "--size", "320x180", "--out", self.root / "again", *options)
+            return json.loads((self.root / "again/report.json").read_text()), table
+
+        report, _ = play(1e6, "--rechoose", "off")
+        self.assertEqual(report["changes"], [])
+        self.assertEqual(report["choice"]["surveyed"], [])
+        spent = [sum(ms for stage, ms in frame["milliseconds"].items() if stage != "write") for frame in report["frames"]]
+        resting, moving = (sorted(part)[len(part) // 2] for part in (spent[5:aside], spent[aside:]))
+        print(f"{resting:.1f} ms at rest, {moving:.1f} ms aside")
+        self.assertGreater(moving, 3 * resting)
+
+        budget = moving / 1.5
+        report, table = play(budget)
+        changes = report["changes"]
+        self.assertGreater(len(changes), 0)
+        first = changes[0]
+        self.assertEqual(self.way(first["from"]), self.way(report))
+        self.assertTrue(aside + 5 <= first["frame"] <= aside + 25, first)
+        self.assertGreater(first["median_ms"], budget)
+        plan = report
+        for change, frame_before in zip(changes, [0, *(change["frame"] for change in changes)]):
+            self.assertEqual(self.way(change["from"]), self.way(plan))
+            self.assertGreaterEqual(change["frame"] - frame_before, 15)
+            self.assertIn("auto: " + change["line"], table)
+            self.assertTrue(change["line"].startswith(f"frame {change['frame']}: "), change["line"])
+            plan = change["to"]
+        self.assertEqual(len(report["frames"]), last + 1)
+        self.assertEqual(play(budget, "--rechoose", "off")[0]["changes"], [])
 
 
 if __name__ == "__main__":

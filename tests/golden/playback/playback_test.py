@@ -198,6 +198,17 @@ class Playback(unittest.TestCase):
             name = f"left/frame.{index:04}.png"
             self.assertEqual((self.out / "auto" / name).read_bytes(), (self.out / "named" / name).read_bytes(), name)
 
+    def test_rechoosing_belongs_to_choosing(self):
+        self.assert_refused(self.folder, ["--rechoose", "off"], "--rechoose", "--method auto")
+        self.assert_refused(self.folder, ["--method", "auto", "--budget-ms", 5, "--rechoose", "maybe"], "--rechoose", "on or off", "'maybe'")
+        self.assertNotIn("changes", self.play(self.folder, "--scene", self.scene))
+
+    def test_what_fills_nothing_is_no_way_of_its_own(self):
+        """Neither stream has hidden layers or patches: what is left to leave out is earlier."""
+        choice = self.auto(self.coded, 1e-3, "--fill", "hidden,patches,earlier,pushpull")["choice"]
+        fills = {plan["fill"] for plan in choice["tried"] + choice["passed_over"] if plan["depth"] == "stream"}
+        self.assertEqual(fills, {"hidden,patches,earlier,pushpull", "pushpull"})
+
     def test_partial_spheres_without_depth_keep_no_black_gaps(self):
         part = self.root / "part"
         PROGRAMS.run("render", self.scene, "--frames", "0-1", "--size", "128x64", "--range", "180,90", "--spp", 1, "--aovs", "none", "--out", part)
@@ -207,8 +218,10 @@ class Playback(unittest.TestCase):
             self.assertGreater(eye["filled"]["pushpull"], 0)
             self.assertEqual(eye["gap_fraction_after"]["pushpull"], 0)
         # The same for what only turns.
-        tried = self.auto(part, 1e-3, "--fov", 120)["choice"]["tried"]
-        self.assertEqual([(plan["method"], plan["fill"]) for plan in tried], [("lean", "pushpull"), ("sphere", "pushpull"), ("sphere", "none")])
+        choice = self.auto(part, 1e-3, "--fov", 120)["choice"]
+        ways = [(plan["method"], plan["fill"]) for plan in choice["tried"] + choice["passed_over"]]
+        self.assertEqual(sorted(ways), [("lean", "pushpull"), ("sphere", "none"), ("sphere", "pushpull")])
+        self.assertEqual(ways[0], ("lean", "pushpull"))
 
     # -- mirrors and glass
 

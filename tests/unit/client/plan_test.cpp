@@ -1,38 +1,28 @@
-/// `play --method auto`: which ways there are, that their order is the one measured, and which of them is taken.
+/// `play --method auto`: which ways there are, and that their order is the one measured.
 #include "analytic_scene.h"
-
-#include "programs/play/plan.h"
+#include "fake_times.h"
 
 #include <equistream/bound.h>
-#include <equistream/formatted.h>
 #include <equistream_client/fill.h>
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include <array>
+#include <limits>
+#include <map>
 #include <set>
 
 namespace equistream::play {
 namespace {
 
+using equistream::test::Rendered;
 using glm::dvec3;
+namespace test = equistream::test;
 
 const Pose source_pose, moved{{0.063, 0.02, 0}, {1, 0, 0, 0}};
 
-/// All that there can be to choose from, with ladders of several rungs, of one and of none.
-std::vector<PlanInputs> all_inputs() {
-    std::vector<PlanInputs> all;
-    for (const char* fill : {"patches,small,pushpull", "pushpull", "none"})
-        for (const unsigned there : {0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u})
-            all.push_back({.geometry = (there & 1) != 0,
-                           .streamed_depth = (there & 2) != 0,
-                           .poses = (there & 4) != 0,
-                           .fill = fill});
-    return all;
-}
-
 TEST(Plans, AskOnlyForWhatIsThere) {
-    for (const PlanInputs& inputs : all_inputs())
+    for (const PlanInputs& inputs : fakes::all_inputs())
         for (const Plan& plan : plans_by_accuracy(inputs)) {
             SCOPED_TRACE(plan.words());
             const DepthNeeds needs = make_engine(plan.method)->needs_depth(source_pose, moved);
@@ -40,13 +30,14 @@ TEST(Plans, AskOnlyForWhatIsThere) {
             EXPECT_TRUE(inputs.geometry || !(needs.eye || plan.depth == "ray"));
             EXPECT_TRUE(inputs.streamed_depth || plan.depth != "stream");
             EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "lean"));
-            // A ladder is climbed whole, by its last rung alone, or not at all.
-            EXPECT_TRUE(plan.fill == inputs.fill || plan.fill == "none" || plan.fill == "pushpull") << plan.fill;
+            const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
+            EXPECT_TRUE(std::ranges::count(ladders, plan.fill) > 0 || plan.fill == "none" || plan.fill == "pushpull")
+                << plan.fill;
         }
 }
 
 TEST(Plans, AreTriedOnceEachAndEndWithWhatAlwaysPlays) {
-    for (const PlanInputs& inputs : all_inputs()) {
+    for (const PlanInputs& inputs : fakes::all_inputs()) {
         const std::vector<Plan> plans = plans_by_accuracy(inputs);
         std::set<std::string> words;
         for (const Plan& plan : plans)
@@ -57,10 +48,17 @@ TEST(Plans, AreTriedOnceEachAndEndWithWhatAlwaysPlays) {
     }
 }
 
-/// A ball and a bar before a wall, textured, from a sphere whose streamed depth has 8 bits of w.
+/// Balls before a wall, textured, from a sphere whose streamed depth has 8 bits of w; behind the balls the hidden
+/// layer, and frames before from where the head came from.
 class Accuracy {
 public:
-    Accuracy() : source_(test::render(distance, colour, EquirectCamera{1280, 640, {}}, source_pose)) {
+    Accuracy()
+        : source_(test::render(distance, colour, sphere, source_pose)),
+          hidden_(test::render(second_distance, colour, sphere, source_pose)),
+          earlier_(test::render(distance, colour, sphere, Pose{{-0.04, -0.02, 0.02}, {1, 0, 0, 0}})) {
+        for (float& r : hidden_.depth_m.samples())
+            if (std::isinf(r))
+                r = std::numeric_limits<float>::quiet_NaN();
         for (const dvec3& way_m : {dvec3(0.063, 0, 0), {-0.063, 0, 0}, {0.03, 0.05, 0}, {-0.04, -0.03, 0.03}}) {
             Truth truth{{way_m, {1, 0, 0, 0}}};
             truth.picture = test::render(distance, colour, eye_camera, truth.pose);
@@ -82,8 +80,9 @@ public:
         const auto engine = make_engine(plan.method, {.mesh_share = plan.mesh_share});
         const FillLadder ladder = make_fill_ladder(plan.fill);
         engine->set_source(source);
+        const SourceView hidden = hidden_.source(box_m), earlier = earlier_.source(box_m);
         for (const auto& rung : ladder)
-            rung->set_frame({.main = &source});
+            rung->set_frame({.main = &source, .earlier = {&earlier, 1}, .hidden = &hidden});
         double squares = 0, samples = 0;
         for (const Truth& truth : truths_) {
             const EyeView eye{eye_camera, truth.pose, truth.picture.depth_m.view()};
@@ -98,69 +97,77 @@ public:
     }
 
 private:
-    static double distance(const dvec3& o, const dvec3& d) {
-        return std::min({test::to_sphere(o, d, {0.3, 0, -1.5}, 0.4), test::to_sphere(o, d, {-0.5, 0.2, -1}, 0.15),
-                         test::to_plane(o, d, {0, 0, 1}, -3), test::to_plane(o, d, {0, 1, 0}, -1)});
+    static std::array<double, 4> distances(const dvec3& o, const dvec3& d) {
+        std::array all = {test::to_sphere(o, d, {0.3, 0, -1.5}, 0.4), test::to_sphere(o, d, {-0.5, 0.2, -1}, 0.15),
+                          test::to_plane(o, d, {0, 0, 1}, -3), test::to_plane(o, d, {0, 1, 0}, -1)};
+        std::ranges::sort(all);
+        return all;
     }
+    static double distance(const dvec3& o, const dvec3& d) { return distances(o, d)[0]; }
+    static double second_distance(const dvec3& o, const dvec3& d) { return distances(o, d)[1]; }
     static dvec3 colour(const dvec3& p, double) { return test::smooth(p, 20); }
 
     static constexpr double box_m = 0.07;
+    inline static const EquirectCamera sphere{1280, 640, {}};
     inline static const PerspectiveCamera eye_camera{320, 200, pi / 2};
 
     struct Truth {
         Pose pose;
         test::Rendered picture{};
     };
-    test::Rendered source_;
+    test::Rendered source_, hidden_, earlier_;
     FloatImage coded_;
     std::vector<Truth> truths_;
 };
 
-/// A tenth of a decibel is what a depth code may lose: ways that near each other are as good.
+/// A tenth of a decibel is what a depth code may lose: ways that near each other are as good. With the eyes' own depth
+/// and without are two orders, as how much rungs are worth beside it is the scene's; with the same rungs it is ahead.
 TEST(Plans, ComeInTheOrderOfWhatTheyMeasure) {
     constexpr double as_good_db = 0.1;
     const Accuracy accuracy;
-    for (const bool geometry : {true, false}) {
-        double worst_yet_db = 99;
-        for (const Plan& plan :
-             plans_by_accuracy({.geometry = geometry, .streamed_depth = true, .fill = "spread,pushpull"})) {
-            const double db = accuracy.psnr_db(plan);
-            EXPECT_LE(db, worst_yet_db + as_good_db) << plan.words();
-            worst_yet_db = std::min(worst_yet_db, db);
-        }
+    double worst_by_surface_db = 99, worst_without_db = 99;
+    std::map<std::string, double> by_surface_db;
+    for (const Plan& plan :
+         plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})) {
+        const bool by_surface = plan.method == "surface";
+        const double db = accuracy.psnr_db(plan);
+        double& worst_yet_db = by_surface ? worst_by_surface_db : worst_without_db;
+        EXPECT_LE(db, worst_yet_db + as_good_db) << plan.words();
+        worst_yet_db = std::min(worst_yet_db, db);
+        double& same_rungs_db = by_surface_db.try_emplace(plan.fill, 99).first->second;
+        if (by_surface)
+            same_rungs_db = std::min(same_rungs_db, db);
+        else
+            EXPECT_LE(db, same_rungs_db + as_good_db) << plan.words();
     }
+    EXPECT_LT(worst_without_db, 20);
 }
 
-/// Times that have nothing to do with the order, and budgets between, below and above them.
-TEST(Choices, TakeTheFirstThatFitsElseTheFastestAndSayWhich) {
-    std::mt19937 random(11);
-    const auto text = [](double ms) { return formatted("%.1f ms", ms); };
-    for (int i = 0; i < 300; ++i) {
-        const std::vector<PlanInputs> all = all_inputs();
-        const std::vector<Plan> plans = plans_by_accuracy(all[random() % all.size()]);
-        std::vector<double> times_ms(plans.size());
-        for (double& ms : times_ms)
-            ms = 1 + double(random() % 400) / 10;
-        const double budget_ms = double(random() % 450) / 10;
-        std::size_t measured = 0;
-        const Choice choice = choose_plan(plans, budget_ms, [&](const Plan& plan) {
-            EXPECT_EQ(plan.words(), plans[measured].words());
-            return Trial{times_ms[measured++]};
-        });
-        const std::string line = choice.line();
-        const auto first = std::ranges::find_if(times_ms, [&](double ms) { return ms <= budget_ms; });
-        EXPECT_EQ(choice.fits, first != times_ms.end());
-        const auto taken = choice.fits ? first : std::ranges::min_element(times_ms);
-        const auto at = std::size_t(taken - times_ms.begin());
-        ASSERT_EQ(choice.chosen, at) << line;
-        EXPECT_EQ(choice.tried.size(), choice.fits ? at + 1 : plans.size());  // no more than needed
-        EXPECT_EQ(measured, choice.tried.size());
-        EXPECT_EQ(line.rfind(plans[at].words() + ": " + text(times_ms[at]) + " of ", 0), 0u) << line;
-        EXPECT_EQ(line.find("nothing fits") != line.npos, !choice.fits) << line;
-        if (choice.fits && at > 0) {
-            EXPECT_NE(line.find(plans[at - 1].words() + ", " + text(times_ms[at - 1])), line.npos) << line;
-        }
-    }
+/// The series ends where a finer mesh is no better and a coarser one is worse than what the last rung is worth.
+TEST(Plans, HaveMeshesAsDenseAsIsWorthIt) {
+    const Accuracy accuracy;
+    const auto psnr_db = [&](double share) { return accuracy.psnr_db({"mesh", share, "ray", "hidden,pushpull"}); };
+    const double finest_db = psnr_db(mesh_shares.front()), coarsest_db = psnr_db(mesh_shares.back());
+    EXPECT_LT(std::abs(psnr_db(mesh_shares.front() / 2) - finest_db), 0.01);
+    EXPECT_LT(coarsest_db, finest_db - 0.01);
+    EXPECT_GT(coarsest_db, finest_db - 0.2);
+    EXPECT_LT(psnr_db(2 * mesh_shares.back()), coarsest_db - 3);
+}
+
+TEST(Plans, LeaveRungsOutOneAtATimeTheLeastWorthFirst) {
+    using Ladders = std::vector<std::string>;
+    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {}),
+              (Ladders{"hidden,patches,earlier,pushpull", "hidden,patches,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("small-wide,patches,small,geometry,spread", {}),
+              (Ladders{"small-wide,patches,small,geometry,spread", "small-wide,patches,geometry,spread",
+                       "patches,geometry,spread", "patches,spread", "spread"}));
+    // What fills nothing makes no ladder of its own.
+    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {"patches", "small"}),
+              (Ladders{"hidden,patches,earlier,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("hidden,patches,pushpull", {"patches", "hidden"}),
+              (Ladders{"hidden,patches,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("earlier", {}), Ladders{"earlier"});
+    EXPECT_EQ(shorter_ladders("none", {}), Ladders{"none"});
 }
 
 }  // namespace
