@@ -1,7 +1,7 @@
 #include "gap_look_up.h"
 
 #include "../reproject/eye_rays.h"
-#include "../reproject/passing_surface.h"
+#include "../reproject/hiding_surface.h"
 #include "../reproject/source_lookup.h"
 #include "../reproject/specular_sample.h"
 #include "../reproject/warp.h"
@@ -49,8 +49,8 @@ public:
         if (rays_.shows_back_to_source(inverse_planar, x, y))
             return false;
         const float reach = agreement_.reach(std::sqrt(dot(d, d)) / inverse);
-        const bool alike = keep_same_surface(around, reach, x, y);
-        if (!enough(around) || (!alike && passed_by(position, 1 / reach)))
+        const bool all = keep_same_surface(around, reach, x, y);
+        if (!enough(around) || (!all && hidden(position, 1 / reach)))
             return false;
         if (!task_.unmixed_only)
             return true;
@@ -110,12 +110,12 @@ private:
     /// The rule of depth_agreement.h, as the engines have it. They apply it to whole registers of samples that lie side
     /// by side (warp_surface-inl.h); here pixels and the samples that a grid holds are scattered, few need the plane,
     /// and gathering them into registers would cost more than it saves. A test holds the two to one another. Returns
-    /// whether all four lie as far as the point.
+    /// whether all four stay.
     bool keep_same_surface(Neighbourhood& around, float reach, int x, int y) const {
-        bool sloped = false, alike = true;
+        bool sloped = false, all = true;
         Vec3f gradient;
         for (int k = 0; k < 4; ++k) {
-            alike = alike && around.taps.weight[k] != 0;
+            all = all && around.taps.weight[k] != 0;
             if (around.taps.weight[k] == 0)
                 continue;
             const float reach_sample = agreement_.reach(grid_.depth_m(around.places[k]));
@@ -124,23 +124,24 @@ private:
             if (!sloped)
                 gradient = rays_.inverse_distance_gradient(task_.seen.inverse_planar(), x, y);
             sloped = true;
-            alike = false;
             const float inverse = dot(gradient, lookup_.unit_direction(around.taps.x[k], around.taps.y[k]));
             const float predicted = inverse > 1 / far_distance_m ? 1 / inverse : far_distance_m;
-            if (!agreement_.between(reach, agreement_.reach(predicted), reach_sample))
+            if (!agreement_.between(reach, agreement_.reach(predicted), reach_sample)) {
                 around.taps.weight[k] = 0;
+                all = false;
+            }
         }
-        return alike;
+        return all;
     }
 
-    /// Whether the grid's surface is known to run past a point at this position.
-    bool passed_by(PixelPosition position, float point_over_reach) const {
+    /// Whether the grid's surface runs before a point at this position.
+    bool hidden(PixelPosition position, float point_over_reach) const {
         const BilinearCell cell(position);
         std::array<float, 16> over_reach;
         for (int i = 0; i < 16; ++i)
             over_reach[std::size_t(i)] = 1 / agreement_.reach(1 / inverse_at(cell.x - 1 + i % 4, cell.y - 1 + i / 4));
-        return surface_passes_by(agreement_, over_reach, position.u - 0.5f - float(cell.x),
-                                 position.v - 0.5f - float(cell.y), point_over_reach);
+        return surface_hides(agreement_, over_reach, position.u - 0.5f - float(cell.x),
+                             position.v - 0.5f - float(cell.y), point_over_reach);
     }
 
     /// Whether something nearer begins beside a sample: its colour, filtered over the pixel, has a share in it. What a

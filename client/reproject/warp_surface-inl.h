@@ -7,7 +7,7 @@
 #endif
 
 #include "depth_agreement-inl.h"
-#include "passing_surface.h"
+#include "hiding_surface-inl.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"
@@ -55,9 +55,9 @@ public:
     HWY_INLINE FloatMask same(Floats behind, Floats reach_sample) const {
         return hn::And(hn::Abs(behind) <= allowed_ * reach_sample, reach_sample > all(0.0f));
     }
-    /// Whether w, over B, is known to be another one.
-    HWY_INLINE FloatMask differs(Floats over_reach) const {
-        return hn::Abs(hn::MulSub(over_reach, reach_, over_distance_)) > allowed_;
+    /// Whether this w, over B, is that of something nearer.
+    HWY_INLINE FloatMask is_behind(Floats over_reach) const {
+        return hn::MulSub(over_reach, reach_, over_distance_) > allowed_;
     }
     HWY_INLINE Floats over_reach() const { return over_distance_ / reach_; }
 
@@ -137,55 +137,48 @@ HWY_INLINE Ints enough(Ints keep, Ints u, Ints v) {
     return hn::IfThenElseZero(sum > all(int(least_weight * position_one)), keep);
 }
 
-/// Whether four samples in a row or column may bend little enough for a smooth surface (passing_surface.h).
-HWY_INLINE FloatMask may_be_smooth(const WarpJob& job, Floats before, Floats a, Floats b, Floats after) {
-    const Floats allowed = all(8 * job.agreement.tolerance / job.agreement.box_radius_m);
-    const Floats step = b - a;
-    return hn::And(hn::Abs(step - (a - before)) <= allowed, hn::Abs(after - b - step) <= allowed);
+/// 1 / x, to a few units in the last place.
+HWY_INLINE Floats inverse(Floats x) {
+    const Floats near = hn::ApproximateReciprocal(x);
+    return near * hn::NegMulAdd(x, near, all(2.0f));
 }
 
-/// None where a smooth surface passes the point by.
-HWY_INLINE Ints unless_passed_by(const WarpJob& job, const ScaledReach& point, const Distances& reach_sample, Ints u,
-                                 Ints v, Ints keep) {
+/// None where only some samples agree with the point and the smooth surface through all hides it.
+HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledReach& point, const Distances& reach_sample, Ints u,
+                                Ints v, Ints keep) {
+    IntMask open = hn::And(hn::Not(keep == all(0)), hn::Not(keep == all(15)));
     const Floats s = hn::ConvertTo(float_tag, hn::And(u, all(position_one - 1))) * all(1.0f / position_one);
     const Floats t = hn::ConvertTo(float_tag, hn::And(v, all(position_one - 1))) * all(1.0f / position_one);
     Distances over_reach;
     for (int k = 0; k < 4; ++k)
-        over_reach[k] = all(1.0f) / reach_sample[k];
+        over_reach[k] = inverse(reach_sample[k]);
     const Floats upper = hn::MulAdd(s, over_reach[1] - over_reach[0], over_reach[0]);
     const Floats lower = hn::MulAdd(s, over_reach[3] - over_reach[2], over_reach[2]);
-    IntMask open = hn::RebindMask(int_tag, point.differs(hn::MulAdd(t, lower - upper, upper)));
-    open = hn::And(open, hn::Not(keep == all(0)));
+    // What bends more across the four alone is no smooth surface; a little more is left to the exact test.
+    const Floats twist = hn::Abs((over_reach[0] - over_reach[1]) - (over_reach[2] - over_reach[3]));
+    const FloatMask may_be_smooth = twist <= all(8.01f * job.agreement.tolerance / job.agreement.box_radius_m);
+    const FloatMask may_hide = hn::And(may_be_smooth, point.is_behind(hn::MulAdd(t, lower - upper, upper)));
+    open = hn::And(open, hn::RebindMask(int_tag, may_hide));
     if (hn::AllFalse(int_tag, open))
         return keep;
-    // Most of these are silhouettes, which a row or a column tells; at the picture's edges all sixteen are looked at.
-    const Ints x = hn::ShiftRight<position_bits>(u), y = hn::ShiftRight<position_bits>(v);
-    const IntMask whole =
-        hn::And(hn::And(x > all(0), y > all(0)), hn::And(x < all(job.grid.width - 2), y < all(job.grid.height - 2)));
-    const Ints stride = all(int(job.source.depth_m.row_stride));
-    const Ints at = hn::IfThenElseZero(whole, y * stride + x);
-    const auto over_reach_at = [&](Ints index) HWY_ATTR {
-        const Floats distance = hn::GatherIndex(float_tag, job.source.depth_m.data, index);
-        return all(1.0f) / reach(float_tag, job.agreement.box_radius_m, distance);
-    };
-    const Ints one = hn::IfThenElseZero(whole, all(1)), row = hn::IfThenElseZero(whole, stride);
-    const FloatMask along_row =
-        may_be_smooth(job, over_reach_at(at - one), over_reach[0], over_reach[1], over_reach_at(at + one + one));
-    const FloatMask along_column =
-        may_be_smooth(job, over_reach_at(at - row), over_reach[0], over_reach[2], over_reach_at(at + row + row));
-    open = hn::And(open, hn::Or(hn::Not(whole), hn::RebindMask(int_tag, hn::And(along_row, along_column))));
-    if (hn::AllFalse(int_tag, open))
-        return keep;
-    alignas(64) std::int32_t us[lanes], vs[lanes], kept[lanes], is_open[lanes];
-    alignas(64) float points[lanes];
+    alignas(64) std::int32_t us[lanes], vs[lanes], kept[lanes], opened[lanes];
+    alignas(64) float points[lanes], ss[lanes], ts[lanes];
     hn::Store(u, int_tag, us);
     hn::Store(v, int_tag, vs);
+    hn::Store(s, float_tag, ss);
+    hn::Store(t, float_tag, ts);
     hn::Store(keep, int_tag, kept);
-    hn::Store(hn::IfThenElseZero(open, all(1)), int_tag, is_open);
     hn::Store(point.over_reach(), float_tag, points);
-    for (int i = 0; i < lanes; ++i)
-        if (is_open[i] != 0 && surface_passes_by(job.agreement, job.grid, job.source.depth_m, us[i], vs[i], points[i]))
+    const auto count = int(hn::CompressStore(hn::Iota(int_tag, 0), open, int_tag, opened));
+    const ImageView<const float>& depth_m = job.source.depth_m;
+    for (int k = 0; k < count; ++k) {
+        const int i = opened[k], x = us[i] >> position_bits, y = vs[i] >> position_bits;
+        const bool inside = x > 0 && y > 0 && x < job.grid.width - 2 && y < job.grid.height - 2;
+        if (inside ? surface_hides(job.agreement, depth_m.pixel(x - 1, y - 1), depth_m.row_stride,
+                                   {ss[i], ts[i], points[i]})
+                   : equistream::surface_hides(job.agreement, job.grid, depth_m, us[i], vs[i], points[i]))
             kept[i] = 0;
+    }
     return hn::Load(int_tag, kept);
 }
 
@@ -278,7 +271,8 @@ HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, 
         if (!hn::AllTrue(int_tag, keep == shown)) {
             const SeenPoints s = seen_points(job, rows, tile, i, row);
             keep = enough(hn::And(kept_along_slope(job, s, u, v, reach_sample, behind, keep), shown), u, v);
-            keep = unless_passed_by(job, point, reach_sample, u, v, keep);
+            if (!hn::AllTrue(int_tag, hn::Or(keep == all(0), keep == all(15))))
+                keep = unless_hidden(job, point, reach_sample, u, v, keep);
         }
         whole = whole && hn::AllTrue(int_tag, keep == all(15));
         hn::Store(keep, int_tag, tile.keep + at);

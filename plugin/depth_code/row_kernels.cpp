@@ -91,8 +91,8 @@ HWY_INLINE void store_bytes(Word samples, std::uint8_t* to) {
 }
 
 /// By how many floats depth is asked for before it is packed. What the processor fetches ahead by itself ends with a
-/// page of 4 KiB; of two rows at once it loses track.
-inline constexpr std::size_t ahead = 2048, ahead_of_pairs = 512;
+/// page of 4 KiB.
+inline constexpr std::size_t ahead = 2048;
 
 HWY_INLINE void ask_for(const float* depth_m) {
     constexpr std::size_t floats_per_line = 16;
@@ -211,21 +211,48 @@ HWY_INLINE void store_means(Word sums, std::uint8_t* to) {
     hn::StoreU(hn::TruncateTo(bytes, hn::ShiftRight<2>(hn::Add(four, hn::Set(pairs, 2)))), bytes, to);
 }
 
+/// Columns of a pair of rows whose waves are kept until the lower row is there: one row at a time is read, as what the
+/// processor fetches ahead by itself follows one, and what is kept stays in a core's first cache.
+inline constexpr std::size_t kept_columns = 2048;
+
+struct KeptWaves {
+    alignas(64) std::uint16_t first[kept_columns], second[kept_columns];
+};
+
+void pack_upper(Packer& pack, std::span<const float> depth_m, std::uint8_t* luma, KeptWaves& waves) {
+    for (std::size_t x = 0; x < depth_m.size(); x += at_once()) {
+        ask_for(&depth_m[x] + ahead);
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
+        store_bytes(of.luma, luma + x);
+        hn::Store(of.first, Words(), waves.first + x);
+        hn::Store(of.second, Words(), waves.second + x);
+    }
+}
+
+void pack_lower(Packer& pack, std::span<const float> depth_m, std::uint8_t* luma, const KeptWaves& waves,
+                std::uint8_t* first, std::uint8_t* second) {
+    for (std::size_t x = 0; x < depth_m.size(); x += at_once()) {
+        ask_for(&depth_m[x] + ahead);
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
+        store_bytes(of.luma, luma + x);
+        store_means(hn::Add(of.first, hn::Load(Words(), waves.first + x)), first + x / 2);
+        store_means(hn::Add(of.second, hn::Load(Words(), waves.second + x)), second + x / 2);
+    }
+}
+
 std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
     Packer pack(scale);
     // By value: bytes that are stored could be the pair itself.
     const PecePair at = pair;
-    std::size_t x = 0;
-    for (; x + at_once() <= at.upper_m.size(); x += at_once()) {
-        ask_for(&at.upper_m[x] + ahead_of_pairs);
-        ask_for(&at.lower_m[x] + ahead_of_pairs);
-        const PeceSamples upper(TwoSamples(pack, &at.upper_m[x])), lower(TwoSamples(pack, &at.lower_m[x]));
-        store_bytes(upper.luma, at.luma[0] + x);
-        store_bytes(lower.luma, at.luma[1] + x);
-        store_means(hn::Add(upper.first, lower.first), at.waves[0] + x / 2);
-        store_means(hn::Add(upper.second, lower.second), at.waves[1] + x / 2);
+    const std::size_t whole = at.upper_m.size() / at_once() * at_once();
+    KeptWaves waves;
+    for (std::size_t x = 0; x < whole; x += kept_columns) {
+        const std::size_t columns = std::min(kept_columns, whole - x);
+        pack_upper(pack, at.upper_m.subspan(x, columns), at.luma[0] + x, waves);
+        pack_lower(pack, at.lower_m.subspan(x, columns), at.luma[1] + x, waves, at.waves[0] + x / 2,
+                   at.waves[1] + x / 2);
     }
-    return static_cast<std::int64_t>(pack.too_near) + pece420_from(pair, scale, x);
+    return static_cast<std::int64_t>(pack.too_near) + pece420_from(pair, scale, whole);
 }
 
 struct PeceSteps {
@@ -263,19 +290,26 @@ void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, con
                     std::span<float> depth_m) {
     const Floats f;
     const Ints i;
+    const hn::Rebind<std::uint8_t, Words> bytes;
     const Narrow<std::uint8_t> narrow;
-    const hn::Half<Narrow<std::uint16_t>> pairs;
-    const hn::Rebind<std::uint8_t, hn::Half<Narrow<std::uint16_t>>> half;
+    const hn::Half<Words> pairs;
+    const hn::Rebind<std::uint8_t, hn::Half<Words>> half;
     const Float half_period = hn::Set(f, pece_half_period), quarter = hn::Set(f, pece_half_period / 2);
     const Float from_byte = hn::Set(f, pece_half_period / 255);
     const Unpacker unpack(scale);
     std::size_t x = 0;
-    for (; x + lanes() <= depth_m.size(); x += lanes()) {
+    for (; x + at_once() <= depth_m.size(); x += at_once()) {
+        // Every wave twice, for two vectors of pixels.
         const auto once = hn::PromoteTo(pairs, hn::LoadU(half, half_wave + x / 2));
-        const auto twice = hn::BitCast(narrow, hn::Or(once, hn::ShiftLeft<8>(once)));
-        const auto wave = hn::PromoteTo(i, twice);
-        const auto top = hn::PromoteTo(i, hn::LoadU(narrow, luma + x));
-        hn::StoreU(unpack(pece_samples(top, wave, {half_period, quarter, from_byte})), f, &depth_m[x]);
+        const auto twice = hn::BitCast(bytes, hn::Or(once, hn::ShiftLeft<8>(once)));
+        const auto top = hn::LoadU(bytes, luma + x);
+        const auto store = [&](auto luma_bytes, auto wave_bytes, float* to) HWY_ATTR {
+            const auto samples = pece_samples(hn::PromoteTo(i, luma_bytes), hn::PromoteTo(i, wave_bytes),
+                                              {half_period, quarter, from_byte});
+            hn::StoreU(unpack(samples), f, to);
+        };
+        store(hn::LowerHalf(narrow, top), hn::LowerHalf(narrow, twice), &depth_m[x]);
+        store(hn::UpperHalf(narrow, top), hn::UpperHalf(narrow, twice), &depth_m[x + lanes()]);
     }
     for (; x < depth_m.size(); ++x)
         depth_m[x] = depth_of(pece_sample({luma[x], 0, half_wave[x / 2]}), scale);

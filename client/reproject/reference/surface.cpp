@@ -94,12 +94,13 @@ private:
         if (moved && shows_back(eye, x, y))
             return false;
         if (moved) {
-            bool all_alike = true;
+            bool all = true;
             for (Tap& tap : *taps) {
-                all_alike = all_alike && alike(eye, distance_m, tap);
-                tap.weight *= same_surface(eye, x, y, distance_m, tap) ? 1 : 0;
+                const bool same = same_surface(eye, x, y, distance_m, tap);
+                tap.weight *= same ? 1 : 0;
+                all = all && same;
             }
-            if (!all_alike && passed_by(eye, pixel_of(source_.camera, d), distance_m))
+            if (!all && hidden(eye, pixel_of(source_.camera, d), distance_m))
                 return false;
         }
         return mix(*taps, rgba);
@@ -135,20 +136,15 @@ private:
         return std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
     }
 
-    bool alike(const EyeView& eye, double distance_m, const Tap& tap) const {
-        const double sample_m = source_.depth_m.pixel(tap.x, tap.y)[0];
-        const double box = box_radius_m(eye);
-        return sample_m > 0 && std::abs(w_of(distance_m, box) - w_of(sample_m, box)) <= tolerance(eye);
-    }
-
     bool same_surface(const EyeView& eye, int x, int y, double distance_m, const Tap& tap) const {
         const double sample_m = source_.depth_m.pixel(tap.x, tap.y)[0];
         if (!(sample_m > 0))
             return false;
-        if (alike(eye, distance_m, tap))
-            return true;
         const double box = box_radius_m(eye);
-        const double w = w_of(distance_m, box), w_sample = w_of(sample_m, box);
+        const double w = w_of(distance_m, box);
+        const double w_sample = w_of(sample_m, box);
+        if (std::abs(w - w_sample) <= tolerance(eye))
+            return true;
         const double w_predicted = w_of(plane_distance(eye, x, y, tap), box);
         return w_sample >= std::min(w, w_predicted) - tolerance(eye) &&
                w_sample <= std::max(w, w_predicted) + tolerance(eye);
@@ -170,15 +166,14 @@ private:
         return sample_m > 0 ? w_of(sample_m, box_radius_m(eye)) : std::nan("");
     }
 
-    /// Whether a smooth surface through the sixteen samples around a position is known to run elsewhere
-    /// (passing_surface.h).
-    bool passed_by(const EyeView& eye, glm::dvec2 position, double distance_m) const {
+    /// Whether a smooth surface through the sixteen samples around a position runs before the point (hiding_surface.h).
+    bool hidden(const EyeView& eye, glm::dvec2 position, double distance_m) const {
         const glm::dvec2 corner = glm::floor(position - 0.5), a = position - 0.5 - corner;
         double w[4][4];
         for (int j = 0; j < 4; ++j)
             for (int i = 0; i < 4; ++i)
                 w[j][i] = w_at(eye, int(corner.x) + i - 1, int(corner.y) + j - 1);
-        double bend = 0;
+        double bend = std::abs(w[1][1] - w[1][2] - w[2][1] + w[2][2]);
         for (int line = 0; line < 4; ++line)
             for (int i = 0; i < 2; ++i)
                 for (const double second : {w[line][i] - 2 * w[line][i + 1] + w[line][i + 2],
@@ -189,8 +184,7 @@ private:
                 }
         const double here = glm::mix(glm::mix(w[1][1], w[1][2], a.x), glm::mix(w[2][1], w[2][2], a.x), a.y);
         const double may_be_off = bend * (a.x * (1 - a.x) + a.y * (1 - a.y)) / 2;
-        return bend <= 8 * tolerance(eye) &&
-               std::abs(here - w_of(distance_m, box_radius_m(eye))) > tolerance(eye) + may_be_off;
+        return bend <= 8 * tolerance(eye) && here - w_of(distance_m, box_radius_m(eye)) > tolerance(eye) + may_be_off;
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on
