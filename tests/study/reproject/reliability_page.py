@@ -23,11 +23,17 @@ def share_off(judged):
 
 
 def scenes_table(left_out):
-    rows = [[scene, f"{judged['all']['n']:,}", percent(judged["left_out_for_noise"]), percent(judged["all"]["good"]),
-             *(share_off(judged[part]) for part in ("all", "exact")), percent(judged["all"]["worst_bin"]),
-             percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
+    rows = [[scene, f"{judged['all']['n']:,}", percent(judged["left_out_for_noise"]), percent(judged["all"]["good"]), share_off(judged["all"]),
+             percent(judged["all"]["worst_bin"]), percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
             for scene, judged in left_out.items()]
-    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %"], rows)
+    return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "worst bin", "precision %", "recall %"], rows)
+
+
+def coded_table(left_out):
+    """ECE in points (share of good pixels) with and without a codec."""
+    parts = {"uncoded": "no codec", "exact": "no codec, exact depth", "crf_16": "CRF 16", "crf_24": "CRF 24"}
+    rows = [[scene, *(f"{share_off(judged[part])} ({percent(judged[part]['good'])} %)" for part in parts)] for scene, judged in left_out.items()]
+    return table(["scene left out", *parts.values()], rows)
 
 
 def groups_table(left_out):
@@ -56,7 +62,8 @@ def main():
     result = json.loads((FOLDER / "reliability.json").read_text())
     file = FOLDER / "reliability.md"
     page = file.read_text()
-    for name, text in (("scenes", scenes_table(result["left_out"])), ("groups", groups_table(result["left_out"])), ("bins", bins_table(result["left_out"])),
+    left_out = result["left_out"]
+    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
                        ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
                        ("weights", weights_table(result["weights"])),
                        ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
