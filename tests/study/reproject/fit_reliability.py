@@ -9,14 +9,17 @@ stream, its colours through H.264 (decoded.py), by exact depth and by the depth 
 risks, their group and whether it is good (no channel off by more than the tolerance). Pixels whose noise may be more than a quarter of the
 tolerance are left out, and mirrors and panes of scenes with direct light only: what is reflected is black there.
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the
-weighted sum (isotonic regression). Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn
-is left out and judged by what the others give: docs/results/reproject/reliability.json. --write also fits to all scenes and writes
+weighted sum (isotonic regression). It is fitted to pixels that went through no codec: the map does not know whether a picture was coded,
+nor how coarsely. Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn
+is left out and judged by what the others give: docs/results/reproject/reliability.json; so are fits to coded pixels too (`mixed`: one for
+both; `apart`: each its own), and what coefficients.h holds, which saw all scenes (`shipped`). --write also fits to all scenes and writes
 client/reliability/coefficients.h.
 """
 
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -260,7 +263,8 @@ class Samples:
         for scene in sorted(folder for folder in work.iterdir() if folder.is_dir()):
             taken = left_out = counted = 0
             for folder in sorted(scene.glob("*-*")):
-                if not all(list(folder.glob(f"{name}-{run}/*/frame.{frame:04d}.exr")) for name, frame in (("eyes", 1), ("source", 0)) for run in (0, 1)):
+                last = {"eyes-0": 1, "eyes-1": 1, "source-0": 0, "source-1": 0, "run": RUN_FRAMES - 1}
+                if not all(list(folder.glob(f"{name}/*/frame.{frame:04d}.exr")) for name, frame in last.items()):
                     continue
                 (group, risks, good, exact, crf), noisy, seen = Shot(folder).samples(program, path_traced or scene.name in BREAKERS)
                 share = np.minimum(1, per_shot / np.bincount(group, minlength=len(RISK_GROUPS)).clip(1))[group]
@@ -274,10 +278,14 @@ class Samples:
                 print(f"{scene.name}: {taken} pixels, {100 * left_out / counted:.1f} % left out for their noise", flush=True)
         self.scene, self.group, self.risks, self.good, self.exact, self.crf, self.stands_for = (np.concatenate(arrays) for arrays in zip(*parts))
 
-    def fit(self, scenes):
+    def fit(self, scenes, streams=False):
+        """To pixels that went through no codec, or to those that did."""
+        return self.fit_to((self.crf != NO_STREAM) == streams, scenes)
+
+    def fit_to(self, wanted, scenes):
         models = []
         for group in range(len(RISK_GROUPS)):
-            inside = (self.group == group) & np.isin(self.scene, scenes) & (self.crf == NO_STREAM)
+            inside = (self.group == group) & np.isin(self.scene, scenes) & wanted
             count = np.bincount(self.scene[inside], minlength=len(self.scenes))
             of_scene = np.array([BREAKER_WEIGHT if name in BREAKERS else 1.0 for name in self.scenes])
             weight = (of_scene / np.maximum(count, 1))[self.scene[inside]]
@@ -285,14 +293,15 @@ class Samples:
             models.append(fit_group(np.where(allowed, self.risks[inside], 0), self.good[inside], weight / weight.sum()))
         return models
 
-    def judge(self, models, scene):
+    def judge(self, models, scene, models_of_streams=None):
         """Bins of predicted reliability on one scene: all groups together and each alone."""
         inside = self.scene == scene
         predicted = np.zeros(inside.sum())
         group, risks, good, stands_for = self.group[inside], self.risks[inside], self.good[inside], self.stands_for[inside]
-        for index, model in enumerate(models):
-            predicted[group == index] = model.reliability(risks[group == index])
         exact, crf, with_depth = self.exact[inside], self.crf[inside], group != TURNED
+        for chosen, part in ((models, crf == NO_STREAM), (models_of_streams or models, crf != NO_STREAM)):
+            for index, model in enumerate(chosen):
+                predicted[part & (group == index)] = model.reliability(risks[part & (group == index)])
         parts = {"all": with_depth, "uncoded": with_depth & (crf == NO_STREAM), "exact": with_depth & exact & (crf == NO_STREAM)}
         parts |= {f"crf_{each}": with_depth & (crf == each) for each in CRFS}
         judged = {name: calibration(predicted[part], good[part], stands_for[part]) for name, part in parts.items()}
@@ -378,6 +387,17 @@ def formatted(text):
     return text
 
 
+def shipped():
+    """What coefficients.h holds."""
+    groups = re.findall(r"Group\{\{([^{}]*)\},\s*\{([^{}]*)\}\}", COEFFICIENTS.read_text(), flags=re.S)
+    return [GroupModel(np.array([word.strip().rstrip("f") for word in weights.split(",")], np.float32),
+                       np.array([int(word) for word in shares.split(",")]) / 255) for weights, shares in groups]
+
+
+def errors(judged):
+    return {part: judged[part]["expected_calibration_error"] for part in PARTS}
+
+
 def commit():
     done = subprocess.run(["git", "-C", REPOSITORY, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True)
     if done.returncode != 0:
@@ -402,22 +422,28 @@ def main():
     program = options.bin.resolve() / "equistream"
     samples = Samples(program, options.work, np.random.default_rng(options.seed), options.pixels_per_shot)
     everything = np.arange(len(samples.scenes))
-    left_out = {}
+    left_out, other_fits = {}, {}
+    models = shipped()
     for index, scene in enumerate(samples.scenes):
-        left_out[scene] = {**samples.notes[scene], **samples.judge(samples.fit(everything[everything != index]), index)}
-        told = ", ".join(f"{part} {left_out[scene][part]['expected_calibration_error']}" for part in PARTS)
-        print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error: {told}", flush=True)
+        others = everything[everything != index]
+        uncoded = samples.fit(others)
+        left_out[scene] = {**samples.notes[scene], **samples.judge(uncoded, index)}
+        other_fits[scene] = {"shipped": errors(samples.judge(models, index)),
+                             "mixed": errors(samples.judge(samples.fit_to(np.full(len(samples.scene), True), others), index)),
+                             "apart": errors(samples.judge(uncoded, index, samples.fit(others, streams=True)))}
+        print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error {errors(left_out[scene])}, {other_fits[scene]}", flush=True)
     path_traced = {}
     if options.path_traced is not None:
         checks = Samples(program, options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
         for index, scene in enumerate(checks.scenes):
             others = np.array([i for i, name in enumerate(samples.scenes) if name != scene])
             path_traced[scene] = {**checks.notes[scene], **checks.judge(samples.fit(others), index)}
-    models = samples.fit(everything)
+    if options.write:
+        models = samples.fit(everything)
     words = ["--bin BIN --work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
     result = {"command": " ".join(["tests/study/reproject/fit_reliability.py", *words]),
               "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
-              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out,
+              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "other_fits": other_fits,
               "path_traced": path_traced,
               "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
     write_whole(options.out, json.dumps(result, indent=1) + "\n")

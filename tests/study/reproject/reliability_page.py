@@ -36,6 +36,16 @@ def coded_table(left_out):
     return table(["scene left out", *parts.values()], rows)
 
 
+def fits_table(left_out, other_fits):
+    """ECE in points of no codec, CRF 16 and CRF 24, by what the map was fitted to."""
+    def errors(of):
+        return " / ".join(percent(of[part]) for part in ("uncoded", "crf_16", "crf_24"))
+
+    rows = [[scene, errors({part: judged[part]["expected_calibration_error"] for part in judged if part in other_fits[scene]["mixed"]}),
+             *(errors(other_fits[scene][fit]) for fit in ("mixed", "apart", "shipped"))] for scene, judged in left_out.items()]
+    return table(["scene", "no codec", "both as one", "each its own", "as shipped"], rows)
+
+
 def groups_table(left_out):
     """ECE in points (pixels) of each group alone."""
     rows = [[scene, *(f"{share_off(judged[group])} ({judged[group]['n']:,})" if judged[group]["n"] >= 100 else "-" for group in GROUPS)]
@@ -63,7 +73,8 @@ def main():
     file = FOLDER / "reliability.md"
     page = file.read_text()
     left_out = result["left_out"]
-    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
+    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["other_fits"])),
+                       ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
                        ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
                        ("weights", weights_table(result["weights"])),
                        ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
