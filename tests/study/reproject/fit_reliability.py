@@ -280,7 +280,9 @@ class Samples:
 
     def fit(self, scenes, streams=False):
         """To pixels that went through no codec, or to those that did."""
-        return self.fit_to((self.crf != NO_STREAM) == streams, scenes)
+        wanted = (self.crf != NO_STREAM) == streams
+        # Groups that streams were not asked for keep what the others say.
+        return self.fit_to(wanted | ~np.isin(self.group, self.group[wanted]), scenes)
 
     def fit_to(self, wanted, scenes):
         models = []
