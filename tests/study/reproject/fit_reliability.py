@@ -329,7 +329,7 @@ def calibration(predicted, good, stands_for):
         bins.append({"predicted": round(mean, 4), "measured": round(share, 4), "n": n, "share": round(float(weight.sum() / stands_for.sum()), 4)})
     flagged, bad = predicted < 0.5, ~good
     return {"n": len(good), "good": round(float(np.average(good, weights=stands_for)), 4) if len(good) else None,
-            "expected_calibration_error": round(error, 4), "worst_bin": round(worst, 4), "bins": bins,
+            "expected_calibration_error": round(float(error), 4), "worst_bin": round(worst, 4), "bins": bins,
             "precision_below_half": ratio(flagged & bad, flagged, stands_for), "recall_below_half": ratio(flagged & bad, bad, stands_for)}
 
 
