@@ -1,26 +1,31 @@
 #!/usr/bin/env python3
 """Fits the reliability map (client/reliability) to rendered pairs, and measures how well it holds on scenes it has not seen.
 
-    PYTHONPATH=build/release/package fit_reliability.py --work FOLDER [--write]
+    PYTHONPATH=build/release/package fit_reliability.py --bin build/release/bin --work FOLDER [--write]
 
 FOLDER is what reliability_pairs.py filled. Every eye of every shot is reprojected at the source's own density, a half and a third of it,
-with the engine `surface` and several fill ladders, with exact and with coarse depth, and by rotation alone; every pixel gives its
+with the engine `surface` and several fill ladders, with exact and with coarse depth, and by rotation alone; and as a client has it from a
+stream, its colours through H.264 (decoded.py), by exact depth and by the depth that came with it. Every pixel gives its
 risks, their group and whether it is good (no channel off by more than the tolerance). Pixels whose noise may be more than a quarter of the
 tolerance are left out, and mirrors and panes of scenes with direct light only: what is reflected is black there.
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the
-weighted sum (isotonic regression). Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn
-is left out and judged by what the others give: docs/results/reproject/reliability.json. --write also fits to all scenes and writes
+weighted sum (isotonic regression). It is fitted to pixels that went through no codec: the map does not know whether a picture was coded,
+nor how coarsely. Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn
+is left out and judged by what the others give: docs/results/reproject/reliability.json; so are fits to coded pixels too (`mixed`: one for
+both; `apart`: each its own), and what coefficients.h holds, which saw all scenes (`shipped`). --write also fits to all scenes and writes
 client/reliability/coefficients.h.
 """
 
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import textwrap
 import time
+from dataclasses import replace
 
 import equistream as es
 import numpy as np
@@ -29,7 +34,8 @@ from scipy.ndimage import uniform_filter
 from scipy.optimize import isotonic_regression, minimize
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from reliability_pairs import BREAKERS  # noqa: E402
+from decoded import decoded  # noqa: E402
+from reliability_pairs import BREAKERS, RUN_FRAMES, RUN_SOURCE  # noqa: E402
 from steps import Failed, machine, run_as_program, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -43,22 +49,31 @@ MIRRORED, NO_GROUP = RISK_GROUPS.index("mirrored"), 255
 TURNED = RISK_GROUPS.index("turned")
 
 
-class Chain:
-    """A method, a fill ladder with what it fills from, and the bits of the depth's w (0: exact)."""
+# Of colours that went through no codec; of depth that came with those that did.
+NO_STREAM, STREAMED = -1, None
+CRFS = (16, 24)
 
-    def __init__(self, method, fill, depth_bits, only_filled):
-        self.method, self.fill, self.depth_bits = method, fill, depth_bits
+
+class Chain:
+    """A method, a fill ladder with what it fills from, the bits of the depth's w (0: exact), and the CRF of the stream it came by."""
+
+    def __init__(self, method, fill, depth_bits, only_filled=False, crf=NO_STREAM):
+        self.method, self.fill, self.depth_bits, self.crf = method, fill, depth_bits, crf
         self.only_filled = only_filled  # another chain has the same pixels of the source
 
 
 # What `earlier` brings, the other eye's view with its depth, stands for patches and hidden layers too: all of them are looked up
 # by depth, at the source's density, in a picture from elsewhere.
-CHAINS = (Chain("surface", "small,pushpull", 0, False), Chain("surface", "pushpull", 0, True), Chain("surface", "earlier", 0, True),
-          Chain("surface", "spread", 6, False), Chain("surface", "earlier,spread", 5, False), Chain("surface", "pushpull", 4, False),
-          Chain("sphere", "none", 0, False))
+CHAINS = (Chain("surface", "small,pushpull", 0), Chain("surface", "pushpull", 0, only_filled=True),
+          Chain("surface", "earlier", 0, only_filled=True), Chain("surface", "spread", 6), Chain("surface", "earlier,spread", 5),
+          Chain("surface", "pushpull", 4), Chain("sphere", "none", 0),
+          # What play does with a scene beside the stream, and with its depth track alone.
+          *(Chain("surface", "earlier,pushpull", 0, crf=crf) for crf in CRFS), *(Chain("mesh", "pushpull", STREAMED, crf=crf) for crf in CRFS))
 NOISE_SHARE = 1 / 4
 ENTRIES_PER_UNIT, TABLE_SIZE = 16, 256
 FEWEST_IN_BIN = 500
+# What is judged apart, of all pixels with known depth.
+PARTS = ("all", "uncoded", "exact", *(f"crf_{crf}" for crf in CRFS))
 # Breakers are much alike: together they count as much as two scenes.
 BREAKER_WEIGHT = 0.4
 RIDGE = 1e-4
@@ -92,7 +107,7 @@ def coding_step(depth_m, box_m, bits):
     return float((box_m / np.maximum(depth_m - box_m, 1e-3)).max()) / (2 ** bits - 1) if bits else 0.0
 
 
-def coded(depth_m, box_m, step):
+def rounded(depth_m, box_m, step):
     if step == 0:
         return depth_m
     with np.errstate(divide="ignore"):
@@ -107,6 +122,7 @@ class Shot:
         frames, colour = both_runs(folder, "source", 0)
         self.info, self.colour, self.planes = frames[0].info, colour, frames[0]
         self.eyes = [both_runs(folder, "eyes", index) for index in (0, 1)]
+        self.run = [es.read_frame(next(folder.glob(f"run/*/frame.{index:04d}.exr"))) for index in range(RUN_FRAMES)]
 
     def display(self, colour, info):
         return es.quantise_8bit(es.DisplayTransform().to_display(np.ascontiguousarray(colour, np.float32), info.exposure))
@@ -134,8 +150,17 @@ class Shot:
         info = es.frame_info(es.PerspectiveCamera(camera.width // factor, camera.height // factor, camera.fov_x_rad), like=frames[0].info)
         return es.Frame(info, {"colour": smaller(colour, factor), "depth": middle(frames[0]["depth"], factor)})
 
-    def samples(self, mirrors_show):
-        """(group, risks, good, exact) of the pixels of all eyes, densities and chains; and how many noise left out."""
+    def streamed(self, program, source, factor, crf):
+        """The source from a stream of the frames around it; what is mirror is known as if no codec had been there."""
+        run = [es.Frame(es.frame_info(source.info.camera, like=frame.info, lean_m=source.info.lean_m),
+                        {"colour": smaller(frame["colour"][:, :, :3], factor), "depth": middle(frame["depth"], factor)}) for frame in self.run]
+        run[RUN_SOURCE] = source
+        found = decoded(program, run, RUN_SOURCE, crf)
+        found.specular = source["specular"]
+        return found
+
+    def samples(self, program, mirrors_show):
+        """(group, risks, good, exact, CRF) of the pixels of all eyes, densities and chains; and how many noise left out."""
         parts, left_out, counted = [], 0, 0
         for eye, (frames, colour) in enumerate(self.eyes):
             info = frames[0].info
@@ -143,23 +168,31 @@ class Shot:
             noise = noise_of(frames, info.exposure)
             for factor in COARSER:
                 source, small, other = self.source(factor, eye), self.small(eye), self.other(eye, factor)
+                views = {NO_STREAM: (source, other)}
+                for crf in CRFS:
+                    views[crf] = self.streamed(program, source, factor, crf), decoded(program, [other], 0, crf)
                 # The source has half as many samples; bilinear lookup averages 2.25 pixels or so, the filter factor^2.
                 quiet = noise * np.sqrt(1 + 2 / 2.25 / factor ** 2) <= NOISE_SHARE * RELIABILITY_TOLERANCE
                 for chain in CHAINS:
                     box_m = source.info.box_radius_m
+                    main, earlier = views[chain.crf]
                     step = coding_step(source["depth"], box_m, chain.depth_bits)
 
                     def depth(camera, pose):
                         for frame in (source, small, frames[0]):
                             if frame.info.camera == camera and frame.info.camera_pose == pose:
-                                return coded(frame["depth"], box_m, step)
+                                return rounded(frame["depth"], box_m, step)
                         raise AssertionError("depth of an unknown view")
 
                     # Mirrors as the engine leaves them: those are what the group `mirrored` is fitted to. Looked up anew, as play does,
                     # they lie within the bound and count as any other pixel of the source.
+                    by_track = chain.depth_bits is STREAMED
+                    if chain.crf != NO_STREAM and not by_track:
+                        main, earlier = replace(main, depth_m=source["depth"]), replace(earlier, depth_m=other["depth"])
                     picture = es.Reprojector(chain.method, fill=chain.fill, mirrors="surface")(
-                        source, info.camera, info.camera_pose, depth=depth, risks=True, small=small if "small" in chain.fill else None,
-                        earlier=[other] if "earlier" in chain.fill else (), depth_tolerance_w=step / 2)
+                        main, info.camera, info.camera_pose, depth=None if by_track else depth, risks=True,
+                        small=small if "small" in chain.fill else None, earlier=[earlier] if "earlier" in chain.fill else (),
+                        depth_tolerance_w=None if by_track else step / 2)
                     group = picture.risk_groups
                     wanted = group != NO_GROUP
                     if chain.only_filled:
@@ -170,7 +203,7 @@ class Shot:
                     worst = np.abs(picture.rgb.astype(float) - truth).max(axis=2)
                     counted, left_out = counted + int(wanted.sum()), left_out + int((~quiet & wanted).sum())
                     parts.append((group[used], picture.risks[used], worst[used] <= RELIABILITY_TOLERANCE,
-                                  np.full(used.sum(), chain.depth_bits == 0)))
+                                  np.full(used.sum(), chain.depth_bits == 0), np.full(used.sum(), chain.crf)))
         return tuple(np.concatenate(arrays) for arrays in zip(*parts)), left_out, counted
 
 
@@ -224,29 +257,37 @@ def calibrated(sums, good, weight):
 class Samples:
     """All pixels, with their scene."""
 
-    def __init__(self, work, rng, per_shot, path_traced=False):
+    def __init__(self, program, work, rng, per_shot, path_traced=False):
         self.scenes, self.notes = [], {}
         parts = []
         for scene in sorted(folder for folder in work.iterdir() if folder.is_dir()):
             taken = left_out = counted = 0
             for folder in sorted(scene.glob("*-*")):
-                if not all(list(folder.glob(f"{name}-{run}/*/frame.{frame:04d}.exr")) for name, frame in (("eyes", 1), ("source", 0)) for run in (0, 1)):
+                last = {"eyes-0": 1, "eyes-1": 1, "source-0": 0, "source-1": 0, "run": RUN_FRAMES - 1}
+                if not all(list(folder.glob(f"{name}/*/frame.{frame:04d}.exr")) for name, frame in last.items()):
                     continue
-                (group, risks, good, exact), noisy, seen = Shot(folder).samples(path_traced or scene.name in BREAKERS)
+                (group, risks, good, exact, crf), noisy, seen = Shot(folder).samples(program, path_traced or scene.name in BREAKERS)
                 share = np.minimum(1, per_shot / np.bincount(group, minlength=len(RISK_GROUPS)).clip(1))[group]
                 chosen = rng.random(len(group)) < share
-                parts.append((np.full(chosen.sum(), len(self.scenes)), group[chosen], risks[chosen], good[chosen], exact[chosen], 1 / share[chosen]))
+                parts.append((np.full(chosen.sum(), len(self.scenes)), group[chosen], risks[chosen], good[chosen], exact[chosen], crf[chosen],
+                              1 / share[chosen]))
                 taken, left_out, counted = taken + int(chosen.sum()), left_out + noisy, counted + seen
             if taken:
                 self.scenes.append(scene.name)
                 self.notes[scene.name] = {"pixels": taken, "left_out_for_noise": round(left_out / counted, 4)}
                 print(f"{scene.name}: {taken} pixels, {100 * left_out / counted:.1f} % left out for their noise", flush=True)
-        self.scene, self.group, self.risks, self.good, self.exact, self.stands_for = (np.concatenate(arrays) for arrays in zip(*parts))
+        self.scene, self.group, self.risks, self.good, self.exact, self.crf, self.stands_for = (np.concatenate(arrays) for arrays in zip(*parts))
 
-    def fit(self, scenes):
+    def fit(self, scenes, streams=False):
+        """To pixels that went through no codec, or to those that did."""
+        wanted = (self.crf != NO_STREAM) == streams
+        # Groups that streams were not asked for keep what the others say.
+        return self.fit_to(wanted | ~np.isin(self.group, self.group[wanted]), scenes)
+
+    def fit_to(self, wanted, scenes):
         models = []
         for group in range(len(RISK_GROUPS)):
-            inside = (self.group == group) & np.isin(self.scene, scenes)
+            inside = (self.group == group) & np.isin(self.scene, scenes) & wanted
             count = np.bincount(self.scene[inside], minlength=len(self.scenes))
             of_scene = np.array([BREAKER_WEIGHT if name in BREAKERS else 1.0 for name in self.scenes])
             weight = (of_scene / np.maximum(count, 1))[self.scene[inside]]
@@ -254,16 +295,18 @@ class Samples:
             models.append(fit_group(np.where(allowed, self.risks[inside], 0), self.good[inside], weight / weight.sum()))
         return models
 
-    def judge(self, models, scene):
+    def judge(self, models, scene, models_of_streams=None):
         """Bins of predicted reliability on one scene: all groups together and each alone."""
         inside = self.scene == scene
         predicted = np.zeros(inside.sum())
         group, risks, good, stands_for = self.group[inside], self.risks[inside], self.good[inside], self.stands_for[inside]
-        for index, model in enumerate(models):
-            predicted[group == index] = model.reliability(risks[group == index])
-        exact, with_depth = self.exact[inside], group != TURNED
-        judged = {"all": calibration(predicted[with_depth], good[with_depth], stands_for[with_depth]),
-                  "exact": calibration(predicted[with_depth & exact], good[with_depth & exact], stands_for[with_depth & exact])}
+        exact, crf, with_depth = self.exact[inside], self.crf[inside], group != TURNED
+        for chosen, part in ((models, crf == NO_STREAM), (models_of_streams or models, crf != NO_STREAM)):
+            for index, model in enumerate(chosen):
+                predicted[part & (group == index)] = model.reliability(risks[part & (group == index)])
+        parts = {"all": with_depth, "uncoded": with_depth & (crf == NO_STREAM), "exact": with_depth & exact & (crf == NO_STREAM)}
+        parts |= {f"crf_{each}": with_depth & (crf == each) for each in CRFS}
+        judged = {name: calibration(predicted[part], good[part], stands_for[part]) for name, part in parts.items()}
         for index, name in enumerate(RISK_GROUPS):
             judged[name] = calibration(predicted[group == index], good[group == index], stands_for[group == index])
         return judged
@@ -286,7 +329,7 @@ def calibration(predicted, good, stands_for):
         bins.append({"predicted": round(mean, 4), "measured": round(share, 4), "n": n, "share": round(float(weight.sum() / stands_for.sum()), 4)})
     flagged, bad = predicted < 0.5, ~good
     return {"n": len(good), "good": round(float(np.average(good, weights=stands_for)), 4) if len(good) else None,
-            "expected_calibration_error": round(error, 4), "worst_bin": round(worst, 4), "bins": bins,
+            "expected_calibration_error": round(float(error), 4), "worst_bin": round(worst, 4), "bins": bins,
             "precision_below_half": ratio(flagged & bad, flagged, stands_for), "recall_below_half": ratio(flagged & bad, bad, stands_for)}
 
 
@@ -346,6 +389,17 @@ def formatted(text):
     return text
 
 
+def shipped():
+    """What coefficients.h holds."""
+    groups = re.findall(r"Group\{\{([^{}]*)\},\s*\{([^{}]*)\}\}", COEFFICIENTS.read_text(), flags=re.S)
+    return [GroupModel(np.array([word.strip().rstrip("f") for word in weights.split(",")], np.float32),
+                       np.array([int(word) for word in shares.split(",")]) / 255) for weights, shares in groups]
+
+
+def errors(judged):
+    return {part: judged[part]["expected_calibration_error"] for part in PARTS}
+
+
 def commit():
     done = subprocess.run(["git", "-C", REPOSITORY, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True)
     if done.returncode != 0:
@@ -355,6 +409,7 @@ def commit():
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder that reliability_pairs.py filled")
     parser.add_argument("--path-traced", type=pathlib.Path, help="what reliability_pairs.py --path-traced filled: judged, not fitted to")
     parser.add_argument("--pixels-per-shot", type=int, default=40000, help="at most, of each group")
@@ -366,25 +421,31 @@ def arguments():
 
 def main():
     options = arguments()
-    samples = Samples(options.work, np.random.default_rng(options.seed), options.pixels_per_shot)
+    program = options.bin.resolve() / "equistream"
+    samples = Samples(program, options.work, np.random.default_rng(options.seed), options.pixels_per_shot)
     everything = np.arange(len(samples.scenes))
-    left_out = {}
+    left_out, other_fits = {}, {}
+    models = shipped()
     for index, scene in enumerate(samples.scenes):
-        left_out[scene] = {**samples.notes[scene], **samples.judge(samples.fit(everything[everything != index]), index)}
-        judged = left_out[scene]["all"]
-        print(f"{scene} left out: good {judged['good']}, expected calibration error {judged['expected_calibration_error']} "
-              f"(exact depth {left_out[scene]['exact']['expected_calibration_error']}), worst bin {judged['worst_bin']}", flush=True)
+        others = everything[everything != index]
+        uncoded = samples.fit(others)
+        left_out[scene] = {**samples.notes[scene], **samples.judge(uncoded, index)}
+        other_fits[scene] = {"shipped": errors(samples.judge(models, index)),
+                             "mixed": errors(samples.judge(samples.fit_to(np.full(len(samples.scene), True), others), index)),
+                             "apart": errors(samples.judge(uncoded, index, samples.fit(others, streams=True)))}
+        print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error {errors(left_out[scene])}, {other_fits[scene]}", flush=True)
     path_traced = {}
     if options.path_traced is not None:
-        checks = Samples(options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
+        checks = Samples(program, options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
         for index, scene in enumerate(checks.scenes):
             others = np.array([i for i, name in enumerate(samples.scenes) if name != scene])
             path_traced[scene] = {**checks.notes[scene], **checks.judge(samples.fit(others), index)}
-    models = samples.fit(everything)
-    words = ["--work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
+    if options.write:
+        models = samples.fit(everything)
+    words = ["--bin BIN --work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
     result = {"command": " ".join(["tests/study/reproject/fit_reliability.py", *words]),
               "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
-              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out,
+              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "other_fits": other_fits,
               "path_traced": path_traced,
               "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
     write_whole(options.out, json.dumps(result, indent=1) + "\n")

@@ -23,11 +23,33 @@ def share_off(judged):
 
 
 def scenes_table(left_out):
-    rows = [[scene, f"{judged['all']['n']:,}", percent(judged["left_out_for_noise"]), percent(judged["all"]["good"]),
-             *(share_off(judged[part]) for part in ("all", "exact")), percent(judged["all"]["worst_bin"]),
-             percent(judged["all"]["precision_below_half"]), percent(judged["all"]["recall_below_half"])]
-            for scene, judged in left_out.items()]
+    """Of pixels that went through no codec."""
+    rows = []
+    for scene, judged in left_out.items():
+        of = judged["uncoded"]
+        rows.append([scene, f"{of['n']:,}", percent(judged["left_out_for_noise"]), percent(of["good"]), share_off(of), share_off(judged["exact"]),
+                     percent(of["worst_bin"]), percent(of["precision_below_half"]), percent(of["recall_below_half"])])
     return table(["scene left out", "pixels", "too noisy %", "good %", "ECE, points", "ECE, exact depth", "worst bin", "precision %", "recall %"], rows)
+
+
+def coded_table(left_out):
+    """ECE in points, and predicted -> measured share of good pixels, with and without a codec."""
+    def told(judged):
+        predicted = sum(entry["predicted"] * entry["share"] for entry in judged["bins"])
+        return f"{share_off(judged)} ({100 * predicted:.0f} : {100 * judged['good']:.0f})"
+
+    parts = {"uncoded": "no codec", "crf_16": "CRF 16", "crf_24": "CRF 24"}
+    return table(["scene left out", *parts.values()], [[scene, *(told(judged[part]) for part in parts)] for scene, judged in left_out.items()])
+
+
+def fits_table(left_out, other_fits):
+    """ECE in points of no codec, CRF 16 and CRF 24, by what the map was fitted to."""
+    def errors(of):
+        return " / ".join(percent(of[part]) for part in ("uncoded", "crf_16", "crf_24"))
+
+    rows = [[scene, errors({part: judged[part]["expected_calibration_error"] for part in judged if part in other_fits[scene]["mixed"]}),
+             *(errors(other_fits[scene][fit]) for fit in ("mixed", "apart", "shipped"))] for scene, judged in left_out.items()]
+    return table(["scene", "no codec", "both as one", "each its own", "as shipped"], rows)
 
 
 def groups_table(left_out):
@@ -38,10 +60,10 @@ def groups_table(left_out):
 
 
 def bins_table(left_out):
-    """Predicted -> measured, in per cent, of pixels with known depth."""
+    """Predicted -> measured, in per cent, of pixels with known depth that went through no codec."""
     rows = []
     for scene, judged in left_out.items():
-        by_tenth = {min(int(entry["predicted"] * 10), 9): entry for entry in judged["all"]["bins"]}
+        by_tenth = {min(int(entry["predicted"] * 10), 9): entry for entry in judged["uncoded"]["bins"]}
         rows.append([scene] + ["-" if i not in by_tenth or by_tenth[i]["n"] < 100 else f"{100 * by_tenth[i]['predicted']:.0f} : {100 * by_tenth[i]['measured']:.0f}"
                                for i in range(10)])
     return table(["scene left out"] + [f"{10 * i}-{10 * (i + 1)}" for i in range(10)], rows)
@@ -56,7 +78,9 @@ def main():
     result = json.loads((FOLDER / "reliability.json").read_text())
     file = FOLDER / "reliability.md"
     page = file.read_text()
-    for name, text in (("scenes", scenes_table(result["left_out"])), ("groups", groups_table(result["left_out"])), ("bins", bins_table(result["left_out"])),
+    left_out = result["left_out"]
+    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["other_fits"])),
+                       ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
                        ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
                        ("weights", weights_table(result["weights"])),
                        ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):

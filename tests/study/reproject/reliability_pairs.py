@@ -7,7 +7,8 @@ A shot is one head pose with two eyes: one at rest, 31.5 mm from the source, and
 shot is a whole view at a tenth of a headset's resolution, a close one a part of it at two fifths. The source is rendered as densely
 as the eyes (and made three times coarser later, which a box filter allows exactly, and which leaves the middle pixel's depth where it
 was). Each picture is rendered with two seeds: their mean is the picture, their difference says where noise is too near the
-tolerance.
+tolerance. The source's frames before and after, as the head moves along the scene's path, are rendered once: a codec sees the source as one
+of them.
 
 That noise must stay far below the tolerance, and with light that bounces it does not: the sky alone takes 1,000 samples a pixel,
 Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep geometry, textures, materials and sun, get lamps along
@@ -46,6 +47,8 @@ SHOTS = {"wide": (90.0, (219, 168)), "close": (28.0, (270, 180))}
 LEANS_M = ((0.05, 0.03, -0.02), (-0.04, -0.05, 0.03))
 TURNS_RAD = (0.05, -0.04)
 FRAMES_PER_SECOND = 1000  # of the shots: eyes and source see one moment
+# Of the frames around the source; what a codec makes of the seventh is neither its best nor its worst.
+RUN_FRAMES, RUN_SOURCE = 10, 6
 
 
 def read_path(file):
@@ -145,17 +148,19 @@ class Shots:
         folder = self.folder / f"{kind}-{index}"
         folder.mkdir(exist_ok=True)
         position, orientation = pose_at(self.path, frames[index] / self.frames_per_second)
+        around = [pose_at(self.path, (frames[index] + k - RUN_SOURCE) / self.frames_per_second) for k in range(RUN_FRAMES)]
         lean = position + turned(orientation, np.array(LEANS_M[index]))
         turn = np.array([math.cos(TURNS_RAD[index] / 2), 0, math.sin(TURNS_RAD[index] / 2), 0])
         write_path(folder / "head.csv", (position, orientation))
+        write_path(folder / "run.csv", *around)
         write_path(folder / "eyes.csv", (position, orientation), (lean, times(orientation, turn)))
         per_degree = EYE_SIZE[0] / 2 / math.tan(math.radians(fov_deg) / 2) * math.pi / 180
+        sphere = ("--lock", "path", "--range", f"{width / per_degree:.9g},{height / per_degree:.9g}", "--size", f"{width}x{height}", "--spp", samples // 2)
         for run in (0, 1):
             self.render(folder / f"eyes-{run}", 2, bounces, "--path", folder / "eyes.csv", "--camera", "perspective", "--eye", "left", "--size",
                         "{}x{}".format(*EYE_SIZE), "--fov", fov_deg, "--aovs", "depth", "--spp", samples, "--seed", SEEDS["eyes"][run])
-            self.render(folder / f"source-{run}", 1, bounces, "--path", folder / "head.csv", "--lock", "path", "--range",
-                        f"{width / per_degree:.9g},{height / per_degree:.9g}", "--size", f"{width}x{height}", "--aovs", "depth,specular", "--spp",
-                        samples // 2, "--seed", SEEDS["source"][run])
+            self.render(folder / f"source-{run}", 1, bounces, "--path", folder / "head.csv", *sphere, "--aovs", "depth,specular", "--seed", SEEDS["source"][run])
+        self.render(folder / "run", RUN_FRAMES, bounces, "--path", folder / "run.csv", *sphere, "--aovs", "depth", "--seed", SEEDS["source"][0])
         print(f"{self.name} {kind}-{index}", flush=True)
 
 
