@@ -92,13 +92,16 @@ private:
     int bits_;
 };
 
+/// d is rounded to a whole step, and the waves once more by as much: two roundings of half a step.
+int pece_levels(const DepthRange& range) {
+    return static_cast<int>(Scale(range, depth_rows::pece_full).top) / 2;
+}
+
 class Pece444 : public DepthCode {
 public:
     DepthCodeId id() const override { return DepthCodeId::pece444; }
     PlaneFormat format() const override { return {PlaneLayout::yuv444, 8}; }
-    int levels(const DepthRange& range) const override {
-        return static_cast<int>(Scale(range, depth_rows::pece_full).top);
-    }
+    int levels(const DepthRange& range) const override { return pece_levels(range); }
 
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
                       const PlanesView& planes) const override {
@@ -119,9 +122,7 @@ class Pece420 : public DepthCode {
 public:
     DepthCodeId id() const override { return DepthCodeId::pece420; }
     PlaneFormat format() const override { return {PlaneLayout::yuv420, 8}; }
-    int levels(const DepthRange& range) const override {
-        return static_cast<int>(Scale(range, depth_rows::pece_full).top);
-    }
+    int levels(const DepthRange& range) const override { return pece_levels(range); }
 
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
                       const PlanesView& planes) const override {

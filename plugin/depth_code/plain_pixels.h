@@ -33,22 +33,21 @@ inline float depth_of(float sample, const Scale& scale) {
     return std::max(scale.unpack_m / std::max(sample, 0.0f) + scale.box_radius_m, scale.near_m);
 }
 
-/// Distance from the even multiple of `half_period` that is nearest, in [0, half_period].
-inline float triangle(float value, float half_period) {
-    const float period = 2 * half_period;
-    const float phase = value - period * std::floor(value * (1 / period));
-    return std::min(phase, period - phase);
+/// Half a period of Pece's waves: n_p = 512 of 65,536.
+inline constexpr int pece_half_period = 256;
+
+/// The wave at a whole d, from 0 at even multiples of half a period to 255 at odd ones.
+inline std::uint8_t pece_wave(int d) {
+    const int phase = d & (2 * pece_half_period - 1);
+    const int along = std::min(phase, 2 * pece_half_period - phase);
+    return static_cast<std::uint8_t>((along * 255 + pece_half_period / 2) / pece_half_period);
 }
 
-/// Half a period of Pece's waves: n_p = 512 of 65,536.
-inline constexpr float pece_half_period = 256;
-
+/// The paper's depth is of 16 bits, so d is whole before anything is made of it.
 inline std::array<std::uint8_t, 3> pece_of(float depth_m, const Scale& scale) {
-    const float d = sample_of(depth_m, scale);
-    constexpr float to_byte = 255 / pece_half_period;
-    const auto byte = [](float value) { return static_cast<std::uint8_t>(whole(value)); };
-    return {byte(d * (1 / pece_half_period)), byte(triangle(d, pece_half_period) * to_byte),
-            byte(triangle(d - pece_half_period / 2, pece_half_period) * to_byte)};
+    const int d = whole_sample(depth_m, scale);
+    return {static_cast<std::uint8_t>((d + pece_half_period / 2) / pece_half_period), pece_wave(d),
+            pece_wave(d - pece_half_period / 2)};
 }
 
 /// From column `first`, which is even, on; how many were too near.
@@ -74,7 +73,7 @@ inline std::int64_t pece420_from(const PecePair& pair, const Scale& scale, std::
 /// Luma of 8 bits is always at the start or in the middle of a period (a step is half of one), where the paper's m(L)
 /// is 3 or 1: its rule never looks at the first wave, and L0 = L - p/4.
 inline float pece_sample(const std::array<std::uint8_t, 3>& planes) {
-    constexpr float from_byte = pece_half_period / 255;
+    constexpr float from_byte = pece_half_period / 255.0f;
     const bool rising = planes[0] % 2 != 0;
     const float along = static_cast<float>(rising ? planes[2] : 255 - planes[2]) * from_byte;
     return static_cast<float>(planes[0]) * pece_half_period - pece_half_period / 2 + along;

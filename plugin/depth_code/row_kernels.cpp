@@ -156,29 +156,26 @@ void unpack_w16(const std::uint16_t* samples, const Scale& scale, std::span<floa
     unpack_w(samples, scale, depth_m);
 }
 
-/// Distance from the nearest even multiple of the half period: triangle of plain_pixels.h, whose differences are all
-/// exact.
-HWY_INLINE Float triangles(Float value) {
-    const Floats f;
-    const Float add = hn::Set(f, rounding);
-    const Float nearest = hn::Sub(hn::MulAdd(value, hn::Set(f, 1 / (2 * pece_half_period)), add), add);
-    return hn::Abs(hn::NegMulAdd(nearest, hn::Set(f, 2 * pece_half_period), value));
-}
-
-/// The samples of pece_of, of two vectors.
+/// The samples of pece_of, of two vectors. A period is made as long as 16 bits, so that going round is for free and the
+/// distance from an even multiple of half a period is an absolute value.
 struct PeceSamples {
     Word luma, first, second;
 
-    HWY_INLINE explicit PeceSamples(const TwoSamples& d) {
-        const Floats f;
-        const Float to_byte = hn::Set(f, 255 / pece_half_period), to_luma = hn::Set(f, 1 / pece_half_period);
-        const Float quarter = hn::Set(f, pece_half_period / 2);
-        const auto wave = [&](Float low, Float high) HWY_ATTR {
-            return whole_words(hn::Mul(triangles(low), to_byte), hn::Mul(triangles(high), to_byte));
-        };
-        luma = whole_words(hn::Mul(d.low, to_luma), hn::Mul(d.high, to_luma));
-        first = wave(d.low, d.high);
-        second = wave(hn::Sub(d.low, quarter), hn::Sub(d.high, quarter));
+    HWY_INLINE explicit PeceSamples(Word d) {
+        constexpr Words words;
+        luma = hn::ShiftRight<8>(hn::Add(d, hn::Set(words, pece_half_period / 2)));
+        const auto phase = hn::BitCast(signed_words, hn::ShiftLeft<7>(d));
+        first = wave(phase);
+        second = wave(hn::Sub(phase, hn::Set(signed_words, 1 << 14)));
+    }
+
+private:
+    static constexpr hn::RebindToSigned<Words> signed_words{};
+
+    /// By numbers below zero, of which there is one more: 2^15 times 255 / 2^15.
+    static HWY_INLINE Word wave(hn::Vec<hn::RebindToSigned<Words>> phase) {
+        const auto away = hn::Min(phase, hn::Neg(phase));
+        return hn::BitCast(Words(), hn::MulFixedPoint15(away, hn::Set(signed_words, -255)));
     }
 };
 
@@ -187,7 +184,7 @@ std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::
     std::size_t x = 0;
     for (; x + at_once() <= depth_m.size(); x += at_once()) {
         ask_for(&depth_m[x] + ahead);
-        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]).whole());
         store_bytes(of.luma, planes[0] + x);
         store_bytes(of.first, planes[1] + x);
         store_bytes(of.second, planes[2] + x);
@@ -219,40 +216,43 @@ struct KeptWaves {
     alignas(64) std::uint16_t first[kept_columns], second[kept_columns];
 };
 
-void pack_upper(Packer& pack, std::span<const float> depth_m, std::uint8_t* luma, KeptWaves& waves) {
+// Both make a packer of their own: bytes that are stored could be one that lives elsewhere.
+std::size_t pack_upper(const Scale& scale, std::span<const float> depth_m, std::uint8_t* luma, KeptWaves& waves) {
+    Packer pack(scale);
     for (std::size_t x = 0; x < depth_m.size(); x += at_once()) {
         ask_for(&depth_m[x] + ahead);
-        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]).whole());
         store_bytes(of.luma, luma + x);
         hn::Store(of.first, Words(), waves.first + x);
         hn::Store(of.second, Words(), waves.second + x);
     }
+    return pack.too_near;
 }
 
-void pack_lower(Packer& pack, std::span<const float> depth_m, std::uint8_t* luma, const KeptWaves& waves,
-                std::uint8_t* first, std::uint8_t* second) {
+std::size_t pack_lower(const Scale& scale, std::span<const float> depth_m, std::uint8_t* luma, const KeptWaves& waves,
+                       std::uint8_t* first, std::uint8_t* second) {
+    Packer pack(scale);
     for (std::size_t x = 0; x < depth_m.size(); x += at_once()) {
         ask_for(&depth_m[x] + ahead);
-        const PeceSamples of(TwoSamples(pack, &depth_m[x]));
+        const PeceSamples of(TwoSamples(pack, &depth_m[x]).whole());
         store_bytes(of.luma, luma + x);
         store_means(hn::Add(of.first, hn::Load(Words(), waves.first + x)), first + x / 2);
         store_means(hn::Add(of.second, hn::Load(Words(), waves.second + x)), second + x / 2);
     }
+    return pack.too_near;
 }
 
 std::int64_t pack_pece420(const PecePair& pair, const Scale& scale) {
-    Packer pack(scale);
-    // By value: bytes that are stored could be the pair itself.
-    const PecePair at = pair;
-    const std::size_t whole = at.upper_m.size() / at_once() * at_once();
+    const std::size_t whole = pair.upper_m.size() / at_once() * at_once();
+    std::size_t too_near = 0;
     KeptWaves waves;
     for (std::size_t x = 0; x < whole; x += kept_columns) {
         const std::size_t columns = std::min(kept_columns, whole - x);
-        pack_upper(pack, at.upper_m.subspan(x, columns), at.luma[0] + x, waves);
-        pack_lower(pack, at.lower_m.subspan(x, columns), at.luma[1] + x, waves, at.waves[0] + x / 2,
-                   at.waves[1] + x / 2);
+        too_near += pack_upper(scale, pair.upper_m.subspan(x, columns), pair.luma[0] + x, waves);
+        too_near += pack_lower(scale, pair.lower_m.subspan(x, columns), pair.luma[1] + x, waves, pair.waves[0] + x / 2,
+                               pair.waves[1] + x / 2);
     }
-    return static_cast<std::int64_t>(pack.too_near) + pece420_from(pair, scale, whole);
+    return static_cast<std::int64_t>(too_near) + pece420_from(pair, scale, whole);
 }
 
 struct PeceSteps {
@@ -274,7 +274,7 @@ void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::s
     const Ints i;
     const Narrow<std::uint8_t> narrow;
     const Float half = hn::Set(f, pece_half_period), quarter = hn::Set(f, pece_half_period / 2);
-    const Float from_byte = hn::Set(f, pece_half_period / 255);
+    const Float from_byte = hn::Set(f, pece_half_period / 255.0f);
     const Unpacker unpack(scale);
     const auto load = [&](const std::uint8_t* at) { return hn::PromoteTo(i, hn::LoadU(narrow, at)); };
     std::size_t x = 0;
@@ -295,7 +295,7 @@ void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, con
     const hn::Half<Words> pairs;
     const hn::Rebind<std::uint8_t, hn::Half<Words>> half;
     const Float half_period = hn::Set(f, pece_half_period), quarter = hn::Set(f, pece_half_period / 2);
-    const Float from_byte = hn::Set(f, pece_half_period / 255);
+    const Float from_byte = hn::Set(f, pece_half_period / 255.0f);
     const Unpacker unpack(scale);
     std::size_t x = 0;
     for (; x + at_once() <= depth_m.size(); x += at_once()) {
