@@ -134,7 +134,8 @@ private:
         return all;
     }
 
-    /// Whether the grid's surface runs before a point at this position.
+    /// Whether the grid's surface runs before a point at this position (hiding_surface.h). Beyond rows, and where a
+    /// grid has nothing, nothing hides: patches end anywhere.
     bool hidden(PixelPosition position, float point_over_reach) const {
         const BilinearCell cell(position);
         std::array<float, 16> over_reach;

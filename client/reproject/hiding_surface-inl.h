@@ -23,7 +23,8 @@ HWY_INLINE bool surface_hides(const DepthAgreement& agreement, const float* firs
     namespace hn = hwy::HWY_NAMESPACE;
     const hn::FixedTag<float, 4> four;
     using Four = hn::Vec<decltype(four)>;
-    const float most = 8 * agreement.tolerance / agreement.box_radius_m;
+    const float budget = agreement.tolerance / agreement.box_radius_m;
+    const float most = most_bend * budget;
     const auto row_at = [&](int j) HWY_ATTR {
         return hn::Set(four, 1.0f) / reach(four, agreement.box_radius_m, hn::LoadU(four, first + j * stride));
     };
@@ -32,25 +33,28 @@ HWY_INLINE bool surface_hides(const DepthAgreement& agreement, const float* firs
     if (!hn::AllTrue(four, hn::Abs((rows[2] - rows[1]) - (rows[1] - rows[0])) <= hn::Set(four, most)))
         return false;
     rows[3] = row_at(3);
-    float bend = 0;
+    float across = 0;
     for (int j = 0; j < 4; ++j) {
         const Four step = hn::Shuffle0321(rows[j]) - rows[j];
         const Four second = hn::Abs(hn::Shuffle0321(step) - step);
         const float left = hn::GetLane(second), right = hn::GetLane(hn::Shuffle0321(second));
         if (!(left <= most && right <= most))
             return false;
-        bend = std::max({bend, left, right});
+        if (j == 1 || j == 2)
+            across = std::max(across, left + right);
     }
     const Four upper = rows[1] - rows[0], middle = rows[2] - rows[1], lower = rows[3] - rows[2];
     const Four twist = hn::Abs(hn::Shuffle0321(middle) - middle);
-    const Four second = hn::Max(hn::Abs(middle - upper), hn::Abs(lower - middle));
-    bend = std::max({bend, hn::GetLane(hn::MaxOfLanes(four, second)), hn::GetLane(hn::Shuffle0321(twist))});
-    if (bend > most)
+    const Four above = hn::Abs(middle - upper), below = hn::Abs(lower - middle);
+    const Four down = hn::Shuffle0321(above + below);
+    if (!hn::AllTrue(four, hn::Max(above, below) <= hn::Set(four, most)) ||
+        !(hn::GetLane(hn::Shuffle0321(twist)) <= most))
         return false;
     const Four row = hn::MulAdd(hn::Set(four, point.t), middle, rows[1]);
     const Four here = hn::MulAdd(hn::Set(four, point.s), hn::Shuffle0321(row) - row, row);
     const float behind = hn::GetLane(hn::Shuffle0321(here)) - point.over_reach;
-    return behind > most / 8 + 0.5f * bend * (point.s * (1 - point.s) + point.t * (1 - point.t));
+    const float larger_down = std::max(hn::GetLane(down), hn::GetLane(hn::Shuffle0321(down)));
+    return behind > least_behind * budget + across * point.s * (1 - point.s) + larger_down * point.t * (1 - point.t);
 }
 
 }  // namespace equistream::HWY_NAMESPACE

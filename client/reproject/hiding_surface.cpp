@@ -6,22 +6,33 @@ namespace equistream {
 
 namespace {
 
-/// The largest second difference along a row or column, or across the inner four; NaN stays.
-float largest_bend(const std::array<float, 16>& values) {
-    float largest = std::abs((values[5] - values[6]) - (values[9] - values[10]));
-    const auto add = [&](int before, int middle, int after) {
-        const float bend = std::abs(values[before] - 2 * values[middle] + values[after]);
-        largest = bend <= largest ? largest : bend;
-    };
-    for (int line = 0; line < 4; ++line)
-        for (int i = 1; i < 3; ++i) {
-            add(4 * line + i - 1, 4 * line + i, 4 * line + i + 1);
-            add(4 * (i - 1) + line, 4 * i + line, 4 * (i + 1) + line);
-            if (std::isnan(largest))
-                return largest;
+/// Second differences of sixteen values.
+struct Bends {
+    float largest = 0;           ///< along a row or column, or across the inner four
+    float across = 0, down = 0;  ///< sums of the two along the inner four's rows and columns, the larger one
+
+    explicit Bends(const std::array<float, 16>& values) {
+        largest = std::abs((values[5] - values[6]) - (values[9] - values[10]));
+        for (int line = 0; line < 4; ++line) {
+            const float of_row = sum_along(values, 4 * line, 1), of_column = sum_along(values, line, 4);
+            if (line == 1 || line == 2) {
+                across = std::max(across, of_row);
+                down = std::max(down, of_column);
+            }
         }
-    return largest;
-}
+    }
+
+private:
+    float sum_along(const std::array<float, 16>& values, int first, int step) {
+        float sum = 0;
+        for (const int i : {first, first + step}) {
+            const float bend = std::abs(values[i] - 2 * values[i + step] + values[i + 2 * step]);
+            largest = bend <= largest || std::isnan(largest) ? largest : bend;
+            sum += bend;
+        }
+        return sum;
+    }
+};
 
 /// Beyond a pole the rows come back on the other side.
 Sample wrapped_far(const SourceGrid& grid, int x, int y) {
@@ -39,11 +50,12 @@ bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>&
     const auto& k = over_reach;
     const float upper = k[5] + s * (k[6] - k[5]), lower = k[9] + s * (k[10] - k[9]);
     const float behind = agreement.box_radius_m * (upper + t * (lower - upper) - point_over_reach);
-    if (!(behind > agreement.tolerance))
+    if (!(behind > least_behind * agreement.tolerance))
         return false;
-    const float bend = agreement.box_radius_m * largest_bend(over_reach);
-    // An eighth of the bend is what linear interpolation may be off by.
-    return bend <= 8 * agreement.tolerance && behind > agreement.tolerance + 0.5f * bend * (s * (1 - s) + t * (1 - t));
+    const Bends bends(over_reach);
+    const float off = bends.across * s * (1 - s) + bends.down * t * (1 - t);
+    return agreement.box_radius_m * bends.largest <= most_bend * agreement.tolerance &&
+           behind > least_behind * agreement.tolerance + agreement.box_radius_m * off;
 }
 
 bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, const ImageView<const float>& depth_m,

@@ -3,11 +3,12 @@
 ///
 /// On a surface that runs steeply through four samples their depths spread so far that one of them often agrees by
 /// chance with a point behind it. Samples alone do not tell: w = B / (r - B) of a smooth surface is known between them
-/// too. Where the sixteen samples around a position bend by no more than the budget allows, at most b in second
-/// differences (along every row and column, and across the inner four), bilinear w is off by at most b (s(1 - s) +
-/// t(1 - t)) / 2 at the fractions s and t between the inner four, the remainder of linear interpolation once an axis. A
-/// point whose w is smaller by more than that and the budget lies behind. Steps, edges and what is unknown bend more
-/// and say nothing; a point before the surface cannot be hidden by it.
+/// too. Where the sixteen samples around a position bend little, in all second differences (along every row and column,
+/// and across the inner four), bilinear w is off by at most k s(1 - s) along an axis, s being the fraction between the
+/// inner samples and k the sum of both second differences there: so much where the surface has one crease between them,
+/// a quarter of it where it is round. A point whose w is smaller by more than that, along both axes, and the budget
+/// lies behind. Steps, edges and what is unknown bend more and say nothing; a point before the surface cannot be hidden
+/// by it.
 #include "warp.h"
 
 #include <equistream/depth_agreement.h>
@@ -15,6 +16,12 @@
 #include <array>
 
 namespace equistream {
+
+/// What second differences of a smooth surface may be, in tolerances.
+inline constexpr float most_bend = 8;
+/// How far behind a surface a point is hidden, in tolerances: less shows what lies within a pixel of it, which is
+/// better than what any rung fills in.
+inline constexpr float least_behind = 2;
 
 /// Of sixteen samples around a position, row by row, the inner four around it. `over_reach`: 1 / (r - B) of each, w
 /// over B, NaN where nothing is known; `s` and `t` in [0, 1) between the inner columns and rows.

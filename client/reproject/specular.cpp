@@ -79,6 +79,16 @@ SpecularCounts rework_all(const MirrorJob& job, const Lookup& lookup, bool refer
     return total;
 }
 
+std::string accepted_treatments() {
+    std::string text;
+    for (const std::string_view name : treatment_names) {
+        if (name != treatment_names.front())
+            text += name == treatment_names.back() ? " or " : ", ";
+        text += name;
+    }
+    return text;
+}
+
 }  // namespace
 
 std::span<const std::string_view> mirror_treatment_names() {
@@ -88,7 +98,7 @@ std::span<const std::string_view> mirror_treatment_names() {
 MirrorTreatment find_mirror_treatment(std::string_view name) {
     const auto found = std::ranges::find(treatment_names, name);
     if (found == treatment_names.end())
-        throw InputError(expected_found("--mirrors", "images, gaps or surface", "'" + std::string(name) + "'"));
+        throw InputError(expected_found("--mirrors", accepted_treatments(), "'" + std::string(name) + "'"));
     return MirrorTreatment(found - treatment_names.begin());
 }
 

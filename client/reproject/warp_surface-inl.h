@@ -55,9 +55,9 @@ public:
     HWY_INLINE FloatMask same(Floats behind, Floats reach_sample) const {
         return hn::And(hn::Abs(behind) <= allowed_ * reach_sample, reach_sample > all(0.0f));
     }
-    /// Whether this w, over B, is that of something nearer.
-    HWY_INLINE FloatMask is_behind(Floats over_reach) const {
-        return hn::MulSub(over_reach, reach_, over_distance_) > allowed_;
+    /// Whether w, over B, is that of something nearer by a number of tolerances.
+    HWY_INLINE FloatMask is_behind(Floats over_reach, float tolerances) const {
+        return hn::MulSub(over_reach, reach_, over_distance_) > allowed_ * all(tolerances);
     }
     HWY_INLINE Floats over_reach() const { return over_distance_ / reach_; }
 
@@ -137,7 +137,7 @@ HWY_INLINE Ints enough(Ints keep, Ints u, Ints v) {
     return hn::IfThenElseZero(sum > all(int(least_weight * position_one)), keep);
 }
 
-/// 1 / x, to a few units in the last place.
+/// 1 / x, to 16 bits at least.
 HWY_INLINE Floats inverse(Floats x) {
     const Floats near = hn::ApproximateReciprocal(x);
     return near * hn::NegMulAdd(x, near, all(2.0f));
@@ -154,10 +154,12 @@ HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledReach& point, co
         over_reach[k] = inverse(reach_sample[k]);
     const Floats upper = hn::MulAdd(s, over_reach[1] - over_reach[0], over_reach[0]);
     const Floats lower = hn::MulAdd(s, over_reach[3] - over_reach[2], over_reach[2]);
-    // What bends more across the four alone is no smooth surface; a little more is left to the exact test.
+    // What bends more across the four alone is no smooth surface; what rounding may hide is left to the exact test.
     const Floats twist = hn::Abs((over_reach[0] - over_reach[1]) - (over_reach[2] - over_reach[3]));
-    const FloatMask may_be_smooth = twist <= all(8.01f * job.agreement.tolerance / job.agreement.box_radius_m);
-    const FloatMask may_hide = hn::And(may_be_smooth, point.is_behind(hn::MulAdd(t, lower - upper, upper)));
+    const FloatMask may_be_smooth =
+        twist <= all(1.001f * most_bend * job.agreement.tolerance / job.agreement.box_radius_m);
+    const FloatMask may_hide =
+        hn::And(may_be_smooth, point.is_behind(hn::MulAdd(t, lower - upper, upper), least_behind));
     open = hn::And(open, hn::RebindMask(int_tag, may_hide));
     if (hn::AllFalse(int_tag, open))
         return keep;

@@ -49,7 +49,8 @@ struct SpecularOptions {
 };
 
 /// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them
-/// nothing is done. Throws InputError where mask, depth or virtual depth are not of the camera's size.
+/// nothing is done, nor by MirrorTreatment::surface. Otherwise InputError where mask, depth or virtual depth are not of
+/// the camera's size.
 SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, EyePicture& picture,
                                const SpecularOptions& options = {});
 

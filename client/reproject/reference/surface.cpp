@@ -174,17 +174,24 @@ private:
             for (int i = 0; i < 4; ++i)
                 w[j][i] = w_at(eye, int(corner.x) + i - 1, int(corner.y) + j - 1);
         double bend = std::abs(w[1][1] - w[1][2] - w[2][1] + w[2][2]);
-        for (int line = 0; line < 4; ++line)
-            for (int i = 0; i < 2; ++i)
-                for (const double second : {w[line][i] - 2 * w[line][i + 1] + w[line][i + 2],
-                                            w[i][line] - 2 * w[i + 1][line] + w[i + 2][line]}) {
-                    if (std::isnan(second))
-                        return false;
-                    bend = std::max(bend, std::abs(second));
-                }
+        glm::dvec2 sums(0);
+        for (int line = 0; line < 4; ++line) {
+            glm::dvec2 sum(0);
+            for (int i = 0; i < 2; ++i) {
+                const glm::dvec2 second = glm::abs(glm::dvec2(w[line][i] - 2 * w[line][i + 1] + w[line][i + 2],
+                                                              w[i][line] - 2 * w[i + 1][line] + w[i + 2][line]));
+                if (std::isnan(second.x + second.y))
+                    return false;
+                bend = std::max({bend, second.x, second.y});
+                sum += second;
+            }
+            if (line == 1 || line == 2)
+                sums = glm::max(sums, sum);
+        }
         const double here = glm::mix(glm::mix(w[1][1], w[1][2], a.x), glm::mix(w[2][1], w[2][2], a.x), a.y);
-        const double may_be_off = bend * (a.x * (1 - a.x) + a.y * (1 - a.y)) / 2;
-        return bend <= 8 * tolerance(eye) && here - w_of(distance_m, box_radius_m(eye)) > tolerance(eye) + may_be_off;
+        const double may_be_off = sums.x * a.x * (1 - a.x) + sums.y * a.y * (1 - a.y);
+        return bend <= 8 * tolerance(eye) &&
+               here - w_of(distance_m, box_radius_m(eye)) > 4 * tolerance(eye) + may_be_off;
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on

@@ -29,7 +29,8 @@ public:
     virtual ~DepthCode() = default;
     virtual DepthCodeId id() const = 0;
     virtual PlaneFormat format() const = 0;
-    /// How many equal steps x is coded in, from 0 to 1; 0 for `lossless`, which loses nothing.
+    /// Of how many equal steps of x, from 0 to 1, half a one bounds what coding changes: those that x is coded in,
+    /// fewer where a code rounds twice; 0 for `lossless`, which loses nothing.
     virtual int levels(const DepthRange& range) const = 0;
     /// Fills `planes`, which are of format() and depth's size. +inf, NaN and 0 are allowed in `depth_m` (1 channel);
     /// NaN is coded as +inf unless range.has_empty. Returns how many pixels were nearer than range.near_m.

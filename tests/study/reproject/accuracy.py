@@ -92,7 +92,7 @@ def to_add_to(file, settings):
 def with_rows_of(before, result):
     """`before` with the rows of `result`, which take the place of the same system's for the same head and carry their own provenance."""
     own = {key: result[key] for key in ("command", "made", "versions", "machine")}
-    both = dict(before)
+    both = {**before, "settings": {**before["settings"], "spheres": {**before["settings"].get("spheres", {}), **result["settings"].get("spheres", {})}}}
     for kind in ("systems", "coded", "rungs"):
         rows = {(row["head"], row["system"]): row for row in before.get(kind, [])}
         rows |= {(row["head"], row["system"]): {**row, "measured": own} for row in result.get(kind, [])}

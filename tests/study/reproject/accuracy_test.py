@@ -67,7 +67,10 @@ class Added(unittest.TestCase):
         self.assertEqual(self.file.read_text(), kept)
 
     def test_a_sphere_that_is_new_is_no_other_setting(self):
-        accuracy.to_add_to(self.file, SETTINGS | {"spheres": {"left": "16x8", "centre": "16x8"}})
+        later = result("2002", systems=[("ours", "stereo", 10)])
+        later["settings"] = SETTINGS | {"spheres": {"left": "16x8", "centre": "16x8"}}
+        accuracy.write_result(self.file, later, True)
+        self.assertEqual(self.read()["settings"]["spheres"], later["settings"]["spheres"])
 
     def test_without_a_file_nothing_is_added(self):
         with self.assertRaisesRegex(Failed, "^--add: expected a result measured before to add to, found no .*other.json$"):
