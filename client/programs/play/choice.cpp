@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -88,13 +89,21 @@ Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measu
 }
 
 void survey(const std::vector<Plan>& plans, const Measure& measure, Choice& choice) {
-    for (const Plan& plan : plans) {
-        const auto is_alike = [&](const TriedPlan& other) {
-            return other.plan.method == plan.method && other.plan.depth == plan.depth;
-        };
-        if (std::ranges::none_of(choice.tried, is_alike) && std::ranges::none_of(choice.surveyed, is_alike))
+    KnownTimes known = choice.known();
+    for (const Plan& plan : plans)
+        if (!std::isfinite(known.at_most_ms(plan))) {
             choice.surveyed.push_back({plan, measure(plan)});
-    }
+            known.learn(choice.surveyed.back().trial.parts);
+        }
+}
+
+KnownTimes Choice::known() const {
+    KnownTimes known;
+    for (const auto* trials : {&tried, &surveyed})
+        for (const TriedPlan& trial : *trials)
+            known.learn(trial.trial.parts);
+    known.learn(tried[chosen].trial.parts);
+    return known;
 }
 
 std::string Choice::line() const {

@@ -41,6 +41,8 @@ struct Choice {
     std::string next_better{};            ///< what kept the next more accurate plan from being chosen; empty: none is
 
     const Plan& plan() const { return tried[chosen].plan; }
+    /// By all trials; of parts that were timed more than once, the chosen plan's.
+    KnownTimes known() const;
     std::string line() const;  ///< what was chosen and why, in one line
 };
 
@@ -55,8 +57,8 @@ using Measure = std::function<Trial(const Plan&)>;
 /// be faster than the fastest tried.
 Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measure& measure);
 
-/// Tries one plan of each method and depth of which none was tried, so that what all plans take is known when one is
-/// chosen again while playing.
+/// Tries plans of which some part was in no trial yet, so that what all plans take is known when one is chosen again
+/// while playing: at most one of each method and depth.
 void survey(const std::vector<Plan>& plans, const Measure& measure, Choice& choice);
 
 }  // namespace equistream::play

@@ -4,7 +4,6 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
-#include <equistream_client/ray_colour.h>
 
 #include <algorithm>
 #include <utility>
@@ -33,11 +32,11 @@ void require_whole(const ReceivedPicture& picture, const std::string& what, int 
             expected_found(where, "depth of " + size(width, height), size(depth_m.width(), depth_m.height())));
 }
 
+}  // namespace
+
 bool has_rung(const FillLadder& ladder, std::string_view name) {
     return std::ranges::any_of(ladder, [&](const auto& rung) { return rung->name() == name; });
 }
-
-}  // namespace
 
 SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
     return {.rgb = picture.rgb.view(),
@@ -50,14 +49,8 @@ SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m
             .box_radius_m = head_box_radius(picture.info.eye, picture.info.lean_m, picture.info.ipd_m)};
 }
 
-FrameFill::FrameFill(const std::string& rungs, const SceneDescription* scene)
-    : ladder_(make_fill_ladder(rungs)), has_earlier_rung_(has_rung(ladder_, "earlier")) {
-    if (scene == nullptr || !has_rung(ladder_, "geometry"))
-        return;
-    auto geometry = std::make_unique<RayColour>(*scene);
-    geometry->start_loading();  // while the first frame is decoded and its depth cast
-    geometry_ = std::move(geometry);
-}
+FrameFill::FrameFill(const std::string& rungs, GeometryColour* geometry)
+    : ladder_(make_fill_ladder(rungs)), has_earlier_rung_(has_rung(ladder_, "earlier")), geometry_(geometry) {}
 
 FrameFill::~FrameFill() = default;
 
@@ -118,7 +111,7 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
                          .earlier = earlier_views_,
                          .hidden = address(hidden_),
                          .patches = address(patches_),
-                         .geometry = geometry_.get()});
+                         .geometry = geometry_});
         set_frame_ms_.push_back(milliseconds_since(start));
     }
 }

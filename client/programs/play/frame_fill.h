@@ -8,7 +8,6 @@
 #include <equistream_client/receive.h>
 
 #include <deque>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,10 +22,12 @@ struct SourceDepths {
 /// A received picture as engines and rungs take it. Borrows both.
 SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m);
 
+bool has_rung(const FillLadder& ladder, std::string_view name);
+
 class FrameFill {
 public:
-    /// `scene` gives the rung `geometry` its surfaces; null: it fills nothing. Borrowed.
-    FrameFill(const std::string& rungs, const SceneDescription* scene);
+    /// `geometry` is for the rung of that name; null: it fills nothing. Borrowed.
+    FrameFill(const std::string& rungs, GeometryColour* geometry);
     ~FrameFill();
 
     /// Whether some rung is better with depth of pictures and eyes.
@@ -58,7 +59,7 @@ private:
     FillLadder ladder_;
     std::vector<double> set_frame_ms_;
     bool has_earlier_rung_ = false;
-    std::unique_ptr<GeometryColour> geometry_;
+    GeometryColour* geometry_;
     std::deque<Earlier> earlier_;  ///< newest first
     // Views of the frame at hand.
     std::optional<SourceView> main_, small_, hidden_;

@@ -7,6 +7,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
+#include <equistream_client/ray_colour.h>
 #include <equistream_client/reliability.h>
 
 #include <tbb/parallel_invoke.h>
@@ -75,6 +76,7 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     if (plan_.method == "auto")  // until it is settled
         plan_.method = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
     engine_ = make_engine(plan_.method);
+    make_geometry();
     use_fill(plan_.fill);
     if (scene_ && !scene_->stands_for.empty() && fill_->has("geometry"))
         report.notes.push_back("--fill geometry is passed over: " + settings_.scene.string() +
@@ -109,11 +111,19 @@ std::optional<Eye> FramePlayer::eye_without_plane(const ReceivedFrame& first) co
     return std::nullopt;
 }
 
+void FramePlayer::make_geometry() {
+    // A client's model has no colours to fill from.
+    if (!scene_ || !scene_->stands_for.empty() || !has_rung(make_fill_ladder(settings_.fill), "geometry"))
+        return;
+    auto geometry = std::make_unique<RayColour>(*scene_);
+    geometry->start_loading();  // while the first frame is decoded and its depth cast
+    geometry_ = std::move(geometry);
+}
+
 void FramePlayer::use_fill(const std::string& rungs) {
     std::unique_ptr<FrameFill>& fill = fills_[rungs];
-    // A client's model has no colours to fill from.
     if (!fill)
-        fill = std::make_unique<FrameFill>(rungs, scene_ && scene_->stands_for.empty() ? &*scene_ : nullptr);
+        fill = std::make_unique<FrameFill>(rungs, geometry_.get());
     fill_ = fill.get();
 }
 

@@ -58,9 +58,9 @@ public:
     /// `played` keeps its memory from the frame before.
     void play(const ReceivedFrame& frame, PlayedFrame& played);
     /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
-    /// after it are played in another way. Tracks that are
-    /// not decoded cannot be had in the middle of a stream, so there are only ways that need no other than the first
-    /// choice; what they do not need is decoded all the same, and counts, so that they can be left again.
+    /// after it are played in another way. Tracks that are not decoded cannot be had in the middle of a stream, so
+    /// there are only ways that need no other of those that came than the first choice; what they do not need is
+    /// decoded all the same, and counts, so that they can be left again.
     void rechoose(const PlayedFrame& played, std::int64_t next, Report& report);
     /// The frame that was played last, for what later ones may take from it.
     void remember(ReceivedFrame&& frame);
@@ -71,10 +71,13 @@ private:
     void use(const Plan& plan);
     /// Plays `timed` as it would be played after `before`.
     Trial measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed);
-    std::vector<std::string> idle_rungs(const ReceivedFrame& first, const ReceivedFrame* second) const;
+    /// `came`: what of the source did.
+    std::vector<std::string> idle_rungs(TrackRoles came) const;
     /// Forgets all frames but this one, which was played before those to come.
     void begin_after(const ReceivedFrame* before);
     void forget();
+    /// What `geometry` fills from, where some ladder may have that rung.
+    void make_geometry();
     void use_fill(const std::string& rungs);
     bool takes_depth() const { return depth_ != nullptr && plan_.depth != "none"; }
     /// Whether depth is what came with the frames.
@@ -114,6 +117,7 @@ private:
     RayDepth* ray_ = nullptr;                                  ///< of depth_, where there is geometry
     ExactDepth* exact_ = nullptr;                              ///< depth_, where that is exact
     bool offers_depth_ = true;                                 ///< whether exact_ is given what came with the frames
+    std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_; null: nothing to fill from
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by ladder, as far as any was used
     FrameFill* fill_ = nullptr;                                ///< the one in use
     SourceDepths depths_;                                      ///< of the frame that was played last

@@ -16,9 +16,9 @@ std::string last_rung(const std::string& ladder) {
     return ladder == "none" ? ladder : std::string(split_at_commas(ladder).back());
 }
 
-/// From what is worth least; those not named are worth as much as the last.
-constexpr std::array<std::string_view, 6> rungs_by_worth = {"small",   "small-wide", "geometry",
-                                                            "earlier", "patches",    "hidden"};
+/// From what is worth least.
+constexpr std::array<std::string_view, 8> rungs_by_worth = {"spread",   "pushpull", "small",   "small-wide",
+                                                            "geometry", "earlier",  "patches", "hidden"};
 
 /// How many rungs of a ladder fill with what is truly there: 2 dB and more in the gaps.
 std::ptrdiff_t rungs_of_worth(const std::string& ladder, const std::vector<std::string>& idle_rungs) {
@@ -70,6 +70,12 @@ TrackRoles unneeded_roles(const Plan& plan) {
     return unneeded;
 }
 
+std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, TrackRoles came) {
+    const TrackRoles left_out = came & unneeded_roles(chosen);
+    std::erase_if(plans, [&](const Plan& plan) { return (~unneeded_roles(plan) & left_out).any(); });
+    return plans;
+}
+
 std::vector<std::string> shorter_ladders(const std::string& ladder, const std::vector<std::string>& idle_rungs) {
     std::vector<std::string> ladders{ladder};
     if (ladder == "none")
@@ -85,8 +91,6 @@ std::vector<std::string> shorter_ladders(const std::string& ladder, const std::v
         ladders.push_back(joined(rungs));
         rungs.pop_back();
     }
-    if (ladders.back() != last)
-        ladders.emplace_back(last);
     return ladders;
 }
 

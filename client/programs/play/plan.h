@@ -14,7 +14,7 @@ namespace equistream::play {
 struct Plan {
     std::string method;
     double mesh_share = 0.25;   ///< as in EngineOptions; for mesh only
-    std::string depth;          ///< ray, stream or exact (what came with the frames), or none
+    std::string depth;          ///< ray, stream (what came with the frames) or none; exact only where no plan is chosen
     std::string fill;           ///< as in --fill
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
 
@@ -41,10 +41,14 @@ DepthNeeds needs_when_moved(const Engine& engine);
 /// What of a source a way to play it has no use for.
 TrackRoles unneeded_roles(const Plan& plan);
 
+/// Those of `plans` that may be played after `chosen` in the middle of a stream, whose tracks that `chosen` does not
+/// need are left out for good: they need none of these, as far as the source has any (`came`).
+std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, TrackRoles came);
+
 /// A ladder, then the same with one rung fewer each time, down to its last rung alone. What is worth least goes first:
-/// over push-pull, in the gaps once the head has moved by 0.25 m, small is worth -1.7 dB, small-wide -1.5, geometry
-/// -0.4, earlier +0.1, patches +2.2 and hidden +2.5 (means of docs/results/reproject.md, "What each rung recovers").
-/// Rungs that are idle cost nothing, so they go along with the first that is left out.
+/// guesses, then, over push-pull, in the gaps once the head has moved by 0.25 m, small is worth -1.7 dB, small-wide
+/// -1.5, geometry -0.4, earlier +0.1, patches +2.2 and hidden +2.5 (means of docs/results/reproject.md, "What each rung
+/// recovers"). Rungs that are idle cost nothing, so they go along with the first other one that is left out.
 std::vector<std::string> shorter_ladders(const std::string& ladder, const std::vector<std::string>& idle_rungs);
 
 /// From the most accurate down; the last one is `sphere`. Never empty. That the eyes' own depth comes before any ladder

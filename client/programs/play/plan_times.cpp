@@ -71,35 +71,62 @@ std::vector<Part> parts_of(const Plan& plan) {
     return parts;
 }
 
+namespace {
+
+/// The first word of its name.
+std::string_view kind_of(const Part& part) {
+    return std::string_view(part.name).substr(0, part.name.find(' '));
+}
+
+/// Of several parts together.
+struct Growth {
+    double before_ms = 0, now_ms = 0;
+
+    /// A part that changes likewise. More than `slower` at once is no slower machine but other work.
+    double scaled(double ms) const {
+        constexpr double slower = 4;
+        if (before_ms <= 0)
+            return ms;
+        const double scaled_ms = ms * now_ms / before_ms;
+        return now_ms > slower * before_ms ? std::min(scaled_ms, std::max(ms, now_ms)) : scaled_ms;
+    }
+};
+
+}  // namespace
+
 void KnownTimes::learn(const PartTimes& times) {
     for (const auto& [part, ms] : times)
         times_[part] = ms;
 }
 
 void KnownTimes::bring_up_to_date(const PartTimes& times) {
-    double before_ms = 0, now_ms = 0;
+    Growth together;
+    std::map<std::string_view, Growth> by_kind;
     for (const auto& [part, ms] : times)
-        if (const auto known = times_.find(part); known != times_.end() && !is_decoding(part)) {
-            before_ms += known->second;
-            now_ms += ms;
+        if (const auto known = times_.find(part); known != times_.end() && !is_decoding(part))
+            for (Growth* growth : {&together, &by_kind[kind_of(part)]}) {
+                growth->before_ms += known->second;
+                growth->now_ms += ms;
+            }
+    for (auto& [part, ms] : times_)
+        if (!is_decoding(part)) {
+            const auto own = by_kind.find(kind_of(part));
+            ms = (own != by_kind.end() ? own->second : together).scaled(ms);
         }
-    if (before_ms > 0)
-        for (auto& [part, ms] : times_)
-            ms *= is_decoding(part) ? 1 : now_ms / before_ms;
     learn(times);
 }
 
 double KnownTimes::at_least_ms(const Plan& plan) const {
-    return bound_ms(plan, Bound::lower);
+    return bound_ms(parts_of(plan), Bound::lower);
 }
 
-double KnownTimes::at_most_ms(const Plan& plan) const {
-    return bound_ms(plan, Bound::upper);
+double KnownTimes::at_most_ms(std::span<const Part> parts) const {
+    return bound_ms(parts, Bound::upper);
 }
 
-double KnownTimes::bound_ms(const Plan& plan, Bound bound) const {
+double KnownTimes::bound_ms(std::span<const Part> parts, Bound bound) const {
     double sum = 0;
-    for (const Part& part : parts_of(plan))
+    for (const Part& part : parts)
         sum += bound_ms(part, bound);
     return sum;
 }

@@ -44,17 +44,20 @@ std::vector<Part> parts_of(const Plan& plan);
 class KnownTimes {
 public:
     void learn(const PartTimes& times);
-    /// The same, and all other parts but decoding are scaled as those given have changed together.
+    /// The same, and all other parts but decoding are scaled as those of their kind (depth, reprojection, each its own)
+    /// among the given have changed together, or as all have where none is of it. What hardly took any time before, as
+    /// depth while the head rests, cannot tell by its ratio: then none is thought to take more than its kind does now.
     void bring_up_to_date(const PartTimes& times);
     /// Bounds of a way's time: parts that are not known take no time, or any. A mesh of another density is bounded from
     /// both sides by one that is known, as the number of cells goes at most with the inverse of the share: that bounds
     /// the square of their side. A rung that has more left to fill than when it was timed may take longer than either.
     double at_least_ms(const Plan& plan) const;
-    double at_most_ms(const Plan& plan) const;
+    double at_most_ms(const Plan& plan) const { return at_most_ms(parts_of(plan)); }
+    double at_most_ms(std::span<const Part> parts) const;
 
 private:
     enum class Bound { lower, upper };
-    double bound_ms(const Plan& plan, Bound bound) const;
+    double bound_ms(std::span<const Part> parts, Bound bound) const;
     double bound_ms(const Part& part, Bound bound) const;
 
     PartTimes times_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 
 namespace equistream::play {
 
@@ -26,12 +27,11 @@ std::string Change::line() const {
 
 Rechooser::Rechooser(std::vector<Plan> plans, const Choice& choice, const RechooseOptions& options)
     : plans_(std::move(plans)), budget_ms_(choice.budget_ms), options_(options),
-      current_(std::size_t(std::ranges::find(plans_, choice.plan()) - plans_.begin())), patience_(options.patience) {
+      current_(std::size_t(std::ranges::find(plans_, choice.plan()) - plans_.begin())), known_(choice.known()),
+      patience_(options.patience) {
     assert(current_ < plans_.size());
-    for (const auto* trials : {&choice.tried, &choice.surveyed})
-        for (const TriedPlan& tried : *trials)
-            known_.learn(tried.trial.parts);
-    known_.learn(choice.tried[choice.chosen].trial.parts);
+    parts_.reserve(plans_.size());
+    std::ranges::transform(plans_, std::back_inserter(parts_), parts_of);
 }
 
 std::optional<Change> Rechooser::played(const PartTimes& times, std::int64_t next) {
@@ -48,6 +48,10 @@ std::optional<Change> Rechooser::played(const PartTimes& times, std::int64_t nex
     const bool may_rise = !is_over && current_ > 0 && frames_since_change_ >= patience_;
     if (!is_over && !may_rise)
         return std::nullopt;
+    std::int64_t& next_look = is_over ? next_look_down_ : next_look_up_;
+    if (frames_since_change_ < next_look)
+        return std::nullopt;
+    next_look = frames_since_change_ + std::int64_t(options_.window);
     learn();
     const std::optional<std::size_t> to = is_over ? cheaper(median_ms) : more_accurate();
     if (!to)
@@ -70,10 +74,10 @@ void Rechooser::learn() {
 std::optional<std::size_t> Rechooser::cheaper(double median_ms) const {
     std::optional<std::size_t> fastest;
     for (std::size_t i = current_ + 1; i < plans_.size(); ++i) {
-        const double ms = known_.at_most_ms(plans_[i]);
+        const double ms = at_most_ms(i);
         if (ms <= budget_ms_)
             return i;
-        if (ms < median_ms && (!fastest || ms < known_.at_most_ms(plans_[*fastest])))
+        if (ms < median_ms && (!fastest || ms < at_most_ms(*fastest)))
             fastest = i;
     }
     return fastest;
@@ -81,7 +85,7 @@ std::optional<std::size_t> Rechooser::cheaper(double median_ms) const {
 
 std::optional<std::size_t> Rechooser::more_accurate() const {
     for (std::size_t i = 0; i < current_; ++i)
-        if (known_.at_most_ms(plans_[i]) <= options_.room * budget_ms_)
+        if (at_most_ms(i) <= options_.room * budget_ms_)
             return i;
     return std::nullopt;
 }
@@ -94,13 +98,13 @@ Change Rechooser::change_to(std::size_t plan, double median_ms, std::int64_t nex
                   .from = plans_[current_],
                   .to = plans_[plan],
                   .median_ms = median_ms,
-                  .estimate_ms = known_.at_most_ms(plans_[plan]),
+                  .estimate_ms = at_most_ms(plan),
                   .budget_ms = budget_ms_,
                   .is_up = is_up};
     current_ = plan;
     came_up_ = is_up;
     window_.clear();
-    frames_since_change_ = 0;
+    frames_since_change_ = next_look_down_ = next_look_up_ = 0;
     return change;
 }
 

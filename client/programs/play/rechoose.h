@@ -31,8 +31,9 @@ struct Change {
 };
 
 /// Times are those of the trials, brought up to date by what plays: each frame's parts replace what was known of them,
-/// and all other parts but decoding are scaled as those have changed together, since a machine or scene that slows one
-/// way to play slows the others. There are no trials while playing.
+/// and all other parts but decoding are scaled as those of their kind have changed, since a machine or scene that slows
+/// one way to play slows the others. There are no trials while playing, and plans are gone through at most once a
+/// window.
 ///
 /// Down: to the most accurate plan below that is thought to keep to the budget, else to the one thought fastest.
 /// Up: to the most accurate plan above that is thought to leave room. Whenever a step up is followed by a step down,
@@ -51,13 +52,17 @@ private:
     std::optional<std::size_t> more_accurate() const;
     Change change_to(std::size_t plan, double median_ms, std::int64_t next);
 
+    double at_most_ms(std::size_t plan) const { return known_.at_most_ms(parts_[plan]); }
+
     std::vector<Plan> plans_;
+    std::vector<std::vector<Part>> parts_;  ///< of each plan
     double budget_ms_;
     RechooseOptions options_;
     std::size_t current_;
     KnownTimes known_;
     std::deque<PartTimes> window_;
     std::int64_t frames_since_change_ = 0;
+    std::int64_t next_look_down_ = 0, next_look_up_ = 0;  ///< at so many frames since the change
     std::int64_t patience_;
     bool came_up_ = false;  ///< by the last change
 };

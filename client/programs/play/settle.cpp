@@ -6,6 +6,29 @@
 
 namespace equistream::play {
 
+namespace {
+
+/// What of a source came with a frame.
+TrackRoles roles_of(const ReceivedFrame& frame) {
+    TrackRoles roles;
+    const auto add = [&](TrackRole role, bool came) { roles[std::size_t(role)] = came; };
+    const auto came = [](const std::optional<ReceivedPicture>& picture) { return picture.has_value(); };
+    const auto came_with_depth = [](const std::optional<ReceivedPicture>& picture) {
+        return picture && !picture->depth_m.empty();
+    };
+    add(TrackRole::main, true);
+    add(TrackRole::small, came(frame.small));
+    add(TrackRole::depth, !frame.main.depth_m.empty());
+    add(TrackRole::hidden, came(frame.hidden));
+    add(TrackRole::hidden_depth, came_with_depth(frame.hidden));
+    add(TrackRole::patches, came(frame.patches));
+    add(TrackRole::patches_depth, came_with_depth(frame.patches));
+    add(TrackRole::images, !frame.main.specular.empty() || !frame.main.virtual_depth_m.empty());
+    return roles;
+}
+
+}  // namespace
+
 void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report) {
     report.fill = settings_.fill;
     if (settings_.method != "auto")
@@ -15,6 +38,7 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
         exact_ = exact.get();
         depth_ = std::move(exact);
     }
+    const TrackRoles came = roles_of(first) | (second != nullptr ? roles_of(*second) : TrackRoles{});
     const ReceivedFrame& timed = second != nullptr ? *second : first;
     const int repeat = std::exchange(settings_.repeat, 3);
     const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
@@ -22,13 +46,12 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
                                                  .streamed_depth = exact_ != nullptr,
                                                  .poses = first.posed,
                                                  .fill = settings_.fill,
-                                                 .idle_rungs = idle_rungs(first, second)});
+                                                 .idle_rungs = idle_rungs(came)});
     report.choice = choose_plan(plans, settings_.budget_ms, try_plan);
     report.choice->frame = timed.main.info.index;
     const Plan plan = report.choice->plan();
     if (settings_.rechoose && second != nullptr) {
-        const TrackRoles left_out = unneeded_roles(plan);
-        std::erase_if(plans, [&](const Plan& other) { return (~unneeded_roles(other) & left_out).any(); });
+        plans = plans_after(std::move(plans), plan, came);
         survey(plans, try_plan, *report.choice);
         rechooser_.emplace(std::move(plans), *report.choice);
     }
@@ -62,20 +85,17 @@ Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const 
     return trial;
 }
 
-std::vector<std::string> FramePlayer::idle_rungs(const ReceivedFrame& first, const ReceivedFrame* second) const {
-    const auto came = [&](std::optional<ReceivedPicture> ReceivedFrame::*track) {
-        return (first.*track).has_value() || (second != nullptr && (second->*track).has_value());
-    };
+std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
     std::vector<std::string> idle;
     const auto add_unless = [&](bool has_input, std::string_view rung) {
         if (!has_input)
             idle.emplace_back(rung);
     };
     for (const std::string_view rung : small_rung_names())
-        add_unless(came(&ReceivedFrame::small), rung);
-    add_unless(came(&ReceivedFrame::hidden), "hidden");
-    add_unless(came(&ReceivedFrame::patches), "patches");
-    add_unless(scene_ && scene_->stands_for.empty(), "geometry");
+        add_unless(came[std::size_t(TrackRole::small)], rung);
+    add_unless(came[std::size_t(TrackRole::hidden)], "hidden");
+    add_unless(came[std::size_t(TrackRole::patches)], "patches");
+    add_unless(geometry_ != nullptr, "geometry");
     return idle;
 }
 

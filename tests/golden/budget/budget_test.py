@@ -56,8 +56,9 @@ class Budget(unittest.TestCase):
         passed = tiny["choice"]["passed_over"]
         self.assertTrue(all(plan["estimate_ms"] > 0.001 for plan in passed))
         self.assertGreater(len(passed), len(tried))
-        for plan in tried:
-            self.assertAlmostEqual(sum(plan["parts"].values()), plan["milliseconds"], places=6)
+        # A slow start bars nothing but tracks that came and are left out, here none but depth, which casting does without.
+        known = tried + tiny["choice"]["surveyed"]
+        self.assertLessEqual({"surface", "mesh", "splat"}, {plan["method"] for plan in known if "ray" == plan["depth"]})
 
         # Where time does not matter it is the first of them, and no other is tried.
         generous = self.play(1e6, "--scene", self.scene)
@@ -65,6 +66,15 @@ class Budget(unittest.TestCase):
         self.assertEqual(len(generous["choice"]["tried"]), 1)
         self.assertEqual(self.way(self.chosen(generous)), self.way(tried[0]))
         self.assertEqual(generous["fill"], generous["settings"]["fill"])
+
+        # What a trial says of each part is what the same frame then takes, stage by stage, but for the machine's moods.
+        parts, stages = self.chosen(generous)["parts"], generous["frames"][1]["milliseconds"]
+        self.assertEqual(set(stages) - {"decode", "convert", "depth", "reproject", "fill", "write"}, set())
+        for kinds, names in ((("frame", "track"), ("decode", "convert")), (("depth",), ("depth",)),
+                             (("reproject",), ("reproject",)), (("fill",), ("fill",))):
+            said = sum(ms for part, ms in parts.items() if part.split()[0] in kinds)
+            took = sum(stages[name] for name in names)
+            self.assertLess(max(said, took), 4 * min(said, took) + 2, (names, said, took))
 
         # Halfway between the best and the fastest, the first that fits or, where the machine has slowed down, the fastest.
         best, fastest = tried[0]["milliseconds"], min(plan["milliseconds"] for plan in tried)
@@ -111,8 +121,8 @@ class Budget(unittest.TestCase):
         report, table = play(budget)
         changes = report["changes"]
         self.assertGreater(len(changes), 0)
-        first = changes[0]
-        self.assertEqual(self.way(first["from"]), self.way(report))
+        first = next((change for change in changes if change["frame"] >= aside), None)
+        self.assertIsNotNone(first, changes)
         self.assertTrue(aside + 5 <= first["frame"] <= aside + 25, first)
         self.assertGreater(first["median_ms"], budget)
         plan = report

@@ -108,25 +108,29 @@ TEST(Choices, SayWhatWasChosenAndWhy) {
     EXPECT_NE(choose(0.5).line().find("(nothing fits; this is the fastest; "), std::string::npos);
 }
 
-TEST(Choices, SurveyTriesEachMethodAndDepthOnceAtMost) {
-    for (const PlanInputs& inputs : fakes::all_inputs()) {
-        FakeMachine machine(3);
-        const std::vector<Plan> plans = plans_by_accuracy(inputs);
-        const Measure measure = [&](const Plan& plan) { return Trial{machine.times(plan)}; };
-        Choice choice = choose_plan(plans, 1e6, measure);
-        survey(plans, measure, choice);
-        EXPECT_EQ(choice.tried.size() + choice.surveyed.size(), ways_of(plans));
-        KnownTimes known;
-        for (const auto* trials : {&choice.tried, &choice.surveyed})
-            for (const TriedPlan& tried : *trials)
-                known.learn(tried.trial.parts);
-        // Enough to know all plans by, those of other densities by bounds.
-        for (const Plan& plan : plans) {
-            EXPECT_TRUE(std::isfinite(known.at_most_ms(plan))) << plan.words();
-            EXPECT_LE(known.at_least_ms(plan), machine.milliseconds(plan) + 1e-9) << plan.words();
-            EXPECT_GE(known.at_most_ms(plan), machine.milliseconds(plan) - 1e-9) << plan.words();
+TEST(Choices, SurveyMakesAllPlansKnownWithOneTrialOfEachMethodAndDepth) {
+    // Time for the first, for some and for none: then methods may have been tried with the shortest ladder only.
+    for (const double budget_ms : {1e6, 100.0, 50.0, 0.01})
+        for (const PlanInputs& inputs : fakes::all_inputs()) {
+            FakeMachine machine(3);
+            const std::vector<Plan> plans = plans_by_accuracy(inputs);
+            const Measure measure = [&](const Plan& plan) { return Trial{machine.times(plan)}; };
+            Choice choice = choose_plan(plans, budget_ms, measure);
+            survey(plans, measure, choice);
+            std::set<std::string> ways;
+            for (const TriedPlan& surveyed : choice.surveyed)
+                EXPECT_TRUE(ways.insert(surveyed.plan.method + surveyed.plan.depth).second) << surveyed.plan.words();
+            if (budget_ms == 1e6) {
+                EXPECT_EQ(choice.tried.size() + choice.surveyed.size(), ways_of(plans));
+            }
+            const KnownTimes known = choice.known();
+            // Enough to know all plans by, those of other densities by bounds.
+            for (const Plan& plan : plans) {
+                EXPECT_TRUE(std::isfinite(known.at_most_ms(plan))) << plan.words();
+                EXPECT_LE(known.at_least_ms(plan), machine.milliseconds(plan) + 1e-9) << plan.words();
+                EXPECT_GE(known.at_most_ms(plan), machine.milliseconds(plan) - 1e-9) << plan.words();
+            }
         }
-    }
 }
 
 TEST(KnownTimes, AreBroughtUpToDateTogether) {
@@ -141,8 +145,32 @@ TEST(KnownTimes, AreBroughtUpToDateTogether) {
     EXPECT_DOUBLE_EQ(known.at_most_ms(lean), 3);
     known.bring_up_to_date({{part::frame(), 3}, {part::reproject(surface), 6}, {part::depth(surface), 6}});
     EXPECT_DOUBLE_EQ(known.at_most_ms(surface), 15);
-    // Those of surface but the frame's decoding went from 9 ms to 12.
-    EXPECT_DOUBLE_EQ(known.at_most_ms(lean), 3 + 2 * 12.0 / 9);
+    // The frame came to 3 ms. Reprojection by surface went from 4 ms to 6.
+    EXPECT_DOUBLE_EQ(known.at_most_ms(lean), 3 + 2 * 6.0 / 4);
+    // What the frame played had no part of goes with all that it had.
+    known.bring_up_to_date({{part::frame(), 3}, {part::reproject(lean), 6}});
+    EXPECT_DOUBLE_EQ(known.at_most_ms(surface), 3 + 2 * (6 + 6));
+}
+
+/// As when the head leaves the place where the pictures were taken from.
+TEST(KnownTimes, KeepOtherWorkWhereDepthAndGapsBeginToCost) {
+    KnownTimes known;
+    const Plan surface{"surface", 0.25, "ray", "pushpull"}, splat{"splat", 0.25, "ray", "pushpull"},
+        lean{"lean", 0.25, "none", "none"};
+    known.learn({{part::frame(), 1},
+                 {part::reliability(), 0},
+                 {part::reproject(surface), 4},
+                 {part::depth(surface), 0.01},
+                 {part::fill(surface, "pushpull"), 0.01},
+                 {part::reproject(splat), 8},
+                 {part::depth(splat), 0.005},
+                 {part::fill(splat, "pushpull"), 0.05},
+                 {part::reproject(lean), 2}});
+    known.bring_up_to_date(
+        {{part::reproject(surface), 4}, {part::depth(surface), 30}, {part::fill(surface, "pushpull"), 5}});
+    EXPECT_DOUBLE_EQ(known.at_most_ms(lean), 1 + 2);
+    // Depth as half of surface's still, and of the gaps not five times what now takes 5 ms.
+    EXPECT_DOUBLE_EQ(known.at_most_ms(splat), 1 + 8 + 15 + 5);
 }
 
 }  // namespace

@@ -48,6 +48,41 @@ TEST(Plans, AreTriedOnceEachAndEndWithWhatAlwaysPlays) {
     }
 }
 
+TEST(Plans, AreAsManyAsTheGuideSays) {
+    PlanInputs inputs{.geometry = true, .fill = default_fill};
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+    inputs.streamed_depth = true;
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 51u);
+    inputs.idle_rungs = {"hidden", "patches"};
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+}
+
+TEST(Plans, AreBarredOnlyByTracksThatCame) {
+    const PlanInputs inputs{
+        .geometry = true, .streamed_depth = true, .fill = default_fill, .idle_rungs = {"hidden", "patches"}};
+    const std::vector<Plan> plans = plans_by_accuracy(inputs);
+    TrackRoles came;
+    came.set(std::size_t(TrackRole::main));
+    // Without tracks to leave out nothing is barred, whatever comes first.
+    for (const Plan& chosen : plans)
+        EXPECT_EQ(plans_after(plans, chosen, came), plans) << chosen.words();
+    // The depth track, which the slowest start leaves out, bars only what takes depth from it.
+    came.set(std::size_t(TrackRole::depth));
+    const auto takes_it = [](const Plan& plan) { return plan.depth == "stream"; };
+    EXPECT_EQ(plans_after(plans, plans.front(), came).size(),
+              plans.size() - std::size_t(std::ranges::count_if(plans, takes_it)));
+    EXPECT_TRUE(std::ranges::none_of(plans_after(plans, plans.back(), came), takes_it));
+    // Mirrors are looked up by depth: once they are left out, so is all that has depth.
+    came.set(std::size_t(TrackRole::images));
+    for (const Plan& plan : plans_after(plans, plans.back(), came))
+        EXPECT_EQ(plan.depth, "none") << plan.words();
+    came = {};
+    came.set(std::size_t(TrackRole::hidden));
+    const Plan without_hidden{.method = "surface", .depth = "ray", .fill = "pushpull"};
+    for (const Plan& plan : plans_after(plans, without_hidden, came))
+        EXPECT_FALSE(plan.fill.starts_with("hidden") && plan.depth != "none") << plan.words();
+}
+
 /// Balls before a wall, textured, from a sphere whose streamed depth has 8 bits of w; behind the balls the hidden
 /// layer, and frames before from where the head came from.
 class Accuracy {
@@ -164,8 +199,12 @@ TEST(Plans, LeaveRungsOutOneAtATimeTheLeastWorthFirst) {
     // What fills nothing makes no ladder of its own.
     EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {"patches", "small"}),
               (Ladders{"hidden,patches,earlier,pushpull", "hidden,pushpull", "pushpull"}));
-    EXPECT_EQ(shorter_ladders("hidden,patches,pushpull", {"patches", "hidden"}),
-              (Ladders{"hidden,patches,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("hidden,patches,pushpull", {"patches", "hidden"}), Ladders{"hidden,patches,pushpull"});
+    // A guess goes before what is truly there, wherever it stands.
+    EXPECT_EQ(shorter_ladders("hidden,spread,pushpull", {}),
+              (Ladders{"hidden,spread,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("pushpull,small,spread", {}),
+              (Ladders{"pushpull,small,spread", "small,spread", "spread"}));
     EXPECT_EQ(shorter_ladders("earlier", {}), Ladders{"earlier"});
     EXPECT_EQ(shorter_ladders("none", {}), Ladders{"none"});
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <tuple>
 
 namespace equistream::play {
 namespace {
@@ -17,11 +18,13 @@ const RechooseOptions options;
 /// Plays frames on a machine that is as fast as `load` says at each of them.
 class Playing {
 public:
-    Playing(double budget_ms, unsigned seed = 5)
+    Playing(double budget_ms, unsigned seed = 5, const std::function<void(FakeMachine&)>& set_up = {})
         : plans_(plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})),
           machine_(seed), random_(seed) {
         machine_.set("reproject mesh", 10, 4);
         machine_.set("track hidden", 0);  // counted with the frame, once it is settled that it is decoded
+        if (set_up)
+            set_up(machine_);
         const Measure measure = [&](const Plan& plan) { return Trial{machine_.times(plan)}; };
         choice_ = choose_plan(plans_, budget_ms, measure);
         survey(plans_, measure, choice_);
@@ -50,6 +53,7 @@ public:
 
     std::size_t rank(const Plan& plan) const { return std::size_t(std::ranges::find(plans_, plan) - plans_.begin()); }
     const Plan& plan() const { return plan_; }
+    FakeMachine& machine() { return machine_; }
     const Choice& choice() const { return choice_; }
     double milliseconds() { return machine_.milliseconds(plan_); }
     bool has_cheaper() {
@@ -128,6 +132,34 @@ TEST(Rechoosing, StaysWhereNothingIsCheaper) {
     ASSERT_FALSE(playing.choice().fits);
     playing.play(2000, even);
     EXPECT_TRUE(playing.changes().empty());
+}
+
+/// Depth and gaps cost nothing where the pictures were taken from; as the head leaves, they do, and nothing else
+/// changes.
+TEST(Rechoosing, TakesWhatFitsWhereOnlyDepthAndFillGrow) {
+    const auto set = [](FakeMachine& machine, double scale) {
+        for (const auto& [method, reproject_ms, depth_ms] :
+             {std::tuple{"surface", 5.0, 50.0}, {"mesh", 8.0, 25.0}, {"splat", 8.0, 25.0}, {"lean", 4.0, 0.0}}) {
+            machine.set("reproject " + std::string(method), reproject_ms);
+            for (const std::string depth : {"ray", "stream"})
+                machine.set("depth " + depth + " for " + method, scale * depth_ms);
+            for (const std::string rung : {"hidden", "earlier", "pushpull"})
+                machine.set("fill " + rung + " after " + method, scale * 5);
+        }
+        for (const char* part : {"frame", "reproject sphere", "reliability"})
+            machine.set(part, 0.5);
+    };
+    constexpr double budget_ms = 52;
+    Playing playing(budget_ms, 5, [&](FakeMachine& machine) { set(machine, 1e-3); });
+    ASSERT_EQ(playing.plan().method, "surface");
+    playing.play(100, even);
+    ASSERT_TRUE(playing.changes().empty());
+    set(playing.machine(), 1);
+    playing.play(50, even);
+    ASSERT_EQ(playing.changes().size(), 1u);
+    EXPECT_EQ(playing.plan().method, "mesh");
+    EXPECT_EQ(playing.plan().fill, "hidden,earlier,pushpull");
+    EXPECT_LE(playing.milliseconds(), budget_ms);
 }
 
 /// A plan that is slow only while it is played: estimates never tell.
