@@ -19,8 +19,8 @@ namespace equistream {
 
 /// What second differences of a smooth surface may be, in tolerances.
 inline constexpr float most_bend = 8;
-/// How far behind a surface a point is hidden, in tolerances: less shows what lies within a pixel of it, which is
-/// better than what any rung fills in.
+/// How far behind a surface a point is hidden, in tolerances. Nearer to it the surface shows what lies within half a
+/// pixel of the point, which is better than what a rung fills in.
 inline constexpr float least_behind = 2;
 
 /// Of sixteen samples around a position, row by row, the inner four around it. `over_reach`: 1 / (r - B) of each, w

@@ -21,15 +21,15 @@ std::array<float, 16> sampled(const std::function<float(float, float)>& over_rea
     return samples;
 }
 
-TEST(HidingSurface, APlaneHidesWhatLiesBehindItByMoreThanTheBudget) {
+TEST(HidingSurface, APlaneHidesWhatLiesBehindItByMoreThanTwoBudgets) {
     // Steep: its samples are a hundred budgets apart.
     const auto plane = [](float x, float y) { return 1 + 100 * budget * x - 70 * budget * y; };
     std::mt19937 random(3);
     std::uniform_real_distribution<float> uniform(0, 1);
     for (int i = 0; i < 200; ++i) {
         const float s = uniform(random), t = uniform(random), here = plane(s, t);
-        EXPECT_TRUE(surface_hides(agreement, sampled(plane), s, t, here - 1.01f * budget));
-        EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here - 0.99f * budget));
+        EXPECT_TRUE(surface_hides(agreement, sampled(plane), s, t, here - 2.01f * budget));
+        EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here - 1.99f * budget));
         EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here)) << "on it";
         EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here + 50 * budget)) << "before it";
     }
@@ -39,8 +39,8 @@ TEST(HidingSurface, WhatBendsIsGivenWhatInterpolationMayBeOffBy) {
     // Second differences of two budgets along both axes.
     const auto bowl = [](float x, float y) { return 1 + budget * (x * x + y * y); };
     const float interpolated = 1 + budget, half = 0.5f;
-    EXPECT_FALSE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 2.9f * budget));
-    EXPECT_TRUE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 3.1f * budget));
+    EXPECT_FALSE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 3.9f * budget));
+    EXPECT_TRUE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 4.1f * budget));
     const auto bent = [](float x, float) { return 1 + 5 * budget * x * x; };
     EXPECT_FALSE(surface_hides(agreement, sampled(bent), half, half, 0)) << "bends too much to say anything";
     const auto twisted = [](float x, float y) { return 1 + 9 * budget * x * y; };
@@ -55,7 +55,7 @@ TEST(HidingSurface, ACreaseHidesNothingThatLiesInIt) {
         const float at = uniform(random), kink = 8 * budget * uniform(random), slope = budget * 40 * uniform(random);
         const auto corner = [&](float x, float) { return 1 + slope * x + kink * std::max(x - at, 0.0f); };
         for (const float s : {at, uniform(random)})
-            EXPECT_FALSE(surface_hides(agreement, sampled(corner), s, uniform(random), corner(s, 0) - 0.99f * budget));
+            EXPECT_FALSE(surface_hides(agreement, sampled(corner), s, uniform(random), corner(s, 0) - 1.99f * budget));
     }
 }
 
