@@ -6,9 +6,9 @@
 /// too. Where the sixteen samples around a position bend little, in all second differences (along every row and column,
 /// and across the inner four), bilinear w is off by at most k s(1 - s) along an axis, s being the fraction between the
 /// inner samples and k the sum of both second differences there: so much where the surface has one crease between them,
-/// a quarter of it where it is round. A point whose w is smaller by more than that, along both axes, and the budget
-/// lies behind. Steps, edges and what is unknown bend more and say nothing; a point before the surface cannot be hidden
-/// by it.
+/// a quarter of it where it is round. A point whose w is smaller by more than that, along both axes, and least_behind
+/// budgets is hidden. Steps, edges and what is unknown bend more and say nothing; a point before the surface cannot be
+/// hidden by it.
 #include "warp.h"
 
 #include <equistream/depth_agreement.h>
