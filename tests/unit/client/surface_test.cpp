@@ -123,13 +123,13 @@ TEST_P(SurfaceEngine, GrazingFloorAndSkyHaveNoGaps) {
 TEST_P(SurfaceEngine, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
     const Distance hidden = [](const dvec3& o, const dvec3& d) { return to_plane(o, d, {0, 1, 0}, -3); };
     for (const glm::dquat& turn : {yaw_pitch(0, 0), yaw_pitch(pi, -0.3), yaw_pitch(0.4, -1.4)})
-        for (const Camera& camera : {Camera(EquirectCamera{720, 360, {}}), Camera(PerspectiveCamera{640, 480, 2.4})}) {
+        for (const Camera& camera : {Camera(EquirectCamera{180, 90, {}}), Camera(PerspectiveCamera{160, 120, 2.4})}) {
             const bool sphere = camera.index() == 0;
             const Rendered source =
                 render(floor_and_sky, smooth_colour, camera, Pose{{0, 0, 0}, sphere ? yaw_pitch(0, 0) : turn});
             const auto engine = surface(GetParam());
             engine->set_source(source.source());
-            const Pose pose{{0.2, 0, 0}, turn};
+            const Pose pose{{0.6, 0, 0}, turn};
             EyePicture picture;
             engine->reproject(Eye(floor_and_sky, pose).view(), picture);
             EXPECT_EQ(picture.count(PixelOrigin::gap), 0) << "of the floor that is seen";
@@ -138,8 +138,8 @@ TEST_P(SurfaceEngine, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
             int by_chance = 0, floor = 0;
             for (int y = 0; y < eye.camera.height; ++y)
                 for (int x = 0; x < eye.camera.width; ++x) {
-                    // Farther away the two floors are within the budget of each other.
-                    if (!(eye.depth_m.pixel(x, y)[0] < 50))
+                    // Farther away the two floors come within a few budgets of each other.
+                    if (!(eye.depth_m.pixel(x, y)[0] < 60))
                         continue;
                     ++floor;
                     by_chance += picture.origin.pixel(x, y)[0] != 0;
