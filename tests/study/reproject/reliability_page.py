@@ -43,13 +43,13 @@ def coded_table(left_out):
 
 
 def fits_table(left_out, other_fits):
-    """ECE in points of no codec, CRF 16 and CRF 24, by what the map was fitted to."""
+    """ECE in points of no codec, CRF 16 and CRF 24, by what a map was fitted to."""
     def errors(of):
         return " / ".join(percent(of[part]) for part in ("uncoded", "crf_16", "crf_24"))
 
-    rows = [[scene, errors({part: judged[part]["expected_calibration_error"] for part in judged if part in other_fits[scene]["mixed"]}),
-             *(errors(other_fits[scene][fit]) for fit in ("mixed", "apart", "shipped"))] for scene, judged in left_out.items()]
-    return table(["scene", "no codec", "both as one", "each its own", "as shipped"], rows)
+    rows = [[scene, *(errors(other_fits[scene][fit]) for fit in ("uncoded", "blind")),
+             errors({part: judged[part]["expected_calibration_error"] for part in ("uncoded", "crf_16", "crf_24")})] for scene, judged in left_out.items()]
+    return table(["scene left out", "no codec", "all, without *coding*", "all, with *coding*"], rows)
 
 
 def groups_table(left_out):
