@@ -11,8 +11,7 @@ tolerance are left out, and mirrors and panes of scenes with direct light only: 
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the
 weighted sum (isotonic regression). One map is fitted to pixels that went through no codec and to decoded ones; the risk `coding` tells them
 apart. Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn is left out and judged by what the
-others give: docs/results/reproject/reliability.json; so are a fit to pixels without a codec (`uncoded`) and one to all without that risk
-(`blind`). --write also fits to all scenes and writes client/reliability/coefficients.h.
+others give: docs/results/reproject/reliability.json; so is a fit to pixels without a codec alone (`uncoded_fit`). --write also fits to all scenes and writes client/reliability/coefficients.h.
 """
 
 import argparse
@@ -42,12 +41,12 @@ PARTS = ("all", "uncoded", "exact", *(f"crf_{crf}" for crf in CRFS))
 BREAKER_WEIGHT = 0.4
 
 
-def fit(samples, scenes, wanted=True, risks=RISKS):
-    """A model of each group of pixels, fitted to what is `wanted` of `scenes` by these risks."""
+def fit(samples, scenes, wanted=True):
+    """A model of each group of pixels, fitted to what is `wanted` of `scenes`."""
     models = []
     for index, group in enumerate(RISK_GROUPS):
         inside = (samples.group == index) & np.isin(samples.scene, scenes) & wanted
-        allowed = np.isin(RISKS, RISKS_OF_GROUP.get(group, RISKS)) & np.isin(RISKS, risks)
+        allowed = np.isin(RISKS, RISKS_OF_GROUP.get(group, RISKS))
         weight = weights(samples, inside)
         models.append(fit_group(np.where(allowed, samples.risks[inside], 0), samples.good[inside], weight / weight.sum()))
     return models
@@ -105,14 +104,12 @@ def main():
     program = options.bin.resolve() / "equistream"
     samples = Samples(program, options.work, np.random.default_rng(options.seed), options.pixels_per_shot)
     everything = np.arange(len(samples.scenes))
-    uncoded, blind = samples.crf == NO_STREAM, [risk for risk in RISKS if risk != "coding"]
-    left_out, other_fits = {}, {}
+    left_out, uncoded_fit = {}, {}
     for index, scene in enumerate(samples.scenes):
         others = everything[everything != index]
         left_out[scene] = {**samples.notes[scene], **judge(samples, fit(samples, others), index)}
-        other_fits[scene] = {"uncoded": errors(judge(samples, fit(samples, others, uncoded), index)),
-                             "blind": errors(judge(samples, fit(samples, others, risks=blind), index))}
-        print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error {errors(left_out[scene])}, {other_fits[scene]}", flush=True)
+        uncoded_fit[scene] = errors(judge(samples, fit(samples, others, samples.crf == NO_STREAM), index))
+        print(f"{scene} left out: good {left_out[scene]['all']['good']}, expected calibration error {errors(left_out[scene])}, {uncoded_fit[scene]}", flush=True)
     path_traced = {}
     if options.path_traced is not None:
         checks = Samples(program, options.path_traced, np.random.default_rng(options.seed), options.pixels_per_shot, path_traced=True)
@@ -123,7 +120,7 @@ def main():
     words = ["--bin BIN --work WORK", *(["--path-traced WORK2"] if path_traced else []), f"--pixels-per-shot {options.pixels_per_shot}", f"--seed {options.seed}"]
     result = {"command": " ".join(["tests/study/reproject/fit_reliability.py", *words]),
               "made": time.strftime("%Y-%m-%d", time.gmtime()), "commit": commit(), "version": es.__version__, "machine": machine(),
-              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "other_fits": other_fits,
+              "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "uncoded_fit": uncoded_fit,
               "path_traced": path_traced,
               "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
     write_whole(options.out, json.dumps(result, indent=1) + "\n")
