@@ -278,7 +278,9 @@ private:
         const Floats detail = log_of(half * bytes_as_floats(details + x));
         of(risks, Risk::contrast) = log_of(half * contrast);
         of(risks, Risk::detail) = detail;
-        of(risks, Risk::texture) = log_of(half * hn::LoadU(float_tag, texture_.row(0) + x));
+        const Floats texture = log_of(half * hn::LoadU(float_tag, texture_.row(0) + x));
+        of(risks, Risk::texture) = texture;
+        of(risks, Risk::coding) = all(n.log_coding_step) * texture;
         Floats parallax_px = all(0.0f);
         Ints mirrored = all(0);
         if (n.has_depth())

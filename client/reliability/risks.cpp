@@ -54,6 +54,11 @@ double density_per_rad(const Camera& camera) {
     return std::get<PerspectiveCamera>(camera).focal_px();
 }
 
+/// Of H.264 and H.265: 1 at a quantiser of 4, doubled every 6.
+double quantiser_step(double crf) {
+    return std::exp2((crf - 4) / 6);
+}
+
 ImageView<const float> depth_of(const EyeView& eye, const EyePicture& picture) {
     if (eye.depth_m.data != nullptr)
         return eye.depth_m;
@@ -123,6 +128,8 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const Eye
         known = KnownDepth::none;
     else if (depth_error_px > default_budget_share * error_budget_rad(focal) * focal)
         known = KnownDepth::coarse;
+    if (options.coded_crf)
+        log_coding_step = float(std::log2(1 + quantiser_step(*options.coded_crf)));
     mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth() && moved;
 }
 
@@ -270,6 +277,7 @@ void RiskPicture::row(int y, RiskRow& out) const {
         out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));
         out.of(Risk::brightness)[x] = float(std::max({rgba[4 * x], rgba[4 * x + 1], rgba[4 * x + 2]})) * (1 / 255.0f);
+        out.of(Risk::coding)[x] = s.numbers.log_coding_step * out.of(Risk::texture)[x];
     }
 }
 

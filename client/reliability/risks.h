@@ -28,6 +28,7 @@ struct RiskNumbers {
     float density = 1;                    ///< source pixels per radian over the eye's at its middle
     float outside = 0;                    ///< radii beyond the head box
     float depth_error_px = 0;             ///< by which the depth's tolerance displaces a pixel
+    float log_coding_step = 0;            ///< log of the quantiser's step in 1/255; 0 where nothing was coded
     int step = 1;                         ///< a source pixel, in pixels of the eye
     int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
     float least_step_inverse_m = 0;       ///< of inverse planar depth, at a silhouette

@@ -188,6 +188,17 @@ std::optional<DepthCodeInfo> get_depth_code(Reader& in) {
     return info;
 }
 
+constexpr float no_crf = -1;
+
+std::optional<float> get_crf(Reader& in) {
+    const auto crf = in.get<float>();
+    if (crf == no_crf)
+        return std::nullopt;
+    if (!(crf >= 0 && crf <= worst_crf))
+        damaged("CRF of 0 to " + std::to_string(worst_crf) + ", or -1", std::to_string(crf));
+    return crf;
+}
+
 std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
     const auto bytes = in.take(in.get<std::uint16_t>());
     if (bytes.empty())
@@ -237,6 +248,8 @@ TaggedFrameInfo read_fields(Reader& in) {
             damaged("depth, where it is halved", "none");
         info.depth_code->halved = true;
     }
+    if (!in.at_end())
+        info.crf = get_crf(in);
     return tagged;
 }
 
@@ -303,6 +316,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put(static_cast<std::uint16_t>(patches.size()));
     fields.append(patches);
     fields.put(static_cast<std::uint8_t>(info.depth_code && info.depth_code->halved));
+    fields.put(info.crf.value_or(no_crf));
 
     Writer payload;
     payload.append(payload_uuid);

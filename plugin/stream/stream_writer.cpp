@@ -194,8 +194,11 @@ void StreamWriter::State::write_packet(WrittenTrack& track, AVPacket& packet) {
 
 void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count) {
     std::vector<std::uint8_t> payload;
-    if (settings.tagged)
-        payload = encode_frame_info(track.role, info, {track.pictures, count});
+    if (settings.tagged) {
+        FrameInfo coded = info;
+        coded.crf = track.encoder.crf();
+        payload = encode_frame_info(track.role, coded, {track.pictures, count});
+    }
     ++track.pictures;
     track.encoder.encode(std::move(picture), info.index - *first_index, payload,
                          [&](AVPacket& packet) { write_packet(track, packet); });

@@ -20,7 +20,6 @@ namespace {
 
 constexpr const char* presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                    "medium",    "slow",      "slower",   "veryslow", "placebo"};
-constexpr int worst_crf = 51;
 constexpr int most_threads = 64;
 constexpr std::int64_t longest_reordering = 2;
 
@@ -146,6 +145,12 @@ Codec TrackSettings::codec(Codec stream_codec) const {
     return only_h265 ? Codec::h265 : stream_codec;
 }
 
+std::optional<double> TrackSettings::coded_crf(double stream_crf) const {
+    if (depth_code == DepthCodeId::lossless)
+        return std::nullopt;
+    return crf.value_or(stream_crf);
+}
+
 AVRational frame_rate_of(const StreamSettings& settings) {
     return av_d2q(settings.frames_per_second, 100000);
 }
@@ -176,7 +181,10 @@ void check_stream_settings(const StreamSettings& settings) {
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
     : track_(track), depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
-      codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {}
+      codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
+    if (const auto crf = track.coded_crf(settings.crf))
+        crf_ = static_cast<float>(*crf);
+}
 
 void TrackEncoder::require_size(int width, int height, int channels, int wanted_channels) const {
     const auto text = [](int w, int h, int c) {

@@ -6,6 +6,7 @@
 #include <equistream/stream.h>
 
 #include <functional>
+#include <optional>
 #include <span>
 
 namespace equistream {
@@ -16,6 +17,8 @@ public:
     TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header);
 
     const AVCodecContext& codec() const { return *codec_; }
+    /// As frame data says it.
+    std::optional<float> crf() const { return crf_; }
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
     /// Depth to its code's samples; counts into `info` what was too near.
@@ -32,6 +35,7 @@ private:
     TrackSettings track_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
+    std::optional<float> crf_;
     std::int64_t pictures_ = 0;  ///< handed to the encoder
     av::Packet packet_ = av::make_packet();
 };

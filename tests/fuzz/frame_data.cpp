@@ -25,6 +25,7 @@ Seeds seeds() {
     sphere.camera = EquirectCamera{960, 480, {-2.5, 3.0, -0.7, 1.1}};
     sphere.scene = "waves";
     sphere.host = "synthetic 1";
+    sphere.crf = 28.5f;
     FrameInfo view;
     view.camera = PerspectiveCamera{640, 360, 1.25};
     view.eye = Eye::left;

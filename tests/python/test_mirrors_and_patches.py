@@ -278,3 +278,25 @@ def test_reliability_knows_what_the_depth_code_may_be_off_by(frames, run, tmp_pa
             assert info.depth_tolerance_w > 1e-4
             expected = played(tmp_path / "eyes", eye, info, "reliability")
             assert (view.reliability == expected).all() == same, eye
+
+
+def test_reliability_knows_how_coarsely_colours_were_coded(frames, run, tmp_path):
+    """What the stream says of itself: play and the package trust it alike, and less than they would without its word."""
+    stream = tmp_path / "coarse.mkv"
+    run("encode", frames, "--frames", 40, "--fill", "none", "--mirrors", "none", "--depth", "none", "--crf", 30, "--out", stream)
+    run("play", stream, "--method", "sphere", *VIEW, "--fill", "none", "--reliability", "--out", tmp_path / "eyes")
+    engine = es.Reprojector("sphere", fill="none")
+    for eye, view, info in views(engine, es.open_feed(stream), reliability=True):
+        assert info.crf == 30
+        assert (view.reliability == played(tmp_path / "eyes", eye, info, "reliability")).all(), eye
+    feed = es.open_feed(stream)
+    frame = next(feed)
+    pose = es.Pose((0.1, 0, 0))
+    told = engine(frame, CAMERA, pose, reliability=True, risks=True)
+    frame.main.info.crf = None
+    untold = engine(frame, CAMERA, pose, reliability=True, risks=True)
+    coding = es.RISKS.index("coding")
+    assert told.risks[:, :, coding].any() and not untold.risks[:, :, coding].any()
+    assert told.reliability.mean() < untold.reliability.mean()
+    with pytest.raises(es.InputError):
+        frame.main.info.crf = 52

@@ -10,6 +10,7 @@
 #include <equistream_client/view.h>
 
 #include <array>
+#include <optional>
 #include <string_view>
 
 namespace equistream {
@@ -38,11 +39,12 @@ enum class Risk {
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels
     brightness,    ///< of the brightest channel, 0 to 1: errors in the dark are small
+    coding,        ///< of decoded colours: log of the quantiser's step in 1/255, times texture; else 0
 };
-inline constexpr int risk_count = 15;
+inline constexpr int risk_count = 16;
 inline constexpr std::array<std::string_view, risk_count> risk_names = {
     "contrast",     "detail",   "texture",  "blur",        "minification", "grazing",    "silhouette_0", "silhouette_1",
-    "silhouette_2", "parallax", "specular", "depth_error", "outside",      "fill_depth", "brightness"};
+    "silhouette_2", "parallax", "specular", "depth_error", "outside",      "fill_depth", "brightness",   "coding"};
 
 /// Whose weights a pixel takes.
 enum class RiskGroup {
@@ -61,6 +63,9 @@ inline constexpr std::array<std::string_view, risk_group_count> risk_group_names
 struct ReliabilityOptions {
     /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
     double depth_tolerance_w = 0;
+    /// CRF of H.264's scale, 0 to 51, that the source's colours were coded at (FrameInfo::crf of the main track);
+    /// nothing: they went through no codec. Stands for what gaps are filled from too.
+    std::optional<double> coded_crf{};
     /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
     bool specular_reworked = false;
     /// The slow, plain implementation, which tests compare the fast one with.

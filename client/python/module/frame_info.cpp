@@ -136,6 +136,17 @@ void bind_frame_info(nb::module_& m) {
         .def_prop_ro(
             "depth_tolerance_w", [](const FrameInfo& i) { return depth_tolerance_w(i.depth_code); },
             "What the code of the depth that came with a picture may put it off by, in w; 0: it is the renderer's own.")
+        .def_prop_rw(
+            "crf", [](const FrameInfo& i) { return i.crf; },
+            [](FrameInfo& i, std::optional<double> v) {
+                double checked = 0;
+                if (v)
+                    set_number(checked, "crf", *v, {0, worst_crf});
+                i.crf = v ? std::optional(float(*v)) : std::nullopt;
+            },
+            nb::for_setter(nb::arg("value").none()),
+            "Quality that the picture's track of a stream was coded at, 0 (best) to 51; None: not coded, without loss, "
+            "or not said.")
         .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
                 "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
                 "else None.")

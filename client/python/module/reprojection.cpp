@@ -116,10 +116,11 @@ private:
     std::vector<SourceView> earlier_;
 };
 
-/// What is wanted besides colours, and by how much w of the depth may be off.
+/// What is wanted besides colours; by how much w of the depth may be off, and how coarsely colours were coded.
 struct Assess {
     bool reliability = false, risks = false;
     double depth_tolerance_w = 0;
+    std::optional<double> coded_crf{};
 };
 
 class Reprojector {
@@ -157,6 +158,7 @@ public:
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
+                                             .coded_crf = assess.coded_crf,
                                              .specular_reworked = mirrors_ != MirrorTreatment::surface};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
@@ -260,8 +262,8 @@ void bind_reprojection(nb::module_& m) {
             },
             nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
     nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
-        .def(nb::init<bool, bool, double>(), nb::arg("reliability") = false, nb::arg("risks") = false,
-             nb::arg("depth_tolerance_w") = 0.0);
+        .def(nb::init<bool, bool, double, std::optional<double>>(), nb::arg("reliability") = false,
+             nb::arg("risks") = false, nb::arg("depth_tolerance_w") = 0.0, nb::arg("coded_crf") = nb::none());
     nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)

@@ -12,6 +12,9 @@
 
 namespace equistream {
 
+/// Of the encoders' constant rate factor, which is an average quantiser (QP).
+inline constexpr int worst_crf = 51;
+
 /// Everything a client must know to use a frame. Travels in EXR attributes and inside the coded picture.
 struct FrameInfo {
     std::int64_t index = 0;
@@ -35,6 +38,9 @@ struct FrameInfo {
     std::optional<PatchAtlas> patches;
     /// Of a depth track's picture only. Not written to EXR files.
     std::optional<DepthCodeInfo> depth_code;
+    /// Quality that the picture's track was coded at, 0 (best) to worst_crf; nothing: not coded, without loss, or not
+    /// said. Not written to EXR files.
+    std::optional<float> crf;
 };
 
 /// Size of a frame's picture: the camera's, or the atlas's.

@@ -75,6 +75,8 @@ struct TrackSettings {
     int coded_height() const { return halved ? height / 2 : height; }
     /// Which encoder: the stream's, or H.265 for what H.264 cannot code here (w12, hue, lossless).
     Codec codec(Codec stream_codec) const;
+    /// The quality it is coded at: its own, else the stream's; nothing if nothing is lost.
+    std::optional<double> coded_crf(double stream_crf) const;
 };
 
 struct StreamSettings {

@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t trial_frames = 8;
-constexpr int worst_crf = 51;
 
 /// So few pixels beyond the bound that no more bits are worth it.
 constexpr double enough_within = 0.9999;

@@ -148,15 +148,14 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
     for (const EncodedTrack& track : report.tracks) {
+        const std::optional<double> crf = track.settings.coded_crf(report.settings.crf);
         tracks.push_back({{"name", track_name(track.settings.role)},
                           {"folder", track.folder.string()},
                           {"width", track.settings.width},
                           {"height", track.settings.height},
                           {"codec", codec_of(track, report) == Codec::h264 ? "h264" : "h265"},
                           {"bytes", track.bytes},
-                          {"crf", track.settings.depth_code == DepthCodeId::lossless
-                                      ? nlohmann::json()
-                                      : nlohmann::json(track.settings.crf.value_or(report.settings.crf))},
+                          {"crf", crf ? nlohmann::json(*crf) : nlohmann::json()},
                           {"bytes_per_frame", static_cast<double>(track.bytes) / count},
                           {"megabits_per_second", megabits_per_second(track, report)}});
         if (track.settings.depth_code)

@@ -110,7 +110,8 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"scene", info.scene},
             {"host", info.host},
             {"geometry_fingerprint", info.geometry_fingerprint},
-            {"depth_code", depth_code_json(info)}};
+            {"depth_code", depth_code_json(info)},
+            {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()}};
 }
 
 std::string shared_text(const FrameInfo& info) {
@@ -121,6 +122,8 @@ std::string shared_text(const FrameInfo& info) {
     text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
                       static_cast<unsigned long long>(info.seed),
                       info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
+    if (info.crf)
+        text += formatted("  coded      at CRF %g\n", double(*info.crf));
     if (info.depth_code)
         text += depth_code_text(*info.depth_code);
     text += "  camera     " + camera_text(info.camera) + "\n";

@@ -42,14 +42,12 @@ def coded_table(left_out):
     return table(["scene left out", *parts.values()], [[scene, *(told(judged[part]) for part in parts)] for scene, judged in left_out.items()])
 
 
-def fits_table(left_out, other_fits):
-    """ECE in points of no codec, CRF 16 and CRF 24, by what the map was fitted to."""
-    def errors(of):
-        return " / ".join(percent(of[part]) for part in ("uncoded", "crf_16", "crf_24"))
-
-    rows = [[scene, errors({part: judged[part]["expected_calibration_error"] for part in judged if part in other_fits[scene]["mixed"]}),
-             *(errors(other_fits[scene][fit]) for fit in ("mixed", "apart", "shipped"))] for scene, judged in left_out.items()]
-    return table(["scene", "no codec", "both as one", "each its own", "as shipped"], rows)
+def fits_table(left_out, uncoded_fit):
+    """ECE in points by what a map was fitted to."""
+    parts = {"uncoded": "no codec", "crf_16": "CRF 16", "crf_24": "CRF 24"}
+    rows = [[scene, *(error for part in parts for error in (percent(uncoded_fit[scene][part]), share_off(judged[part])))]
+            for scene, judged in left_out.items()]
+    return table(["scene left out", *(f"{name}, {fitted}" for name in parts.values() for fitted in ("uncoded fit", "one map"))], rows)
 
 
 def groups_table(left_out):
@@ -79,7 +77,7 @@ def main():
     file = FOLDER / "reliability.md"
     page = file.read_text()
     left_out = result["left_out"]
-    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["other_fits"])),
+    for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["uncoded_fit"])),
                        ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
                        ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
                        ("weights", weights_table(result["weights"])),

@@ -15,7 +15,7 @@ namespace {
 constexpr double depth_rounding = 0x1p-20, ray_rounding_rad = 1e-6;
 /// Differences of neighbouring depths make more of that, thresholds may fall to either side of it. So it is tried.
 constexpr int draws = 16;
-/// A risk is a logarithm below 16, of which four roundings are lost; then a sum of 15 products each loses one of its
+/// A risk is a logarithm below 16, of which four roundings are lost; then a sum of 16 products each loses one of its
 /// terms' at every step.
 constexpr float log_rounding = 0x1p-18f, sum_rounding = 0x1p-20f;
 
@@ -123,6 +123,7 @@ TEST(ReliabilityMap, EveryInstructionSetMakesThePlainMap) {
             Played played(ball_and_wall, smooth_colour, moved, method, fill);
             add_noise(played.picture);
             expect_possible_values(played.view(), played.eye, played.picture, {.depth_tolerance_w = 0.01});
+            expect_possible_values(played.view(), played.eye, played.picture, {.coded_crf = 24.0});
         }
     Played still(ball_and_wall, smooth_colour, Pose{}, "surface", "none");
     add_noise(still.picture);

@@ -54,6 +54,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     if (a.patches)
         expect_same_atlas(*a.patches, *b.patches);
     EXPECT_EQ(a.depth_code, b.depth_code);
+    EXPECT_EQ(a.crf, b.crf);
 }
 
 }  // namespace equistream

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 20;  // UUID, version, size
 // Appended one after the other; each with all that come after it.
-constexpr std::size_t halved_bytes = 1;
+constexpr std::size_t crf_bytes = 4;
+constexpr std::size_t halved_bytes = 1 + crf_bytes;
 constexpr std::size_t patches_bytes = 2 + 6 + 5 * 12 + 9 + halved_bytes;  // size; numbers, offsets, slots as below
 constexpr std::size_t depth_code_bytes = 23 + patches_bytes;
 constexpr std::size_t geometry_bytes = 17 + depth_code_bytes;  // its length and 16 digits
@@ -51,6 +52,7 @@ FrameInfo full_info() {
     info.geometry_fingerprint = "0123456789abcdef";
     info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u, true};
     info.patches = full_atlas();
+    info.crf = 27.25f;
     return info;
 }
 
@@ -135,7 +137,7 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
         if (size + geometry_bytes + header_bytes == payload.size() ||
             size + depth_code_bytes + header_bytes == payload.size() ||
             size + patches_bytes + header_bytes == payload.size() ||
-            size + halved_bytes + header_bytes == payload.size())
+            size + halved_bytes + header_bytes == payload.size() || size + crf_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
@@ -143,13 +145,14 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out : {halved_bytes, patches_bytes, depth_code_bytes, geometry_bytes}) {
+    for (const std::size_t left_out : {crf_bytes, halved_bytes, patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));
         const auto tagged = decode_frame_info(payload);
         ASSERT_TRUE(tagged);
-        if (expected.depth_code)
+        expected.crf.reset();
+        if (expected.depth_code && left_out >= halved_bytes)
             expected.depth_code->halved = false;
         if (left_out >= patches_bytes)
             expected.patches.reset();
@@ -185,15 +188,36 @@ TEST(FrameInfoPayload, HostileDepthCodesAreErrors) {
     refuses(11, 0.2815, "nearest depth outside");
     refuses(11, std::nextafter(0.2815, 1.0), "nearest depth outside");  // the same as a float
     refuses(11, 1e300, "nearest depth outside");
-    refuses(depth_code_bytes - 1, std::uint8_t{2}, "halved");
+    refuses(depth_code_bytes - halved_bytes, std::uint8_t{2}, "halved");
 }
 
 TEST(FrameInfoPayload, OnlyDepthIsHalved) {
     FrameInfo colour = full_info();
     colour.depth_code.reset();
     auto payload = encode_frame_info(TrackRole::main, colour);
-    payload.back() = 1;
+    payload[payload.size() - halved_bytes] = 1;
     EXPECT_THROW(decode_frame_info(payload), WorkError);
+}
+
+TEST(FrameInfoPayload, QualityIsACrfOrNotSaid) {
+    FrameInfo info = full_info();
+    for (const std::optional<float> crf : {std::optional<float>(), {0.0f}, {51.0f}}) {
+        info.crf = crf;
+        const auto tagged = decode_frame_info(encode_frame_info(TrackRole::main, info));
+        ASSERT_TRUE(tagged);
+        EXPECT_EQ(tagged->info.crf, crf);
+    }
+    for (const float crf : {-0.5f, -2.0f, std::nextafter(51.0f, 52.0f), std::numeric_limits<float>::infinity(),
+                            std::numeric_limits<float>::quiet_NaN()}) {
+        auto payload = full_payload();
+        overwrite(payload, payload.size() - crf_bytes, crf);
+        try {
+            decode_frame_info(payload);
+            ADD_FAILURE() << "accepted " << crf;
+        } catch (const WorkError& error) {
+            EXPECT_NE(std::string(error.what()).find("CRF of 0 to 51"), std::string::npos) << error.what();
+        }
+    }
 }
 
 TEST(FrameInfoPayload, AVersionToComeIsNamedAndIsNoDamage) {

@@ -105,9 +105,19 @@ TEST_F(Programs, EncodeMakesBothTracks) {
         ASSERT_TRUE(picture.info);
         const bool main = picture.role == TrackRole::main;
         const int width = main ? 192 : 96, height = main ? 96 : 64;
-        expect_same_info(*picture.info, info(width, height, picture.info->index, main ? Eye::centre : Eye::right));
+        FrameInfo expected = info(width, height, picture.info->index, main ? Eye::centre : Eye::right);
+        expected.crf = 20.0f;
+        expect_same_info(*picture.info, expected);
         EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(width, height, picture.info->index)), 33);
     }
+    StreamReader as_usual(path("b.mkv"));
+    for (const DecodedPicture& picture : synthetic::read_all(as_usual)) {
+        ASSERT_TRUE(picture.info);
+        EXPECT_EQ(picture.info->crf, picture.role == TrackRole::main ? 20.0f : 28.0f);
+    }
+    const auto described = nlohmann::json::parse(run("info '" + path("b.mkv") + "' --json").output);
+    EXPECT_EQ(described["tracks"][1]["first_frame"]["crf"], 28);
+    EXPECT_NE(run("info '" + path("b.mkv") + "'").output.find("at CRF 20"), std::string::npos);
 }
 
 TEST_F(Programs, HiddenLayersAreSentWithTheirDepthThatOfMainOnlyWhenAsked) {

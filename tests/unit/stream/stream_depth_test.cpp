@@ -120,7 +120,11 @@ TEST_P(DepthTracks, ComeBackBesideTheirColour) {
         const bool depth = picture->role == TrackRole::depth;
         EXPECT_EQ(picture->depth_m.empty(), !depth);
         EXPECT_EQ(picture->rgb.empty(), depth);
-        expect_same_info(*picture->info, info_of(index, depth ? std::optional(GetParam().code) : std::nullopt));
+        FrameInfo expected = info_of(index, depth ? std::optional(GetParam().code) : std::nullopt);
+        if (const auto crf = settings.tracks[depth ? 1 : 0].coded_crf(settings.crf))
+            expected.crf = float(*crf);
+        EXPECT_EQ(expected.crf.has_value(), !depth || GetParam().code != DepthCodeId::lossless);
+        expect_same_info(*picture->info, expected);
         if (!depth)
             continue;
         EXPECT_TRUE(GetParam().code != DepthCodeId::lossless ||

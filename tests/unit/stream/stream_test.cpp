@@ -48,8 +48,10 @@ TEST_P(EveryContainer, FrameInfoSurvivesAndPicturesAreClose) {
         ASSERT_EQ(track.role, picture.role);
         const std::int64_t index = made.first_index + next_index[picture.role]++;
         ASSERT_TRUE(picture.info);
-        expect_same_info(*picture.info, synthetic::info(track.width, track.height, index,
-                                                        picture.role == TrackRole::main ? Eye::centre : Eye::right));
+        FrameInfo expected = synthetic::info(track.width, track.height, index,
+                                             picture.role == TrackRole::main ? Eye::centre : Eye::right);
+        expected.crf = float(track.crf.value_or(made.settings.crf));
+        expect_same_info(*picture.info, expected);
         worst_psnr_db = std::min(worst_psnr_db,
                                  synthetic::psnr_db(picture.rgb, synthetic::picture(track.width, track.height, index)));
     }
