@@ -136,7 +136,7 @@ def rungs(result):
 
 def shift(found):
     def share(part, digits=3, within="within_budget"):
-        return cell(100 * part[within], digits) if part["pixels"] else "-"
+        return cell(100 * part[within], digits) if within in part else "-"
 
     def of(part, whole):
         return cell(100 * part["pixels"] / whole, 1) if whole else "-"
@@ -147,7 +147,7 @@ def shift(found):
             coloured, smooth, sampled = entry["coloured"], entry["smooth"], entry["sampled"]
             eyes = f"{run['n']['eyes']} of {run['size']}" + (", the client's model" if "model" in run else "")
             rows.append([scene, eyes, entry["engine"], of(coloured, entry["pixels"]), share(coloured, 2), of(smooth, coloured["pixels"]), share(smooth),
-                         share(entry["added"]), of(sampled, coloured["pixels"]), share(sampled), share(sampled, within="within_twice_budget"),
+                         share(entry.get("added", {})), of(sampled, coloured["pixels"]), share(sampled), share(sampled, within="within_twice_budget"),
                          cell(sampled["p999_px"], 3) if sampled["pixels"] else "-"])
     return table(["scene", "eyes", "engine", "coloured %", "within e, %", "of the coloured smooth %", "within e, %", "added within e, %",
                   "of the coloured sampled %", "within e, %", "within 2 e, %", "99.9 % of their shifts below px"], rows)
