@@ -48,20 +48,11 @@ constexpr auto names = [] {
 
 constexpr std::array<std::string_view, 2> small_names = {"small", "small-wide"};
 
-std::string accepted_names() {
-    std::string text = "none, or a list of ";
-    for (const std::string_view name : names) {
-        if (name != names.front())
-            text += name == names.back() ? " and " : ", ";
-        text += name;
-    }
-    return text;
-}
-
 std::unique_ptr<FillRung> make_rung(std::string_view name) {
     const auto found = std::ranges::find(makers, name, [](const auto& maker) { return maker.first; });
     if (found == makers.end())
-        throw InputError(expected_found("--fill", accepted_names(), "'" + std::string(name) + "'"));
+        throw InputError(expected_found("--fill", "none, or a list of " + in_a_sentence(names, " and "),
+                                        "'" + std::string(name) + "'"));
     return found->second();
 }
 

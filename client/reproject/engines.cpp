@@ -3,6 +3,7 @@
 #include "reference/reference.h"
 
 #include <equistream/bound.h>
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream_client/engine.h>
 
@@ -17,13 +18,6 @@ namespace {
 
 constexpr std::array<std::string_view, 7> names = {"sphere", "lean", "surface",   "splat",
                                                    "gather", "mesh", "mesh-plain"};
-
-std::string accepted_names() {
-    std::string text;
-    for (const std::string_view name : names)
-        text += (text.empty() ? "" : name == names.back() ? " or " : ", ") + std::string(name);
-    return text;
-}
 
 void copy(const SourceView& source, EyePicture& picture) {
     for (int y = 0; y < picture.rgba.height(); ++y)
@@ -102,7 +96,7 @@ std::span<const std::string_view> engine_names() {
 std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
     const auto found = std::ranges::find(names, name);
     if (found == names.end())
-        throw InputError(expected_found("--method", accepted_names(), "'" + std::string(name) + "'"));
+        throw InputError(expected_found("--method", in_a_sentence(names, " or "), "'" + std::string(name) + "'"));
     const bool surface = name == "surface";
     if (!surface && name != "sphere")
         return options.reference ? make_reference_found_engine(*found, options)

@@ -6,6 +6,7 @@
 #include "reference/mirrors.h"
 
 #include <equistream/bound.h>
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 
 #include <tbb/blocked_range.h>
@@ -79,16 +80,6 @@ SpecularCounts rework_all(const MirrorJob& job, const Lookup& lookup, bool refer
     return total;
 }
 
-std::string accepted_treatments() {
-    std::string text;
-    for (const std::string_view name : treatment_names) {
-        if (name != treatment_names.front())
-            text += name == treatment_names.back() ? " or " : ", ";
-        text += name;
-    }
-    return text;
-}
-
 }  // namespace
 
 std::span<const std::string_view> mirror_treatment_names() {
@@ -98,7 +89,8 @@ std::span<const std::string_view> mirror_treatment_names() {
 MirrorTreatment find_mirror_treatment(std::string_view name) {
     const auto found = std::ranges::find(treatment_names, name);
     if (found == treatment_names.end())
-        throw InputError(expected_found("--mirrors", accepted_treatments(), "'" + std::string(name) + "'"));
+        throw InputError(
+            expected_found("--mirrors", in_a_sentence(treatment_names, " or "), "'" + std::string(name) + "'"));
     return MirrorTreatment(found - treatment_names.begin());
 }
 

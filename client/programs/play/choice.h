@@ -58,7 +58,7 @@ using Measure = std::function<Trial(const Plan&)>;
 Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measure& measure);
 
 /// Tries plans of which some part was in no trial yet, so that what all plans take is known when one is chosen again
-/// while playing: at most one of each method and depth.
+/// while playing.
 void survey(const std::vector<Plan>& plans, const Measure& measure, Choice& choice);
 
 }  // namespace equistream::play

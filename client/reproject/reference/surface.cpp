@@ -1,3 +1,4 @@
+#include "../hiding_surface.h"
 #include "reference.h"
 
 #include <equistream/bound.h>
@@ -190,8 +191,8 @@ private:
         }
         const double here = glm::mix(glm::mix(w[1][1], w[1][2], a.x), glm::mix(w[2][1], w[2][2], a.x), a.y);
         const double may_be_off = sums.x * a.x * (1 - a.x) + sums.y * a.y * (1 - a.y);
-        return bend <= 8 * tolerance(eye) &&
-               here - w_of(distance_m, box_radius_m(eye)) > 2 * tolerance(eye) + may_be_off;
+        return bend <= most_bend * tolerance(eye) &&
+               here - w_of(distance_m, box_radius_m(eye)) > least_behind * tolerance(eye) + may_be_off;
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on

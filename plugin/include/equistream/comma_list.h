@@ -1,6 +1,8 @@
 #pragma once
-/// Lists as people type them: words between commas.
+/// Lists as people type and read them: words between commas.
 #include <algorithm>
+#include <iterator>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -22,6 +24,18 @@ inline std::vector<std::string_view> split_at_commas(std::string_view list) {
         begin = end + 1;
     }
     return words;
+}
+
+/// "a, b or c" of a, b and c; `last` stands before the last one: " or ".
+template <typename Words>
+std::string in_a_sentence(const Words& words, std::string_view last) {
+    std::string text;
+    for (std::size_t i = 0; i < std::size(words); ++i) {
+        if (i > 0)
+            text += i + 1 == std::size(words) ? last : ", ";
+        text += words[i];
+    }
+    return text;
 }
 
 }  // namespace equistream
