@@ -59,10 +59,12 @@ TrackRoles unneeded_roles(const Plan& plan) {
     TrackRoles unneeded;
     const auto leave_out = [&](TrackRole role, bool needed) { unneeded[std::size_t(role)] = !needed; };
     const auto fills = [&](std::string_view rung) { return std::ranges::count(rungs, rung) > 0; };
+    const auto looks_points_up = [](const auto& rung) { return rung->wants_depth(); };
     leave_out(TrackRole::small, std::ranges::any_of(small_rung_names(), fills));
     // All others are looked up by the eye's depth, mirrors too.
     leave_out(TrackRole::depth, with_depth && plan.depth != "ray");
-    leave_out(TrackRole::images, with_depth);
+    leave_out(TrackRole::images,
+              with_depth && (plan.mirrors || std::ranges::any_of(make_fill_ladder(plan.fill), looks_points_up)));
     leave_out(TrackRole::hidden, with_depth && fills("hidden"));
     leave_out(TrackRole::hidden_depth, with_depth && fills("hidden"));
     leave_out(TrackRole::patches, with_depth && fills("patches"));
@@ -131,6 +133,8 @@ std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     plans.push_back({"sphere", any_share[0], "none", alone});
     if (alone != "none")
         plans.push_back({"sphere", any_share[0], "none", "none"});
+    for (Plan& plan : plans)
+        plan.mirrors = inputs.mirrors;
     return plans;
 }
 

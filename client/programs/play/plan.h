@@ -16,6 +16,7 @@ struct Plan {
     double mesh_share = 0.25;   ///< as in EngineOptions; for mesh only
     std::string depth;          ///< ray, stream (what came with the frames) or none; exact only where no plan is chosen
     std::string fill;           ///< as in --fill
+    bool mirrors = true;        ///< Settings::asks_for_mirrors, the same for all plans of a run
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
 
     bool operator==(const Plan&) const = default;
@@ -28,6 +29,7 @@ struct PlanInputs {
     bool poses = true;                      ///< ordinary video has none
     std::string fill;                       ///< the whole ladder, as asked for
     std::vector<std::string> idle_rungs{};  ///< of it, those with nothing to fill from
+    bool mirrors = true;                    ///< as in Plan
 };
 
 /// Shares of the error budget for mesh cells that are worth telling apart, from the finest. Half the first is no more

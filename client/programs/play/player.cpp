@@ -79,7 +79,8 @@ Plan widest_plan(const Settings& settings) {
     const bool casts = settings.depth == "ray" || (settings.depth.empty() && !settings.scene.empty());
     return {.method = settings.method.empty() || by_budget ? "surface" : settings.method,
             .depth = casts && !by_budget ? "ray" : "stream",
-            .fill = settings.fill};
+            .fill = settings.fill,
+            .mirrors = settings.asks_for_mirrors()};
 }
 
 class Run {
@@ -105,7 +106,11 @@ public:
         if (settings.method == "auto")
             second_ = feed_->next();
         player_->settle(*first_, second_ ? &*second_ : nullptr, report_);
-        left_out_ = unneeded_roles({.method = report_.method, .depth = report_.depth, .fill = report_.fill}).to_ulong();
+        left_out_ = unneeded_roles({.method = report_.method,
+                                    .depth = report_.depth,
+                                    .fill = report_.fill,
+                                    .mirrors = settings.asks_for_mirrors()})
+                        .to_ulong();
         if (first_->posed)
             report_.source = first_->main.info;
         outputs_ = std::make_unique<Outputs>(settings);

@@ -42,6 +42,9 @@ struct Settings {
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
     std::filesystem::path out;
+
+    /// Whether eyes are reprojected or judged by where mirrors are. Rungs that look points up ask too.
+    bool asks_for_mirrors() const { return mirrors != MirrorTreatment::surface || reliability; }
 };
 
 inline constexpr cli::Size default_size{1280, 720};

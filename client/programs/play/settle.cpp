@@ -46,7 +46,8 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
                                                  .streamed_depth = exact_ != nullptr,
                                                  .poses = first.posed,
                                                  .fill = settings_.fill,
-                                                 .idle_rungs = idle_rungs(came)});
+                                                 .idle_rungs = idle_rungs(came),
+                                                 .mirrors = settings_.asks_for_mirrors()});
     report.choice = choose_plan(plans, settings_.budget_ms, try_plan);
     report.choice->frame = timed.main.info.index;
     const Plan plan = report.choice->plan();

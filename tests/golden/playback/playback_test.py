@@ -247,9 +247,9 @@ class Playback(unittest.TestCase):
 
     # -- what is decoded
 
-    def tracks(self, source, *options):
+    def tracks(self, source, *options, out="eyes"):
         """Those of which pictures were given."""
-        found = self.play(source, *options)["bytes"]["input"]
+        found = self.play(source, *options, out=out)["bytes"]["input"]
         return {name for name, track in found.items() if track["pictures"] > 0}
 
     def test_only_what_is_used_is_decoded(self):
@@ -267,9 +267,21 @@ class Playback(unittest.TestCase):
                               (["--fill", "hidden,pushpull"], with_depth | hidden),
                               (["--fill", "patches,small"], with_depth | patches | {"small"}),
                               (["--scene", self.scene, "--fill", "earlier,pushpull"], with_depth - {"depth"}),
-                              (["--method", "auto", "--budget-ms", 1e6, "--fill", "hidden,pushpull"], with_depth | hidden)):
+                              (["--method", "auto", "--budget-ms", 1e6, "--fill", "hidden,pushpull"], with_depth | hidden),
+                              (["--mirrors", "gaps", "--fill", "pushpull"], with_depth),
+                              (["--mirrors", "surface", "--fill", "pushpull"], with_depth - {"images"}),
+                              (["--mirrors", "surface", "--fill", "hidden,pushpull"], with_depth | hidden),
+                              (["--mirrors", "surface", "--scene", self.scene, "--fill", "earlier,pushpull"], with_depth - {"depth"}),
+                              (["--mirrors", "surface", "--method", "auto", "--budget-ms", 1e6, "--fill", "pushpull"], with_depth - {"images"})):
             with self.subTest(options=options):
                 self.assertEqual(self.tracks(stream, *options), used)
+        # How far pixels can be trusted depends on mirrors, the pictures do not: they are the same without the track.
+        on_surface = ["--mirrors", "surface", "--fill", "pushpull"]
+        self.assertEqual(self.tracks(stream, *on_surface, "--reliability", out="judged"), with_depth)
+        self.assertEqual(self.tracks(stream, *on_surface, out="unjudged"), with_depth - {"images"})
+        for eye in ("left", "right"):
+            for name in ("frame.0000.png", "frame.0001.png"):
+                self.assertEqual((self.out / "judged" / eye / name).read_bytes(), (self.out / "unjudged" / eye / name).read_bytes())
         self.assertEqual(self.tracks(everything, "--method", "sphere", "--fill", "none"), {"centre"})
         self.assertEqual(self.tracks(everything, "--fill", "hidden"), {"centre", "hidden"})
 

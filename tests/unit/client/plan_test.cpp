@@ -83,6 +83,21 @@ TEST(Plans, AreBarredOnlyByTracksThatCame) {
         EXPECT_FALSE(plan.fill.starts_with("hidden") && plan.depth != "none") << plan.words();
 }
 
+TEST(Plans, NeedToKnowOfMirrorsOnlyWhereSomethingAsksForThem) {
+    const auto needs_images = [](const Plan& plan) { return !unneeded_roles(plan)[std::size_t(TrackRole::images)]; };
+    for (const char* by_points : {"hidden", "patches", "earlier", "small", "small-wide,pushpull"})
+        EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = by_points, .mirrors = false}));
+    for (const char* otherwise : {"none", "pushpull", "geometry,spread"}) {
+        EXPECT_FALSE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise, .mirrors = false}));
+        EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise}));
+    }
+    EXPECT_FALSE(needs_images({.method = "lean", .depth = "none", .fill = "small"})) << "nothing has depth";
+    for (const bool mirrors : {false, true})
+        for (const Plan& plan :
+             plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "pushpull", .mirrors = mirrors}))
+            EXPECT_EQ(needs_images(plan), mirrors && plan.depth != "none") << plan.words();
+}
+
 /// Balls before a wall, textured, from a sphere whose streamed depth has 8 bits of w; behind the balls the hidden
 /// layer, and frames before from where the head came from.
 class Accuracy {
