@@ -70,7 +70,7 @@ def _look_at(origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 1, 0)) ->
     eye, aim, top = (np.asarray(v, dtype=np.float64).reshape(3) for v in (origin, target, up))
     back = eye - aim
     right = np.cross(top, back)
-    if not np.linalg.norm(right) > 1e-12 * max(np.linalg.norm(top) * np.linalg.norm(back), 1e-300):
+    if not np.linalg.norm(right) > 1e-12 * max(float(np.linalg.norm(top) * np.linalg.norm(back)), 1e-300):
         raise InputError("Pose.look_at: expected a target away from the origin and up not along the view, found neither")
     back, right = back / np.linalg.norm(back), right / np.linalg.norm(right)
     matrix = np.eye(4)

@@ -22,11 +22,13 @@ class DisplayTransform:
 
     def to_display(self, linear: ArrayLike, exposure: float = 1.0) -> NDArray[np.float32]:
         """Linear Rec.709 radiance (3 or 4 channels) times exposure -> display sRGB in [0, 1], 3 channels."""
-        return self._core.to_display(_picture(linear, "to_display", alpha=True), _exposure(exposure))
+        display: Any = self._core.to_display(_picture(linear, "to_display", alpha=True), _exposure(exposure))
+        return display
 
     def to_linear(self, display: ArrayLike, exposure: float = 1.0) -> NDArray[np.float32]:
         """The inverse, for display values in [0, 1]."""
-        return self._core.to_linear(_picture(display, "to_linear", alpha=False), _exposure(exposure))
+        linear: Any = self._core.to_linear(_picture(display, "to_linear", alpha=False), _exposure(exposure))
+        return linear
 
     def __repr__(self) -> str:
         return f"DisplayTransform('{self.view}')"
@@ -58,7 +60,8 @@ def quantise_8bit(display: ArrayLike) -> NDArray[np.uint8]:
     """floor(255 x + 1/2), clamped; NaN is 0."""
     array = as_array(display, "quantise_8bit")
     channels = array.shape[2] if array.ndim == 3 else 1
-    return _core.quantise_8bit(as_plane(array, "quantise_8bit", np.float32, channels))
+    quantised: Any = _core.quantise_8bit(as_plane(array, "quantise_8bit", np.float32, channels))
+    return quantised
 
 
 def false_colour(depth_m: ArrayLike) -> NDArray[np.uint8]:

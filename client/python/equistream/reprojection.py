@@ -107,8 +107,8 @@ def _colours(rgb: Any, yuv: Any, where: str, size: tuple[int, int]) -> _core.Col
 def _view(picture: Any, where: str) -> _View:
     yuv = getattr(picture, "yuv", None)
     if isinstance(picture, Frame):
-        info = picture.info
-        rgb: Any = to_display(picture["colour"], info.exposure) if "colour" in picture else None
+        info: Optional[FrameInfo] = picture.info
+        rgb: Any = to_display(picture["colour"], picture.info.exposure) if "colour" in picture else None
         depth: Any = picture.planes.get("depth")
         specular: Any = picture.planes.get("specular")
         virtual_depth: Any = picture.planes.get("virtual_depth")

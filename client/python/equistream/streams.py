@@ -64,7 +64,7 @@ class Stream:
         return self
 
     def __next__(self) -> Picture:
-        found = self._core.next()
+        found: Any = self._core.next()
         if found is None:
             raise StopIteration
         return Picture(**found)
@@ -143,7 +143,7 @@ class Feed:
         return self
 
     def __next__(self) -> FeedFrame:
-        found = self._core.next()
+        found: Any = self._core.next()
         if found is None:
             raise StopIteration
         others = {name: None if found[name] is None else FeedPicture(**found[name]) for name in ("small", "hidden", "patches")}

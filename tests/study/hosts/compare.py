@@ -55,7 +55,7 @@ def save_pictures(out, name, a, b, exposure):
 def save_failures(out, name, t):
     picture = np.clip(np.abs(t).max(-1) / 10, 0, 1)
     image = Image.fromarray((255 * picture).astype(np.uint8))
-    image.resize((image.width * agreement.BLOCK, image.height * agreement.BLOCK), Image.NEAREST).save(out / f"{name}-z.png")
+    image.resize((image.width * agreement.BLOCK, image.height * agreement.BLOCK), Image.Resampling.NEAREST).save(out / f"{name}-z.png")
 
 
 def meets(result, what):

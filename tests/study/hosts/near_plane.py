@@ -60,9 +60,9 @@ def true_depth():
         half_b = direction @ offset
         discriminant = half_b ** 2 - (offset @ offset - radius ** 2)
         found.append(np.where(discriminant > 0, -half_b - np.sqrt(np.maximum(discriminant, 0)), np.inf))
-    found = np.stack(found)
-    nearest = found.min(axis=0)
-    return nearest, np.where(np.isfinite(nearest), found.argmin(axis=0), -1)
+    distances_m = np.stack(found)
+    nearest = distances_m.min(axis=0)
+    return nearest, np.where(np.isfinite(nearest), distances_m.argmin(axis=0), -1)
 
 
 def edges(surface):
