@@ -165,13 +165,40 @@ HWY_INLINE void fill_row(const std::uint8_t* columns, int width, std::uint8_t* o
     }
 }
 
+/// loss_at, as a sum of lines each of which rises over one stretch of texture only.
+class LossLines {
+public:
+    explicit LossLines(const CodingLoss& loss) : first_(equistream::loss_at(loss, textures.front())) {
+        for (std::size_t i = 0; i < slopes_.size(); ++i) {
+            const float rise = equistream::loss_at(loss, textures[i + 1]) - equistream::loss_at(loss, textures[i]);
+            slopes_[i] = rise / (textures[i + 1] - textures[i]);
+        }
+        any_ = loss != CodingLoss{};
+    }
+    bool any() const { return any_; }
+    HWY_INLINE Floats at(Floats texture) const {
+        Floats loss = all(first_);
+        for (std::size_t i = 0; i < slopes_.size(); ++i) {
+            const Floats along = hn::Max(texture - all(textures[i]), all(0.0f));
+            loss = hn::MulAdd(all(slopes_[i]), hn::Min(along, all(textures[i + 1] - textures[i])), loss);
+        }
+        return loss;
+    }
+
+private:
+    static constexpr auto& textures = CodingLoss::textures;
+    float first_;
+    std::array<float, textures.size() - 1> slopes_;
+    bool any_;
+};
+
 /// The loop over a band's rows, with what it keeps from one to the next.
 class Judge {
 public:
     Judge(const MapJob& job, int first, int last)
         : job_(job), width_(job.picture.origin.width()), height_(job.picture.origin.height()), first_(first),
           planar_(width_, last - first + 2 * planar_reach), closeness_rows_(width_, last - first),
-          texture_rows_(job, first), texture_(width_, 1), bytes_(width_, 3) {
+          texture_rows_(job, first), texture_(width_, 1), bytes_(width_, 3), loss_(job.numbers.coding_loss) {
         if (job.filled.data == nullptr)
             std::fill_n(bytes_.row(1), width_, std::uint8_t{0});
         if (job.numbers.has_depth())
@@ -280,7 +307,7 @@ private:
         of(risks, Risk::detail) = detail;
         const Floats texture = log_of(half * hn::LoadU(float_tag, texture_.row(0) + x));
         of(risks, Risk::texture) = texture;
-        of(risks, Risk::coding) = all(n.log_coding_step) * texture;
+        of(risks, Risk::coding) = loss_.any() ? log_of(all(twentieths) * loss_.at(texture)) : all(0.0f);
         Floats parallax_px = all(0.0f);
         Ints mirrored = all(0);
         if (n.has_depth())
@@ -359,6 +386,7 @@ private:
     Shares shares_;
     RowsAround<float> texture_;
     RowsAround<std::uint8_t> bytes_;
+    LossLines loss_;
     bool parallax_counts_ = counts(Risk::parallax);
     std::array<std::int32_t, pixel_origin_count + 1> group_of_origin_ = groups_of_origins();
 };

@@ -25,8 +25,6 @@ namespace {
 
 constexpr float most_radii_outside = 2;
 constexpr int longest_step = 8;
-/// Steps to either side that texture is a mean over.
-constexpr int texture_steps = 4;
 
 /// log2 within 0.01 for x > 0, rising wherever x does: a straight line from power to power would err by 0.09, its
 /// quadratic correction leaves a tenth of that.
@@ -52,11 +50,6 @@ double density_per_rad(const Camera& camera) {
     if (const auto* sphere = std::get_if<EquirectCamera>(&camera))
         return sphere->height / sphere->range.latitude_span();
     return std::get<PerspectiveCamera>(camera).focal_px();
-}
-
-/// Of H.264 and H.265: 1 at a quantiser of 4, doubled every 6.
-double quantiser_step(double crf) {
-    return std::exp2((crf - 4) / 6);
 }
 
 ImageView<const float> depth_of(const EyeView& eye, const EyePicture& picture) {
@@ -128,8 +121,7 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const Eye
         known = KnownDepth::none;
     else if (depth_error_px > default_budget_share * error_budget_rad(focal) * focal)
         known = KnownDepth::coarse;
-    if (options.coded_crf)
-        log_coding_step = float(std::log2(1 + quantiser_step(*options.coded_crf)));
+    coding_loss = options.coding_loss.value_or(CodingLoss{});
     mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth() && moved;
 }
 
@@ -277,7 +269,7 @@ void RiskPicture::row(int y, RiskRow& out) const {
         out.of(Risk::outside)[x] = s.numbers.outside;
         out.of(Risk::fill_depth)[x] = log_of(float(filled[x]));
         out.of(Risk::brightness)[x] = float(std::max({rgba[4 * x], rgba[4 * x + 1], rgba[4 * x + 2]})) * (1 / 255.0f);
-        out.of(Risk::coding)[x] = s.numbers.log_coding_step * out.of(Risk::texture)[x];
+        out.of(Risk::coding)[x] = log_of(twentieths * loss_at(s.numbers.coding_loss, out.of(Risk::texture)[x]));
     }
 }
 

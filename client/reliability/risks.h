@@ -11,6 +11,7 @@
 namespace equistream {
 
 inline constexpr float most_halvings = 4;
+inline constexpr float twentieths = 20;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
 inline constexpr float largest_inverse_m = 1e4f;
 inline constexpr float least_cosine2 = 1e-6f, least_facing = 1e-3f, least_distance2 = 1e-6f;
@@ -28,7 +29,7 @@ struct RiskNumbers {
     float density = 1;                    ///< source pixels per radian over the eye's at its middle
     float outside = 0;                    ///< radii beyond the head box
     float depth_error_px = 0;             ///< by which the depth's tolerance displaces a pixel
-    float log_coding_step = 0;            ///< log of the quantiser's step in 1/255; 0 where nothing was coded
+    CodingLoss coding_loss;               ///< zeros where nothing was coded
     int step = 1;                         ///< a source pixel, in pixels of the eye
     int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
     float least_step_inverse_m = 0;       ///< of inverse planar depth, at a silhouette

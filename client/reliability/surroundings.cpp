@@ -1,5 +1,7 @@
 #include "surroundings.h"
 
+#include <equistream/coding_loss.h>
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -147,12 +149,10 @@ struct Neighbours {
     const std::uint8_t *here, *before, *after;
 };
 
-void widen(const Neighbours& n, std::size_t count, std::uint8_t* contrast, std::uint8_t* detail) {
-    const auto difference = [](std::uint8_t a, std::uint8_t b) { return std::uint8_t(a > b ? a - b : b - a); };
+void widen(const Neighbours& n, std::size_t count, std::uint8_t* detail) {
     for (std::size_t i = 0; i < count; ++i) {
-        const std::uint8_t h = n.here[i], a = n.before[i], b = n.after[i];
-        contrast[i] = std::max({contrast[i], difference(h, a), difference(h, b)});
-        detail[i] = std::max(detail[i], difference(h, std::uint8_t((a + b + 1) / 2)));
+        const int bend = n.here[i] - (n.before[i] + n.after[i] + 1) / 2;
+        detail[i] = std::max(detail[i], std::uint8_t(std::abs(bend)));
     }
 }
 
@@ -167,21 +167,17 @@ void worst_channel(const std::vector<std::uint8_t>& rgba, int width, std::uint8_
 Differences differences(const ByteImage& rgba, int step) {
     const int width = rgba.width(), height = rgba.height();
     const std::size_t channels = 4 * std::size_t(width), reach = 4 * std::size_t(step);
-    Differences found{ByteImage(width, height, 1), ByteImage(width, height, 1)};
+    Differences found{contrast_of(rgba.view(), step), ByteImage(width, height, 1)};
     ByteImage along(width, height, 1);
     tbb::parallel_for(tbb::blocked_range<int>(0, height, 32), [&](const tbb::blocked_range<int>& rows) {
-        std::vector<std::uint8_t> steepest(channels), finest(channels), bend(std::size_t(width), 0);
+        std::vector<std::uint8_t> finest(channels), bend(std::size_t(width), 0);
         for (int y = rows.begin(); y < rows.end(); ++y) {
             const std::uint8_t* here = rgba.pixel(0, y);
-            std::ranges::fill(steepest, std::uint8_t{0});
             std::ranges::fill(finest, std::uint8_t{0});
             if (y >= step && y + step < height)
-                widen({here, rgba.pixel(0, y - step), rgba.pixel(0, y + step)}, channels, steepest.data(),
-                      finest.data());
+                widen({here, rgba.pixel(0, y - step), rgba.pixel(0, y + step)}, channels, finest.data());
             if (channels > 2 * reach)
-                widen({here + reach, here, here + 2 * reach}, channels - 2 * reach, steepest.data() + reach,
-                      finest.data() + reach);
-            worst_channel(steepest, width, found.contrast.pixel(0, y));
+                widen({here + reach, here, here + 2 * reach}, channels - 2 * reach, finest.data() + reach);
             worst_channel(finest, width, bend.data());
             std::uint8_t* out = along.pixel(0, y);
             std::ranges::copy(bend, out);
@@ -202,33 +198,6 @@ Differences differences(const ByteImage& rgba, int step) {
         }
     });
     return found;
-}
-
-FloatImage mean_around(const ByteImage& image, int reach) {
-    const int width = image.width(), height = image.height();
-    // Sums of all that lies above and to the left: 8 K by 8 K of the largest samples stay far below 2^64.
-    const std::size_t stride = std::size_t(width) + 1;
-    std::vector<std::uint64_t> sums(stride * (std::size_t(height) + 1), 0);
-    for (int y = 0; y < height; ++y) {
-        std::uint64_t along = 0;
-        for (int x = 0; x < width; ++x) {
-            along += image.pixel(x, y)[0];
-            const std::size_t at = std::size_t(y + 1) * stride + std::size_t(x) + 1;
-            sums[at] = sums[at - stride] + along;
-        }
-    }
-    FloatImage means(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const std::size_t left = std::size_t(std::max(0, x - reach)),
-                              right = std::size_t(std::min(width, x + reach + 1));
-            const std::size_t top = std::size_t(std::max(0, y - reach)),
-                              bottom = std::size_t(std::min(height, y + reach + 1));
-            const std::uint64_t sum = sums[bottom * stride + right] + sums[top * stride + left] -
-                                      sums[top * stride + right] - sums[bottom * stride + left];
-            means.pixel(x, y)[0] = float(sum) / float((right - left) * (bottom - top));
-        }
-    return means;
 }
 
 }  // namespace equistream

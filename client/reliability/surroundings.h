@@ -14,14 +14,11 @@ ByteImage fill_depth(const ByteImage& origin);
 
 /// Differences of a picture's pixels, in the worst channel, in 1/255.
 struct Differences {
-    ByteImage contrast;  ///< the largest to the pixels `step` left, right, above and below
+    ByteImage contrast;  ///< contrast_of (coding_loss.h)
     /// The largest to the mean of two of them that face each other: of the pixel and of the eight around it at that
     /// step. (In the middle of an edge that a coarse source has spread the pixel is that mean; beside it it is not.)
     ByteImage detail;
 };
 Differences differences(const ByteImage& rgba, int step);
-
-/// Mean over the square that reaches so many pixels to either side, what of it lies in the picture.
-FloatImage mean_around(const ByteImage& image, int reach);
 
 }  // namespace equistream

@@ -199,6 +199,21 @@ std::optional<float> get_crf(Reader& in) {
     return crf;
 }
 
+/// A byte that says whether it was measured, then the losses.
+void put_coding_loss(Writer& out, const std::optional<CodingLoss>& loss) {
+    out.put(static_cast<std::uint8_t>(loss.has_value()));
+    if (loss)
+        out.append(loss->share_255);
+}
+
+std::optional<CodingLoss> get_coding_loss(Reader& in) {
+    if (!in.get_flag("whether the coding loss was measured"))
+        return std::nullopt;
+    CodingLoss loss;
+    std::ranges::copy(in.take(loss.share_255.size()), loss.share_255.begin());
+    return loss;
+}
+
 std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
     const auto bytes = in.take(in.get<std::uint16_t>());
     if (bytes.empty())
@@ -250,6 +265,8 @@ TaggedFrameInfo read_fields(Reader& in) {
     }
     if (!in.at_end())
         info.crf = get_crf(in);
+    if (!in.at_end())
+        info.coding_loss = get_coding_loss(in);
     return tagged;
 }
 
@@ -317,6 +334,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.append(patches);
     fields.put(static_cast<std::uint8_t>(info.depth_code && info.depth_code->halved));
     fields.put(info.crf.value_or(no_crf));
+    put_coding_loss(fields, info.coding_loss);
 
     Writer payload;
     payload.append(payload_uuid);

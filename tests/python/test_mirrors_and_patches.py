@@ -293,10 +293,50 @@ def test_reliability_knows_how_coarsely_colours_were_coded(frames, run, tmp_path
     frame = next(feed)
     pose = es.Pose((0.1, 0, 0))
     told = engine(frame, CAMERA, pose, reliability=True, risks=True)
+    measured, frame.main.info.coding_loss = frame.main.info.coding_loss, None
+    usual = engine(frame, CAMERA, pose, risks=True)
     frame.main.info.crf = None
     untold = engine(frame, CAMERA, pose, reliability=True, risks=True)
     coding = es.RISKS.index("coding")
-    assert told.risks[:, :, coding].any() and not untold.risks[:, :, coding].any()
+    assert told.risks[:, :, coding].any() and usual.risks[:, :, coding].any() and not untold.risks[:, :, coding].any()
     assert told.reliability.mean() < untold.reliability.mean()
     with pytest.raises(es.InputError):
         frame.main.info.crf = 52
+    with pytest.raises(es.InputError):
+        frame.main.info.coding_loss = [1.5, *measured[1:]]
+
+
+def test_a_stream_says_what_coding_took(frames, run, tmp_path):
+    """What the encoder measured is what a decoder that has the frames finds: how many pixels are visibly off, by texture."""
+    stream = tmp_path / "coarse.mkv"
+    run("encode", frames, "--fill", "none", "--mirrors", "none", "--depth", "none", "--crf", 30, "--out", stream)
+    lost, pixels = np.zeros((2, len(es.CODING_TEXTURES)))
+    decoded = list(es.open_feed(stream))
+    for frame, picture in zip(es.Sequence(frames / "centre"), (each.main for each in decoded), strict=True):
+        before = es.quantise_8bit(es.to_display(frame["colour"][:, :, :3], frame.info.exposure)).astype(int)
+        off = np.abs(before - picture.rgb).max(axis=2) > es.RELIABILITY_TOLERANCE
+        share = hats(texture(picture.rgb))
+        lost += (share * off[:, :, None]).sum(axis=(0, 1))
+        pixels += share.sum(axis=(0, 1))
+    seen = pixels > 100
+    assert seen.sum() >= 4 and (lost / pixels.clip(1))[seen].max() > 0.1
+    for each in decoded:
+        assert np.abs(np.array(each.main.info.coding_loss) - lost / pixels.clip(1))[seen].max() < 0.01
+
+
+def texture(rgb):
+    """Contrast to the four neighbours, where an axis has both of them; averaged over 9x9 pixels of what lies in the picture."""
+    rgb = rgb.astype(int)
+    contrast = np.zeros(rgb.shape[:2], int)
+    for turned, seen in ((rgb, contrast), (rgb.swapaxes(0, 1), contrast.T)):
+        step = np.abs(np.diff(turned, axis=0)).max(axis=2)
+        seen[1:-1] = np.maximum(seen[1:-1], np.maximum(step[:-1], step[1:]))
+    ones = np.ones_like(contrast)
+    sums = [sum(np.pad(plane, 4)[y:y + plane.shape[0], x:x + plane.shape[1]] for y in range(9) for x in range(9)) for plane in (contrast, ones)]
+    return np.log2(1 + 0.5 * sums[0] / sums[1])
+
+
+def hats(values):
+    """Shares of each value in what lies around it of CODING_TEXTURES."""
+    knots = np.array(es.CODING_TEXTURES)
+    return np.stack([np.interp(values, knots, one) for one in np.eye(len(knots))], axis=-1)

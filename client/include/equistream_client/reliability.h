@@ -7,6 +7,7 @@
 /// either, lowers the logit of the probability; a table that falls with the sum then makes it the share that was
 /// measured. So more of any risk never makes a pixel more trustworthy. Weights and table depend on who gave the pixel
 /// its colour. All functions are pure and use all cores.
+#include <equistream/coding_loss.h>
 #include <equistream_client/view.h>
 
 #include <array>
@@ -15,9 +16,8 @@
 
 namespace equistream {
 
-/// Of 255, in the worst channel of a display-referred picture: 4 %, some three times what is just noticeable between
-/// flat patches side by side, and about what H.264 at CRF 24 does to texture.
-inline constexpr int reliability_tolerance = 10;
+/// Of 255, in the worst channel of a display-referred picture.
+inline constexpr int reliability_tolerance = visible_loss_255;
 
 /// Risks, in the order of reliability_risks' channels. log is log2(1 + x).
 enum class Risk {
@@ -39,7 +39,8 @@ enum class Risk {
     outside,       ///< how far the eye is out of the head box, in radii, at most two
     fill_depth,    ///< log of the distance into a filled region, in pixels
     brightness,    ///< of the brightest channel, 0 to 1: errors in the dark are small
-    coding,        ///< of decoded colours: log of the quantiser's step in 1/255, times texture; else 0
+    coding,  ///< of decoded colours: log of the share of pixels that coding put visibly off where there is as much
+             ///< texture, in twentieths
 };
 inline constexpr int risk_count = 16;
 inline constexpr std::array<std::string_view, risk_count> risk_names = {
@@ -63,9 +64,9 @@ inline constexpr std::array<std::string_view, risk_group_count> risk_group_names
 struct ReliabilityOptions {
     /// By how much w = B / (r - B) of the depth that was used may be off (bound.h): half a step of a depth code.
     double depth_tolerance_w = 0;
-    /// CRF of H.264's scale, 0 to 51, that the source's colours were coded at (FrameInfo::crf of the main track);
-    /// nothing: they went through no codec. Stands for what gaps are filled from too.
-    std::optional<double> coded_crf{};
+    /// What a codec took from the source's colours (coding_loss_of the main track's frame data); nothing: they went
+    /// through none. Stands for what gaps are filled from too.
+    std::optional<CodingLoss> coding_loss{};
     /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
     bool specular_reworked = false;
     /// The slow, plain implementation, which tests compare the fast one with.

@@ -299,7 +299,7 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
          {std::pair{&played.left, &played.figures.left}, {&played.right, &played.figures.right}}) {
         estimate_reliability(source, eye->view(), eye->picture,
                              {.depth_tolerance_w = takes_planes() ? depth_tolerance_w(frame.main.info.depth_code) : 0,
-                              .coded_crf = frame.main.info.crf,
+                              .coding_loss = coding_loss_of(frame.main.info),
                               .specular_reworked = settings_.mirrors != MirrorTreatment::surface});
         const auto samples = eye->picture.reliability.samples();
         figures->reliability = std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));

@@ -192,7 +192,7 @@ class Reprojector:
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
         `reliability` and `risks` estimate how far each pixel can be trusted; `depth_tolerance_w` is what depth may be off by, in w;
-        unless given, the source's own if its own depth is used, else 0. How coarsely colours were coded `source.info.crf` says.
+        unless given, the source's own if its own depth is used, else 0. What a codec took from the colours `source.info` says: `coding_loss`, or what is usual at its `crf`.
         """
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
@@ -232,7 +232,7 @@ class Reprojector:
             [_view(picture, "earlier").core(True) for picture in earlier])
         if depth_tolerance_w is None:
             depth_tolerance_w = main.info.depth_tolerance_w if depth is None else 0.0
-        assess = _core.Assess(reliability, risks, depth_tolerance_w, main.info.crf)
+        assess = _core.Assess(reliability, risks, depth_tolerance_w, main.info)
         found = self._core.reproject(main.core(by_depth), fill_from, camera, pose, eye_depth, assess)
         return EyePicture(found["rgba"], found["origin"], found["origin_before_fill"] == 0, found["filled"], found["mirrors"], camera, pose,
                           found["depth_m"] if eye_depth is None else eye_depth[:, :, 0], found["reliability"] if reliability else None,

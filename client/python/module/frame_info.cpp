@@ -7,10 +7,13 @@
 #include <equistream/formatted.h>
 #include <equistream/frame.h>
 
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -47,6 +50,24 @@ void set_word(Enum& field, const char* name, const std::string& value, const cha
         accepted += (i == 0 ? "" : i + 1 == N ? " or " : ", ") + std::string(names[i]);
     }
     throw InputError(expected_found(std::string("FrameInfo: ") + name, accepted, "'" + value + "'"));
+}
+
+using ShareByTexture = std::array<double, CodingLoss::textures.size()>;
+
+ShareByTexture shares_of(const CodingLoss& loss) {
+    ShareByTexture shares;
+    std::ranges::transform(CodingLoss::textures, shares.begin(), [&](float t) { return double(loss_at(loss, t)); });
+    return shares;
+}
+
+CodingLoss coding_loss(const ShareByTexture& shares) {
+    CodingLoss loss;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        double checked = 0;
+        set_number(checked, "coding_loss", shares[i], {0, 1});
+        loss.share_255[i] = std::uint8_t(std::lround(255 * checked));
+    }
+    return loss;
 }
 
 std::string repr(const FrameInfo& info) {
@@ -147,10 +168,20 @@ void bind_frame_info(nb::module_& m) {
             nb::for_setter(nb::arg("value").none()),
             "Quality that the picture's track of a stream was coded at, 0 (best) to 51; None: not coded, without loss, "
             "or not said.")
+        .def_prop_rw(
+            "coding_loss",
+            [](const FrameInfo& i) { return i.coding_loss ? std::optional(shares_of(*i.coding_loss)) : std::nullopt; },
+            [](FrameInfo& i, const std::optional<ShareByTexture>& v) {
+                i.coding_loss = v ? std::optional(coding_loss(*v)) : std::nullopt;
+            },
+            nb::for_setter(nb::arg("value").none()),
+            "What that took from the colours as the encoder measured it: shares of pixels that are off by more than "
+            "RELIABILITY_TOLERANCE, where the decoded picture's texture is CODING_TEXTURES; None: nobody said.")
         .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
                 "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
                 "else None.")
         .def("__repr__", &repr);
+    m.attr("CODING_TEXTURES") = nb::cast(CodingLoss::textures);
     m.def(
         "eye_pose",
         [](const Camera& camera, const Pose& head, const std::string& eye, double ipd_m, const std::string& lock) {

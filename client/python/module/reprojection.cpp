@@ -116,11 +116,11 @@ private:
     std::vector<SourceView> earlier_;
 };
 
-/// What is wanted besides colours; by how much w of the depth may be off, and how coarsely colours were coded.
+/// What is wanted besides colours; by how much w of the depth may be off, and what a codec took from the colours.
 struct Assess {
     bool reliability = false, risks = false;
     double depth_tolerance_w = 0;
-    std::optional<double> coded_crf{};
+    std::optional<CodingLoss> coding_loss{};
 };
 
 class Reprojector {
@@ -158,7 +158,7 @@ public:
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
-                                             .coded_crf = assess.coded_crf,
+                                             .coding_loss = assess.coding_loss,
                                              .specular_reworked = mirrors_ != MirrorTreatment::surface};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
@@ -262,8 +262,12 @@ void bind_reprojection(nb::module_& m) {
             },
             nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
     nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
-        .def(nb::init<bool, bool, double, std::optional<double>>(), nb::arg("reliability") = false,
-             nb::arg("risks") = false, nb::arg("depth_tolerance_w") = 0.0, nb::arg("coded_crf") = nb::none());
+        .def(
+            "__init__",
+            [](Assess* self, bool reliability, bool risks, double depth_tolerance_w, const FrameInfo& info) {
+                new (self) Assess{reliability, risks, depth_tolerance_w, coding_loss_of(info)};
+            },
+            nb::arg("reliability"), nb::arg("risks"), nb::arg("depth_tolerance_w"), nb::arg("info"));
     nb::class_<DepthNeeds>(m, "DepthNeeds", "Whose depth a reprojection cannot do without.")
         .def_ro("source", &DepthNeeds::source)
         .def_ro("eye", &DepthNeeds::eye)
@@ -278,7 +282,7 @@ void bind_reprojection(nb::module_& m) {
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),
-             nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("assess") = Assess{});
+             nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("assess"));
 }
 
 }  // namespace equistream::python

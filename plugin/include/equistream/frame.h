@@ -1,6 +1,7 @@
 #pragma once
 /// A frame: one camera pose plus planes. This is what travels from a host to files, streams and the client.
 #include <equistream/camera.h>
+#include <equistream/coding_loss.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/image.h>
 #include <equistream/patches.h>
@@ -41,7 +42,16 @@ struct FrameInfo {
     /// Quality that the picture's track was coded at, 0 (best) to worst_crf; nothing: not coded, without loss, or not
     /// said. Not written to EXR files.
     std::optional<float> crf;
+    /// What that took from the track's colours, where the encoder measured it. Not written to EXR files.
+    std::optional<CodingLoss> coding_loss;
 };
+
+/// As measured, else as usual at its CRF; nothing where that is not said.
+inline std::optional<CodingLoss> coding_loss_of(const FrameInfo& info) {
+    if (!info.coding_loss && info.crf)
+        return usual_coding_loss(double(*info.crf));
+    return info.coding_loss;
+}
 
 /// Size of a frame's picture: the camera's, or the atlas's.
 inline int picture_width(const FrameInfo& info) {

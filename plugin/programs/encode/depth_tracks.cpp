@@ -95,8 +95,8 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
 }
 
 /// The track of main's mirrors and glass, where main has some.
-std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources& sources,
-                                      const StreamSettings& settings) {
+std::optional<DepthTrack> plan_images(const DepthRequest& request, const Beside& beside) {
+    const Sources& sources = beside.sources;
     const SourceTrack& main = sources.tracks.front();
     const Frame first = read_exr(main.folder / frame_file_name(sources.frames.front()));  // whatever it has
     const std::vector<std::string> planes = planes_of(TrackRole::images);
@@ -104,7 +104,7 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources
     if (!std::ranges::all_of(planes, [&](const std::string& plane) { return first.planes.contains(plane); }) ||
         !(track.box_radius_m > 0))
         return std::nullopt;
-    const Extent extent = extent_of_some(track, sources.frames, settings.gop);
+    const Extent extent = extent_of_some(track, sources.frames, beside.settings.gop);
     if (!extent.has_surface)
         return std::nullopt;
     track.code = code_for_bound(track.box_radius_m, extent.nearest_m, default_focal_length_px);
@@ -112,14 +112,14 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Sources
 }
 
 /// Beside the depth that the plan has, which is chosen without it: behind foliage it would take all there is.
-void add_images(const DepthRequest& request, const Sources& sources, const StreamSettings& settings, DepthPlan& plan) {
-    std::optional<DepthTrack> images = plan_images(request, sources, settings);
+void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& plan) {
+    std::optional<DepthTrack> images = plan_images(request, beside);
     if (!images)
         return;
     if (!plan.tracks.empty())
         images->crf = plan.tracks.front().crf;
     if (request.images == ImagesTrack::if_cheap) {
-        const double share = try_track(*images, sources, settings).share();
+        const double share = try_track(*images, beside).share();
         if (share > request.share) {
             plan.images_left_out_share = share;
             return;
@@ -131,7 +131,7 @@ void add_images(const DepthRequest& request, const Sources& sources, const Strea
         settled.halved = plan.tracks.front().halved;
     }
     plan.tracks.push_back(std::move(*images));
-    choose_depth(settled, sources, settings, plan);
+    choose_depth(settled, beside, plan);
 }
 
 }  // namespace
@@ -174,7 +174,8 @@ DepthRange DepthRanges::of(std::size_t position, const DepthWay& way) {
     return range;
 }
 
-DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings) {
+DepthPlan plan_depth(const DepthRequest& request, const Beside& beside) {
+    const Sources& sources = beside.sources;
     DepthPlan plan;
     // Clients that have the scene cast main's depth and that of patches themselves. What lies behind the main picture
     // is of no use without its depth, which no client casts.
@@ -193,7 +194,7 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
                                             "eyes that may leave the sphere's centre, for depth to be of use",
                                             "no distance between the eyes and no lean"));
         track.code = automatic ? code_for_bound(track.box_radius_m,
-                                                extent_of_some(track, sources.frames, settings.gop).nearest_m,
+                                                extent_of_some(track, sources.frames, beside.settings.gop).nearest_m,
                                                 default_focal_length_px)
                                : make_depth_code(request.code)->id();
         if (*role == TrackRole::hidden_depth && track.code != DepthCodeId::lossless &&
@@ -201,9 +202,9 @@ DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const 
             track.main_folder = sources.tracks.front().folder;
         plan.tracks.push_back(std::move(track));
     }
-    choose_depth(request, sources, settings, plan);
+    choose_depth(request, beside, plan);
     if (request.images != ImagesTrack::none)
-        add_images(request, sources, settings, plan);
+        add_images(request, beside, plan);
     return plan;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Depth tracks of a stream to be, and the one of mirrors and glass: which code, how good, and for which depths.
+#include "colour_trial.h"
 #include "sources.h"
 
 #include <equistream/depth_code.h>
@@ -63,6 +64,13 @@ private:
     bool has_empty_ = false;
 };
 
+/// What tracks of distances stand beside; borrows.
+struct Beside {
+    const Sources& sources;
+    const StreamSettings& settings;  ///< the stream's, all but its tracks
+    const ColourTrial& colour;
+};
+
 /// How main's depth fared in a trial on a few frames.
 struct DepthTrial {
     double crf = 0;
@@ -88,10 +96,10 @@ std::vector<std::string> planes_of(TrackRole role);
 /// `frame` was read from `file` with the planes of planes_of().
 FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file);
 
-/// Chooses codes, size and CRF for the depth of all colour tracks that have some. `settings` are the stream's, all but
-/// its tracks. Hidden layers have depth whatever was asked for main, at the stream's CRF if main has none; patches if
-/// main has. Mirrors and glass get a track if the first frame of any of a few groups, spread over all of them, shows
-/// some and request.images allows it. Throws InputError where depth was asked for and cannot be had.
-DepthPlan plan_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings);
+/// Chooses codes, size and CRF for the depth of all colour tracks that have some. Hidden layers have depth whatever was
+/// asked for main, at the stream's CRF if main has none; patches if main has. Mirrors and glass get a track if the
+/// first frame of any of a few groups, spread over all of them, shows some and request.images allows it. Throws
+/// InputError where depth was asked for and cannot be had.
+DepthPlan plan_depth(const DepthRequest& request, const Beside& beside);
 
 }  // namespace equistream

@@ -1,13 +1,13 @@
 #include "depth_trial.h"
 
+#include "scratch_folder.h"
+
 #include <equistream/bound.h>
-#include <equistream/colour.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -18,40 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t trial_frames = 8;
-
 /// So few pixels beyond the bound that no more bits are worth it.
 constexpr double enough_within = 0.9999;
 
-class ScratchFolder {
-public:
-    ScratchFolder() {
-        std::string name = (fs::temp_directory_path() / "equistream-encode-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr)
-            throw WorkError(name + ": no folder for trials could be made there");
-        path_ = name;
-    }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-    std::string file() const { return (path_ / "trial.nut").string(); }
-
-private:
-    fs::path path_;
-};
-
-/// Of the group in the middle.
+/// Those of the colour's trial.
 struct TrialFrames {
     TrialFrames(const DepthTrack& tried, const std::vector<std::int64_t>& frames, int gop)
         : track(tried), ranges(tried, frames, gop) {
-        const std::size_t groups = (frames.size() + std::size_t(gop) - 1) / std::size_t(gop);
-        first = groups / 2 * std::size_t(gop);
+        const TrialRange range(frames.size(), gop);
+        first = range.first;
         const std::vector<std::string> planes = planes_of(track.role);
-        for (std::size_t i = first; i < std::min(first + trial_frames, frames.size()); ++i) {
+        for (std::size_t i = range.first; i < range.last; ++i) {
             const fs::path file = track.source.folder / frame_file_name(frames[i]);
             Frame frame = read_exr(file, planes);
             frame.info.index = frames[i];
@@ -70,13 +47,12 @@ struct TrialFrames {
 class Trials {
 public:
     /// The first of `tracks` is the one that is judged by its pixels.
-    Trials(std::span<const DepthTrack> tracks, const Sources& sources, const StreamSettings& settings)
-        : settings_(settings) {
+    Trials(std::span<const DepthTrack> tracks, const Beside& beside)
+        : settings_(beside.settings), colour_bytes_(beside.colour.bytes) {
         for (const DepthTrack& track : tracks)
-            frames_.emplace_back(track, sources.frames, settings.gop);
+            frames_.emplace_back(track, beside.sources.frames, settings_.gop);
         settings_.pictures = std::uint32_t(frames_.front().infos.size());
         settings_.frames_per_second = frames_.front().infos.front().frames_per_second;
-        colour_bytes_ = colour_bytes(sources.tracks.front().folder);
     }
 
     DepthTrial with(const DepthWay& way, double crf) {
@@ -158,26 +134,6 @@ private:
         return double(writer.bytes().front()) / double(frames.infos.size());
     }
 
-    double colour_bytes(const fs::path& folder) const {
-        const DisplayTransform display;
-        StreamSettings settings = settings_;
-        std::optional<StreamWriter> writer;
-        for (const FrameInfo& tried : frames_.front().infos) {
-            const fs::path file = folder / frame_file_name(tried.index);
-            Frame frame = read_exr(file, {"colour"});
-            frame.info.index = tried.index;
-            const ByteImage rgb =
-                quantise_8bit(display.to_display(frame.planes.at("colour").view(), frame.info.exposure).view());
-            if (!writer) {
-                settings.tracks = {{TrackRole::main, rgb.width(), rgb.height()}};
-                writer.emplace(scratch_.file(), settings);
-            }
-            writer->write(TrackRole::main, rgb.view(), frame.info);
-        }
-        writer->finish();
-        return double(writer->bytes().front()) / double(frames_.front().infos.size());
-    }
-
     /// Of the first track, as it was written last.
     double share_within_budget() const {
         const TrialFrames& frames = frames_.front();
@@ -216,16 +172,15 @@ bool is_better(const DepthTrial& a, const DepthTrial& b, double share) {
 
 }  // namespace
 
-DepthTrial try_track(const DepthTrack& track, const Sources& sources, const StreamSettings& settings) {
-    return Trials({&track, 1}, sources, settings).with({track.code, track.halved}, track.crf.value_or(settings.crf));
+DepthTrial try_track(const DepthTrack& track, const Beside& beside) {
+    return Trials({&track, 1}, beside).with({track.code, track.halved}, track.crf.value_or(beside.settings.crf));
 }
 
-void choose_depth(const DepthRequest& request, const Sources& sources, const StreamSettings& settings,
-                  DepthPlan& plan) {
+void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& plan) {
     if (request.crf || plan.tracks.empty() || plan.tracks.front().role != TrackRole::depth ||
         plan.tracks.front().code == DepthCodeId::lossless)
         return;
-    Trials trials(plan.tracks, sources, settings);
+    Trials trials(plan.tracks, beside);
     DepthTrack& main = plan.tracks.front();
     plan.trial.reset();
     for (const DepthWay& way : trials.ways(request)) {

@@ -190,16 +190,20 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     const auto start = Clock::now();
     const DisplayTransform display;
     const std::vector<std::int64_t>& frames = request.sources.frames;
-    const DepthPlan plan = plan_depth(request.depth, request.sources, request.settings);
-    std::vector<Picture> pictures = read_frame(request.sources, plan, frames.front(), display);
+    std::vector<Picture> pictures = read_frame(request.sources, {}, frames.front(), display);
     check_sizes(pictures, request.sources);
     std::vector<OneRender> renders;
     for (const SourceTrack& track : request.sources.tracks)
         renders.emplace_back(track.folder);
     check_one_render(pictures, request.sources, renders);
     check_companions(pictures, request.sources);
+    const ColourTrial colour = try_colour(request.sources, request.settings);
+    const DepthPlan plan = plan_depth(request.depth, {request.sources, request.settings, colour});
+    if (!plan.tracks.empty())
+        pictures = read_frame(request.sources, plan, frames.front(), display);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
+    report.settings.tracks.front().coding_loss = colour.loss;
     report.trial = plan.trial;
     report.images_left_out_share = plan.images_left_out_share;
     report.first = pictures.front().info;

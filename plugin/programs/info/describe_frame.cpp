@@ -92,6 +92,26 @@ std::string depth_code_text(const DepthCodeInfo& depth_code) {
 
 }  // namespace
 
+/// Of CodingLoss::textures: half of a picture's pixels or so have more around them.
+constexpr std::size_t textured = 4;
+
+nlohmann::json coding_loss_json(const FrameInfo& info) {
+    if (!info.coding_loss)
+        return nullptr;
+    nlohmann::json at = nlohmann::json::array();
+    for (const float texture : CodingLoss::textures)
+        at.push_back({{"texture", texture}, {"visibly_off", loss_at(*info.coding_loss, texture)}});
+    return at;
+}
+
+std::string coding_loss_text(const FrameInfo& info) {
+    if (!info.coding_loss)
+        return "";
+    const auto percent = [&](float texture) { return 100 * double(loss_at(*info.coding_loss, texture)); };
+    return formatted(", after which %.2g %% of flat pixels are visibly off, %.2g %% of textured ones",
+                     percent(CodingLoss::textures.front()), percent(CodingLoss::textures[textured]));
+}
+
 nlohmann::json frame_json(const FrameInfo& info) {
     return {{"index", info.index},
             {"time_s", info.time_s},
@@ -111,7 +131,8 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"host", info.host},
             {"geometry_fingerprint", info.geometry_fingerprint},
             {"depth_code", depth_code_json(info)},
-            {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()}};
+            {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()},
+            {"coding_loss", coding_loss_json(info)}};
 }
 
 std::string shared_text(const FrameInfo& info) {
@@ -123,7 +144,7 @@ std::string shared_text(const FrameInfo& info) {
                       static_cast<unsigned long long>(info.seed),
                       info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
     if (info.crf)
-        text += formatted("  coded      at CRF %g\n", double(*info.crf));
+        text += formatted("  coded      at CRF %g", double(*info.crf)) + coding_loss_text(info) + "\n";
     if (info.depth_code)
         text += depth_code_text(*info.depth_code);
     text += "  camera     " + camera_text(info.camera) + "\n";

@@ -165,28 +165,24 @@ TEST(Reliability, DepthErrorAndMirrorsCount) {
     EXPECT_EQ(group_of({.depth_tolerance_w = 0.02}), RiskGroup::coarse);
 }
 
-/// Nothing is at risk in what no codec touched, nor where there is nothing to lose; elsewhere the more, the coarser.
-TEST(Reliability, CodingCountsWhereThereIsTexture) {
+/// Nothing is at risk in what no codec touched; elsewhere what was lost where there was as much texture, flat or not.
+TEST(Reliability, CodingCountsAsWhatItTookWhereThereIsSuchTexture) {
     Played played(ball_and_wall, smooth_colour, moved, "surface", "pushpull");
     std::ranges::fill(played.picture.rgba.samples().subspan(0, 160 * 4 * 40), std::uint8_t{90});
     const FloatImage whole = played.risks();
-    double before = 0;
-    for (const double crf : {4.0, 16.0, 24.0, 51.0}) {
-        const FloatImage coded = played.risks({.coded_crf = crf});
-        const double log_step = std::log2(1 + std::pow(2, (crf - 4) / 6));
-        for (int y = 0; y < eye_camera.height; ++y)
-            for (int x = 0; x < eye_camera.width; ++x) {
-                ASSERT_EQ(risk_at(whole, Risk::coding, x, y), 0);
-                ASSERT_NEAR(risk_at(coded, Risk::coding, x, y), log_step * risk_at(whole, Risk::texture, x, y), 1e-4);
-                ASSERT_EQ(risk_at(coded, Risk::contrast, x, y), risk_at(whole, Risk::contrast, x, y));
-            }
-        EXPECT_EQ(risk_at(coded, Risk::coding, 80, 20), 0);
-        EXPECT_GT(risk_at(coded, Risk::coding, 80, 80), before);
-        before = risk_at(coded, Risk::coding, 80, 80);
-    }
+    const CodingLoss loss{{40, 4, 8, 12, 16, 20, 60, 200}};  // most where nothing is left
+    const FloatImage coded = played.risks({.coding_loss = loss});
+    for (int y = 0; y < eye_camera.height; ++y)
+        for (int x = 0; x < eye_camera.width; ++x) {
+            ASSERT_EQ(risk_at(whole, Risk::coding, x, y), 0);
+            const double lost = loss_at(loss, float(risk_at(whole, Risk::texture, x, y)));
+            ASSERT_NEAR(risk_at(coded, Risk::coding, x, y), std::log2(1 + 20 * lost), 0.01);
+            ASSERT_EQ(risk_at(coded, Risk::contrast, x, y), risk_at(whole, Risk::contrast, x, y));
+        }
+    EXPECT_NEAR(risk_at(coded, Risk::coding, 80, 20), std::log2(1 + 20 * 40 / 255.0), 0.01);
     estimate_reliability(played.view(), played.eye, played.picture);
     const double uncoded = played.mean_where(PixelOrigin::source);
-    estimate_reliability(played.view(), played.eye, played.picture, {.coded_crf = 24.0});
+    estimate_reliability(played.view(), played.eye, played.picture, {.coding_loss = loss});
     EXPECT_LT(played.mean_where(PixelOrigin::source), uncoded);
 }
 

@@ -1,0 +1,56 @@
+#pragma once
+/// What a codec takes from a track's colours, as the encoder measures it: how many decoded pixels are visibly off where
+/// there is so much left to see around them. Fine texture of little contrast goes first, and nothing in the decoded
+/// picture says that it was there: only who has both pictures can tell. Travels in frame data; the client's reliability
+/// map reads it. Pictures are display-referred sRGB, 8-bit RGB or RGBA, of which the first three channels count. Pure
+/// functions; rows run in parallel.
+#include <equistream/image.h>
+
+#include <array>
+#include <cstdint>
+
+namespace equistream {
+
+/// The largest difference of a pixel's channels, in 1/255, to those of the pixels `step` to its left and right, and
+/// above and below; along an axis where one of the two lies outside the picture nothing counts.
+ByteImage contrast_of(ImageView<const std::uint8_t> pixels, int step);
+
+/// Mean over the square that reaches so many pixels to either side, what of it lies in the picture.
+FloatImage mean_around(const ByteImage& image, int reach);
+
+/// Texture: log2(1 + x / 2) of x, the mean of contrast over a square of so many source pixels to either side.
+inline constexpr int texture_steps = 4;
+
+/// Of 255: 4 %, some three times what is just noticeable between flat patches side by side, and about what H.264 at CRF
+/// 24 does to texture.
+inline constexpr int visible_loss_255 = 10;
+
+struct CodingLoss {
+    /// Textures of the decoded picture that it is given for; straight lines between them, the last one's beyond.
+    static constexpr std::array<float, 8> textures = {0, 1, 2, 2.75f, 3.5f, 4.25f, 5, 6};
+    /// 255 times the share of pixels of which a channel is off by more than visible_loss_255.
+    std::array<std::uint8_t, textures.size()> share_255{};
+
+    bool operator==(const CodingLoss&) const = default;
+};
+
+/// Share, 0 to 1, for a texture of 0 or more.
+float loss_at(const CodingLoss& loss, float texture);
+
+/// What H.264 at this CRF and preset medium takes where nobody measured it: a mean over the scenes of
+/// docs/results/reproject/reliability.md at CRF 16 and 24, from which single ones differ by factors.
+CodingLoss usual_coding_loss(double crf);
+
+/// Over all pictures that were added. A texture that hardly any of their pixels show has the loss of the nearest that
+/// more do.
+class CodingLossMeter {
+public:
+    /// One picture before and after, of one size.
+    void add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded);
+    CodingLoss loss() const;
+
+private:
+    std::array<double, CodingLoss::textures.size()> lost_{}, pixels_{};
+};
+
+}  // namespace equistream

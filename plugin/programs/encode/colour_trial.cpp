@@ -1,0 +1,75 @@
+#include "colour_trial.h"
+
+#include "scratch_folder.h"
+
+#include <equistream/colour.h>
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::size_t trial_frames = 8;
+
+std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
+    try {
+        Frame frame = read_exr(sources.tracks.front().folder / frame_file_name(sources.frames[position]), {"colour"});
+        frame.info.index = sources.frames[position];
+        return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
+    } catch (const InputError&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
+TrialRange::TrialRange(std::size_t frames, int gop) {
+    const std::size_t groups = (frames + std::size_t(gop) - 1) / std::size_t(gop);
+    first = groups / 2 * std::size_t(gop);
+    last = std::min(first + trial_frames, frames);
+}
+
+ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
+    const TrialRange range(sources.frames.size(), settings.gop);
+    const ScratchFolder scratch;
+    const DisplayTransform display;
+    std::vector<ByteImage> pictures;
+    std::optional<StreamWriter> writer;
+    for (std::size_t i = range.first; i < range.last; ++i) {
+        const std::optional<Frame> frame = colour_frame(sources, i);
+        if (!frame)
+            break;
+        ByteImage rgb =
+            quantise_8bit(display.to_display(frame->planes.at("colour").view(), frame->info.exposure).view());
+        if (!pictures.empty() && rgb.samples().size() != pictures.front().samples().size())
+            break;
+        if (!writer) {
+            StreamSettings tried = settings;
+            tried.frames_per_second = frame->info.frames_per_second;
+            tried.tracks = {{TrackRole::main, rgb.width(), rgb.height()}};
+            writer.emplace(scratch.file(), tried);
+        }
+        writer->write(TrackRole::main, rgb.view(), frame->info);
+        pictures.push_back(std::move(rgb));
+    }
+    if (pictures.empty())
+        return {};
+    writer->finish();
+    CodingLossMeter meter;
+    StreamReader reader(scratch.file());
+    for (const ByteImage& picture : pictures) {
+        const auto decoded = reader.next();
+        if (!decoded || decoded->rgb.samples().size() != picture.samples().size())
+            throw WorkError("a trial of colour could not be read back");
+        meter.add(picture.view(), decoded->rgb.view());
+    }
+    return {double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
+}
+
+}  // namespace equistream
