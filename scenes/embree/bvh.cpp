@@ -4,10 +4,13 @@
 
 #include <equistream/error.h>
 
+#include <array>
 #include <atomic>
 #include <cassert>
+#include <limits>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #if defined(__SSE__)
 #include <pmmintrin.h>
@@ -179,6 +182,33 @@ void Bvh::intersect16(const int* valid, RTCRayHit16& ray_hits, bool coherent) co
 
 #else
 
+namespace {
+
+/// Where a processor has no registers of 16 lanes, Embree 3 takes a packet for a stream of rays and does not look at
+/// `valid`: only rays that end before they begin are left alone there. They get their ends back.
+class EmptyLanes {
+public:
+    EmptyLanes(const int* valid, RTCRay16& rays) : valid_(valid), rays_(rays) {
+        for (std::size_t lane = 0; lane < tfar_.size(); ++lane)
+            if (valid[lane] == 0)
+                tfar_[lane] = std::exchange(rays.tfar[lane], -std::numeric_limits<float>::infinity());
+    }
+    ~EmptyLanes() {
+        for (std::size_t lane = 0; lane < tfar_.size(); ++lane)
+            if (valid_[lane] == 0)
+                rays_.tfar[lane] = tfar_[lane];
+    }
+    EmptyLanes(const EmptyLanes&) = delete;
+    EmptyLanes& operator=(const EmptyLanes&) = delete;
+
+private:
+    const int* valid_;
+    RTCRay16& rays_;
+    std::array<float, 16> tfar_{};
+};
+
+}  // namespace
+
 void Bvh::intersect1(RTCRayHit& ray_hit, bool coherent) const {
     RTCIntersectContext context = context_for(coherent);
     rtcIntersect1(state_->top.get(), &context, &ray_hit);
@@ -192,6 +222,7 @@ bool Bvh::occluded1(RTCRay& ray) const {
 
 void Bvh::intersect16(const int* valid, RTCRayHit16& ray_hits, bool coherent) const {
     RTCIntersectContext context = context_for(coherent);
+    const EmptyLanes empty(valid, ray_hits.ray);
     rtcIntersect16(valid, state_->top.get(), &context, &ray_hits);
 }
 
