@@ -197,7 +197,6 @@ void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const F
     if (settings.tagged) {
         FrameInfo coded = info;
         coded.crf = track.encoder.crf();
-        coded.coding_loss = track.encoder.coding_loss();
         payload = encode_frame_info(track.role, coded, {track.pictures, count});
     }
     ++track.pictures;

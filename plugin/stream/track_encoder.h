@@ -19,7 +19,6 @@ public:
     const AVCodecContext& codec() const { return *codec_; }
     /// As frame data says it.
     std::optional<float> crf() const { return crf_; }
-    const std::optional<CodingLoss>& coding_loss() const { return track_.coding_loss; }
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
     /// Depth to its code's samples; counts into `info` what was too near.

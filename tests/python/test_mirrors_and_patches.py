@@ -313,7 +313,7 @@ def test_a_stream_says_what_coding_took(frames, run, tmp_path):
     lost, pixels = np.zeros((2, len(es.CODING_TEXTURES)))
     decoded = list(es.open_feed(stream))
     for frame, picture in zip(es.Sequence(frames / "centre"), (each.main for each in decoded), strict=True):
-        before = es.quantise_8bit(es.to_display(frame["colour"][:, :, :3], frame.info.exposure)).astype(int)
+        before = es.to_display(frame["colour"][:, :, :3], frame.info.exposure).astype(int)
         off = np.abs(before - picture.rgb).max(axis=2) > es.RELIABILITY_TOLERANCE
         share = hats(texture(picture.rgb))
         lost += (share * off[:, :, None]).sum(axis=(0, 1))

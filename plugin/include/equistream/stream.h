@@ -71,9 +71,6 @@ struct TrackSettings {
     std::optional<double> crf{};              ///< nothing: the stream's; `lossless` has none
     /// Of main's depth alone: coded at half the columns and rows (half_depth.h), which are then multiples of 4.
     bool halved = false;
-    /// What that takes from a colour track, where it was measured: said with each picture.
-    std::optional<CodingLoss> coding_loss{};
-
     int coded_width() const { return halved ? width / 2 : width; }
     int coded_height() const { return halved ? height / 2 : height; }
     /// Which encoder: the stream's, or H.265 for what H.264 cannot code here (w12, hue, lossless).

@@ -17,6 +17,10 @@ namespace {
 
 constexpr std::size_t trial_frames = 8;
 
+bool same_size(const ByteImage& a, const ByteImage& b) {
+    return a.width() == b.width() && a.height() == b.height();
+}
+
 std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
     try {
         Frame frame = read_exr(sources.tracks.front().folder / frame_file_name(sources.frames[position]), {"colour"});
@@ -32,8 +36,12 @@ std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) 
 TrialRange::TrialRange(std::size_t frames, int gop) {
     const std::size_t groups = (frames + std::size_t(gop) - 1) / std::size_t(gop);
     first = groups / 2 * std::size_t(gop);
+    if (frames - first < trial_frames && first > 0)
+        first -= std::size_t(gop);  // the last group, cut short
     last = std::min(first + trial_frames, frames);
 }
+
+namespace {
 
 ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     const TrialRange range(sources.frames.size(), settings.gop);
@@ -47,7 +55,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
             break;
         ByteImage rgb =
             quantise_8bit(display.to_display(frame->planes.at("colour").view(), frame->info.exposure).view());
-        if (!pictures.empty() && rgb.samples().size() != pictures.front().samples().size())
+        if (!pictures.empty() && !same_size(rgb, pictures.front()))
             break;
         if (!writer) {
             StreamSettings tried = settings;
@@ -65,11 +73,19 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     StreamReader reader(scratch.file());
     for (const ByteImage& picture : pictures) {
         const auto decoded = reader.next();
-        if (!decoded || decoded->rgb.samples().size() != picture.samples().size())
+        if (!decoded || !same_size(decoded->rgb, picture))
             throw WorkError("a trial of colour could not be read back");
         meter.add(picture.view(), decoded->rgb.view());
     }
-    return {double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
+    return {int(pictures.size()), double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
+}
+
+}  // namespace
+
+const ColourTrial& ColourTrials::get() {
+    if (!made_)
+        made_ = try_colour(sources_, settings_);
+    return *made_;
 }
 
 }  // namespace equistream

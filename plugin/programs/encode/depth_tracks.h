@@ -68,7 +68,7 @@ private:
 struct Beside {
     const Sources& sources;
     const StreamSettings& settings;  ///< the stream's, all but its tracks
-    const ColourTrial& colour;
+    ColourTrials& colour;
 };
 
 /// How main's depth fared in a trial on a few frames.

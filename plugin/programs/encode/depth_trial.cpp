@@ -48,7 +48,7 @@ class Trials {
 public:
     /// The first of `tracks` is the one that is judged by its pixels.
     Trials(std::span<const DepthTrack> tracks, const Beside& beside)
-        : settings_(beside.settings), colour_bytes_(beside.colour.bytes) {
+        : settings_(beside.settings), colour_bytes_(beside.colour.get().bytes) {
         for (const DepthTrack& track : tracks)
             frames_.emplace_back(track, beside.sources.frames, settings_.gop);
         settings_.pictures = std::uint32_t(frames_.front().infos.size());

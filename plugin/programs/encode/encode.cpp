@@ -18,6 +18,7 @@ struct Options {
     std::string folder, target, eye;
     std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
+    std::string stereo = "tracks";
     std::string fill = "auto";
     std::string depth = "none";
     double depth_share = DepthRequest{}.share;
@@ -55,6 +56,22 @@ DepthRequest depth_request_of(const Options& options) {
                                           : ImagesTrack::if_cheap};
 }
 
+/// Ordinary players know of one picture a frame and of nothing that goes with it.
+StereoPacking packing_of(const Options& options) {
+    if (options.stereo == "tracks")
+        return StereoPacking::none;
+    const auto refuse = [&](bool given, const std::string& option) {
+        if (given)
+            throw InputError(
+                expected_found("--stereo " + options.stereo, "both eyes as ordinary video, nothing beside it", option));
+    };
+    refuse(!options.eye.empty(), "--eye " + options.eye);
+    refuse(options.fill != "auto" && options.fill != "none", "--fill " + options.fill);
+    refuse(options.depth != "none", "--depth " + options.depth);
+    refuse(options.mirrors == "always", "--mirrors always");
+    return options.stereo == "top-bottom" ? StereoPacking::top_bottom : StereoPacking::side_by_side;
+}
+
 EncodeRequest request_of(const Options& options) {
     EncodeRequest request;
     request.target = options.target;
@@ -68,6 +85,7 @@ EncodeRequest request_of(const Options& options) {
     sources.fill = parse_fill_tracks(options.fill);
     if (!options.eye.empty())
         sources.eye = options.eye;
+    sources.packing = packing_of(options);
     sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.depth = depth_request_of(options);
@@ -144,6 +162,15 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
     return text;
 }
 
+nlohmann::json coding_loss_json(const ColourTrial& trial) {
+    if (!trial.loss)
+        return nullptr;
+    nlohmann::json shares = nlohmann::json::array();
+    for (const float texture : CodingLoss::textures)
+        shares.push_back({{"texture", texture}, {"visibly_off", loss_at(*trial.loss, texture)}});
+    return {{"frames", trial.frames}, {"by_texture", shares}};
+}
+
 nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
@@ -170,6 +197,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
             {"exposure", report.first.exposure},
             {"scene", report.first.scene},
             {"full_sphere", report.settings.full_sphere},
+            {"stereo", options.stereo},
             {"sphere_tag", report.sphere_tag},
             {"frames_per_second", report.settings.frames_per_second},
             {"frames",
@@ -177,6 +205,7 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
               {"last", request.sources.frames.back()},
               {"count", report.settings.pictures}}},
             {"not_finite_samples", report.not_finite_samples},
+            {"coding_loss", coding_loss_json(report.colour)},
             {"tracks", tracks},
             {"mirrors_left_out_share",
              report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
@@ -194,6 +223,9 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
                  static_cast<long long>(request.sources.frames.back()), codec_name(report.settings.codec), options.crf,
                  options.preset.c_str(), options.gop, report.settings.frames_per_second,
                  report.sphere_tag ? ", tagged as 360 degree video" : "");
+    if (report.settings.stereo != StereoPacking::none)
+        std::fprintf(out, "  both eyes in one picture, %s, without poses: for ordinary players\n",
+                     options.stereo.c_str());
     std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
     for (const EncodedTrack& track : report.tracks) {
         const Codec codec = codec_of(track, report);
@@ -204,6 +236,9 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
         if (track.settings.depth_code)
             std::fputs(depth_text(track, report).c_str(), out);
     }
+    if (!report.not_measured.empty())
+        std::fprintf(out, "  what coding takes was not measured, so that clients go by the CRF: %s\n",
+                     report.not_measured.c_str());
     if (report.images_left_out_share)
         std::fprintf(out,
                      "  no track of mirrors and glass, which would take %s of the colour's bits (--mirrors always "
@@ -251,6 +286,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--gop", options.gop, "Frames from one key frame to the next, 1 to 10000")->capture_default_str();
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
+    app.add_option("--stereo", options.stereo,
+                   "For ordinary 360 players: top-bottom (left/'s eye above right/'s, what most of them know) or "
+                   "side-by-side, one video without poses; tracks: what the client plays")
+        ->check(CLI::IsMember({"tracks", "top-bottom", "side-by-side"}))
+        ->capture_default_str();
     cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");
     app.add_option("--fill", options.fill,
                    "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")

@@ -35,6 +35,8 @@ struct EncodedTrack {
 struct EncodeReport {
     std::vector<EncodedTrack> tracks;
     StreamSettings settings;
+    ColourTrial colour;                           ///< nothing of what is no client's: ordinary video
+    std::string not_measured;                     ///< why what coding takes could not be measured; else empty
     bool sphere_tag = false;                      ///< as the container holds it
     FrameInfo first;                              ///< the main track's first frame
     std::optional<DepthTrial> trial;              ///< of main's depth, where its CRF was looked for

@@ -9,7 +9,11 @@ namespace equistream {
 namespace fs = std::filesystem;
 
 ScratchFolder::ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "equistream-encode-XXXXXX").string();
+    std::error_code problem;
+    const fs::path parent = fs::temp_directory_path(problem);
+    if (problem)
+        throw WorkError("the folder for temporary files (TMPDIR): " + problem.message());
+    std::string name = (parent / "equistream-encode-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
         throw WorkError(name + ": no folder for trials could be made there");
     path_ = name;

@@ -96,10 +96,30 @@ FillTracks parse_fill_tracks(const std::string& list) {
     return tracks;
 }
 
+namespace {
+
+Sources find_both_eyes(const SourceRequest& request) {
+    Sources sources;
+    sources.packing = request.packing;
+    for (const char* eye : {"left", "right"})
+        if (!holds_frames(request.folder / eye))
+            throw InputError(expected_found((request.folder / eye).string(),
+                                            "frame.NNNN.exr files of that eye (render --eye both)", "none"));
+    sources.tracks.push_back({TrackRole::main, request.folder / "left"});
+    sources.right_eye = request.folder / "right";
+    sources.frames = chosen_frames(sources.tracks.front().folder, request.frames);
+    chosen_frames(sources.right_eye, cli::FrameRange{sources.frames.front(), sources.frames.back()});
+    return sources;
+}
+
+}  // namespace
+
 Sources find_sources(const SourceRequest& request) {
     if (!fs::is_directory(request.folder))
         throw InputError(expected_found(request.folder.string(), "a folder of frames",
                                         fs::exists(request.folder) ? "a file" : "nothing"));
+    if (request.packing != StereoPacking::none)
+        return find_both_eyes(request);
     Sources sources;
     const fs::path main = main_folder(request);
     sources.tracks.push_back({TrackRole::main, main});

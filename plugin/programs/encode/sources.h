@@ -24,6 +24,8 @@ struct SourceRequest {
     std::optional<std::string> eye;  ///< centre, left or right
     FillTracks fill;
     std::optional<cli::FrameRange> frames;
+    /// Both eyes in main's pictures, for ordinary players: those of left/ and right/, and nothing beside them.
+    StereoPacking packing = StereoPacking::none;
 };
 
 struct SourceTrack {
@@ -34,6 +36,8 @@ struct SourceTrack {
 struct Sources {
     std::vector<SourceTrack> tracks;   ///< main first
     std::vector<std::int64_t> frames;  ///< ascending, without gaps, there in every track
+    StereoPacking packing = StereoPacking::none;
+    std::filesystem::path right_eye{};  ///< where both eyes are packed: main's folder has the left one's frames
 };
 
 /// Throws InputError naming the folder or frame that is missing.

@@ -90,9 +90,7 @@ std::string depth_code_text(const DepthCodeInfo& depth_code) {
     return text + "\n";
 }
 
-}  // namespace
-
-/// Of CodingLoss::textures: half of a picture's pixels or so have more around them.
+/// Of CodingLoss::textures, as an example of much.
 constexpr std::size_t textured = 4;
 
 nlohmann::json coding_loss_json(const FrameInfo& info) {
@@ -111,6 +109,8 @@ std::string coding_loss_text(const FrameInfo& info) {
     return formatted(", after which %.2g %% of flat pixels are visibly off, %.2g %% of textured ones",
                      percent(CodingLoss::textures.front()), percent(CodingLoss::textures[textured]));
 }
+
+}  // namespace
 
 nlohmann::json frame_json(const FrameInfo& info) {
     return {{"index", info.index},

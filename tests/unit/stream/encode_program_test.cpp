@@ -11,6 +11,46 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What coding takes is said, and no video fails for want of a place to measure it.
+TEST_F(Programs, EncodeSaysWhatCodingTakesOrWhyItDoesNot) {
+    render("r/centre", 96, 64, 0, 9);
+    const std::string words = "encode '" + path("r") + "' --preset veryfast --crf 30 --json --out '";
+    const Ran ran = run(words + path("a.mkv") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    const auto loss = nlohmann::json::parse(ran.output)["coding_loss"];
+    EXPECT_EQ(loss["frames"], 8);
+    ASSERT_EQ(loss["by_texture"].size(), CodingLoss::textures.size());
+    const auto described = nlohmann::json::parse(run("info '" + path("a.mkv") + "' --json").output);
+    EXPECT_EQ(described["tracks"][0]["first_frame"]["coding_loss"], loss["by_texture"]);
+    EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("of flat pixels are visibly off"), std::string::npos);
+
+    setenv("TMPDIR", path("nowhere").c_str(), 1);
+    const Ran without = run(words + path("b.mkv") + "'");
+    const Ran told = run("encode '" + path("r") + "' --preset veryfast --out '" + path("c.mkv") + "'");
+    unsetenv("TMPDIR");
+    ASSERT_EQ(without.status, 0) << without.errors;
+    EXPECT_TRUE(nlohmann::json::parse(without.output)["coding_loss"].is_null());
+    EXPECT_NE(told.output.find("was not measured"), std::string::npos) << told.output;
+}
+
+/// A target that cannot be written is found before anything is coded.
+TEST_F(Programs, EncodeLooksAtItsTargetFirst) {
+    render("r/centre", 96, 64, 0, 1);
+    setenv("TMPDIR", path("nowhere").c_str(), 1);
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/folder/a.mkv") + "'"), 2,
+                   "expected a place that can be written");
+    unsetenv("TMPDIR");
+}
+
+/// A frame of another size ends the trial, and the coding with what came before kept.
+TEST_F(Programs, EncodeKeepsWhatCameBeforeAFrameOfAnotherShape) {
+    render("r/centre", 96, 64, 0, 3);
+    render("r/centre", 64, 96, 4, 5);
+    expect_failure(run("encode '" + path("r") + "' --preset veryfast --out '" + path("a.mkv") + "'"), 1,
+                   "what was coded so far is kept in");
+    EXPECT_TRUE(fs::exists(folder / "a.mkv.part"));
+}
+
 TEST_F(Programs, EncodeMakesBothTracks) {
     render("r/centre", 192, 96, 3, 10);
     render("r/small", 96, 64, 3, 10, Eye::right);

@@ -1,0 +1,138 @@
+#include "source_pictures.h"
+
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+namespace {
+
+/// Depth of a colour track, and what its mirrors show, where the plan has them.
+std::vector<const DepthTrack*> distances_of(const DepthPlan& plan, TrackRole colour) {
+    std::vector<const DepthTrack*> tracks;
+    for (const DepthTrack& track : plan.tracks)
+        if (track.source.role == colour)
+            tracks.push_back(&track);
+    return tracks;
+}
+
+Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPlan& plan,
+                     const DisplayTransform& display) {
+    Picture picture;
+    picture.role = track.role;
+    const auto file = track.folder / frame_file_name(index);
+    auto start = Clock::now();
+    std::vector<std::string> planes = {"colour"};
+    for (const DepthTrack* distances : distances_of(plan, track.role))
+        for (std::string& plane : planes_of(distances->role))
+            planes.push_back(std::move(plane));
+    Frame frame = read_exr(file, planes);
+    picture.read_ms = milliseconds_since(start);
+    const auto colour = frame.planes.find("colour");
+    if (colour == frame.planes.end())
+        throw InputError(expected_found(file.string(), "channels R, G and B", "none"));
+    for (const DepthTrack* distances : distances_of(plan, track.role))
+        picture.distances_m.emplace_back(distances, distances_to_code(*distances, frame, file));
+    picture.info = frame.info;
+    picture.info.index = index;  // a foreign file has its number in its name only
+    start = Clock::now();
+    picture.not_finite_samples = std::count_if(colour->second.samples().begin(), colour->second.samples().end(),
+                                               [](float value) { return !std::isfinite(value); });
+    picture.rgb = quantise_8bit(display.to_display(colour->second.view(), frame.info.exposure).view());
+    picture.display_ms = milliseconds_since(start);
+    return picture;
+}
+
+/// Both eyes in one picture, as ordinary players want them: the left one above or to the left.
+ByteImage packed(StereoPacking packing, const ByteImage& left, const ByteImage& right) {
+    const bool beside = packing == StereoPacking::side_by_side;
+    ByteImage both(beside ? 2 * left.width() : left.width(), beside ? left.height() : 2 * left.height(), 3);
+    for (int y = 0; y < left.height(); ++y) {
+        std::copy_n(left.pixel(0, y), 3 * left.width(), both.pixel(0, y));
+        std::copy_n(right.pixel(0, y), 3 * left.width(),
+                    beside ? both.pixel(left.width(), y) : both.pixel(0, left.height() + y));
+    }
+    return both;
+}
+
+/// What must be the same of all that is rendered with a frame; null where it is.
+const char* difference(const FrameInfo& main, const FrameInfo& other) {
+    return other.scene != main.scene                                 ? "scene"
+           : other.geometry_fingerprint != main.geometry_fingerprint ? "geometry"
+           : other.time_s != main.time_s                             ? "time"
+           : other.head.position_m != main.head.position_m           ? "head position"
+           : other.head.orientation != main.head.orientation         ? "head orientation"
+           : other.ipd_m != main.ipd_m                               ? "distance between the eyes"
+           : other.exposure != main.exposure                         ? "exposure"
+           : other.seed != main.seed                                 ? "seed"
+                                                                     : nullptr;
+}
+
+/// A small view of another render would fill gaps from the wrong place; so would another eye's.
+void check_companion(const std::filesystem::path& main_folder, const FrameInfo& main,
+                     const std::filesystem::path& folder, const FrameInfo& other, const char* hint) {
+    if (const char* differs = difference(main, other))
+        throw InputError(expected_found(folder.string() + ", frame " + std::to_string(main.index),
+                                        "the " + std::string(differs) + " of " + main_folder.string(),
+                                        std::string("another one; render both with one command") + hint));
+}
+
+}  // namespace
+
+/// The main folder's picture and, where both eyes are packed, the other eye's after it.
+std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
+                                const DisplayTransform& display) {
+    std::vector<Picture> pictures;
+    for (const SourceTrack& track : sources.tracks)
+        pictures.push_back(read_picture(track, index, plan, display));
+    if (sources.packing == StereoPacking::none)
+        return pictures;
+    Picture& left = pictures.front();
+    const Picture right = read_picture({TrackRole::main, sources.right_eye}, index, plan, display);
+    if (right.rgb.width() != left.rgb.width() || right.rgb.height() != left.rgb.height())
+        throw InputError(expected_found((sources.right_eye / frame_file_name(index)).string(),
+                                        "the left eye's size, " + size_text(left.rgb.width(), left.rgb.height()),
+                                        size_text(right.rgb.width(), right.rgb.height())));
+    left.right_info = right.info;
+    left.rgb = packed(sources.packing, left.rgb, right.rgb);
+    left.not_finite_samples += right.not_finite_samples;
+    left.read_ms += right.read_ms;
+    left.display_ms += right.display_ms;
+    return pictures;
+}
+
+void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        const int width = first[i].rgb.width(), height = first[i].rgb.height();
+        if (width % 2 != 0 || height % 2 != 0)
+            throw InputError(expected_found(sources.tracks[i].folder.string(),
+                                            "frames of even width and height (4:2:0 video has no odd sizes)",
+                                            size_text(width, height)));
+    }
+}
+
+SourceRenders::SourceRenders(const Sources& sources) : sources_(sources) {
+    for (const SourceTrack& track : sources.tracks)
+        renders_.emplace_back(track.folder);
+    if (sources.packing != StereoPacking::none)
+        right_eye_.emplace(sources.right_eye);
+}
+
+void SourceRenders::check(const std::vector<Picture>& pictures) {
+    const Picture& main = pictures.front();
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        const FrameInfo& info = pictures[i].info;
+        renders_[i].require(sources_.tracks[i].folder / frame_file_name(info.index), info);
+        check_companion(sources_.tracks[0].folder, main.info, sources_.tracks[i].folder, info, ", or use --fill none");
+    }
+    if (!main.right_info)
+        return;
+    right_eye_->require(sources_.right_eye / frame_file_name(main.info.index), *main.right_info);
+    check_companion(sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, "");
+}
+
+}  // namespace equistream

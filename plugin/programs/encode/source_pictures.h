@@ -1,0 +1,47 @@
+#pragma once
+/// Rendered frames as pictures to be coded, and whether they belong together.
+#include "depth_tracks.h"
+
+#include <equistream/colour.h>
+#include <equistream/sequence.h>
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+/// One frame of one track, ready to be coded.
+struct Picture {
+    TrackRole role = TrackRole::main;
+    FrameInfo info;
+    std::optional<FrameInfo> right_info;  ///< the other eye's, where both are in the picture
+    ByteImage rgb;
+    /// Of the tracks that go with its own, in their order.
+    std::vector<std::pair<const DepthTrack*, FloatImage>> distances_m;
+    std::int64_t not_finite_samples = 0;
+    double read_ms = 0;
+    double display_ms = 0;
+};
+
+/// Every track's, main's first, with the distances that the plan wants. Throws InputError naming the file.
+std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
+                                const DisplayTransform& display);
+
+/// What can be seen before the first picture is coded, with the folder's name in front.
+void check_sizes(const std::vector<Picture>& first, const Sources& sources);
+
+/// That each track is of one render throughout, and all of the same one. Keeps the sources.
+class SourceRenders {
+public:
+    explicit SourceRenders(const Sources& sources);
+    /// One frame's pictures, in the order of the tracks. Throws InputError naming file and difference.
+    void check(const std::vector<Picture>& pictures);
+
+private:
+    const Sources& sources_;
+    std::vector<OneRender> renders_;
+    std::optional<OneRender> right_eye_;
+};
+
+}  // namespace equistream
