@@ -1,0 +1,41 @@
+#include "eye_targets.h"
+
+#include <cassert>
+
+namespace equistream::gl {
+
+void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
+    assert(eyes > 0 && eyes <= most_eyes);
+    const Size size{camera.width, camera.height};
+    if (size == size_ && eyes == eyes_)
+        return;
+    size_ = size;
+    eyes_ = eyes;
+    colour_ = make_layered_texture(size, eyes, GL_RGBA8);
+    origin_ = make_layered_texture(size, eyes, GL_R8UI);
+    depth_ = make_layered_texture(size, eyes, GL_R32F);
+}
+
+void EyeTargets::upload_depth(int eye, const ImageView<const float>& depth_m) {
+    assert(depth_m.width == size_.width && depth_m.height == size_.height && depth_m.channels == 1);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(depth_m.row_stride));
+    glTextureSubImage3D(depth_.name(), 0, 0, 0, eye, size_.width, size_.height, 1, GL_RED, GL_FLOAT, depth_m.data);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+}
+
+void EyeTargets::download(int eye, EyePicture& picture) const {
+    picture.rgba = ByteImage(size_.width, size_.height, 4);
+    picture.origin = ByteImage(size_.width, size_.height, 1);
+    picture.reliability = {};
+    picture.depth_m = {};
+    glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    const auto get = [&](const Texture& texture, GLenum format, ByteImage& to) {
+        glGetTextureSubImage(texture.name(), 0, 0, 0, eye, size_.width, size_.height, 1, format, GL_UNSIGNED_BYTE,
+                             GLsizei(to.samples().size()), to.samples().data());
+    };
+    get(colour_, GL_RGBA, picture.rgba);
+    get(origin_, GL_RED_INTEGER, picture.origin);
+}
+
+}  // namespace equistream::gl

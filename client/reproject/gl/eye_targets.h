@@ -1,0 +1,34 @@
+#pragma once
+/// What eyes of one size see, on the GPU: a layer for each.
+#include <gl/program.h>
+
+#include <equistream_client/view.h>
+
+#include <span>
+
+namespace equistream::gl {
+
+inline constexpr int most_eyes = 2;
+
+class EyeTargets {
+public:
+    /// Storage is kept as long as the size stays.
+    void size_for(const PerspectiveCamera& camera, int eyes);
+    /// The depth of eyes that others found, +inf for a miss, as EyeView has it.
+    void upload_depth(int eye, const ImageView<const float>& depth_m);
+    /// Waits for the GPU. Colours, origins and, where it is wanted, depth.
+    void download(int eye, EyePicture& picture) const;
+
+    Size size() const { return size_; }
+    int eyes() const { return eyes_; }
+    GLuint colour() const { return colour_.name(); }
+    GLuint origin() const { return origin_.name(); }
+    GLuint depth() const { return depth_.name(); }
+
+private:
+    Size size_;
+    int eyes_ = 0;
+    Texture colour_, origin_, depth_;
+};
+
+}  // namespace equistream::gl

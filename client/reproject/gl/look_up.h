@@ -1,0 +1,27 @@
+#pragma once
+/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once.
+#include "eye_targets.h"
+#include "source_textures.h"
+
+#include <span>
+
+namespace equistream::gl {
+
+class LookUp {
+public:
+    /// `surface`: by the eyes' own depth, in `targets`; else by direction alone.
+    explicit LookUp(bool surface, double error_budget_px = 0.25);
+
+    /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
+    /// `surface` needs the source's depth.
+    void reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
+                   const EyeTargets& targets);
+
+private:
+    bool surface_;
+    double error_budget_px_;
+    Program program_;
+    Buffer eyes_;
+};
+
+}  // namespace equistream::gl
