@@ -16,9 +16,3 @@ layout(std140, binding = 1) uniform Eyes {
 vec3 ray_of(EyeRays eye, ivec2 pixel) {
     return eye.corner.xyz + float(pixel.x) * eye.right.xyz + float(pixel.y) * eye.down.xyz;
 }
-
-/// Radial over planar depth.
-float ray_length(EyeRays eye, ivec2 pixel) {
-    vec2 at = (vec2(pixel) - eye.view.yz) / eye.view.x;
-    return sqrt(1.0 + dot(at, at));
-}

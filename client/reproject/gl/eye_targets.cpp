@@ -1,5 +1,7 @@
 #include "eye_targets.h"
 
+#include "../eye_rays.h"
+
 #include <cassert>
 
 namespace equistream::gl {
@@ -16,11 +18,11 @@ void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
     depth_ = make_layered_texture(size, eyes, GL_R32F);
 }
 
-void EyeTargets::upload_depth(int eye, const ImageView<const float>& depth_m) {
+void EyeTargets::upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m) {
     assert(depth_m.width == size_.width && depth_m.height == size_.height && depth_m.channels == 1);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(depth_m.row_stride));
-    glTextureSubImage3D(depth_.name(), 0, 0, 0, eye, size_.width, size_.height, 1, GL_RED, GL_FLOAT, depth_m.data);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    const FloatImage inverse = EyeRays(camera, {}, {}).inverse_planar_depth(depth_m);
+    glTextureSubImage3D(depth_.name(), 0, 0, 0, eye, size_.width, size_.height, 1, GL_RED, GL_FLOAT,
+                        inverse.samples().data());
 }
 
 void EyeTargets::download(int eye, EyePicture& picture) const {

@@ -10,12 +10,19 @@ namespace equistream::gl {
 
 inline constexpr int most_eyes = 2;
 
+/// Inverse planar depth of eyes: layers of a texture, whose samples times `scale` are 1 / m; 0 for a miss.
+struct EyeDepth {
+    GLuint texture = 0;
+    float scale = 1;
+};
+
 class EyeTargets {
 public:
     /// Storage is kept as long as the size stays.
     void size_for(const PerspectiveCamera& camera, int eyes);
-    /// The depth of eyes that others found, +inf for a miss, as EyeView has it.
-    void upload_depth(int eye, const ImageView<const float>& depth_m);
+    /// The depth of an eye that others found, as EyeView has it; kept as inverse planar depth, NaN where nothing is
+    /// known.
+    void upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m);
     /// Waits for the GPU. Colours, origins and, where it is wanted, depth.
     void download(int eye, EyePicture& picture) const;
 
@@ -23,7 +30,7 @@ public:
     int eyes() const { return eyes_; }
     GLuint colour() const { return colour_.name(); }
     GLuint origin() const { return origin_.name(); }
-    GLuint depth() const { return depth_.name(); }
+    EyeDepth depth() const { return {depth_.name(), 1}; }
 
 private:
     Size size_;

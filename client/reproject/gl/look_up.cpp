@@ -55,7 +55,7 @@ LookUp::LookUp(bool surface, double error_budget_px)
       eyes_(make_buffer(most_eyes * sizeof(EyeBlock), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void LookUp::reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
-                       const EyeTargets& targets) {
+                       const EyeDepth& depth, const EyeTargets& targets) {
     assert(int(eyes.size()) == targets.eyes());
     std::array<EyeBlock, most_eyes> blocks;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
@@ -77,7 +77,9 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
     glBindTextureUnit(0, source.colour());
     glBindTextureUnit(1, source.depth());
-    glBindTextureUnit(2, targets.depth());
+    glBindTextureUnit(2, depth.texture);
+    if (surface_)
+        program_.set("inverse_depth_scale", depth.scale);
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     program_.dispatch(targets.size(), targets.eyes());

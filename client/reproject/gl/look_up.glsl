@@ -12,14 +12,13 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray eye_origin;
 #include "eye_rays.glsl"
 #include "depth_agreement.glsl"
 
-/// 1 / planar depth; 0 for a miss, NaN where there is none: outside the view, or where nothing is known.
-float inverse_planar(EyeRays eye, ivec3 at) {
-    ivec2 size = textureSize(eye_depth, 0).xy;
-    float nothing = uintBitsToFloat(0x7fc00000u);
-    if (any(lessThan(at.xy, ivec2(0))) || any(greaterThanEqual(at.xy, size)))
-        return nothing;
-    float r = texelFetch(eye_depth, at, 0).x;
-    return r > 0.0 ? (isinf(r) ? 0.0 : ray_length(eye, at.xy) / r) : nothing;
+uniform float inverse_depth_scale;  // of eye_depth's samples: inverse planar depth in 1 / m, 0 for a miss
+
+/// NaN outside the view.
+float inverse_planar(ivec3 at) {
+    if (any(lessThan(at.xy, ivec2(0))) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)))
+        return uintBitsToFloat(0x7fc00000u);
+    return inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
 }
 
 struct Slopes {
@@ -68,14 +67,14 @@ void main() {
     Slopes slopes;
     bool seen = true;
     if (moved) {
-        z = inverse_planar(eye, at);
+        z = inverse_planar(at);
         seen = !isnan(z);
         if (z > 0.0) {
             from_source = eye.eye.xyz + from_source / z;
             distance_m = length(from_source);
         }
-        slopes.before = z - vec2(inverse_planar(eye, at - ivec3(1, 0, 0)), inverse_planar(eye, at - ivec3(0, 1, 0)));
-        slopes.after = vec2(inverse_planar(eye, at + ivec3(1, 0, 0)), inverse_planar(eye, at + ivec3(0, 1, 0))) - z;
+        slopes.before = z - vec2(inverse_planar(at - ivec3(1, 0, 0)), inverse_planar(at - ivec3(0, 1, 0)));
+        slopes.after = vec2(inverse_planar(at + ivec3(1, 0, 0)), inverse_planar(at + ivec3(0, 1, 0))) - z;
         seen = seen && !(z > 0.0 && shows_back(eye, at.xy, z, slopes));
     }
     vec2 position = position_of(from_source);

@@ -53,9 +53,9 @@ protected:
                 const Pose& pose = poses[i + std::size_t(k)];
                 depths[std::size_t(k)] = depth_from(distance, eye_camera, pose);
                 eyes[std::size_t(k)] = {eye_camera, pose, depths[std::size_t(k)].view()};
-                targets.upload_depth(k, depths[std::size_t(k)].view());
+                targets.upload_depth(k, eye_camera, depths[std::size_t(k)].view());
             }
-            look_up.reproject(view, textures, eyes, targets);
+            look_up.reproject(view, textures, eyes, targets.depth(), targets);
             for (int k = 0; k < 2; ++k) {
                 EyePicture expected, found;
                 reference->reproject(eyes[std::size_t(k)], expected);

@@ -1,0 +1,173 @@
+#include "analytic_scene.h"
+#include "gl_fixture.h"
+#include "squares.h"
+
+#include <depth/gl/depth_pass.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace equistream::test {
+namespace {
+
+/// A ball made of triangles: its corners lie on it, its middle at `at`.
+void add_ball(SceneModel& model, const glm::vec3& at, float radius, int steps) {
+    Mesh mesh;
+    for (int j = 0; j <= steps; ++j)
+        for (int i = 0; i <= 2 * steps; ++i) {
+            const double longitude = pi * i / steps, latitude = pi * j / steps;
+            mesh.positions.emplace_back(double(radius) * glm::dvec3(std::sin(latitude) * std::cos(longitude),
+                                                                    std::cos(latitude),
+                                                                    std::sin(latitude) * std::sin(longitude)));
+        }
+    const auto row = std::uint32_t(2 * steps + 1);
+    for (std::uint32_t j = 0; j < std::uint32_t(steps); ++j)
+        for (std::uint32_t i = 0; i < std::uint32_t(2 * steps); ++i) {
+            const std::uint32_t a = j * row + i;
+            mesh.triangles.emplace_back(a, a + 1, a + row);
+            mesh.triangles.emplace_back(a + 1, a + row + 1, a + row);
+        }
+    mesh.material = 0;
+    glm::mat4 transform(1);
+    transform[3] = glm::vec4(at, 1);
+    model.instances.push_back({std::uint32_t(model.meshes.size()), std::uint32_t(model.objects.size()), transform});
+    model.meshes.push_back(mesh);
+    model.objects.push_back({"ball", -1});
+}
+
+SceneModel ball_and_square() {
+    SceneModel model;
+    model.materials.resize(2);
+    add_ball(model, {0.3f, 0.2f, -2}, 0.5f, 60);
+    add_square(model, "wall", 3, {0, 0, -4}, 0);
+    return model;
+}
+
+double ball_and_square_m(const glm::dvec3& o, const glm::dvec3& d) {
+    const double wall = to_plane(o, d, {0, 0, 1}, -4);
+    const glm::dvec3 p = o + wall * d;
+    return std::min(to_sphere(o, d, glm::vec3(0.3f, 0.2f, -2), 0.5),
+                    std::max(std::abs(p.x), std::abs(p.y)) <= 3 ? wall : infinity);
+}
+
+/// Radial distances of a layer's corner that a view fills.
+FloatImage downloaded(const gl::DepthPass& pass, int layer, const PerspectiveCamera& camera) {
+    FloatImage depth_m(camera.width, camera.height, 1);
+    glGetTextureSubImage(pass.texture(), 0, 0, 0, layer, camera.width, camera.height, 1, GL_DEPTH_COMPONENT, GL_FLOAT,
+                         GLsizei(depth_m.samples().size_bytes()), depth_m.samples().data());
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+            float& sample = depth_m.pixel(x, y)[0];
+            const glm::dvec3 ray = camera.direction(x + 0.5, y + 0.5);
+            sample = float(1 / (double(sample) * double(gl::DepthPass::inverse_scale()) * -ray.z));
+        }
+    return depth_m;
+}
+
+/// Share of pixels that are off by more than `allowed`, relatively; misses agree with misses.
+double share_off(const FloatImage& depth_m, const Distance& distance, const gl::DepthViewpoint& view, double allowed) {
+    int off = 0;
+    for (int y = 0; y < depth_m.height(); ++y)
+        for (int x = 0; x < depth_m.width(); ++x) {
+            const double expected =
+                distance(view.pose.position_m, view.pose.orientation * view.camera.direction(x + 0.5, y + 0.5));
+            const double found = double(depth_m.pixel(x, y)[0]);
+            off += std::isinf(expected) ? !std::isinf(found) : !(std::abs(found / expected - 1) <= allowed);
+        }
+    return off / double(depth_m.samples().size());
+}
+
+const std::array<gl::DepthViewpoint, 3> views = {
+    gl::DepthViewpoint{{320, 200, pi / 2}, {{-0.03, 0, 0}, {1, 0, 0, 0}}},
+    gl::DepthViewpoint{{320, 200, pi / 2}, {{0.2, -0.1, 0.3}, yaw_pitch(0.4, -0.2)}},
+    gl::DepthViewpoint{{150, 240, 1.2}, {{0, 0, 0.5}, yaw_pitch(-0.5, 0.3)}}};
+
+class GlDepthPass : public Gl {};
+
+TEST_F(GlDepthPass, ViewsOfAnySizeHaveTheDistancesOfTheirRays) {
+    gl::DepthPass pass(ball_and_square());
+    pass.draw(views);
+    EXPECT_EQ(pass.size(), (gl::Size{320, 240}));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const FloatImage depth_m = downloaded(pass, int(i), views[i].camera);
+        // Corners lie on the ball, its facets within r (1 - cos(pi / 120)) of it; the outline is a pixel wide.
+        EXPECT_LT(share_off(depth_m, ball_and_square_m, views[i], 3e-3), 0.004) << i;
+        EXPECT_LT(share_off(depth_m, ball_and_square_m, views[i], 1e-5), 0.2) << i;
+    }
+}
+
+TEST_F(GlDepthPass, MovedInstancesAreWhereTheyWerePut) {
+    const SceneModel model = ball_and_square();
+    gl::DepthPass pass(model);
+    std::vector<glm::mat4> transforms = {model.instances[0].world_from_object, model.instances[1].world_from_object};
+    transforms[0][3] += glm::vec4(-0.7f, 0.1f, 0.4f, 0);
+    pass.set_transforms(transforms);
+    pass.draw(views);
+    const auto moved = [](const glm::dvec3& o, const glm::dvec3& d) {
+        const double ball = to_sphere(o, d, glm::vec3(-0.4f, 0.3f, -1.6f), 0.5);
+        const double wall = to_plane(o, d, {0, 0, 1}, -4);
+        const glm::dvec3 p = o + wall * d;
+        return std::min(ball, std::max(std::abs(p.x), std::abs(p.y)) <= 3 ? wall : infinity);
+    };
+    for (std::size_t i = 0; i < views.size(); ++i)
+        EXPECT_LT(share_off(downloaded(pass, int(i), views[i].camera), moved, views[i], 3e-3), 0.004) << i;
+}
+
+TEST_F(GlDepthPass, WhatNoViewSeesIsNotDrawn) {
+    SceneModel model = ball_and_square();
+    for (int i = 0; i < 20; ++i)
+        add_ball(model, {10.0f * float(i - 10), 0, 40}, 0.5f, 20);
+    gl::DepthPass pass(model);
+    const std::span<const gl::DepthViewpoint> one(views.data(), 1);
+    pass.draw(one);
+    const std::uint64_t before = 2 * 60 * 2 * 60 + 2;
+    EXPECT_GT(pass.triangle_count(), before);
+    EXPECT_LE(pass.drawn().triangles, before);
+    EXPECT_GT(pass.drawn().triangles, before / 3);
+    EXPECT_LT(share_off(downloaded(pass, 0, views[0].camera), ball_and_square_m, views[0], 3e-3), 0.004);
+    // Of a narrower pyramid within the view even less.
+    gl::DepthViewpoint narrow = views[0];
+    narrow.drawn_x_rad = narrow.drawn_y_rad = 0.05;
+    const std::uint32_t whole = pass.drawn().triangles;
+    pass.draw({&narrow, 1});
+    EXPECT_LT(pass.drawn().triangles, whole / 3);
+    const FloatImage depth_m = downloaded(pass, 0, narrow.camera);
+    const glm::dvec3 ahead = narrow.camera.direction(160.5, 100.5);
+    EXPECT_NEAR(depth_m.pixel(160, 100)[0], ball_and_square_m(narrow.pose.position_m, ahead), 3e-3);
+}
+
+/// The left half of a square's texture is cut away, repeated and mirrored.
+TEST_F(GlDepthPass, MasksCutWhatTheyDoNotCover) {
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror}) {
+        SceneModel model;
+        model.materials.resize(2);
+        model.materials[1].alpha_mask = 0;
+        model.alpha_masks.push_back({4, 3, wrap, wrap, {0, 0, 255, 255, 0, 0, 255, 255, 0, 0, 255, 0}});
+        add_square(model, "opaque", 6, {0, 0, -5}, 0);
+        add_square(model, "leaf", 1, {0, 0, -2}, 1);
+        for (glm::vec2& uv : model.meshes[1].uvs)
+            uv = 2.5f * uv - 0.6f;
+        gl::DepthPass pass(model);
+        const gl::DepthViewpoint view{{200, 200, pi / 2}, {}};
+        pass.draw({&view, 1});
+        const FloatImage depth_m = downloaded(pass, 0, view.camera);
+        int off = 0;
+        for (int y = 0; y < 200; ++y)
+            for (int x = 0; x < 200; ++x) {
+                const glm::dvec3 ray = view.camera.direction(x + 0.5, y + 0.5);
+                const glm::dvec2 at = glm::dvec2(ray) * (2 / -ray.z);
+                const glm::vec2 uv = 2.5f * glm::vec2(0.5 * (at.x + 1), 0.5 * (1 - at.y)) - 0.6f;
+                const bool leaf = std::abs(at.x) <= 1 && std::abs(at.y) <= 1 && model.alpha_masks[0].covers(uv);
+                const double expected = (leaf ? 2 : 5) / -ray.z;
+                off += !(std::abs(double(depth_m.pixel(x, y)[0]) / expected - 1) < 1e-4);
+            }
+        // Pixels on the lines between texels.
+        EXPECT_LT(off, 200) << int(wrap);
+    }
+}
+
+}  // namespace
+}  // namespace equistream::test
