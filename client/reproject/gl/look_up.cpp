@@ -33,18 +33,14 @@ glm::vec4 padded(Vec3f v) {
 }
 
 std::vector<std::string> defines(bool surface) {
-    std::string coefficients = "ATAN_COEFFICIENTS float[8](";
-    for (const float coefficient : atan_coefficients)
-        coefficients += formatted("%s%.9g", coefficients.back() == '(' ? "" : ", ", double(coefficient));
-    return {coefficients + ")",
-            formatted("BY_SURFACE %s", surface ? "true" : "false"),
-            formatted("MOST_EYES %d", most_eyes),
-            formatted("FAR_DISTANCE_M %.9g", double(far_distance_m)),
-            formatted("LEAST_BEHIND %.9g", double(least_behind)),
-            formatted("MOST_BEND %.9g", double(most_bend)),
-            formatted("LEAST_WEIGHT %.9g", double(least_weight)),
-            formatted("ORIGIN_SOURCE %du", int(PixelOrigin::source)),
-            formatted("ORIGIN_GAP %du", int(PixelOrigin::gap))};
+    std::vector<std::string> all = grid_defines();
+    all.insert(
+        all.end(),
+        {formatted("BY_SURFACE %s", surface ? "true" : "false"), formatted("MOST_EYES %d", most_eyes),
+         formatted("FAR_DISTANCE_M %.9g", double(far_distance_m)), formatted("LEAST_BEHIND %.9g", double(least_behind)),
+         formatted("MOST_BEND %.9g", double(most_bend)), formatted("LEAST_WEIGHT %.9g", double(least_weight)),
+         formatted("ORIGIN_SOURCE %du", int(PixelOrigin::source)), formatted("ORIGIN_GAP %du", int(PixelOrigin::gap))});
+    return all;
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include "source_textures.h"
 
+#include "../float_math.h"
 #include "../warp.h"
+
+#include <equistream/formatted.h>
 
 #include <cassert>
 #include <string>
@@ -49,6 +52,13 @@ std::vector<std::string> yuv_defines() {
 
 }  // namespace
 
+std::vector<std::string> grid_defines() {
+    std::string coefficients = "ATAN_COEFFICIENTS float[8](";
+    for (const float coefficient : atan_coefficients)
+        coefficients += formatted("%s%.9g", coefficients.back() == '(' ? "" : ", ", double(coefficient));
+    return {coefficients + ")"};
+}
+
 SourceTextures::SourceTextures()
     : yuv_to_rgb_({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, yuv_defines()),
       grid_(make_buffer(sizeof(GridBlock), GL_DYNAMIC_STORAGE_BIT)) {}
@@ -67,13 +77,16 @@ void SourceTextures::upload(const SourceView& source) {
         upload_rgb(source.rgb);
     else
         upload_yuv(source.yuv);
-    if (source.depth_m.data == nullptr) {
-        depth_ = {};
+    if (source.depth_m.data == nullptr)
         return;
-    }
-    if (!depth_)
-        depth_ = make_texture(size, GL_R32F);
+    depth_to_write();
     upload_plane(depth_, source.depth_m, {GL_RED, GL_FLOAT});
+}
+
+GLuint SourceTextures::depth_to_write() {
+    if (!depth_)
+        depth_ = make_texture(size_, GL_R32F);
+    return depth_.name();
 }
 
 void SourceTextures::upload_rgb(const ImageView<const std::uint8_t>& rgb) {

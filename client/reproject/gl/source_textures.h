@@ -5,21 +5,28 @@
 #include <equistream_client/view.h>
 
 #include <array>
+#include <string>
+#include <vector>
 
 namespace equistream::gl {
+
+/// What source_grid.glsl needs to know.
+std::vector<std::string> grid_defines();
 
 class SourceTextures {
 public:
     SourceTextures();
 
-    /// Uploads all planes of the view that it has (specular and virtual depth stay behind); the view's pixels are read
-    /// before this returns. Storage is kept as long as sizes stay.
+    /// Uploads colour, and depth where the view has some (specular and virtual depth stay behind); the view's pixels
+    /// are read before this returns. Storage is kept as long as sizes stay.
     void upload(const SourceView& source);
 
     Size size() const { return size_; }
     GLuint colour() const { return colour_.name(); }
     GLuint depth() const { return depth_.name(); }  ///< 0: the view had none
     GLuint grid() const { return grid_.name(); }    ///< the uniform block of source_grid.glsl
+    /// The same texture for a pass that finds the depth here; made where the view had none.
+    GLuint depth_to_write();
 
 private:
     void upload_rgb(const ImageView<const std::uint8_t>& rgb);
