@@ -17,8 +17,22 @@ class Context {
 public:
     virtual ~Context() = default;
     virtual void make_current() = 0;
+    /// So that another thread can make it current.
+    virtual void release() = 0;
     /// Of the context that is current.
     static Driver driver();
+};
+
+/// Makes a context current for as long as it lives.
+class Current {
+public:
+    explicit Current(Context& context) : context_(context) { context_.make_current(); }
+    ~Current() { context_.release(); }
+    Current(const Current&) = delete;
+    Current& operator=(const Current&) = delete;
+
+private:
+    Context& context_;
 };
 
 /// Without a window, by EGL: on the first device that has OpenGL 4.5, hardware first. Current when it returns. Throws

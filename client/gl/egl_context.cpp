@@ -6,6 +6,9 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <map>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -14,43 +17,71 @@ namespace {
 
 constexpr EGLint most_devices = 16;
 
-/// A display and a context without a surface; both go with it.
+/// An initialised display; EGL has one of each device for the whole process, which goes with the last context on it.
+class Display {
+public:
+    /// Null where it cannot be initialised.
+    static std::shared_ptr<Display> shared(EGLDisplay handle) {
+        static std::map<EGLDisplay, std::weak_ptr<Display>> known;
+        const std::lock_guard lock(mutex);
+        std::shared_ptr<Display> display = known[handle].lock();
+        if (display || eglInitialize(handle, nullptr, nullptr) != EGL_TRUE)
+            return display;
+        display.reset(new Display(handle));
+        known[handle] = display;
+        return display;
+    }
+    ~Display() {
+        const std::lock_guard lock(mutex);
+        eglTerminate(handle_);
+    }
+    Display(const Display&) = delete;
+    Display& operator=(const Display&) = delete;
+
+    EGLDisplay handle() const { return handle_; }
+
+private:
+    explicit Display(EGLDisplay handle) : handle_(handle) {}
+    static inline std::mutex mutex;
+    EGLDisplay handle_;
+};
+
+/// A context without a surface.
 class EglContext : public Context {
 public:
-    EglContext(EGLDisplay display, EGLContext context) : display_(display), context_(context) {}
+    EglContext(std::shared_ptr<Display> display, EGLContext context)
+        : display_(std::move(display)), context_(context) {}
     ~EglContext() override {
-        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-        eglDestroyContext(display_, context_);
-        eglTerminate(display_);
+        if (eglGetCurrentContext() == context_)
+            EglContext::release();
+        eglDestroyContext(display_->handle(), context_);
     }
     EglContext(const EglContext&) = delete;
     EglContext& operator=(const EglContext&) = delete;
 
     void make_current() override {
-        if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
+        if (eglMakeCurrent(display_->handle(), EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
             throw WorkError("OpenGL: the context without a window could not be made current");
     }
+    void release() override { eglMakeCurrent(display_->handle(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
 
 private:
-    EGLDisplay display_;
+    std::shared_ptr<Display> display_;
     EGLContext context_;
 };
 
 /// Nothing where the display has no OpenGL 4.5.
-std::unique_ptr<Context> context_on(EGLDisplay display) {
-    if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE)
+std::unique_ptr<Context> context_on(EGLDisplay handle) {
+    const std::shared_ptr<Display> display = handle == EGL_NO_DISPLAY ? nullptr : Display::shared(handle);
+    if (!display)
         return nullptr;
     constexpr std::array<EGLint, 7> wanted = {
         EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     EGLContext context = EGL_NO_CONTEXT;
     if (eglBindAPI(EGL_OPENGL_API) == EGL_TRUE)
-        context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted.data());
-    if (context == EGL_NO_CONTEXT) {
-        eglTerminate(display);
-        return nullptr;
-    }
-    return std::make_unique<EglContext>(display, context);
+        context = eglCreateContext(handle, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted.data());
+    return context == EGL_NO_CONTEXT ? nullptr : std::make_unique<EglContext>(display, context);
 }
 
 bool client_has(const char* extension) {

@@ -2,21 +2,12 @@
 layout(local_size_x = 64) in;
 
 #include "depth_views.glsl"
+#include "geometry.glsl"
 
-struct Item {
-    vec4 ball;  // in the mesh's axes
-    uint first_index, index_count, instance, masked;
-};
 struct Command {
     uint count, instances, first_index, base_vertex, base_instance;
 };
 
-layout(std430, binding = 0) readonly buffer Items {
-    Item items[];
-};
-layout(std430, binding = 1) readonly buffer Transforms {
-    mat4 world_from_object[];
-};
 layout(std430, binding = 2) writeonly buffer Opaque {
     Command opaque_commands[];
 };
@@ -49,7 +40,7 @@ void main() {
             drawn = drawn && dot(views[view].planes[plane].xyz, seen) > -radius;
         if (!drawn)
             continue;
-        Command command = Command(item.index_count, 1u, item.first_index, 0u, item.instance * MOST_VIEWS + uint(view));
+        Command command = Command(item.index_count, 1u, item.first_index, 0u, index * MOST_VIEWS + uint(view));
         atomicAdd(triangles, item.index_count / 3u);
         if (item.masked == 0u)
             opaque_commands[atomicAdd(opaque_count, 1u)] = command;

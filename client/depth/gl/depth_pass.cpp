@@ -10,8 +10,6 @@
 #include <cassert>
 #include <cmath>
 #include <numeric>
-#include <string>
-#include <vector>
 
 namespace equistream::gl {
 
@@ -39,11 +37,8 @@ struct ViewBlock {
 
 constexpr GLuint group_items = 64;
 
-std::vector<std::string> defines() {
-    return {formatted("MOST_VIEWS %d", most_views)};
-}
 std::vector<std::string> masked_defines() {
-    std::vector<std::string> all = defines();
+    std::vector<std::string> all = DepthPass::geometry_defines();
     all.emplace_back("MASKED 1");
     return all;
 }
@@ -83,9 +78,10 @@ ViewBlock block_of(const DepthViewpoint& view) {
 }  // namespace
 
 DepthPass::DepthPass(const SceneModel& model)
-    : cull_({{GL_COMPUTE_SHADER, "cull.glsl"}}, defines()),
-      opaque_({{GL_VERTEX_SHADER, "depth_vertex.glsl"}, {GL_FRAGMENT_SHADER, "nothing_fragment.glsl"}}, defines()),
-      masked_({{GL_VERTEX_SHADER, "depth_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mask_fragment.glsl"}}, masked_defines()),
+    : cull_({{GL_COMPUTE_SHADER, "cull.glsl"}}, geometry_defines()),
+      opaque_({{GL_VERTEX_SHADER, "depth_vertex.glsl"}, {GL_FRAGMENT_SHADER, "depth_fragment.glsl"}},
+              geometry_defines()),
+      masked_({{GL_VERTEX_SHADER, "depth_vertex.glsl"}, {GL_FRAGMENT_SHADER, "depth_fragment.glsl"}}, masked_defines()),
       triangle_count_(model.triangle_count()), instance_count_(std::uint32_t(model.instances.size())),
       views_(make_buffer(most_views * sizeof(ViewBlock), GL_DYNAMIC_STORAGE_BIT)) {
     const ClusteredMeshes meshes = cluster_meshes(model);
@@ -117,7 +113,7 @@ DepthPass::DepthPass(const SceneModel& model)
     positions_ = make_buffer_of(std::span<const glm::vec3>(meshes.positions));
     uvs_ = make_buffer_of(std::span<const glm::vec2>(meshes.uvs));
     indices_ = make_buffer_of(std::span<const std::uint32_t>(meshes.indices));
-    std::vector<std::uint32_t> identities(std::size_t(instance_count_) * most_views);
+    std::vector<std::uint32_t> identities(items.size() * most_views);
     std::iota(identities.begin(), identities.end(), 0u);
     identities_ = make_buffer_of(std::span<const std::uint32_t>(identities));
     GLuint name = 0;
@@ -176,11 +172,12 @@ void DepthPass::size_for(std::span<const DepthViewpoint> views) {
     size_ = size;
     layers_ = int(views.size());
     depth_ = make_layered_texture(size, layers_, GL_DEPTH_COMPONENT32F);
+    triangles_ = make_layered_texture(size, layers_, GL_R32UI);
     GLuint name = 0;
     glCreateFramebuffers(1, &name);
     framebuffer_ = Framebuffer(name);
     glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_.name(), 0);
-    glNamedFramebufferDrawBuffer(name, GL_NONE);
+    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, triangles_.name(), 0);
 }
 
 void DepthPass::cull(std::size_t views) {
@@ -214,7 +211,9 @@ void DepthPass::draw(std::span<const DepthViewpoint> views) {
     cull(views.size());
 
     constexpr float miss = 0;
+    constexpr std::array<GLuint, 4> none{};
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
+    glClearNamedFramebufferuiv(framebuffer_.name(), GL_COLOR, 0, none.data());
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
     for (std::size_t i = 0; i < views.size(); ++i)
         glViewportIndexedf(GLuint(i), 0, 0, float(views[i].camera.width), float(views[i].camera.height));
@@ -224,13 +223,22 @@ void DepthPass::draw(std::span<const DepthViewpoint> views) {
     glBindVertexArray(vertices_.name());
     draw_list(opaque_, opaque_commands_, offsetof(Counts, opaque));
     if (has_masks_) {
-        const std::array buffers = {instance_masks_.name(), masks_.name(), mask_bits_.name()};
-        glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 5, GLsizei(buffers.size()), buffers.data());
+        bind_geometry();
         draw_list(masked_, masked_commands_, offsetof(Counts, masked));
     }
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glDisable(GL_DEPTH_TEST);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+void DepthPass::bind_geometry() const {
+    const std::array buffers = {items_.name(),   transforms_.name(),     positions_.name(), uvs_.name(),
+                                indices_.name(), instance_masks_.name(), masks_.name(),     mask_bits_.name()};
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
+}
+
+std::vector<std::string> DepthPass::geometry_defines() {
+    return {formatted("MOST_VIEWS %du", most_views), formatted("MOST_TRIANGLES %zuu", most_cluster_triangles)};
 }
 
 DrawnFigures DepthPass::drawn() const {

@@ -13,6 +13,8 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace equistream::gl {
 
@@ -46,6 +48,12 @@ public:
     void draw(std::span<const DepthViewpoint> views);
 
     GLuint texture() const { return depth_.name(); }
+    /// Which triangle each texel shows, as depth_fragment.glsl numbers them; 0: none. bind_geometry is how to find it.
+    GLuint triangles() const { return triangles_.name(); }
+    /// Binds what geometry.glsl and masks.glsl read, and positions, texture coordinates and indices at 2, 3 and 4.
+    void bind_geometry() const;
+    /// What those files must have defined.
+    static std::vector<std::string> geometry_defines();
     static float inverse_scale() { return float(1 / near_plane_m); }
     /// Of the last draw; waits for the GPU.
     DrawnFigures drawn() const;
@@ -67,7 +75,7 @@ private:
     VertexArray vertices_;
     Size size_;
     int layers_ = 0;
-    Texture depth_;
+    Texture depth_, triangles_;
     Framebuffer framebuffer_;
 };
 

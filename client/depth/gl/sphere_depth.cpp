@@ -9,6 +9,7 @@
 #include <array>
 #include <cassert>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -21,9 +22,14 @@ struct ViewBlock {
     glm::vec4 size;
 };
 
+/// In barycentric coordinates, so that no ray slips through between two triangles.
+constexpr double edge_tolerance = 1e-5;
+
 std::vector<std::string> defines() {
     std::vector<std::string> all = grid_defines();
-    all.push_back(formatted("MOST_VIEWS %d", most_views));
+    for (std::string& define : DepthPass::geometry_defines())
+        all.push_back(std::move(define));
+    all.push_back(formatted("EDGE %.9g", edge_tolerance));
     return all;
 }
 
@@ -46,8 +52,12 @@ void SphereDepth::resolve(const DepthPass& pass, int first_layer, const SphereVi
     glNamedBufferSubData(views_.name(), 0, GLsizeiptr(views.views.size() * sizeof(ViewBlock)), blocks.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, views_.name());
+    pass.bind_geometry();
     glBindTextureUnit(0, pass.texture());
+    glBindTextureUnit(1, pass.triangles());
     glBindImageTexture(0, source.depth_to_write(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+    program_.set("centre_world", glm::vec3(source_pose.position_m));
+    program_.set("world_from_source", glm::mat3(glm::mat3_cast(source_pose.orientation)));
     program_.set("view_count", int(views.views.size()));
     program_.set("inverse_depth_scale", DepthPass::inverse_scale());
     program_.set("first", glm::ivec2(views.samples.first_column, views.samples.first_row));

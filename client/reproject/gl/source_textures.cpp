@@ -6,6 +6,7 @@
 #include <equistream/formatted.h>
 
 #include <cassert>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -63,16 +64,27 @@ SourceTextures::SourceTextures()
     : yuv_to_rgb_({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, yuv_defines()),
       grid_(make_buffer(sizeof(GridBlock), GL_DYNAMIC_STORAGE_BIT)) {}
 
-void SourceTextures::upload(const SourceView& source) {
-    const Size size{width_of(source.camera), height_of(source.camera)};
+void SourceTextures::describe(const Camera& camera) {
+    const Size size{width_of(camera), height_of(camera)};
     if (!(size == size_)) {
         size_ = size;
-        colour_ = make_texture(size, GL_RGBA8);
+        colour_ = {};
         depth_ = {};
         planes_ = {};
     }
-    const GridBlock block = block_of(source_grid(source.camera));
+    const GridBlock block = block_of(source_grid(camera));
     glNamedBufferSubData(grid_.name(), 0, sizeof block, &block);
+}
+
+void SourceTextures::forget_depth() {
+    const float unknown = std::nanf("");
+    glClearTexImage(depth_to_write(), 0, GL_RED, GL_FLOAT, &unknown);
+}
+
+void SourceTextures::upload(const SourceView& source) {
+    describe(source.camera);
+    if (!colour_)
+        colour_ = make_texture(size_, GL_RGBA8);
     if (source.rgb.data != nullptr)
         upload_rgb(source.rgb);
     else

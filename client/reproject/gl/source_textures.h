@@ -17,6 +17,10 @@ class SourceTextures {
 public:
     SourceTextures();
 
+    /// What directions of the source's samples are: for depth that a pass finds, where no picture is needed.
+    void describe(const Camera& camera);
+    /// Makes the depth of all samples unknown.
+    void forget_depth();
     /// Uploads colour, and depth where the view has some (specular and virtual depth stay behind); the view's pixels
     /// are read before this returns. Storage is kept as long as sizes stay.
     void upload(const SourceView& source);

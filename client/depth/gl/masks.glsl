@@ -1,7 +1,10 @@
-// Cuts what an alpha mask does not cover: the nearest texel, as AlphaMask::covers has it.
+// Alpha masks: the nearest texel, as AlphaMask::covers has it.
 
 struct Mask {
     uint first_bit, width, height, wrap;  // wrap: u + 4 v; 0 repeat, 1 clamp, 2 mirror
+};
+layout(std430, binding = 5) readonly buffer InstanceMasks {
+    uint mask_of_instance[];
 };
 layout(std430, binding = 6) readonly buffer Masks {
     Mask masks[];
@@ -9,9 +12,6 @@ layout(std430, binding = 6) readonly buffer Masks {
 layout(std430, binding = 7) readonly buffer MaskBits {
     uint bits[];
 };
-
-in vec2 mask_uv;
-flat in uint mask;
 
 uint texel(float x, uint size, uint wrap) {
     if (wrap == 0u) {
@@ -24,9 +24,8 @@ uint texel(float x, uint size, uint wrap) {
     return min(uint(x * float(size)), size - 1u);
 }
 
-void main() {
+bool covers(uint mask, vec2 uv) {
     Mask m = masks[mask];
-    uint bit = m.first_bit + texel(mask_uv.y, m.height, m.wrap / 4u) * m.width + texel(mask_uv.x, m.width, m.wrap % 4u);
-    if ((bits[bit / 32u] >> (bit % 32u) & 1u) == 0u)
-        discard;
+    uint bit = m.first_bit + texel(uv.y, m.height, m.wrap / 4u) * m.width + texel(uv.x, m.width, m.wrap % 4u);
+    return (bits[bit / 32u] >> (bit % 32u) & 1u) != 0u;
 }

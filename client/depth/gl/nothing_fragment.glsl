@@ -1,2 +1,0 @@
-// Depth alone.
-void main() {}
