@@ -1,4 +1,5 @@
 #include "context.h"
+#include "errors.h"
 
 #include <equistream/error.h>
 
@@ -6,9 +7,7 @@
 #include <epoxy/gl.h>
 
 #include <array>
-#include <map>
-#include <mutex>
-#include <utility>
+#include <string>
 #include <vector>
 
 namespace equistream::gl {
@@ -16,72 +15,61 @@ namespace equistream::gl {
 namespace {
 
 constexpr EGLint most_devices = 16;
+/// That vertex shaders read at once.
+constexpr GLint vertex_storage_blocks = 3;
 
-/// An initialised display; EGL has one of each device for the whole process, which goes with the last context on it.
-class Display {
-public:
-    /// Null where it cannot be initialised.
-    static std::shared_ptr<Display> shared(EGLDisplay handle) {
-        static std::map<EGLDisplay, std::weak_ptr<Display>> known;
-        const std::lock_guard lock(mutex);
-        std::shared_ptr<Display> display = known[handle].lock();
-        if (display || eglInitialize(handle, nullptr, nullptr) != EGL_TRUE)
-            return display;
-        display.reset(new Display(handle));
-        known[handle] = display;
-        return display;
-    }
-    ~Display() {
-        const std::lock_guard lock(mutex);
-        eglTerminate(handle_);
-    }
-    Display(const Display&) = delete;
-    Display& operator=(const Display&) = delete;
-
-    EGLDisplay handle() const { return handle_; }
-
-private:
-    explicit Display(EGLDisplay handle) : handle_(handle) {}
-    static inline std::mutex mutex;
-    EGLDisplay handle_;
-};
-
-/// A context without a surface.
+/// A context without a surface. Its display stays initialised: EGL has one of each device for the whole process, which
+/// others may use.
 class EglContext : public Context {
 public:
-    EglContext(std::shared_ptr<Display> display, EGLContext context)
-        : display_(std::move(display)), context_(context) {}
+    EglContext(EGLDisplay display, EGLContext context) : display_(display), context_(context) {}
     ~EglContext() override {
         if (eglGetCurrentContext() == context_)
             EglContext::release();
-        eglDestroyContext(display_->handle(), context_);
+        eglDestroyContext(display_, context_);
     }
     EglContext(const EglContext&) = delete;
     EglContext& operator=(const EglContext&) = delete;
 
     void make_current() override {
-        if (eglMakeCurrent(display_->handle(), EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
+        if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE ||
+            eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
             throw WorkError("OpenGL: the context without a window could not be made current");
     }
-    void release() override { eglMakeCurrent(display_->handle(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
+    void release() override { eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
 
 private:
-    std::shared_ptr<Display> display_;
+    EGLDisplay display_;
     EGLContext context_;
 };
 
 /// Nothing where the display has no OpenGL 4.5.
-std::unique_ptr<Context> context_on(EGLDisplay handle) {
-    const std::shared_ptr<Display> display = handle == EGL_NO_DISPLAY ? nullptr : Display::shared(handle);
-    if (!display)
+std::unique_ptr<Context> context_on(EGLDisplay display) {
+    if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE)
         return nullptr;
-    constexpr std::array<EGLint, 7> wanted = {
-        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const std::array<EGLint, 9> wanted = {EGL_CONTEXT_MAJOR_VERSION,
+                                          4,
+                                          EGL_CONTEXT_MINOR_VERSION,
+                                          5,
+                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                          EGL_CONTEXT_OPENGL_DEBUG,
+                                          errors_abort() ? EGL_TRUE : EGL_FALSE,
+                                          EGL_NONE};
     EGLContext context = EGL_NO_CONTEXT;
     if (eglBindAPI(EGL_OPENGL_API) == EGL_TRUE)
-        context = eglCreateContext(handle, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted.data());
+        context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, wanted.data());
     return context == EGL_NO_CONTEXT ? nullptr : std::make_unique<EglContext>(display, context);
+}
+
+/// What the current context lacks of what is drawn with; empty where it has all.
+std::string missing() {
+    for (const char* extension : {"GL_ARB_shader_viewport_layer_array", "GL_ARB_indirect_parameters"})
+        if (!epoxy_has_gl_extension(extension))
+            return extension;
+    GLint blocks = 0;
+    glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &blocks);
+    return blocks < vertex_storage_blocks ? "storage blocks for vertex shaders" : "";
 }
 
 bool client_has(const char* extension) {
@@ -115,14 +103,43 @@ std::vector<EGLDisplay> displays() {
 
 }  // namespace
 
+KeptContext::KeptContext()
+    : display_(eglGetCurrentDisplay()), context_(eglGetCurrentContext()), draw_(eglGetCurrentSurface(EGL_DRAW)),
+      read_(eglGetCurrentSurface(EGL_READ)) {}
+
+KeptContext::~KeptContext() {
+    if (context_ != EGL_NO_CONTEXT)
+        eglMakeCurrent(display_, draw_, read_, context_);
+    else if (eglGetCurrentContext() != EGL_NO_CONTEXT)
+        eglMakeCurrent(eglGetCurrentDisplay(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
+
 std::unique_ptr<Context> make_offscreen_context() {
-    for (const EGLDisplay display : displays())
-        if (auto context = context_on(display)) {
+    std::string found;
+    const auto pass_over = [&](const std::string& why) { found += (found.empty() ? "" : ", ") + why; };
+    for (const EGLDisplay display : displays()) {
+        std::unique_ptr<Context> context = context_on(display);
+        if (!context)
+            continue;
+        try {
             context->make_current();
+        } catch (const WorkError&) {
+            pass_over("one that cannot be made current");
+            continue;
+        }
+        const std::string lack = missing();
+        if (lack.empty()) {
+            if (errors_abort())
+                watch_errors();
             return context;
         }
-    throw InputError(expected_found("OpenGL", "a driver with version 4.5 that EGL can use without a window",
-                                    "none (Mesa's, on the CPU, is in the package libgl1-mesa-dri)"));
+        pass_over(Context::driver().renderer + " without " + lack);
+    }
+    throw InputError(expected_found(
+        "OpenGL",
+        "a driver that EGL can use without a window, with version 4.5, GL_ARB_shader_viewport_layer_array and "
+        "GL_ARB_indirect_parameters",
+        found.empty() ? "none (Mesa's, on the CPU, is in the package libgl1-mesa-dri)" : found));
 }
 
 }  // namespace equistream::gl

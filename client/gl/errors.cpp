@@ -1,13 +1,18 @@
+#include "errors.h"
+
 #include "context.h"
 
 #include <epoxy/gl.h>
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 
 namespace equistream::gl {
 
 namespace {
+
+std::atomic<bool> is_wanted = false;
 
 void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei, const GLchar* message, const void*) {
     // Programs throw what their compiler says.
@@ -19,8 +24,18 @@ void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei, 
 
 }  // namespace
 
-bool Driver::is_software() const {
-    return renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
+bool errors_abort() {
+    return is_wanted;
+}
+
+void watch_errors() {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_message, nullptr);
+}
+
+void abort_on_errors() {
+    is_wanted = true;
 }
 
 Driver Context::driver() {
@@ -29,12 +44,6 @@ Driver Context::driver() {
         return found != nullptr ? std::string(reinterpret_cast<const char*>(found)) : std::string();
     };
     return {text(GL_VENDOR), text(GL_RENDERER), text(GL_VERSION)};
-}
-
-void abort_on_errors() {
-    glEnable(GL_DEBUG_OUTPUT);
-    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-    glDebugMessageCallback(on_message, nullptr);
 }
 
 }  // namespace equistream::gl

@@ -8,7 +8,7 @@
 
 namespace equistream::gl {
 
-/// `Kind` has make() and free(name).
+/// `Kind` has free(name).
 template <typename Kind>
 class Object {
 public:
@@ -42,22 +42,19 @@ struct FramebufferKind {
 struct VertexArrayKind {
     static void free(GLuint name) { glDeleteVertexArrays(1, &name); }
 };
-struct QueryKind {
-    static void free(GLuint name) { glDeleteQueries(1, &name); }
-};
 
 using Texture = Object<TextureKind>;
 using Buffer = Object<BufferKind>;
 using Framebuffer = Object<FramebufferKind>;
 using VertexArray = Object<VertexArrayKind>;
-using Query = Object<QueryKind>;
 
 struct Size {
     int width = 0, height = 0;
     bool operator==(const Size&) const = default;
 };
 
-/// Immutable storage, one level, nearest samples, clamped to its edges.
+/// Immutable storage, one level, nearest samples, clamped to its edges. Storage of any kind throws WorkError in one
+/// line where the driver's limits, of textures and of the storage blocks of shaders, or its memory are too small.
 Texture make_texture(Size size, GLenum format);
 /// The same with `layers` of them (GL_TEXTURE_2D_ARRAY).
 Texture make_layered_texture(Size size, int layers, GLenum format);
@@ -68,5 +65,18 @@ template <typename T>
 Buffer make_buffer_of(std::span<const T> content, GLbitfield flags = 0) {
     return make_buffer(std::as_bytes(content), flags);
 }
+
+/// Whose status is not complete throws WorkError.
+void require_complete(const Framebuffer& framebuffer);
+
+/// How pixels lie in memory.
+struct PixelLayout {
+    GLenum format, type;
+    std::size_t bytes;  ///< of a pixel
+};
+
+/// Copies the first rows and columns of a layer (0 of a texture without layers) to memory whose rows are `row_bytes`
+/// apart, a whole number of pixels. Waits for the GPU.
+void download(GLuint texture, int layer, Size size, const PixelLayout& layout, void* to, std::size_t row_bytes);
 
 }  // namespace equistream::gl

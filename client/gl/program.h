@@ -1,5 +1,5 @@
 #pragma once
-/// Programs from the GLSL files that are compiled into the library (shaders/*.glsl of the rooms that draw).
+/// Programs from the GLSL files that are compiled into the library (gl/*.glsl of the rooms that draw).
 #include "objects.h"
 
 #include <glm/mat3x3.hpp>
@@ -36,7 +36,6 @@ public:
 
     void set(const char* uniform, int value) const;
     void set(const char* uniform, float value) const;
-    void set(const char* uniform, glm::vec2 value) const;
     void set(const char* uniform, glm::vec3 value) const;
     void set(const char* uniform, glm::ivec2 value) const;
     void set(const char* uniform, const glm::mat3& value) const;

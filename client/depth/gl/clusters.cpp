@@ -2,7 +2,11 @@
 
 #include <meshoptimizer.h>
 
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace equistream::gl {
@@ -34,6 +38,19 @@ void append_mesh(const SceneModel& model, const Mesh& mesh, ClusteredMeshes& all
     all.uvs.insert(all.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
 }
 
+/// Of a symmetric matrix, in closed form: it is q + p B where B has trace 0 and 6 for its squares' sum, so that its
+/// eigenvalues are 2 cos(phi), 3 phi the arc cosine of half its determinant.
+double largest_eigenvalue(const glm::dmat3& a) {
+    const double q = (a[0][0] + a[1][1] + a[2][2]) / 3;
+    const glm::dmat3 rest = a - glm::dmat3(q);
+    const double p =
+        std::sqrt((glm::dot(rest[0], rest[0]) + glm::dot(rest[1], rest[1]) + glm::dot(rest[2], rest[2])) / 6);
+    if (!(p > 0))
+        return q;
+    const double half = std::clamp(glm::determinant(rest * (1 / p)) / 2, -1.0, 1.0);
+    return q + 2 * p * std::cos(std::acos(half) / 3);
+}
+
 }  // namespace
 
 ClusteredMeshes cluster_meshes(const SceneModel& model) {
@@ -47,6 +64,12 @@ ClusteredMeshes cluster_meshes(const SceneModel& model) {
     if (!all.uvs.empty())
         all.uvs.resize(all.positions.size());
     return all;
+}
+
+float length_growth(const glm::mat4& transform) {
+    constexpr double above_rounding = 1 + 1e-6;
+    const glm::dmat3 m(transform);
+    return float(above_rounding * std::sqrt(largest_eigenvalue(glm::transpose(m) * m)));
 }
 
 }  // namespace equistream::gl

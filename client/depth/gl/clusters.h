@@ -2,8 +2,11 @@
 /// A scene's triangles in clusters that lie close together, so that what a view does not see need not be drawn.
 #include <equistream_scene/model.h>
 
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -31,5 +34,8 @@ struct ClusteredMeshes {
 };
 
 ClusteredMeshes cluster_meshes(const SceneModel& model);
+
+/// By how much a transform may make a length grow: its largest singular value, never from below.
+float length_growth(const glm::mat4& transform);
 
 }  // namespace equistream::gl

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace equistream::gl {
 
@@ -43,26 +43,12 @@ std::vector<std::string> masked_defines() {
     return all;
 }
 
-/// By how much a transform may make a length grow: the largest singular value, from below within a per cent.
-float growth_of(const glm::mat4& transform) {
-    const glm::dmat3 m(transform), squared = glm::transpose(m) * m;
-    glm::dvec3 v = glm::normalize(glm::dvec3(1, 0.9, 1.1));
-    for (int i = 0; i < 32; ++i) {
-        const glm::dvec3 next = squared * v;
-        if (!(glm::length(next) > 0))
-            return 0;
-        v = glm::normalize(next);
-    }
-    return float(1.01 * std::sqrt(glm::length(squared * v)));
-}
-
 ViewBlock block_of(const DepthViewpoint& view) {
     ViewBlock block;
     const glm::dmat4 turn = glm::mat4_cast(glm::conjugate(view.pose.orientation));
     block.view_from_world = glm::mat4(glm::translate(turn, -view.pose.position_m));
     const double focal = view.camera.focal_px();
-    const double edge_x = view.drawn_x_rad > 0 ? std::tan(view.drawn_x_rad / 2) : view.camera.width / (2 * focal);
-    const double edge_y = view.drawn_y_rad > 0 ? std::tan(view.drawn_y_rad / 2) : view.camera.height / (2 * focal);
+    const double edge_x = view.camera.width / (2 * focal), edge_y = view.camera.height / (2 * focal);
     const auto side = [](double x, double y, double edge) {
         return glm::vec4(glm::normalize(glm::dvec3(x, y, -edge)), 0);
     };
@@ -74,6 +60,38 @@ ViewBlock block_of(const DepthViewpoint& view) {
     block.scale = {2 * focal / view.camera.width, -2 * focal / view.camera.height, near_plane_m, 0};
     return block;
 }
+
+/// All state that drawing depth relies on; clip control, the depth test and its function are as before when it goes.
+class DrawingState {
+public:
+    DrawingState() : has_depth_test_(glIsEnabled(GL_DEPTH_TEST)) {
+        glGetIntegerv(GL_CLIP_ORIGIN, &clip_origin_);
+        glGetIntegerv(GL_CLIP_DEPTH_MODE, &clip_depth_);
+        glGetIntegerv(GL_DEPTH_FUNC, &depth_function_);
+        for (const GLenum off : {GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP, GL_DEPTH_CLAMP,
+                                 GL_RASTERIZER_DISCARD, GL_POLYGON_OFFSET_FILL, GL_PRIMITIVE_RESTART})
+            glDisable(off);
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_GREATER);
+        glDepthMask(GL_TRUE);
+        glDepthRangef(0, 1);
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    }
+    ~DrawingState() {
+        glClipControl(GLenum(clip_origin_), GLenum(clip_depth_));
+        glDepthFunc(GLenum(depth_function_));
+        if (has_depth_test_ == GL_FALSE)
+            glDisable(GL_DEPTH_TEST);
+    }
+    DrawingState(const DrawingState&) = delete;
+    DrawingState& operator=(const DrawingState&) = delete;
+
+private:
+    GLboolean has_depth_test_;
+    GLint clip_origin_ = 0, clip_depth_ = 0, depth_function_ = 0;
+};
 
 }  // namespace
 
@@ -158,30 +176,37 @@ void DepthPass::upload_masks(const SceneModel& model) {
 void DepthPass::set_transforms(std::span<const glm::mat4> world_from_object) {
     assert(world_from_object.size() == instance_count_);
     std::vector<float> growth(world_from_object.size());
-    std::ranges::transform(world_from_object, growth.begin(), growth_of);
+    std::ranges::transform(world_from_object, growth.begin(), length_growth);
     glNamedBufferSubData(transforms_.name(), 0, GLsizeiptr(world_from_object.size_bytes()), world_from_object.data());
     glNamedBufferSubData(growth_.name(), 0, GLsizeiptr(growth.size() * sizeof(float)), growth.data());
 }
 
 void DepthPass::size_for(std::span<const DepthViewpoint> views) {
-    Size size;
+    Size size = size_;
     for (const DepthViewpoint& view : views)
         size = {std::max(size.width, view.camera.width), std::max(size.height, view.camera.height)};
-    if (size == size_ && int(views.size()) == layers_)
+    const int layers = std::max(layers_, int(views.size()));
+    if (size == size_ && layers == layers_)
         return;
-    size_ = size;
-    layers_ = int(views.size());
-    depth_ = make_layered_texture(size, layers_, GL_DEPTH_COMPONENT32F);
-    triangles_ = make_layered_texture(size, layers_, GL_R32UI);
+    Texture depth = make_layered_texture(size, layers, GL_DEPTH_COMPONENT32F);
+    Texture triangles = make_layered_texture(size, layers, GL_R32UI);
     GLuint name = 0;
     glCreateFramebuffers(1, &name);
-    framebuffer_ = Framebuffer(name);
-    glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_.name(), 0);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, triangles_.name(), 0);
+    Framebuffer framebuffer(name);
+    glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth.name(), 0);
+    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, triangles.name(), 0);
+    require_complete(framebuffer);
+    size_ = size;
+    layers_ = layers;
+    depth_ = std::move(depth);
+    triangles_ = std::move(triangles);
+    framebuffer_ = std::move(framebuffer);
 }
 
 void DepthPass::cull(std::size_t views) {
     constexpr Counts none{};
+    // The last cull's counts were written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glNamedBufferSubData(counts_.name(), 0, sizeof none, &none);
     const std::array buffers = {items_.name(),           transforms_.name(), opaque_commands_.name(),
                                 masked_commands_.name(), counts_.name(),     growth_.name()};
@@ -210,6 +235,7 @@ void DepthPass::draw(std::span<const DepthViewpoint> views) {
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.name());
     cull(views.size());
 
+    const DrawingState state;
     constexpr float miss = 0;
     constexpr std::array<GLuint, 4> none{};
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
@@ -217,9 +243,6 @@ void DepthPass::draw(std::span<const DepthViewpoint> views) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
     for (std::size_t i = 0; i < views.size(); ++i)
         glViewportIndexedf(GLuint(i), 0, 0, float(views[i].camera.width), float(views[i].camera.height));
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_GREATER);
     glBindVertexArray(vertices_.name());
     draw_list(opaque_, opaque_commands_, offsetof(Counts, opaque));
     if (has_masks_) {
@@ -227,7 +250,6 @@ void DepthPass::draw(std::span<const DepthViewpoint> views) {
         draw_list(masked_, masked_commands_, offsetof(Counts, masked));
     }
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glDisable(GL_DEPTH_TEST);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 

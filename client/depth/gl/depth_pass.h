@@ -26,8 +26,6 @@ inline constexpr double near_plane_m = 0.01;
 struct DepthViewpoint {
     PerspectiveCamera camera;
     Pose pose;
-    /// Only what lies within the pyramid of this horizontal and vertical field of view is drawn; 0: the whole view.
-    double drawn_x_rad = 0, drawn_y_rad = 0;
 };
 
 struct DrawnFigures {
@@ -44,7 +42,7 @@ public:
     void set_transforms(std::span<const glm::mat4> world_from_object);
 
     /// Layer i shows views[i] in its lower rows and columns: row 0 is a view's first. Samples times inverse_scale() are
-    /// 1 / planar depth, 0 for a miss.
+    /// 1 / planar depth, 0 for a miss. Storage grows and never shrinks. Throws WorkError where the driver has none.
     void draw(std::span<const DepthViewpoint> views);
 
     GLuint texture() const { return depth_.name(); }

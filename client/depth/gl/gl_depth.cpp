@@ -4,23 +4,20 @@
 #include "sphere_depth.h"
 #include "sphere_views.h"
 
-#include <equistream_client/engine.h>
+#include <equistream/error.h>
 #include <gl/context.h>
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <array>
 #include <cassert>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 namespace equistream {
 
 namespace {
 
-/// Those cast since the time was set; a few more than a pair of eyes, for whoever asks for other views too.
+/// Eyes whose look-ups are told apart from all others; where more are cast, spheres are drawn whole.
 constexpr std::size_t most_remembered = 4;
 
 /// Radial distances of a flat view's planar ones; the two have one size.
@@ -34,64 +31,72 @@ void to_radial(const PerspectiveCamera& camera, ImageView<float> depth_m) {
     });
 }
 
+std::size_t row_bytes(const ImageView<float>& depth_m) {
+    return std::size_t(depth_m.row_stride) * sizeof(float);
+}
+
 }  // namespace
 
 struct GlDepth::State {
+    /// What lives in the context.
+    struct Drawing {
+        explicit Drawing(const SceneModel& model) : pass(model) {}
+
+        gl::DepthPass pass;
+        gl::SphereDepth sphere_depth;
+        gl::SourceTextures source;
+    };
+
     SceneDescription scene;
     GlDepthOptions options;
     SceneModel model;
     std::vector<std::uint32_t> movers;
     std::unique_ptr<gl::Context> context;
-    std::optional<gl::DepthPass> pass;
-    std::optional<gl::SphereDepth> sphere_depth;
-    std::optional<gl::SourceTextures> source;
+    std::unique_ptr<Drawing> drawing;
     std::vector<EyeView> eyes;
     GlDepthFigures figures;
-    std::mutex drawing;
+    mutable std::mutex mutex;
 
     State(const SceneDescription& description, const GlDepthOptions& gl_options)
         : scene(description), options(gl_options), model(load_model(description, {.shading = false})),
-          movers(find_moving_instances(model, scene)), context(gl::make_offscreen_context()) {
-        pass.emplace(model);
-        sphere_depth.emplace();
-        source.emplace();
-        context->release();
+          movers(find_moving_instances(model, scene)) {
+        const gl::KeptContext before;
+        context = gl::make_offscreen_context();
+        drawing = std::make_unique<Drawing>(model);
     }
     ~State() {
-        context->make_current();
-        source.reset();
-        sphere_depth.reset();
-        pass.reset();
+        try {
+            const gl::Current current(*context);
+            drawing.reset();
+        } catch (const WorkError&) {
+            // Nothing can be freed one by one; the context, which goes now, has it all.
+            static_cast<void>(drawing.release());
+        }
     }
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
 
     void cast_view(const PerspectiveCamera& camera, const Pose& pose, ImageView<float> depth_m) {
         const gl::DepthViewpoint view{camera, pose};
-        pass->draw({&view, 1});
+        drawing->pass.draw({&view, 1});
         figures.views = 1;
-        glPixelStorei(GL_PACK_ROW_LENGTH, GLint(depth_m.row_stride));
-        glGetTextureSubImage(pass->texture(), 0, 0, 0, 0, camera.width, camera.height, 1, GL_DEPTH_COMPONENT, GL_FLOAT,
-                             GLsizei(std::size_t(depth_m.row_stride) * std::size_t(depth_m.height) * sizeof(float)),
-                             depth_m.data);
-        glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+        gl::download(drawing->pass.texture(), 0, {camera.width, camera.height},
+                     {GL_DEPTH_COMPONENT, GL_FLOAT, sizeof(float)}, depth_m.data, row_bytes(depth_m));
         to_radial(camera, depth_m);
-        if (eyes.size() < most_remembered)
+        if (eyes.size() <= most_remembered)
             eyes.push_back({camera, pose});
     }
 
     void cast_sphere(const EquirectCamera& camera, const Pose& pose, ImageView<float> depth_m) {
-        const gl::SphereViews views =
-            options.cube || eyes.empty() ? gl::cube_views(camera, pose) : gl::sphere_views(camera, pose, eyes);
-        pass->draw(views.views);
+        const bool whole = options.cube || eyes.empty() || eyes.size() > most_remembered;
+        const gl::SphereViews views = whole ? gl::cube_views(camera, pose) : gl::sphere_views(camera, pose, eyes);
+        drawing->pass.draw(views.views);
         figures.views = int(views.views.size());
-        source->describe(camera);
-        source->forget_depth();
-        sphere_depth->resolve(*pass, 0, views, pose, *source);
-        glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-        glPixelStorei(GL_PACK_ROW_LENGTH, GLint(depth_m.row_stride));
-        glGetTextureImage(source->depth(), 0, GL_RED, GL_FLOAT,
-                          GLsizei(std::size_t(depth_m.row_stride) * std::size_t(depth_m.height) * sizeof(float)),
-                          depth_m.data);
-        glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+        drawing->source.describe(camera);
+        drawing->source.forget_depth();
+        drawing->sphere_depth.resolve(drawing->pass, 0, views, pose, drawing->source);
+        gl::download(drawing->source.depth(), 0, drawing->source.size(), {GL_RED, GL_FLOAT, sizeof(float)},
+                     depth_m.data, row_bytes(depth_m));
     }
 };
 
@@ -107,32 +112,33 @@ std::string_view GlDepth::name() const {
 }
 
 void GlDepth::set_time(double time_s) {
-    const std::lock_guard lock(state_->drawing);
+    const std::lock_guard lock(state_->mutex);
     state_->eyes.clear();
     if (state_->movers.empty())
         return;
     const gl::Current current(*state_->context);
-    state_->pass->set_transforms(instance_transforms(state_->model, state_->scene, time_s));
+    state_->drawing->pass.set_transforms(instance_transforms(state_->model, state_->scene, time_s));
 }
 
 void GlDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
     assert(depth_m.width == width_of(camera) && depth_m.height == height_of(camera) && depth_m.channels == 1);
-    const std::lock_guard lock(state_->drawing);
+    const std::lock_guard lock(state_->mutex);
     const gl::Current current(*state_->context);
     if (const auto* flat = std::get_if<PerspectiveCamera>(&camera))
         state_->cast_view(*flat, pose, depth_m);
     else
         state_->cast_sphere(std::get<EquirectCamera>(camera), pose, depth_m);
-    state_->figures.triangles = state_->pass->drawn().triangles;
+    state_->figures.triangles = state_->drawing->pass.drawn().triangles;
 }
 
 std::string GlDepth::driver() const {
-    const std::lock_guard lock(state_->drawing);
+    const std::lock_guard lock(state_->mutex);
     const gl::Current current(*state_->context);
     return gl::Context::driver().renderer;
 }
 
 GlDepthFigures GlDepth::figures() const {
+    const std::lock_guard lock(state_->mutex);
     return state_->figures;
 }
 

@@ -63,7 +63,7 @@ void SphereDepth::resolve(const DepthPass& pass, int first_layer, const SphereVi
     program_.set("first", glm::ivec2(views.samples.first_column, views.samples.first_row));
     program_.set("wanted", glm::ivec2(views.samples.columns, views.samples.rows));
     program_.dispatch({views.samples.columns, views.samples.rows});
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 }  // namespace equistream::gl

@@ -1,7 +1,6 @@
 #include "sphere_views.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace equistream::gl {
@@ -10,8 +9,10 @@ namespace {
 
 /// Of half a flat view: beyond, its corners are many times denser than its middle.
 constexpr double widest_half_rad = 62 * pi / 180;
-/// For texels at the border, whose neighbours lie outside.
-constexpr double spare_rad = 0.5 * pi / 180;
+/// Around what is looked up, in samples: sixteen taps, the farthest 2 columns and 2 rows away.
+constexpr double spare_samples = 3;
+/// Points on each side of an eye's picture whose rays are followed.
+constexpr int border_steps = 16;
 constexpr int least_side = 16;
 
 /// Pixels per radian of the source.
@@ -27,33 +28,60 @@ PerspectiveCamera flat_camera(double half_x_rad, double half_y_rad, double focal
     return {width, side(half_y_rad), 2 * std::atan(width / (2 * focal_px))};
 }
 
+/// Angle of the taps around what is looked up.
+double spare_rad(const EquirectCamera& camera) {
+    return spare_samples *
+           std::max(camera.range.longitude_span() / camera.width, camera.range.latitude_span() / camera.height);
+}
+
 /// Turns -Z to the middle of where all eyes look, and keeps their up.
 glm::dquat gaze_of(std::span<const EyeView> eyes) {
-    glm::dquat sum = eyes.front().pose.orientation;
+    const glm::dquat& first = eyes.front().pose.orientation;
+    glm::dquat sum = first;
     for (const EyeView& eye : eyes.subspan(1)) {
         const double sign = glm::dot(sum, eye.pose.orientation) < 0 ? -1 : 1;
         sum += sign * eye.pose.orientation;
     }
-    return glm::normalize(sum);
+    return glm::length(sum) > 1e-3 ? glm::normalize(sum) : first;
 }
 
-/// How far from the gaze an eye's corner pixels may be looked up, along both axes of the gaze.
+/// How far from the gaze something may be looked up: towards the sides, up and down, and at all.
 struct Reach {
-    double x_rad = 0, y_rad = 0;
+    double x_rad = 0, y_rad = 0, any_rad = 0;
+
+    void include(const Reach& other) {
+        x_rad = std::max(x_rad, other.x_rad);
+        y_rad = std::max(y_rad, other.y_rad);
+        any_rad = std::max(any_rad, other.any_rad);
+    }
 };
 
-Reach reach_of(const EyeView& eye, const Pose& source, const glm::dquat& gaze) {
-    const double offset_m = glm::length(eye.pose.position_m - source.position_m);
-    const double parallax = std::asin(std::min(offset_m / nearest_shown_m, 0.95)) + spare_rad;
+/// Of all directions within an angle of `d`: the largest angle about an axis across the gaze, of which `aside` is d's
+/// part; at the poles of that axis a small step goes all the way round.
+double angle_about(double aside, double forward, double tilt_rad) {
+    const double from_axis = std::hypot(aside, forward);
+    if (tilt_rad >= pi / 2 || std::sin(tilt_rad) >= from_axis)
+        return pi;
+    return std::abs(std::atan2(aside, forward)) + std::asin(std::sin(tilt_rad) / from_axis);
+}
+
+Reach reach_of(const EyeView& eye, const Pose& source, const glm::dquat& gaze, double spare) {
+    const double share = glm::length(eye.pose.position_m - source.position_m) / nearest_shown_m;
+    const double tilt_rad = share < 1 ? std::asin(share) + spare : pi;
     Reach reach;
-    for (const double u : {0.0, 0.5, 1.0})
-        for (const double v : {0.0, 0.5, 1.0}) {
-            const glm::dvec3 d =
-                glm::conjugate(gaze) *
-                (eye.pose.orientation * eye.camera.direction(u * eye.camera.width, v * eye.camera.height));
-            reach.x_rad = std::max(reach.x_rad, std::abs(std::atan2(d.x, -d.z)) + parallax);
-            reach.y_rad = std::max(reach.y_rad, std::abs(std::atan2(d.y, -d.z)) + parallax);
+    const auto follow = [&](double u, double v) {
+        const glm::dvec3 d = glm::conjugate(gaze) *
+                             (eye.pose.orientation * eye.camera.direction(u * eye.camera.width, v * eye.camera.height));
+        reach.include({angle_about(d.x, -d.z, tilt_rad), angle_about(d.y, -d.z, tilt_rad),
+                       std::acos(std::clamp(-d.z, -1.0, 1.0)) + tilt_rad});
+    };
+    for (int step = 0; step <= border_steps; ++step) {
+        const double along = double(step) / border_steps;
+        for (const double side : {0.0, 1.0}) {
+            follow(along, side);
+            follow(side, along);
         }
+    }
     return reach;
 }
 
@@ -81,15 +109,23 @@ SampleRange samples_around(const EquirectCamera& camera, const glm::dvec3& towar
     return range;
 }
 
-/// Five faces around a gaze: what lies behind it is never looked at.
+/// Faces of a cube that looks along the gaze, as far as something in them may be looked up.
 void add_faces(const glm::dquat& gaze, const Pose& source, double focal_px, const Reach& reach, SphereViews& all) {
     const PerspectiveCamera camera = flat_camera(pi / 4, pi / 4, focal_px);
-    all.views.push_back({camera, {source.position_m, gaze}});
-    const std::array<glm::dvec3, 2> axes = {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0)};
-    for (const glm::dvec3& axis : axes)
-        for (const double turn : {pi / 2, -pi / 2})
-            if ((axis.y > 0 ? reach.x_rad : reach.y_rad) > pi / 4)
-                all.views.push_back({camera, {source.position_m, gaze * glm::angleAxis(turn, axis)}});
+    const glm::dvec3 x(1, 0, 0), y(0, 1, 0);
+    const auto add = [&](double turn, const glm::dvec3& axis) {
+        all.views.push_back({camera, {source.position_m, gaze * glm::angleAxis(turn, axis)}});
+    };
+    add(0, y);
+    const bool sideways = reach.any_rad >= pi / 2;
+    for (const double turn : {pi / 2, -pi / 2}) {
+        if (sideways || reach.x_rad > pi / 4)
+            add(turn, y);
+        if (sideways || reach.y_rad > pi / 4)
+            add(turn, x);
+    }
+    if (reach.any_rad > 3 * pi / 4)
+        add(pi, y);
 }
 
 }  // namespace
@@ -97,10 +133,8 @@ void add_faces(const glm::dquat& gaze, const Pose& source, double focal_px, cons
 SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::span<const EyeView> eyes) {
     const glm::dquat gaze = gaze_of(eyes);
     Reach reach;
-    for (const EyeView& eye : eyes) {
-        const Reach one = reach_of(eye, pose, gaze);
-        reach = {std::max(reach.x_rad, one.x_rad), std::max(reach.y_rad, one.y_rad)};
-    }
+    for (const EyeView& eye : eyes)
+        reach.include(reach_of(eye, pose, gaze, spare_rad(camera)));
     const glm::dvec3 towards = glm::conjugate(pose.orientation) * (gaze * glm::dvec3(0, 0, -1));
     const double focal_px = density_px(camera);
     SphereViews all;

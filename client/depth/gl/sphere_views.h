@@ -19,11 +19,13 @@ struct SphereViews {
     SampleRange samples;                ///< all that lie in one of them, and more
 };
 
-/// Surfaces that are nearer to the source than this may be looked up beyond what is shown.
+/// Surfaces that are nearer to the source's centre than this may be looked up beyond what is shown; eyes that are
+/// farther from it than this get every sample.
 inline constexpr double nearest_shown_m = 0.5;
 
-/// One view where the eyes do not see too wide for it, else faces of a cube that looks where they look. Texels are as
-/// dense as samples in the middle of a view, denser elsewhere.
+/// One view where the eyes do not see too wide for it, else faces of a cube that looks where they look, as many as are
+/// needed. With every sample that is looked up come the sixteen around it. Texels are as dense as samples in the middle
+/// of a view, denser elsewhere.
 SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::span<const EyeView> eyes);
 
 /// The six faces of a cube with the source's axes, and all samples: as the paper renders its equirectangular depth.

@@ -30,14 +30,11 @@ void EyeTargets::download(int eye, EyePicture& picture) const {
     picture.origin = ByteImage(size_.width, size_.height, 1);
     picture.reliability = {};
     picture.depth_m = {};
-    glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    const auto get = [&](const Texture& texture, GLenum format, ByteImage& to) {
-        glGetTextureSubImage(texture.name(), 0, 0, 0, eye, size_.width, size_.height, 1, format, GL_UNSIGNED_BYTE,
-                             GLsizei(to.samples().size()), to.samples().data());
+    const auto get = [&](const Texture& texture, const gl::PixelLayout& layout, ByteImage& to) {
+        gl::download(texture.name(), eye, size_, layout, to.samples().data(), layout.bytes * std::size_t(size_.width));
     };
-    get(colour_, GL_RGBA, picture.rgba);
-    get(origin_, GL_RED_INTEGER, picture.origin);
+    get(colour_, {GL_RGBA, GL_UNSIGNED_BYTE, 4}, picture.rgba);
+    get(origin_, {GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1}, picture.origin);
 }
 
 }  // namespace equistream::gl

@@ -4,8 +4,6 @@
 
 #include <equistream_client/view.h>
 
-#include <span>
-
 namespace equistream::gl {
 
 inline constexpr int most_eyes = 2;
@@ -23,7 +21,7 @@ public:
     /// The depth of an eye that others found, as EyeView has it; kept as inverse planar depth, NaN where nothing is
     /// known.
     void upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m);
-    /// Waits for the GPU. Colours, origins and, where it is wanted, depth.
+    /// Waits for the GPU. Colours and origins; the rest is emptied.
     void download(int eye, EyePicture& picture) const;
 
     Size size() const { return size_; }

@@ -14,7 +14,7 @@ public:
 
     /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
     /// `surface` needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's size is
-    /// read.
+    /// read. What comes after may sample, copy, draw over or write the targets without a barrier of its own.
     void reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
                    const EyeDepth& depth, const EyeTargets& targets);
 

@@ -70,6 +70,7 @@ void SourceTextures::describe(const Camera& camera) {
         size_ = size;
         colour_ = {};
         depth_ = {};
+        has_depth_ = false;
         planes_ = {};
     }
     const GridBlock block = block_of(source_grid(camera));
@@ -77,8 +78,8 @@ void SourceTextures::describe(const Camera& camera) {
 }
 
 void SourceTextures::forget_depth() {
-    const float unknown = std::nanf("");
-    glClearTexImage(depth_to_write(), 0, GL_RED, GL_FLOAT, &unknown);
+    has_depth_ = false;
+    depth_to_write();
 }
 
 void SourceTextures::upload(const SourceView& source) {
@@ -89,15 +90,25 @@ void SourceTextures::upload(const SourceView& source) {
         upload_rgb(source.rgb);
     else
         upload_yuv(source.yuv);
-    if (source.depth_m.data == nullptr)
+    has_depth_ = source.depth_m.data != nullptr;
+    if (!has_depth_)
         return;
-    depth_to_write();
+    make_depth();
     upload_plane(depth_, source.depth_m, {GL_RED, GL_FLOAT});
 }
 
-GLuint SourceTextures::depth_to_write() {
+void SourceTextures::make_depth() {
     if (!depth_)
         depth_ = make_texture(size_, GL_R32F);
+}
+
+GLuint SourceTextures::depth_to_write() {
+    if (!has_depth_) {
+        make_depth();
+        const float unknown = std::nanf("");
+        glClearTexImage(depth_.name(), 0, GL_RED, GL_FLOAT, &unknown);
+        has_depth_ = true;
+    }
     return depth_.name();
 }
 
@@ -117,7 +128,7 @@ void SourceTextures::upload_yuv(const YuvView& yuv) {
     }
     glBindImageTexture(0, colour_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
     yuv_to_rgb_.dispatch(size_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 }  // namespace equistream::gl

@@ -27,18 +27,20 @@ public:
 
     Size size() const { return size_; }
     GLuint colour() const { return colour_.name(); }
-    GLuint depth() const { return depth_.name(); }  ///< 0: the view had none
-    GLuint grid() const { return grid_.name(); }    ///< the uniform block of source_grid.glsl
-    /// The same texture for a pass that finds the depth here; made where the view had none.
+    GLuint depth() const { return has_depth_ ? depth_.name() : 0; }  ///< 0: the view had none
+    GLuint grid() const { return grid_.name(); }                     ///< the uniform block of source_grid.glsl
+    /// The same texture for a pass that finds the depth here; where the view had none, NaN before that.
     GLuint depth_to_write();
 
 private:
     void upload_rgb(const ImageView<const std::uint8_t>& rgb);
     void upload_yuv(const YuvView& yuv);
+    void make_depth();
 
     Program yuv_to_rgb_;
     Size size_;
     Texture colour_, depth_;
+    bool has_depth_ = false;  ///< what depth_ holds is of this view
     std::array<Texture, 3> planes_;
     Buffer grid_;
 };

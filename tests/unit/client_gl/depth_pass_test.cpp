@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <vector>
 
 namespace equistream::test {
@@ -87,15 +89,72 @@ TEST_F(GlDepthPass, WhatNoViewSeesIsNotDrawn) {
     EXPECT_LE(pass.drawn().triangles, before);
     EXPECT_GT(pass.drawn().triangles, before / 3);
     EXPECT_LT(share_off(downloaded(pass, 0, views[0].camera), ball_and_square_m, views[0], 3e-3), 0.004);
-    // Of a narrower pyramid within the view even less.
-    gl::DepthViewpoint narrow = views[0];
-    narrow.drawn_x_rad = narrow.drawn_y_rad = 0.05;
-    const std::uint32_t whole = pass.drawn().triangles;
-    pass.draw({&narrow, 1});
-    EXPECT_LT(pass.drawn().triangles, whole / 3);
-    const FloatImage depth_m = downloaded(pass, 0, narrow.camera);
-    const glm::dvec3 ahead = narrow.camera.direction(160.5, 100.5);
-    EXPECT_NEAR(depth_m.pixel(160, 100)[0], ball_and_square_m(narrow.pose.position_m, ahead), 3e-3);
+}
+
+/// Storage grows with what is asked for and is kept; what an earlier draw left in it is not seen.
+TEST_F(GlDepthPass, StorageGrowsAndIsKept) {
+    gl::DepthPass pass(ball_and_square());
+    pass.draw({views.data() + 2, 1});
+    EXPECT_EQ(pass.size(), (gl::Size{150, 240}));
+    pass.draw(views);
+    const GLuint texture = pass.texture();
+    const gl::DepthViewpoint away{{100, 90, 1}, {{0, 0, 5}, yaw_pitch(pi, 0)}};
+    pass.draw({&away, 1});
+    EXPECT_EQ(share_off(downloaded(pass, 0, away.camera), ball_and_square_m, away, 0), 0);
+    pass.draw({views.data() + 1, 1});
+    EXPECT_LT(share_off(downloaded(pass, 0, views[1].camera), ball_and_square_m, views[1], 3e-3), 0.004);
+    EXPECT_EQ(pass.texture(), texture);
+    EXPECT_EQ(pass.size(), (gl::Size{320, 240}));
+}
+
+/// Whoever drew before may have left any state; his clip control and depth function are his again.
+TEST_F(GlDepthPass, StateOfOthersDoesNotMatter) {
+    gl::DepthPass pass(ball_and_square());
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(0, 0, 3, 3);
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_FRONT_AND_BACK);
+    glDepthMask(GL_FALSE);
+    glDepthFunc(GL_NEVER);
+    glClipControl(GL_UPPER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+    pass.draw({views.data(), 1});
+    GLint origin = 0, function = 0;
+    glGetIntegerv(GL_CLIP_ORIGIN, &origin);
+    glGetIntegerv(GL_DEPTH_FUNC, &function);
+    EXPECT_EQ(GLenum(origin), GLenum(GL_UPPER_LEFT));
+    EXPECT_EQ(GLenum(function), GLenum(GL_NEVER));
+    glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+    glDepthFunc(GL_LESS);
+    EXPECT_LT(share_off(downloaded(pass, 0, views[0].camera), ball_and_square_m, views[0], 3e-3), 0.004);
+}
+
+/// Held to directions all around; with the starting vectors that iterations are caught by.
+TEST(LengthGrowth, IsTheLongestThatAUnitVectorGets) {
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    std::vector<glm::mat4> transforms = {glm::mat4(1), glm::mat4(0), glm::mat4(glm::mat3(2, 0, 0, 0, 2, 0, 0, 0, 1)),
+                                         glm::mat4(glm::mat3(1, -3, 0, -1, 3, 0, 0, 0, 1))};
+    for (int i = 0; i < 60; ++i) {
+        glm::mat4 transform(1);
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 3; ++row)
+                transform[column][row] = normal(random);
+        transforms.push_back(transform);
+    }
+    for (const glm::mat4& transform : transforms) {
+        const glm::dmat3 m(transform);
+        double longest = 0;
+        for (int j = 1; j < 200; ++j)
+            for (int i = 0; i < 400; ++i) {
+                const double longitude = pi * i / 200, latitude = pi * j / 200;
+                const glm::dvec3 unit(std::sin(latitude) * std::cos(longitude), std::cos(latitude),
+                                      std::sin(latitude) * std::sin(longitude));
+                longest = std::max(longest, glm::length(m * unit));
+            }
+        const double growth = double(gl::length_growth(transform));
+        EXPECT_GE(growth, longest);
+        EXPECT_LE(growth, 1.0005 * longest);
+    }
 }
 
 /// The left half of a square's texture is cut away, repeated and mirrored.

@@ -4,7 +4,9 @@
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/ray_depth.h>
 #include <equistream_generate/generate.h>
+#include <gl/context.h>
 
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -65,6 +67,7 @@ FloatImage cast(DepthSource& depth, const Camera& camera, const Pose& pose) {
 class GlDepthOfPavilion : public testing::Test {
 protected:
     static void SetUpTestSuite() {
+        gl::abort_on_errors();
         folder = std::make_unique<ScratchFolder>("gl-depth");
         scene = load_scene(write_scene(make_scene(find_generator("pavilion")), folder->path()));
     }
@@ -115,6 +118,33 @@ TEST_F(GlDepthOfPavilion, WithoutEyesTheWholeSphereIsDrawn) {
     drawn.set_time(1);
     cast(drawn, eye, scene.camera_path.at(1));
     EXPECT_LT(count_known(cast(drawn, sphere, scene.camera_path.at(1))), sphere.width * sphere.height / 2);
+}
+
+/// More views than are told apart: a sphere is drawn whole rather than without one of them.
+TEST_F(GlDepthOfPavilion, ManyViewsGetTheWholeSphere) {
+    GlDepth drawn(scene);
+    const Pose head = scene.camera_path.at(0);
+    for (int i = 0; i < 5; ++i)
+        cast(drawn, eye, {head.position_m, head.orientation * yaw_pitch(0.01 * i, 0)});
+    EXPECT_EQ(count_known(cast(drawn, sphere, head)), sphere.width * sphere.height);
+}
+
+/// Whoever else draws in this thread goes on with his own context.
+TEST_F(GlDepthOfPavilion, LeavesTheCurrentContextAsItWas) {
+    const auto other = gl::make_offscreen_context();
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+    const auto expect_other = [texture] { EXPECT_EQ(glIsTexture(texture), GL_TRUE); };
+    {
+        GlDepth drawn(scene);
+        expect_other();
+        cast(drawn, eye, scene.camera_path.at(0));
+        expect_other();
+        EXPECT_FALSE(drawn.driver().empty());
+        expect_other();
+    }
+    expect_other();
+    glDeleteTextures(1, &texture);
 }
 
 }  // namespace

@@ -4,13 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 namespace equistream::test {
 
 class Gl : public testing::Test {
 protected:
     static void SetUpTestSuite() {
-        context = gl::make_offscreen_context();
         gl::abort_on_errors();
+        context = gl::make_offscreen_context();
     }
     static void TearDownTestSuite() { context.reset(); }
 

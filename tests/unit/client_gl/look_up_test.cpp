@@ -5,6 +5,7 @@
 
 #include <equistream_client/engine.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -85,6 +86,28 @@ TEST_F(GlLookUp, FromTheSourcesOwnPlaceNeedsNoDepth) {
     view.depth_m = {};
     const std::array<Pose, 2> turned = {Pose{{0, 0, 0}, yaw_pitch(3, 0.4)}, Pose{{0, 0, 0}, yaw_pitch(-1, -1.5)}};
     expect_reference(true, view, hall, turned);
+}
+
+/// A view without depth does not look up by that of the view before; a pass that finds it starts from unknown.
+TEST_F(GlLookUp, DepthDoesNotOutliveItsView) {
+    const ByteImage rgb(64, 32, 3);
+    const FloatImage depth_m(64, 32, 1, 2.5f);
+    SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{64, 32, {}}, .depth_m = depth_m.view()};
+    gl::SourceTextures textures;
+    const auto held = [&] {
+        FloatImage found(64, 32, 1);
+        gl::download(textures.depth(), 0, textures.size(), {GL_RED, GL_FLOAT, sizeof(float)}, found.samples().data(),
+                     64 * sizeof(float));
+        return found;
+    };
+    textures.upload(view);
+    ASSERT_NE(textures.depth(), 0u);
+    EXPECT_TRUE(std::ranges::equal(held().samples(), depth_m.samples()));
+    view.depth_m = {};
+    textures.upload(view);
+    EXPECT_EQ(textures.depth(), 0u);
+    EXPECT_NE(textures.depth_to_write(), 0u);
+    EXPECT_TRUE(std::ranges::all_of(held().samples(), [](float r) { return std::isnan(r); }));
 }
 
 /// From a decoder's planes the colours are those of the RGB that the CPU makes of them, bit for bit.

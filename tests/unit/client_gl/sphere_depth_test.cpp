@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <random>
 #include <vector>
 
 namespace equistream::test {
@@ -108,6 +109,69 @@ TEST_F(GlSphereDepth, OneViewGivesWhatEyesMayLookUp) {
                             << yaw << " " << pitch << ": " << x << " " << y;
                     }
         }
+}
+
+/// The sixteen samples that stand for those around a place among a whole sphere's: columns go round, rows come back
+/// beyond a pole.
+template <typename Visit>
+void for_taps(const glm::dvec2& at, const Visit& visit) {
+    const int column = int(std::floor(at.x - 0.5)), row = int(std::floor(at.y - 0.5));
+    for (int j = -1; j <= 2; ++j)
+        for (int i = -1; i <= 2; ++i) {
+            int x = column + i, y = row + j;
+            if (y < 0 || y >= sphere.height) {
+                y = y < 0 ? -1 - y : 2 * sphere.height - 1 - y;
+                x += sphere.width / 2;
+            }
+            visit((x + 2 * sphere.width) % sphere.width, y);
+        }
+}
+
+/// Eyes anywhere within 6 cm that look anywhere at a ball of half a metre around the source: nothing may be nearer.
+TEST_F(GlSphereDepth, EverySampleAroundWhatEyesLookUpIsKnown) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    const Pose pose{{0.1, 0.1, -0.3}, yaw_pitch(2, 0.4)};
+    SceneModel model;
+    model.materials.resize(2);
+    add_ball(model, glm::vec3(pose.position_m), float(gl::nearest_shown_m), 40);
+    gl::DepthPass pass(model);
+    gl::SphereDepth sphere_depth;
+    gl::SourceTextures source;
+    int one_view = 0, faces = 0;
+    for (int round = 0; round < 60; ++round) {
+        // Every third pair looks different ways.
+        const double apart = round % 3 == 0 ? 3 : 0;
+        std::array<EyeView, 2> eyes;
+        const glm::dquat turn = yaw_pitch(pi * unit(random), 1.5 * unit(random));
+        const PerspectiveCamera camera{120, 80 + int(40 * unit(random)), 1.3 + 0.5 * unit(random)};
+        for (EyeView& eye : eyes) {
+            const glm::dquat own = yaw_pitch(apart * unit(random), 0.2 * unit(random));
+            const glm::dvec3 offset(unit(random), unit(random), unit(random));
+            eye = {camera, {pose.position_m + 0.06 / std::sqrt(3.0) * offset, turn * own}};
+        }
+        const gl::SphereViews views = gl::sphere_views(sphere, pose, eyes);
+        ++(views.views.size() == 1 ? one_view : faces);
+        source.describe(sphere);
+        source.forget_depth();
+        pass.draw(views.views);
+        sphere_depth.resolve(pass, 0, views, pose, source);
+        const FloatImage depth_m = downloaded(source);
+        int unknown = 0;
+        for (const EyeView& eye : eyes)
+            for (double y = 0; y <= camera.height; y += 2)
+                for (double x = 0; x <= camera.width; x += 2) {
+                    const glm::dvec3 d = eye.pose.orientation * camera.direction(x, y);
+                    const glm::dvec3 offset = eye.pose.position_m - pose.position_m;
+                    const double along = glm::dot(d, offset);
+                    const double r = -along + std::sqrt(along * along - glm::dot(offset, offset) + 0.25);
+                    const glm::dvec2 at = sphere.pixel(glm::conjugate(pose.orientation) * (offset + r * d));
+                    for_taps(at, [&](int column, int row) { unknown += std::isnan(depth_m.pixel(column, row)[0]); });
+                }
+        EXPECT_EQ(unknown, 0) << round << ": " << views.views.size() << " views";
+    }
+    EXPECT_GT(one_view, 5);
+    EXPECT_GT(faces, 5);
 }
 
 TEST_F(GlSphereDepth, WideEyesGetTheFacesOfACubeThatLooksWhereTheyLook) {
