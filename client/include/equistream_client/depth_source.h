@@ -17,7 +17,8 @@ public:
     /// The scene's state for the casts that follow. Not while cast runs.
     virtual void set_time(double time_s) = 0;
     /// Fills `depth_m` (1 channel, the camera's size) with the Euclidean distance in metres from the camera's centre
-    /// to the nearest surface along each pixel-centre ray; +inf for a miss. Throws WorkError where it cannot.
+    /// to the nearest surface along each pixel-centre ray; +inf for a miss, NaN where the source knows nothing. Throws
+    /// WorkError where it cannot.
     virtual void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) = 0;
     /// The same of an atlas of patches (patches.h) whose sphere has this pose, for streams that carry no depth of it.
     /// `depth_m` has the atlas' size; unused slots get +inf. Returns false, and leaves `depth_m` alone, where the

@@ -26,6 +26,8 @@ void require_kind(const Settings& settings, const DepthOffer& offer, bool used) 
     };
     if (settings.depth == "ray" && !offer.scene)
         throw InputError(expected_found("--depth ray", "--scene S or --model M, to cast rays into", "neither"));
+    if (is_drawn(settings.depth) && !offer.scene)
+        throw InputError(expected_found("--depth " + settings.depth, "--scene S or --model M, to draw", "neither"));
     if (settings.depth == "stream")
         require(!offer.folder && (offer.plane || !used), "a stream with a depth track (encode --depth auto)",
                 offer.folder && offer.plane ? " (--depth exact takes theirs)" : "");

@@ -15,7 +15,7 @@ namespace equistream::play {
 
 /// What there is to take depth from.
 struct DepthOffer {
-    bool scene = false;                      ///< geometry to cast rays into
+    bool scene = false;                      ///< geometry to find depth in, by rays or by OpenGL
     bool folder = false;                     ///< the source is a folder of rendered frames, not a stream
     bool posed = true;                       ///< ordinary video has no poses, so that no depth fits it
     bool plane = false;                      ///< depth of the main picture came with it
@@ -25,7 +25,7 @@ struct DepthOffer {
 
 struct DepthChoice {
     std::string method;  ///< never empty; auto stays auto
-    std::string depth;   ///< ray, stream, exact or none
+    std::string depth;   ///< of is_cast, stream, exact or none
     std::vector<std::string> notes;
 };
 

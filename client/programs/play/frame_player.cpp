@@ -7,6 +7,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
+#include <equistream_client/gl_depth.h>
 #include <equistream_client/ray_colour.h>
 #include <equistream_client/reliability.h>
 
@@ -130,6 +131,14 @@ void FramePlayer::use_fill(const std::string& rungs) {
 void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& depth, Report& report) {
     if (depth == "none")
         return;
+    if (is_drawn(depth)) {
+        const auto start = Clock::now();
+        auto drawn = std::make_unique<GlDepth>(*scene_, GlDepthOptions{.cube = depth == "gl-cube"});
+        report.gl_driver = drawn->driver();
+        depth_ = std::move(drawn);
+        report.scene_load_ms = milliseconds_since(start);
+        return;
+    }
     std::unique_ptr<RayDepth> ray;
     if (scene_) {
         const auto start = Clock::now();
@@ -261,8 +270,10 @@ void FramePlayer::cast_patches(const ReceivedPicture& patches, FloatImage& depth
     }
     if (depth_m.width() != atlas->width() || depth_m.height() != atlas->height())
         depth_m = FloatImage(atlas->width(), atlas->height(), 1);
-    if (!depth_->cast_patches(*atlas, patches.info.camera_pose, depth_m.view()))
-        depth_m = {};
+    if (depth_->cast_patches(*atlas, patches.info.camera_pose, depth_m.view()))
+        return;
+    depth_m = {};
+    missed_patch_depth_ = is_drawn(plan_.depth);
 }
 
 void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played) {

@@ -55,6 +55,8 @@ public:
     /// is timed is the second, which has one before it as all later ones have; null: there is only the first. From then
     /// on only tracks are needed that the choice needs.
     void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
+    /// Whether patches came whose depth neither the stream had nor OpenGL drew.
+    bool missed_patch_depth() const { return missed_patch_depth_; }
     /// `played` keeps its memory from the frame before.
     void play(const ReceivedFrame& frame, PlayedFrame& played);
     /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
@@ -120,7 +122,8 @@ private:
     std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_; null: nothing to fill from
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by ladder, as far as any was used
     FrameFill* fill_ = nullptr;                                ///< the one in use
-    SourceDepths depths_;                                      ///< of the frame that was played last
+    bool missed_patch_depth_ = false;
+    SourceDepths depths_;  ///< of the frame that was played last
 };
 
 }  // namespace equistream::play

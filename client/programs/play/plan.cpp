@@ -49,6 +49,14 @@ std::string Plan::words() const {
     return text + ", depth " + depth + ", fill " + fill;
 }
 
+bool is_drawn(std::string_view depth) {
+    return depth == "gl" || depth == "gl-cube";
+}
+
+bool is_cast(std::string_view depth) {
+    return depth == "ray" || is_drawn(depth);
+}
+
 DepthNeeds needs_when_moved(const Engine& engine) {
     return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
 }
@@ -62,7 +70,7 @@ TrackRoles unneeded_roles(const Plan& plan) {
     const auto looks_points_up = [](const auto& rung) { return rung->wants_depth(); };
     leave_out(TrackRole::small, std::ranges::any_of(small_rung_names(), fills));
     // All others are looked up by the eye's depth, mirrors too.
-    leave_out(TrackRole::depth, with_depth && plan.depth != "ray");
+    leave_out(TrackRole::depth, with_depth && !is_cast(plan.depth));
     leave_out(TrackRole::images,
               with_depth && (plan.mirrors || std::ranges::any_of(make_fill_ladder(plan.fill), looks_points_up)));
     leave_out(TrackRole::hidden, with_depth && fills("hidden"));
@@ -99,7 +107,7 @@ std::vector<std::string> shorter_ladders(const std::string& ladder, const std::v
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     std::vector<std::string> depths;
     if (inputs.poses && inputs.geometry)
-        depths.push_back("ray");
+        depths.push_back(inputs.cast);
     if (inputs.poses && inputs.streamed_depth)
         depths.push_back("stream");
     std::vector<Plan> plans;

@@ -14,7 +14,7 @@ namespace equistream::play {
 struct Plan {
     std::string method;
     double mesh_share = 0.25;   ///< as in EngineOptions; for mesh only
-    std::string depth;          ///< ray, stream (what came with the frames) or none; exact only where no plan is chosen
+    std::string depth;          ///< of is_cast, stream (what came with the frames) or none; exact only without auto
     std::string fill;           ///< as in --fill
     bool mirrors = true;        ///< Settings::asks_for_mirrors, the same for all plans of a run
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
@@ -22,9 +22,15 @@ struct Plan {
     bool operator==(const Plan&) const = default;
 };
 
+/// Whether depth of that name is found in the scene's geometry, by rays or by OpenGL: the stream's own is not needed.
+bool is_cast(std::string_view depth);
+/// Whether it is by OpenGL: gl or gl-cube.
+bool is_drawn(std::string_view depth);
+
 /// What there is to choose from.
 struct PlanInputs {
-    bool geometry = false;                  ///< depth of any view, by casting rays
+    bool geometry = false;                  ///< depth of any view, by `cast`
+    std::string cast = "ray";               ///< as in Plan::depth, where there is geometry
     bool streamed_depth = false;            ///< depth of the source came with it
     bool poses = true;                      ///< ordinary video has none
     std::string fill;                       ///< the whole ladder, as asked for

@@ -7,6 +7,7 @@
 #include <equistream_client/fill.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -70,9 +71,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
     choose_layout(arguments, app);
-    require(app.count("--depth") == 0 || settings.depth == "ray" || settings.depth == "stream" ||
-                settings.depth == "exact",
-            "--depth", "ray, stream or exact", "'" + settings.depth + "'");
+    constexpr std::array depths = {"ray", "gl", "gl-cube", "stream", "exact"};
+    require(app.count("--depth") == 0 || std::ranges::find(depths, settings.depth) != depths.end(), "--depth",
+            "ray, gl, gl-cube, stream or exact", "'" + settings.depth + "'");
     settings.depth_reuse = parse_switch("--depth-reuse", arguments.depth_reuse);
     const bool by_budget = settings.method == "auto";
     require(app.count("--method") == 0 || by_budget || std::ranges::count(engine_names(), settings.method) > 0,
@@ -144,8 +145,9 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         ->capture_default_str();
     app.add_option(
         "--depth", settings.depth,
-        "ray (cast from the scene), stream (the stream's own depth track) or exact (a render folder's own, or "
-        "a stream's that is lossless); default: ray with a scene, else what came, else none");
+        "ray (cast from the scene), gl (drawn from it by OpenGL, of a sphere only what the eyes may look up), gl-cube "
+        "(the same, of a sphere all: six faces of a cube), stream (the stream's own depth track) or exact (a render "
+        "folder's own, or a stream's that is lossless); default: ray with a scene, else what came, else none");
     app.add_option(
            "--depth-reuse", arguments->depth_reuse,
            "on: where a sphere's depth is cast, rays go only where the last frame's does not give it within the "

@@ -76,7 +76,7 @@ private:
 /// The way that uses most of all that there may be, as far as the settings tell before the source is opened.
 Plan widest_plan(const Settings& settings) {
     const bool by_budget = settings.method == "auto";
-    const bool casts = settings.depth == "ray" || (settings.depth.empty() && !settings.scene.empty());
+    const bool casts = is_cast(settings.depth) || (settings.depth.empty() && !settings.scene.empty());
     return {.method = settings.method.empty() || by_budget ? "surface" : settings.method,
             .depth = casts && !by_budget ? "ray" : "stream",
             .fill = settings.fill,
@@ -135,6 +135,7 @@ public:
         outputs_->finish();
         report_.truncation = feed_->truncation();
         note_head_box();
+        note_patches();
         write_report();
     }
 
@@ -161,6 +162,13 @@ private:
             report_.notes.push_back("in " + std::to_string(outside) + " of " + std::to_string(report_.frames.size()) +
                                     " frames an eye is outside the head box that " + report_.settings.source +
                                     " was rendered for: parallax there is beyond its error bound");
+    }
+
+    void note_patches() {
+        if (player_->missed_patch_depth())
+            report_.notes.push_back("--fill patches is passed over: " + report_.settings.source +
+                                    " has patches without depth, and --depth " + report_.depth +
+                                    " draws none of theirs (--depth ray casts it)");
     }
 
     void write_report() {

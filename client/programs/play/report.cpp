@@ -174,6 +174,8 @@ Json Report::json() const {
     json["method"] = method;
     json["depth"] = depth;
     json["depth_reuse"] = depth_reuse;
+    if (!gl_driver.empty())
+        json["gl_driver"] = gl_driver;
     json["fill"] = fill;
     json["mirrors"] = mirror_treatment_names()[std::size_t(settings.mirrors)];
     if (choice) {
@@ -204,7 +206,9 @@ Json Report::json() const {
 
 std::string Report::table() const {
     std::string out = formatted("%zu frames, method %s, depth %s%s\n", frames.size(), method.c_str(), depth.c_str(),
-                                depth_reuse ? ", the sphere's carried on from frame to frame" : "");
+                                depth_reuse         ? ", the sphere's carried on from frame to frame"
+                                : gl_driver.empty() ? ""
+                                                    : (" by " + gl_driver).c_str());
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const Change& change : changes)

@@ -26,7 +26,7 @@ struct Settings {
     std::string method;             ///< empty: by what depth there is (choose_depth); auto: what `budget_ms` allows
     double budget_ms = 0;           ///< a frame, both eyes, decoding to filling; for auto
     bool rechoose = true;           ///< auto: chosen again while playing
-    std::string depth;              ///< ray, stream or exact; empty: the first there is of ray and what came
+    std::string depth;              ///< as in --depth; empty: the first there is of ray and what came
     bool depth_reuse = true;        ///< spheres' cast depth is carried on from frame to frame (ray_depth.h)
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90

@@ -33,7 +33,7 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     report.fill = settings_.fill;
     if (settings_.method != "auto")
         return;
-    if (exact_ == nullptr && !first.main.depth_m.empty() && settings_.depth != "ray") {
+    if (exact_ == nullptr && !first.main.depth_m.empty() && !is_cast(settings_.depth)) {
         auto exact = std::make_unique<ExactDepth>(std::move(depth_));
         exact_ = exact.get();
         depth_ = std::move(exact);
@@ -43,6 +43,7 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     const int repeat = std::exchange(settings_.repeat, 3);
     const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
     std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
+                                                 .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
                                                  .streamed_depth = exact_ != nullptr,
                                                  .poses = first.posed,
                                                  .fill = settings_.fill,
@@ -63,6 +64,8 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     report.method = plan.method;
     report.depth = plan.depth;
     report.depth_reuse = report.depth_reuse && plan.depth == "ray";
+    if (!is_drawn(plan.depth))
+        report.gl_driver.clear();
     report.fill = plan.fill;
 }
 

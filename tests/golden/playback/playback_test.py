@@ -175,6 +175,44 @@ class Playback(unittest.TestCase):
                 name = f"{eye}/frame.{index:04}.png"
                 self.assertEqual((self.out / "repeat1" / name).read_bytes(), (self.out / "repeat3" / name).read_bytes(), name)
 
+    # -- depth that OpenGL draws
+
+    def view(self, out, eye):
+        return np.asarray(Image.open(self.out / out / eye / "frame.0000.png").convert("RGB"), dtype=np.float64)
+
+    def test_drawn_depth_shows_what_cast_depth_does(self):
+        """They differ at outlines, which lie within a sample, and by as much as the picture is noisy there."""
+        clean = self.root / "clean"
+        PROGRAMS.run("render", self.scene, "--frames", 0, "--size", "768x384", "--spp", 8, "--aovs", "none", "--out", clean)
+        reports = {}
+        for depth in ("ray", "gl", "gl-cube"):
+            PROGRAMS.run("play", clean, "--scene", self.scene, "--depth", depth, "--size", "240x136", "--progress", "none", "--out", self.out / depth)
+            reports[depth] = json.loads((self.out / depth / "report.json").read_text())
+            self.assert_way(reports[depth], "surface", depth)
+        self.assertNotIn("gl_driver", reports["ray"])
+        for depth in ("gl", "gl-cube"):
+            self.assertTrue(reports[depth]["gl_driver"])
+            self.assertFalse(reports[depth]["depth_reuse"])
+            for eye in ("left", "right"):
+                found = 10 * np.log10(255**2 / np.mean((self.view(depth, eye) - self.view("ray", eye)) ** 2))
+                print(f"{depth}, {eye}: {found:.1f} dB")
+                self.assertGreater(found, 28)
+
+    def test_drawn_depth_needs_a_scene_and_leaves_the_streams_undecoded(self):
+        for depth in ("gl", "gl-cube"):
+            self.assert_refused(self.coded, ["--depth", depth], f"--depth {depth}", "--scene S")
+            self.assertEqual(self.tracks(self.coded, "--scene", self.scene, "--depth", depth), {"main"})
+
+    def test_drawn_depth_may_be_chosen_by_time(self):
+        report = self.auto(self.coded, 1e6, "--scene", self.scene, "--depth", "gl", "--fill", "pushpull")
+        self.assert_way(report, "surface", "gl")
+        self.assertTrue(report["gl_driver"])
+        choice = report["choice"]
+        self.assertEqual({plan["depth"] for plan in choice["tried"]}, {"gl"})
+        cheapest = self.auto(self.coded, 1e-3, "--scene", self.scene, "--depth", "gl", "--fill", "none", out="cheapest")
+        self.assert_way(cheapest, "sphere", "none")
+        self.assertNotIn("gl_driver", cheapest)
+
     # -- choosing by time
 
     def auto(self, source, budget_ms, *options, out="auto"):
@@ -267,6 +305,7 @@ class Playback(unittest.TestCase):
                               (["--fill", "hidden,pushpull"], with_depth | hidden),
                               (["--fill", "patches,small"], with_depth | patches | {"small"}),
                               (["--scene", self.scene, "--fill", "earlier,pushpull"], with_depth - {"depth"}),
+                              (["--scene", self.scene, "--depth", "gl", "--fill", "earlier,pushpull"], with_depth - {"depth"}),
                               (["--method", "auto", "--budget-ms", 1e6, "--fill", "hidden,pushpull"], with_depth | hidden),
                               (["--mirrors", "gaps", "--fill", "pushpull"], with_depth),
                               (["--mirrors", "surface", "--fill", "pushpull"], with_depth - {"images"}),

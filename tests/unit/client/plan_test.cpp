@@ -57,6 +57,22 @@ TEST(Plans, AreAsManyAsTheGuideSays) {
     EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
 }
 
+/// Depth that OpenGL draws takes the place of rays, and leaves the stream's own depth undecoded as they do.
+TEST(Plans, CastDepthAsTheyAreTold) {
+    const PlanInputs rays{.geometry = true, .fill = default_fill};
+    PlanInputs drawn = rays;
+    drawn.cast = "gl";
+    std::vector<Plan> expected = plans_by_accuracy(rays);
+    for (Plan& plan : expected)
+        if (plan.depth == "ray")
+            plan.depth = "gl";
+    EXPECT_EQ(plans_by_accuracy(drawn), expected);
+    for (const char* depth : {"ray", "gl", "gl-cube"})
+        EXPECT_TRUE(
+            unneeded_roles({.method = "surface", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
+    EXPECT_FALSE(unneeded_roles({.method = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
+}
+
 TEST(Plans, AreBarredOnlyByTracksThatCame) {
     const PlanInputs inputs{
         .geometry = true, .streamed_depth = true, .fill = default_fill, .idle_rungs = {"hidden", "patches"}};

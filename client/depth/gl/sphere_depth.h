@@ -1,0 +1,23 @@
+#pragma once
+/// Turns flat views of depth into the depth of a source's samples (OpenGL).
+#include "sphere_views.h"
+
+#include <reproject/gl/source_textures.h>
+
+namespace equistream::gl {
+
+class SphereDepth {
+public:
+    SphereDepth();
+
+    /// Writes the depth of `views.samples` into the source's depth texture, from the pass's layers that start with
+    /// `first_layer` and show `views.views`; NaN where none of them does. Other samples keep what they had.
+    void resolve(const DepthPass& pass, int first_layer, const SphereViews& views, const Pose& source_pose,
+                 SourceTextures& source);
+
+private:
+    Program program_;
+    Buffer views_;
+};
+
+}  // namespace equistream::gl

@@ -1,0 +1,34 @@
+#pragma once
+/// Flat views from a source's centre that together show every sample which some eyes may look up.
+#include "depth_pass.h"
+
+#include <equistream_client/view.h>
+
+#include <span>
+#include <vector>
+
+namespace equistream::gl {
+
+/// Rectangle of a source's samples; columns may run over the seam.
+struct SampleRange {
+    int first_column = 0, first_row = 0, columns = 0, rows = 0;
+};
+
+struct SphereViews {
+    std::vector<DepthViewpoint> views;  ///< world poses
+    SampleRange samples;                ///< all that lie in one of them, and more
+};
+
+/// Surfaces that are nearer to the source's centre than this may be looked up beyond what is shown; eyes that are
+/// farther from it than this get every sample.
+inline constexpr double nearest_shown_m = 0.5;
+
+/// One view where the eyes do not see too wide for it, else faces of a cube that looks where they look, as many as are
+/// needed. With every sample that is looked up come the sixteen around it. Texels are as dense as samples in the middle
+/// of a view, denser elsewhere.
+SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::span<const EyeView> eyes);
+
+/// The six faces of a cube with the source's axes, and all samples: as the paper renders its equirectangular depth.
+SphereViews cube_views(const EquirectCamera& camera, const Pose& pose);
+
+}  // namespace equistream::gl

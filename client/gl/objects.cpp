@@ -1,0 +1,112 @@
+#include "objects.h"
+
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+namespace equistream::gl {
+
+namespace {
+
+Texture make(GLenum target) {
+    GLuint name = 0;
+    glCreateTextures(target, 1, &name);
+    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        glTextureParameteri(name, filter, GL_NEAREST);
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+        glTextureParameteri(name, wrap, GL_CLAMP_TO_EDGE);
+    return Texture(name);
+}
+
+void require_within(GLenum limit, std::int64_t wanted, const std::string& what) {
+    GLint64 most = 0;
+    glGetInteger64v(limit, &most);
+    if (wanted > most)
+        throw WorkError(expected_found("OpenGL", what + " up to " + std::to_string(most) + ", as the driver has them",
+                                       std::to_string(wanted)));
+}
+
+/// After storage was asked for.
+void require_memory(std::int64_t bytes) {
+    constexpr int most_flags = 8;
+    for (int i = 0; i < most_flags; ++i) {
+        const GLenum error = glGetError();
+        if (error == GL_NO_ERROR)
+            return;
+        if (error == GL_OUT_OF_MEMORY)
+            throw WorkError("OpenGL: the driver has no memory for " + std::to_string(bytes) + " bytes");
+    }
+}
+
+void require_size(Size size, int layers) {
+    require_within(GL_MAX_TEXTURE_SIZE, std::max(size.width, size.height), "sides of textures");
+    require_within(GL_MAX_ARRAY_TEXTURE_LAYERS, layers, "layers of a texture");
+}
+
+/// Of formats of up to 4 bytes.
+std::int64_t bytes_of(Size size, int layers) {
+    return std::int64_t(4) * size.width * size.height * layers;
+}
+
+Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
+    require_within(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, std::int64_t(bytes), "bytes of a shader's storage block");
+    GLuint name = 0;
+    glCreateBuffers(1, &name);
+    Buffer buffer(name);
+    // A buffer of nothing is an error of use; one byte is not.
+    glNamedBufferStorage(name, bytes == 0 ? 1 : GLsizeiptr(bytes), bytes == 0 ? nullptr : content, flags);
+    require_memory(std::int64_t(bytes));
+    return buffer;
+}
+
+}  // namespace
+
+Texture make_texture(Size size, GLenum format) {
+    require_size(size, 1);
+    Texture texture = make(GL_TEXTURE_2D);
+    glTextureStorage2D(texture.name(), 1, format, size.width, size.height);
+    require_memory(bytes_of(size, 1));
+    return texture;
+}
+
+Texture make_layered_texture(Size size, int layers, GLenum format) {
+    require_size(size, layers);
+    Texture texture = make(GL_TEXTURE_2D_ARRAY);
+    glTextureStorage3D(texture.name(), 1, format, size.width, size.height, layers);
+    require_memory(bytes_of(size, layers));
+    return texture;
+}
+
+Buffer make_buffer(std::span<const std::byte> content, GLbitfield flags) {
+    return make_buffer(content.data(), content.size(), flags);
+}
+
+Buffer make_buffer(std::size_t bytes, GLbitfield flags) {
+    return make_buffer(nullptr, bytes, flags);
+}
+
+void require_complete(const Framebuffer& framebuffer) {
+    const GLenum status = glCheckNamedFramebufferStatus(framebuffer.name(), GL_FRAMEBUFFER);
+    if (status != GL_FRAMEBUFFER_COMPLETE)
+        throw WorkError("OpenGL: the driver cannot draw into the framebuffer (status " + std::to_string(status) + ")");
+}
+
+void download(GLuint texture, int layer, Size size, const PixelLayout& layout, void* to, std::size_t row_bytes) {
+    // A call's size has 32 bits.
+    constexpr std::size_t most_bytes = std::numeric_limits<GLsizei>::max();
+    const int band = int(std::clamp<std::size_t>(most_bytes / row_bytes, 1, std::size_t(size.height)));
+    glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glPixelStorei(GL_PACK_ROW_LENGTH, GLint(row_bytes / layout.bytes));
+    for (int row = 0; row < size.height; row += band) {
+        const int rows = std::min(band, size.height - row);
+        glGetTextureSubImage(texture, 0, 0, row, layer, size.width, rows, 1, layout.format, layout.type,
+                             GLsizei(row_bytes * std::size_t(rows)),
+                             static_cast<std::byte*>(to) + std::size_t(row) * row_bytes);
+    }
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+}
+
+}  // namespace equistream::gl

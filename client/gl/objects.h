@@ -1,0 +1,82 @@
+#pragma once
+/// OpenGL objects that free themselves; the context they were made in must be current when they do. Movable.
+#include <epoxy/gl.h>
+
+#include <cstddef>
+#include <span>
+#include <utility>
+
+namespace equistream::gl {
+
+/// `Kind` has free(name).
+template <typename Kind>
+class Object {
+public:
+    Object() = default;
+    explicit Object(GLuint name) : name_(name) {}
+    Object(Object&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    Object& operator=(Object&& other) noexcept {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    ~Object() {
+        if (name_ != 0)
+            Kind::free(name_);
+    }
+    GLuint name() const { return name_; }
+    explicit operator bool() const { return name_ != 0; }
+
+private:
+    GLuint name_ = 0;
+};
+
+struct TextureKind {
+    static void free(GLuint name) { glDeleteTextures(1, &name); }
+};
+struct BufferKind {
+    static void free(GLuint name) { glDeleteBuffers(1, &name); }
+};
+struct FramebufferKind {
+    static void free(GLuint name) { glDeleteFramebuffers(1, &name); }
+};
+struct VertexArrayKind {
+    static void free(GLuint name) { glDeleteVertexArrays(1, &name); }
+};
+
+using Texture = Object<TextureKind>;
+using Buffer = Object<BufferKind>;
+using Framebuffer = Object<FramebufferKind>;
+using VertexArray = Object<VertexArrayKind>;
+
+struct Size {
+    int width = 0, height = 0;
+    bool operator==(const Size&) const = default;
+};
+
+/// Immutable storage, one level, nearest samples, clamped to its edges. Storage of any kind throws WorkError in one
+/// line where the driver's limits, of textures and of the storage blocks of shaders, or its memory are too small.
+Texture make_texture(Size size, GLenum format);
+/// The same with `layers` of them (GL_TEXTURE_2D_ARRAY).
+Texture make_layered_texture(Size size, int layers, GLenum format);
+Buffer make_buffer(std::span<const std::byte> content, GLbitfield flags = 0);
+Buffer make_buffer(std::size_t bytes, GLbitfield flags);
+
+template <typename T>
+Buffer make_buffer_of(std::span<const T> content, GLbitfield flags = 0) {
+    return make_buffer(std::as_bytes(content), flags);
+}
+
+/// Whose status is not complete throws WorkError.
+void require_complete(const Framebuffer& framebuffer);
+
+/// How pixels lie in memory.
+struct PixelLayout {
+    GLenum format, type;
+    std::size_t bytes;  ///< of a pixel
+};
+
+/// Copies the first rows and columns of a layer (0 of a texture without layers) to memory whose rows are `row_bytes`
+/// apart, a whole number of pixels. Waits for the GPU.
+void download(GLuint texture, int layer, Size size, const PixelLayout& layout, void* to, std::size_t row_bytes);
+
+}  // namespace equistream::gl

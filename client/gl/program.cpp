@@ -1,0 +1,125 @@
+#include "program.h"
+
+#include "shader_files.h"
+
+#include <glm/gtc/type_ptr.hpp>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+namespace equistream::gl {
+
+namespace {
+
+struct ShaderKind {
+    static void free(GLuint name) { glDeleteShader(name); }
+};
+
+std::string_view file_text(std::string_view file) {
+    for (const ShaderFile& each : shader_files())
+        if (each.name == file)
+            return each.text;
+    throw std::logic_error("no shader file " + std::string(file));
+}
+
+void append(std::string& text, std::string_view file, std::set<std::string, std::less<>>& included) {
+    if (!included.emplace(file).second)
+        return;
+    std::string_view rest = file_text(file);
+    constexpr std::string_view include = "#include \"";
+    while (!rest.empty()) {
+        const std::size_t end = std::min(rest.find('\n'), rest.size() - 1) + 1;
+        const std::string_view line = rest.substr(0, end);
+        rest.remove_prefix(end);
+        if (line.starts_with(include))
+            append(text, line.substr(include.size(), line.find('"', include.size()) - include.size()), included);
+        else
+            text += line;
+    }
+}
+
+template <typename GetStatus, typename GetLog>
+void require(GetStatus get_status, GetLog get_log, GLuint name, GLenum what, std::string_view where) {
+    GLint done = GL_FALSE;
+    get_status(name, what, &done);
+    if (done == GL_TRUE)
+        return;
+    std::string log(4096, '\0');
+    GLsizei length = 0;
+    get_log(name, GLsizei(log.size()), &length, log.data());
+    log.resize(std::size_t(std::max(length, 0)));
+    throw std::logic_error(std::string(where) + ": " + log);
+}
+
+Object<ShaderKind> compiled(const Stage& stage, std::span<const std::string> defines) {
+    std::string text = "#version 450 core\n#define GROUP_WIDTH " + std::to_string(group_width) +
+                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n";
+    for (const std::string& define : defines)
+        text += "#define " + define + "\n";
+    text += shader_text(stage.file);
+    Object<ShaderKind> shader(glCreateShader(stage.type));
+    const char* source = text.c_str();
+    glShaderSource(shader.name(), 1, &source, nullptr);
+    glCompileShader(shader.name());
+    require(glGetShaderiv, glGetShaderInfoLog, shader.name(), GL_COMPILE_STATUS, stage.file);
+    return shader;
+}
+
+}  // namespace
+
+std::string shader_text(std::string_view file) {
+    std::string text;
+    std::set<std::string, std::less<>> included;
+    append(text, file, included);
+    return text;
+}
+
+Program::Program(std::initializer_list<Stage> stages, std::span<const std::string> defines)
+    : program_(glCreateProgram()) {
+    std::vector<Object<ShaderKind>> shaders;
+    for (const Stage& stage : stages) {
+        shaders.push_back(compiled(stage, defines));
+        glAttachShader(name(), shaders.back().name());
+    }
+    glLinkProgram(name());
+    require(glGetProgramiv, glGetProgramInfoLog, name(), GL_LINK_STATUS, stages.begin()->file);
+}
+
+GLint Program::location(const char* uniform) const {
+    for (const auto& [known, at] : locations_)
+        if (known == uniform)
+            return at;
+    const GLint at = glGetUniformLocation(name(), uniform);
+    if (at < 0)
+        throw std::logic_error(std::string("a shader has no uniform ") + uniform);
+    locations_.emplace_back(uniform, at);
+    return at;
+}
+
+void Program::set(const char* uniform, int value) const {
+    glProgramUniform1i(name(), location(uniform), value);
+}
+void Program::set(const char* uniform, float value) const {
+    glProgramUniform1f(name(), location(uniform), value);
+}
+void Program::set(const char* uniform, glm::vec3 value) const {
+    glProgramUniform3f(name(), location(uniform), value.x, value.y, value.z);
+}
+void Program::set(const char* uniform, glm::ivec2 value) const {
+    glProgramUniform2i(name(), location(uniform), value.x, value.y);
+}
+void Program::set(const char* uniform, const glm::mat3& value) const {
+    glProgramUniformMatrix3fv(name(), location(uniform), 1, GL_FALSE, glm::value_ptr(value));
+}
+void Program::set(const char* uniform, const glm::mat4& value) const {
+    glProgramUniformMatrix4fv(name(), location(uniform), 1, GL_FALSE, glm::value_ptr(value));
+}
+
+void Program::dispatch(Size size, int layers) const {
+    use();
+    glDispatchCompute(GLuint((size.width + group_width - 1) / group_width),
+                      GLuint((size.height + group_height - 1) / group_height), GLuint(layers));
+}
+
+}  // namespace equistream::gl

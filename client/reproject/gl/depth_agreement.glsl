@@ -1,0 +1,55 @@
+// When a depth sample shows the surface that the eye sees, and where a smooth surface hides a point: the formulas of
+// equistream/depth_agreement.h and hiding_surface.h. Needs source_grid.glsl and a texture `source_depth`.
+
+// The eye's, set by main().
+float box_radius_m;
+float tolerance;  // sin e
+
+float reach_of(float distance_m) {
+    float r = min(distance_m, FAR_DISTANCE_M);
+    return max(r - box_radius_m, 1e-3 * r);
+}
+
+bool agree(float reach_a, float reach_b) {
+    return box_radius_m * abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0.0;
+}
+
+bool lies_between(float reach_point, float reach_predicted, float reach_sample) {
+    float low = min(reach_point, reach_predicted), high = max(reach_point, reach_predicted);
+    return agree(low, reach_sample) || agree(high, reach_sample) || (low < reach_sample && reach_sample < high);
+}
+
+/// Whether a smooth surface through the sixteen samples around runs before the point; `at` from the first sample's
+/// middle.
+bool is_hidden(vec2 at, float distance_m) {
+    ivec2 corner = ivec2(floor(at));
+    vec2 s = at - vec2(corner);
+    float k[16];
+    for (int i = 0; i < 16; ++i) {
+        ivec2 sample_at = wrapped(corner + ivec2(i % 4, i / 4) - 1);
+        float sample_m = texelFetch(source_depth, sample_at, 0).x;
+        if (!(sample_m > 0.0))
+            return false;
+        k[i] = 1.0 / reach_of(sample_m);
+    }
+    float upper = mix(k[5], k[6], s.x), lower = mix(k[9], k[10], s.x);
+    float behind = box_radius_m * (mix(upper, lower, s.y) - 1.0 / reach_of(distance_m));
+    if (!(behind > LEAST_BEHIND * tolerance))
+        return false;
+    float largest = abs((k[5] - k[6]) - (k[9] - k[10]));
+    vec2 sums = vec2(0.0);
+    for (int line = 0; line < 4; ++line) {
+        vec2 sum = vec2(0.0);
+        for (int i = 0; i < 2; ++i) {
+            vec2 bend = abs(vec2(k[4 * line + i] - 2.0 * k[4 * line + i + 1] + k[4 * line + i + 2],
+                                 k[line + 4 * i] - 2.0 * k[line + 4 * i + 4] + k[line + 4 * i + 8]));
+            largest = max(largest, max(bend.x, bend.y));
+            sum += bend;
+        }
+        if (line == 1 || line == 2)
+            sums = max(sums, sum);
+    }
+    vec2 off = sums * s * (1.0 - s);
+    return box_radius_m * largest <= MOST_BEND * tolerance &&
+           behind > LEAST_BEHIND * tolerance + box_radius_m * (off.x + off.y);
+}

@@ -1,0 +1,18 @@
+// The rays of an eye's pixels in the source's frame (eye_rays.h), for each layer an eye.
+
+struct EyeRays {
+    vec4 corner, right, down;  // a pixel's ray has planar depth 1: corner + x right + y down
+    vec4 eye;                  // in the source's frame, metres
+    vec4 eye_own_axes;         // the same in the eye's own
+    mat4 source_from_eye;
+    vec4 view;       // focal length, the middle's column and row, all in pixels; 1 where the eye has moved
+    vec4 agreement;  // box radius in metres, sin e
+};
+
+layout(std140, binding = 1) uniform Eyes {
+    EyeRays eyes[MOST_EYES];
+};
+
+vec3 ray_of(EyeRays eye, ivec2 pixel) {
+    return eye.corner.xyz + float(pixel.x) * eye.right.xyz + float(pixel.y) * eye.down.xyz;
+}

@@ -1,0 +1,28 @@
+#pragma once
+/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once.
+#include "eye_targets.h"
+#include "source_textures.h"
+
+#include <span>
+
+namespace equistream::gl {
+
+class LookUp {
+public:
+    /// `surface`: by the eyes' own depth; else by direction alone.
+    explicit LookUp(bool surface, double error_budget_px = 0.25);
+
+    /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
+    /// `surface` needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's size is
+    /// read. What comes after may sample, copy, draw over or write the targets without a barrier of its own.
+    void reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
+                   const EyeDepth& depth, const EyeTargets& targets);
+
+private:
+    bool surface_;
+    double error_budget_px_;
+    Program program_;
+    Buffer eyes_;
+};
+
+}  // namespace equistream::gl

@@ -1,0 +1,72 @@
+// Where directions fall among a source's samples: the formulas of conventions.h, as warp_positions-inl.h and look_up.h
+// have them. Directions are in the source's frame; positions in samples, from the corner of the first.
+
+layout(std140, binding = 0) uniform SourceGrid {
+    ivec2 source_size;
+    int source_is_sphere;
+    int source_closes;
+    int source_north_pole;
+    int source_south_pole;
+    float source_focal_px;
+    float source_middle;
+    float source_top;
+    float columns_per_radian;
+    float rows_per_radian;
+};
+
+float fast_atan2(float y, float x) {
+    float ax = abs(x), ay = abs(y), larger = max(ax, ay);
+    float a = larger > 0.0 ? min(ax, ay) / larger : larger;
+    float s = a * a, p = 0.0;
+    for (int i = 0; i < 8; ++i)
+        p = p * s + ATAN_COEFFICIENTS[i];
+    float angle = p * a;
+    if (ay > ax)
+        angle = 1.57079632679 - angle;
+    if (x < 0.0)
+        angle = 3.14159265359 - angle;
+    return y < 0.0 ? -angle : angle;
+}
+
+/// Far outside where a flat picture does not look.
+vec2 position_of(vec3 d) {
+    vec2 half_size = 0.5 * vec2(source_size);
+    if (source_is_sphere == 0) {
+        float scale = source_focal_px / -d.z;
+        return d.z < 0.0 ? vec2(d.x * scale + half_size.x, half_size.y - d.y * scale) : vec2(-1e9);
+    }
+    const float half_turn = 3.14159265359;
+    float longitude = fast_atan2(d.x, -d.z) - source_middle;
+    longitude -= longitude > half_turn ? 2.0 * half_turn : 0.0;
+    longitude += longitude < -half_turn ? 2.0 * half_turn : 0.0;
+    float latitude = fast_atan2(d.y, sqrt(d.x * d.x + d.z * d.z));
+    return vec2(longitude * columns_per_radian + half_size.x, (source_top - latitude) * rows_per_radian);
+}
+
+/// False for NaN. Rounding may push one just past the edge.
+bool is_covered(vec2 position) {
+    return all(greaterThanEqual(position, vec2(-0.02))) &&
+           all(lessThanEqual(position, vec2(source_size) + vec2(0.02)));
+}
+
+/// The sample that stands for one up to two samples beyond the edges: columns go round; beyond a pole the rows come back
+/// on the other side; partial pictures repeat their edge.
+ivec2 wrapped(ivec2 s) {
+    bool north = s.y < 0 && source_north_pole != 0, south = s.y >= source_size.y && source_south_pole != 0;
+    if (north || south)
+        s = ivec2(s.x + source_size.x / 2, north ? -1 - s.y : 2 * source_size.y - 1 - s.y);
+    if (source_closes != 0)
+        s.x = (s.x + 2 * source_size.x) % source_size.x;
+    return clamp(s, ivec2(0), source_size - 1);
+}
+
+/// Unit direction of a sample's centre.
+vec3 direction_of(ivec2 s) {
+    if (source_is_sphere == 0) {
+        vec2 at = (vec2(s) + 0.5 - 0.5 * vec2(source_size)) / source_focal_px;
+        return normalize(vec3(at.x, -at.y, -1.0));
+    }
+    float longitude = source_middle + (float(s.x) + 0.5 - 0.5 * float(source_size.x)) / columns_per_radian;
+    float latitude = source_top - (float(s.y) + 0.5) / rows_per_radian;
+    return vec3(cos(latitude) * sin(longitude), sin(latitude), -cos(latitude) * cos(longitude));
+}

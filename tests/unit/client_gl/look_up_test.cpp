@@ -1,0 +1,134 @@
+#include "engine_scenes.h"
+#include "gl_fixture.h"
+
+#include <reproject/gl/look_up.h>
+
+#include <equistream_client/engine.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace equistream::test {
+namespace {
+
+const PerspectiveCamera eye_camera{240, 150, pi / 2};
+
+/// Of two pictures where both show something, in dB of 255; infinite where there is no such place.
+double psnr_where_seen(const EyePicture& a, const EyePicture& b) {
+    double squares = 0;
+    std::int64_t samples = 0;
+    for (int y = 0; y < a.rgba.height(); ++y)
+        for (int x = 0; x < a.rgba.width(); ++x) {
+            if (a.origin.pixel(x, y)[0] == 0 || b.origin.pixel(x, y)[0] == 0)
+                continue;
+            for (int c = 0; c < 3; ++c)
+                squares += std::pow(a.rgba.pixel(x, y)[c] - b.rgba.pixel(x, y)[c], 2);
+            samples += 3;
+        }
+    return squares == 0 ? infinity : 10 * std::log10(255.0 * 255.0 * double(samples) / squares);
+}
+
+std::int64_t other_origins(const EyePicture& a, const EyePicture& b) {
+    std::int64_t others = 0;
+    for (std::size_t i = 0; i < a.origin.samples().size(); ++i)
+        others += a.origin.samples()[i] != b.origin.samples()[i];
+    return others;
+}
+
+class GlLookUp : public Gl {
+protected:
+    /// Both engines' pictures of two eyes at once are those of the plain implementation.
+    void expect_reference(bool surface, const SourceView& view, const Distance& distance, std::span<const Pose> poses) {
+        gl::SourceTextures textures;
+        textures.upload(view);
+        gl::LookUp look_up(surface);
+        gl::EyeTargets targets;
+        const auto reference = make_engine(surface ? "surface" : "sphere", {.reference = true});
+        reference->set_source(view);
+        for (std::size_t i = 0; i + 1 < poses.size(); i += 2) {
+            std::array<FloatImage, 2> depths;
+            std::array<EyeView, 2> eyes;
+            targets.size_for(eye_camera, 2);
+            for (int k = 0; k < 2; ++k) {
+                const Pose& pose = poses[i + std::size_t(k)];
+                depths[std::size_t(k)] = depth_from(distance, eye_camera, pose);
+                eyes[std::size_t(k)] = {eye_camera, pose, depths[std::size_t(k)].view()};
+                targets.upload_depth(k, eye_camera, depths[std::size_t(k)].view());
+            }
+            look_up.reproject(view, textures, eyes, targets.depth(), targets);
+            for (int k = 0; k < 2; ++k) {
+                EyePicture expected, found;
+                reference->reproject(eyes[std::size_t(k)], expected);
+                targets.download(k, found);
+                EXPECT_GT(psnr_where_seen(expected, found), 55) << "eye " << i + k;
+                // Of 36,000 pixels; a point on the edge of what a tolerance allows falls on either side.
+                EXPECT_LE(other_origins(expected, found), 12) << "eye " << i + k;
+            }
+        }
+    }
+};
+
+TEST_F(GlLookUp, ShowsWhatTheReferenceShows) {
+    const SurfaceScene scene = furnished();
+    for (const Camera& camera : engine_sources(720)) {
+        const Rendered source = render(scene, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        for (const bool surface : {false, true}) {
+            SCOPED_TRACE(std::to_string(width_of(camera)) + (surface ? " surface" : " sphere"));
+            expect_reference(surface, source.source(0.11), scene, engine_eyes());
+        }
+    }
+}
+
+TEST_F(GlLookUp, FromTheSourcesOwnPlaceNeedsNoDepth) {
+    const Rendered source = render(hall, smooth_colour, EquirectCamera{720, 360, {}}, Pose{});
+    SourceView view = source.source(0.11);
+    view.depth_m = {};
+    const std::array<Pose, 2> turned = {Pose{{0, 0, 0}, yaw_pitch(3, 0.4)}, Pose{{0, 0, 0}, yaw_pitch(-1, -1.5)}};
+    expect_reference(true, view, hall, turned);
+}
+
+/// A view without depth does not look up by that of the view before; a pass that finds it starts from unknown.
+TEST_F(GlLookUp, DepthDoesNotOutliveItsView) {
+    const ByteImage rgb(64, 32, 3);
+    const FloatImage depth_m(64, 32, 1, 2.5f);
+    SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{64, 32, {}}, .depth_m = depth_m.view()};
+    gl::SourceTextures textures;
+    const auto held = [&] {
+        FloatImage found(64, 32, 1);
+        gl::download(textures.depth(), 0, textures.size(), {GL_RED, GL_FLOAT, sizeof(float)}, found.samples().data(),
+                     64 * sizeof(float));
+        return found;
+    };
+    textures.upload(view);
+    ASSERT_NE(textures.depth(), 0u);
+    EXPECT_TRUE(std::ranges::equal(held().samples(), depth_m.samples()));
+    view.depth_m = {};
+    textures.upload(view);
+    EXPECT_EQ(textures.depth(), 0u);
+    EXPECT_NE(textures.depth_to_write(), 0u);
+    EXPECT_TRUE(std::ranges::all_of(held().samples(), [](float r) { return std::isnan(r); }));
+}
+
+/// From a decoder's planes the colours are those of the RGB that the CPU makes of them, bit for bit.
+TEST_F(GlLookUp, ADecodersPlanesAreTheirRgb) {
+    std::mt19937 random(11);
+    ByteImage y(96, 48, 1), cb(48, 24, 1), cr(48, 24, 1), rgb(96, 48, 3);
+    for (ByteImage* plane : {&y, &cb, &cr})
+        for (std::uint8_t& sample : plane->samples())
+            sample = std::uint8_t(random());
+    SourceView planes{.yuv = {y.view(), cb.view(), cr.view()}, .camera = EquirectCamera{96, 48, {}}};
+    for (int row = 0; row < 48; ++row)
+        for (int column = 0; column < 96; ++column)
+            std::ranges::copy(yuv_to_rgb::rgb_at(planes.yuv, column, row), rgb.pixel(column, row));
+    gl::SourceTextures textures;
+    textures.upload(planes);
+    ByteImage found(96, 48, 3);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(textures.colour(), 0, GL_RGB, GL_UNSIGNED_BYTE, GLsizei(found.samples().size()),
+                      found.samples().data());
+    EXPECT_TRUE(std::ranges::equal(found.samples(), rgb.samples()));
+}
+
+}  // namespace
+}  // namespace equistream::test

@@ -1,0 +1,75 @@
+#include "gl_fixture.h"
+
+#include <gl/program.h>
+
+#include <equistream/error.h>
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace equistream::test {
+namespace {
+
+using GlProgram = Gl;
+
+TEST_F(GlProgram, DriverSaysWhoItIs) {
+    const gl::Driver driver = gl::Context::driver();
+    EXPECT_FALSE(driver.renderer.empty());
+    EXPECT_GE(driver.version, "4.5");
+}
+
+TEST(ShaderText, HoldsIncludedFilesOnce) {
+    const std::string text = gl::shader_text("look_up.glsl");
+    EXPECT_EQ(text.find("#include"), std::string::npos);
+    const std::size_t first = text.find("vec2 position_of(");
+    ASSERT_NE(first, std::string::npos);
+    EXPECT_EQ(text.find("vec2 position_of(", first + 1), std::string::npos);
+    EXPECT_THROW(gl::shader_text("nothing.glsl"), std::logic_error);
+}
+
+TEST_F(GlProgram, MistakesCarryTheCompilersWords) {
+    // Without its defines the text has undeclared names.
+    try {
+        gl::Program program({{GL_COMPUTE_SHADER, "look_up.glsl"}});
+        ADD_FAILURE() << "compiled";
+    } catch (const std::logic_error& error) {
+        EXPECT_NE(std::string(error.what()).find("look_up.glsl"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("MOST_EYES"), std::string::npos) << error.what();
+    }
+}
+
+/// Before the driver is asked for it, in a line that says how much there may be.
+TEST_F(GlProgram, StorageBeyondTheDriversLimitsIsRefused) {
+    GLint64 most_bytes = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
+    const auto expect_refused = [](const auto& make, const char* what) {
+        try {
+            make();
+            ADD_FAILURE() << what;
+        } catch (const WorkError& error) {
+            EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+            EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+        }
+    };
+    expect_refused([] { gl::make_texture({1 << 24, 1}, GL_R8); }, "sides of textures");
+    expect_refused([] { gl::make_layered_texture({1, 1 << 24}, 2, GL_R8); }, "sides of textures");
+    expect_refused([] { gl::make_layered_texture({1, 1}, 1 << 24, GL_R8); }, "layers");
+    expect_refused([&] { gl::make_buffer(std::size_t(most_bytes) + 1, 0); }, "storage block");
+}
+
+/// Rows may be farther apart than they are long.
+TEST_F(GlProgram, DownloadsKeepToTheirRows) {
+    const std::array<std::uint8_t, 6> content = {1, 2, 3, 4, 5, 6};
+    const gl::Texture texture = gl::make_texture({3, 2}, GL_R8);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage2D(texture.name(), 0, 0, 0, 3, 2, GL_RED, GL_UNSIGNED_BYTE, content.data());
+    std::array<std::uint8_t, 8> found;
+    found.fill(9);
+    gl::download(texture.name(), 0, {2, 2}, {GL_RED, GL_UNSIGNED_BYTE, 1}, found.data(), 4);
+    EXPECT_EQ(found, (std::array<std::uint8_t, 8>{1, 2, 9, 9, 4, 5, 9, 9}));
+}
+
+}  // namespace
+}  // namespace equistream::test
