@@ -2,13 +2,15 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <numeric>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace equistream {
@@ -45,6 +47,28 @@ Between between(float texture) {
     return {below, std::clamp(share, 0.0f, 1.0f)};
 }
 
+/// Pixels by texture, shared out between the two around theirs. Whole numbers: the same in whatever order they add up,
+/// so that the same pictures give the same stream.
+struct Counts {
+    static constexpr int one = 256;
+    std::array<std::uint64_t, textures.size()> pixels{}, lost{};
+
+    void add(const Between& at, bool is_lost) {
+        const auto above = std::uint64_t(std::lround(at.share * one)), below = one - above;
+        pixels[at.below] += below;
+        pixels[at.below + 1] += above;
+        lost[at.below] += is_lost ? below : 0;
+        lost[at.below + 1] += is_lost ? above : 0;
+    }
+    Counts& operator+=(const Counts& other) {
+        for (std::size_t i = 0; i < textures.size(); ++i) {
+            pixels[i] += other.pixels[i];
+            lost[i] += other.lost[i];
+        }
+        return *this;
+    }
+};
+
 }  // namespace
 
 ByteImage contrast_of(ImageView<const std::uint8_t> pixels, int step) {
@@ -69,28 +93,32 @@ ByteImage contrast_of(ImageView<const std::uint8_t> pixels, int step) {
 
 FloatImage mean_around(const ByteImage& image, int reach) {
     const int width = image.width(), height = image.height();
-    // Sums of all that lies above and to the left: 8 K by 8 K of the largest samples stay far below 2^64.
-    const std::size_t stride = std::size_t(width) + 1;
-    std::vector<std::uint64_t> sums(stride * (std::size_t(height) + 1), 0);
-    for (int y = 0; y < height; ++y) {
-        std::uint64_t along = 0;
-        for (int x = 0; x < width; ++x) {
-            along += image.pixel(x, y)[0];
-            const std::size_t at = std::size_t(y + 1) * stride + std::size_t(x) + 1;
-            sums[at] = sums[at - stride] + along;
+    IdImage along(width, height, 1);  // sums of what a row has of each square
+    tbb::parallel_for(Range(0, height, 32), [&](const Range& rows) {
+        std::vector<std::uint32_t> before(std::size_t(width) + 1, 0);  // sums of all to the left
+        for (int y = rows.begin(); y < rows.end(); ++y) {
+            std::inclusive_scan(image.pixel(0, y), image.pixel(0, y) + width, before.begin() + 1, std::plus<>(),
+                                std::uint32_t{0});
+            for (int x = 0; x < width; ++x)
+                along.pixel(x, y)[0] =
+                    before[std::size_t(std::min(width, x + reach + 1))] - before[std::size_t(std::max(0, x - reach))];
         }
-    }
+    });
     FloatImage means(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const std::size_t left = std::size_t(std::max(0, x - reach)),
-                              right = std::size_t(std::min(width, x + reach + 1));
-            const std::size_t top = std::size_t(std::max(0, y - reach)),
-                              bottom = std::size_t(std::min(height, y + reach + 1));
-            const std::uint64_t sum = sums[bottom * stride + right] + sums[top * stride + left] -
-                                      sums[top * stride + right] - sums[bottom * stride + left];
-            means.pixel(x, y)[0] = float(sum) / float((right - left) * (bottom - top));
+    tbb::parallel_for(Range(0, height, 32), [&](const Range& rows) {
+        std::vector<std::uint32_t> sums(std::size_t(width), 0);
+        for (int y = rows.begin(); y < rows.end(); ++y) {
+            const int top = std::max(0, y - reach), bottom = std::min(height, y + reach + 1);
+            std::ranges::fill(sums, 0u);
+            for (int row = top; row < bottom; ++row)
+                for (int x = 0; x < width; ++x)
+                    sums[std::size_t(x)] += along.pixel(x, row)[0];
+            for (int x = 0; x < width; ++x) {
+                const int columns = std::min(width, x + reach + 1) - std::max(0, x - reach);
+                means.pixel(x, y)[0] = float(sums[std::size_t(x)]) / float(columns * (bottom - top));
+            }
         }
+    });
     return means;
 }
 
@@ -113,16 +141,20 @@ CodingLoss usual_coding_loss(double crf) {
 void CodingLossMeter::add(ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> decoded) {
     assert(picture.width == decoded.width && picture.height == decoded.height);
     const FloatImage contrast = mean_around(contrast_of(decoded, 1), texture_steps);
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x) {
-            const auto [below, share] = between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0]));
-            const bool lost = worst_difference(picture.pixel(x, y), decoded.pixel(x, y)) > visible_loss_255;
-            for (const auto& [at, weight] :
-                 {std::pair{below, 1 - double(share)}, std::pair{below + 1, double(share)}}) {
-                pixels_[at] += weight;
-                lost_[at] += lost ? weight : 0;
-            }
-        }
+    const Counts counts = tbb::parallel_reduce(
+        Range(0, picture.height, 32), Counts(),
+        [&](const Range& rows, Counts found) {
+            for (int y = rows.begin(); y < rows.end(); ++y)
+                for (int x = 0; x < picture.width; ++x)
+                    found.add(between(std::log2(1 + 0.5f * contrast.pixel(x, y)[0])),
+                              worst_difference(picture.pixel(x, y), decoded.pixel(x, y)) > visible_loss_255);
+            return found;
+        },
+        [](Counts a, const Counts& b) { return a += b; });
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        pixels_[i] += double(counts.pixels[i]) / Counts::one;
+        lost_[i] += double(counts.lost[i]) / Counts::one;
+    }
 }
 
 CodingLoss CodingLossMeter::loss() const {
