@@ -54,16 +54,6 @@ private:
 
 }  // namespace
 
-ByteImage side_by_side(ImageView<const std::uint8_t> left, ImageView<const std::uint8_t> right) {
-    assert(left.width == right.width && left.height == right.height);
-    ByteImage both(2 * left.width, left.height, 3);
-    for (int y = 0; y < left.height; ++y) {
-        std::copy_n(left.row(y), 3 * left.width, both.pixel(0, y));
-        std::copy_n(right.row(y), 3 * right.width, both.pixel(left.width, y));
-    }
-    return both;
-}
-
 std::span<const Anaglyph> anaglyphs() {
     return kinds;
 }

@@ -8,6 +8,13 @@ nlohmann::json pose_to_json(const Pose& pose) {
     return {{"position_m", {p.x, p.y, p.z}}, {"orientation_wxyz", {q.w, q.x, q.y, q.z}}};
 }
 
+nlohmann::json coding_loss_to_json(const CodingLoss& loss) {
+    nlohmann::json shares = nlohmann::json::array();
+    for (std::size_t i = 0; i < CodingLoss::textures.size(); ++i)
+        shares.push_back({{"texture", CodingLoss::textures[i]}, {"visibly_off", loss.share_255[i] / 255.0f}});
+    return shares;
+}
+
 nlohmann::json camera_to_json(const Camera& camera) {
     nlohmann::json json = {{"width", width_of(camera)}, {"height", height_of(camera)}};
     if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {

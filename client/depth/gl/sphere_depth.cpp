@@ -1,7 +1,5 @@
 #include "sphere_depth.h"
 
-#include "../../reproject/float_math.h"
-
 #include <equistream/formatted.h>
 
 #include <glm/gtc/quaternion.hpp>

@@ -36,7 +36,7 @@ uniform ivec2 wanted;
 uniform vec3 centre_world;
 uniform mat3 world_from_source;
 
-float believed(float before, float after) {
+float nearer_to_zero(float before, float after) {
     return abs(before) <= abs(after) ? before : after;
 }
 
@@ -56,7 +56,7 @@ float inverse_at(FlatView view, vec2 at) {
         after[axis] = high == texel ? slope_low : slope_high;
     }
     vec2 aside = at - (vec2(texel) + 0.5);
-    float found = z + believed(before.x, after.x) * aside.x + believed(before.y, after.y) * aside.y;
+    float found = z + nearer_to_zero(before.x, after.x) * aside.x + nearer_to_zero(before.y, after.y) * aside.y;
     return inverse_depth_scale * (z > 0.0 ? max(found, 0.5 * z) : 0.0);
 }
 

@@ -151,11 +151,7 @@ SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::sp
 
 SphereViews cube_views(const EquirectCamera& camera, const Pose& pose) {
     SphereViews all;
-    const PerspectiveCamera face = flat_camera(pi / 4, pi / 4, density_px(camera));
-    const glm::dvec3 x(1, 0, 0), y(0, 1, 0);
-    for (const glm::dquat& turn : {glm::dquat(1, 0, 0, 0), glm::angleAxis(pi / 2, y), glm::angleAxis(pi, y),
-                                   glm::angleAxis(-pi / 2, y), glm::angleAxis(pi / 2, x), glm::angleAxis(-pi / 2, x)})
-        all.views.push_back({face, {pose.position_m, pose.orientation * turn}});
+    add_faces(pose.orientation, pose, density_px(camera), {pi, pi, pi}, all);
     all.samples = {0, 0, camera.width, camera.height};
     return all;
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// Both eyes in one picture, for displays that have but one. Pictures are display-referred sRGB, 8-bit RGB. Pure
+/// Both eyes in one picture, for displays that have but one, seen through coloured glasses; one beside the other is
+/// equistream/stereo_packing.h. Pictures are display-referred sRGB, 8-bit RGB. Pure
 /// functions; rows run in parallel.
 #include <equistream/image.h>
 
@@ -9,9 +10,6 @@
 #include <string_view>
 
 namespace equistream {
-
-/// The left eye's picture, then the right one's, of one size.
-ByteImage side_by_side(ImageView<const std::uint8_t> left, ImageView<const std::uint8_t> right);
 
 /// How glasses with a red filter before the left eye and a cyan one before the right get both pictures: colour =
 /// left * L + right * R, on linear Rec.709, clamped to what a display has.

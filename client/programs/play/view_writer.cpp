@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
+#include <equistream/stereo_packing.h>
 #include <equistream/stream.h>
 
 #include <unistd.h>
@@ -179,8 +180,9 @@ public:
         : anaglyph_(settings.anaglyph), pictures_(make_picture_writer(settings, "both")) {}
     void write(const FinishedView& left, const FinishedView& right) override {
         const ByteImage left_rgb = left.picture.rgb(), right_rgb = right.picture.rgb();
-        const ByteImage both = anaglyph_ != nullptr ? make_anaglyph(*anaglyph_, left_rgb.view(), right_rgb.view())
-                                                    : side_by_side(left_rgb.view(), right_rgb.view());
+        const ByteImage both = anaglyph_ != nullptr
+                                   ? make_anaglyph(*anaglyph_, left_rgb.view(), right_rgb.view())
+                                   : packed_eyes(StereoPacking::side_by_side, left_rgb.view(), right_rgb.view());
         pictures_->write(both.view(), left.info);
     }
     void finish() override { pictures_->finish(); }

@@ -1,5 +1,6 @@
 /// equistream encode: EXR sequences to H.264 or H.265.
 #include "encode_sequence.h"
+#include "frame_json.h"
 
 #include <equistream/bound.h>
 #include <equistream/colour.h>
@@ -162,15 +163,6 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
     return text;
 }
 
-nlohmann::json coding_loss_json(const ColourTrial& trial) {
-    if (!trial.loss)
-        return nullptr;
-    nlohmann::json shares = nlohmann::json::array();
-    for (const float texture : CodingLoss::textures)
-        shares.push_back({{"texture", texture}, {"visibly_off", loss_at(*trial.loss, texture)}});
-    return {{"frames", trial.frames}, {"by_texture", shares}};
-}
-
 nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
@@ -205,7 +197,10 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
               {"last", request.sources.frames.back()},
               {"count", report.settings.pictures}}},
             {"not_finite_samples", report.not_finite_samples},
-            {"coding_loss", coding_loss_json(report.colour)},
+            {"coding_loss", report.colour.loss
+                                ? nlohmann::json{{"frames", report.colour.frames},
+                                                 {"by_texture", coding_loss_to_json(*report.colour.loss)}}
+                                : nlohmann::json()},
             {"tracks", tracks},
             {"mirrors_left_out_share",
              report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},

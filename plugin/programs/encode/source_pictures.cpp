@@ -3,6 +3,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/stereo_packing.h>
 
 #include <algorithm>
 #include <cmath>
@@ -47,18 +48,6 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPl
     return picture;
 }
 
-/// Both eyes in one picture, as ordinary players want them: the left one above or to the left.
-ByteImage packed(StereoPacking packing, const ByteImage& left, const ByteImage& right) {
-    const bool beside = packing == StereoPacking::side_by_side;
-    ByteImage both(beside ? 2 * left.width() : left.width(), beside ? left.height() : 2 * left.height(), 3);
-    for (int y = 0; y < left.height(); ++y) {
-        std::copy_n(left.pixel(0, y), 3 * left.width(), both.pixel(0, y));
-        std::copy_n(right.pixel(0, y), 3 * left.width(),
-                    beside ? both.pixel(left.width(), y) : both.pixel(0, left.height() + y));
-    }
-    return both;
-}
-
 /// What must be the same of all that is rendered with a frame; null where it is.
 const char* difference(const FrameInfo& main, const FrameInfo& other) {
     return other.scene != main.scene                                 ? "scene"
@@ -98,7 +87,7 @@ std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, s
                                         "the left eye's size, " + size_text(left.rgb.width(), left.rgb.height()),
                                         size_text(right.rgb.width(), right.rgb.height())));
     left.right_info = right.info;
-    left.rgb = packed(sources.packing, left.rgb, right.rgb);
+    left.rgb = packed_eyes(sources.packing, left.rgb.view(), right.rgb.view());
     left.not_finite_samples += right.not_finite_samples;
     left.read_ms += right.read_ms;
     left.display_ms += right.display_ms;

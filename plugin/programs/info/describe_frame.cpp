@@ -93,15 +93,6 @@ std::string depth_code_text(const DepthCodeInfo& depth_code) {
 /// Of CodingLoss::textures, as an example of much.
 constexpr std::size_t textured = 4;
 
-nlohmann::json coding_loss_json(const FrameInfo& info) {
-    if (!info.coding_loss)
-        return nullptr;
-    nlohmann::json at = nlohmann::json::array();
-    for (const float texture : CodingLoss::textures)
-        at.push_back({{"texture", texture}, {"visibly_off", loss_at(*info.coding_loss, texture)}});
-    return at;
-}
-
 std::string coding_loss_text(const FrameInfo& info) {
     if (!info.coding_loss)
         return "";
@@ -132,7 +123,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"geometry_fingerprint", info.geometry_fingerprint},
             {"depth_code", depth_code_json(info)},
             {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()},
-            {"coding_loss", coding_loss_json(info)}};
+            {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()}};
 }
 
 std::string shared_text(const FrameInfo& info) {

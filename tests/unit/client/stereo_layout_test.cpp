@@ -26,16 +26,6 @@ glm::vec3 linear(const std::uint8_t* rgb) {
             srgb_to_linear(float(rgb[2]) / 255)};
 }
 
-TEST(StereoLayout, SideBySideHasLeftOnTheLeft) {
-    const ByteImage left = noise(1), right = noise(2), both = side_by_side(left.view(), right.view());
-    ASSERT_EQ(both.width(), 2 * left.width());
-    for (int y = 0; y < left.height(); ++y)
-        for (int x = 0; x < left.width(); ++x) {
-            EXPECT_TRUE(std::equal(left.pixel(x, y), left.pixel(x, y) + 3, both.pixel(x, y)));
-            EXPECT_TRUE(std::equal(right.pixel(x, y), right.pixel(x, y) + 3, both.pixel(left.width() + x, y)));
-        }
-}
-
 TEST(StereoLayout, ColourTakesChannelsAsTheyAre) {
     const ByteImage left = noise(3), right = noise(4);
     const ByteImage both = make_anaglyph(find_anaglyph("colour"), left.view(), right.view());

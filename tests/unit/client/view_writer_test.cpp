@@ -7,6 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
+#include <equistream/stereo_packing.h>
 #include <equistream/stream.h>
 
 #include <gtest/gtest.h>
@@ -141,7 +142,7 @@ TEST_F(Views, BothEyesShareAPicture) {
     const fs::path file = folder_ / "both/frame.0003.png";
     EXPECT_EQ(views->bytes(), std::int64_t(fs::file_size(file)));
     const ByteImage both = read_picture(file);
-    const ByteImage expected = side_by_side(left.rgb().view(), right.rgb().view());
+    const ByteImage expected = packed_eyes(StereoPacking::side_by_side, left.rgb().view(), right.rgb().view());
     EXPECT_EQ(both.width(), 2 * width);
     EXPECT_TRUE(std::ranges::equal(both.samples(), expected.samples()));
 
