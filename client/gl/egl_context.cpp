@@ -15,8 +15,6 @@ namespace equistream::gl {
 namespace {
 
 constexpr EGLint most_devices = 16;
-/// That vertex shaders read at once.
-constexpr GLint vertex_storage_blocks = 3;
 
 /// A context without a surface. Its display stays initialised: EGL has one of each device for the whole process, which
 /// others may use.
@@ -67,9 +65,7 @@ std::string missing() {
     for (const char* extension : {"GL_ARB_shader_viewport_layer_array", "GL_ARB_indirect_parameters"})
         if (!epoxy_has_gl_extension(extension))
             return extension;
-    GLint blocks = 0;
-    glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &blocks);
-    return blocks < vertex_storage_blocks ? "storage blocks for vertex shaders" : "";
+    return "";
 }
 
 bool client_has(const char* extension) {

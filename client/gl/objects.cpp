@@ -45,7 +45,7 @@ void require_size(Size size, int layers) {
     require_within(GL_MAX_ARRAY_TEXTURE_LAYERS, layers, "layers of a texture");
 }
 
-/// Of formats of up to 4 bytes.
+/// Of formats of up to 4 bytes, their first level.
 std::int64_t bytes_of(Size size, int layers) {
     return std::int64_t(4) * size.width * size.height * layers;
 }
@@ -71,10 +71,10 @@ Texture make_texture(Size size, GLenum format) {
     return texture;
 }
 
-Texture make_layered_texture(Size size, int layers, GLenum format) {
+Texture make_layered_texture(Size size, int layers, GLenum format, int levels) {
     require_size(size, layers);
     Texture texture = make(GL_TEXTURE_2D_ARRAY);
-    glTextureStorage3D(texture.name(), 1, format, size.width, size.height, layers);
+    glTextureStorage3D(texture.name(), levels, format, size.width, size.height, layers);
     require_memory(bytes_of(size, layers));
     return texture;
 }

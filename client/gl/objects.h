@@ -56,8 +56,8 @@ struct Size {
 /// Immutable storage, one level, nearest samples, clamped to its edges. Storage of any kind throws WorkError in one
 /// line where the driver's limits, of textures and of the storage blocks of shaders, or its memory are too small.
 Texture make_texture(Size size, GLenum format);
-/// The same with `layers` of them (GL_TEXTURE_2D_ARRAY).
-Texture make_layered_texture(Size size, int layers, GLenum format);
+/// The same with `layers` of them (GL_TEXTURE_2D_ARRAY), and so many levels.
+Texture make_layered_texture(Size size, int layers, GLenum format, int levels = 1);
 Buffer make_buffer(std::span<const std::byte> content, GLbitfield flags = 0);
 Buffer make_buffer(std::size_t bytes, GLbitfield flags);
 

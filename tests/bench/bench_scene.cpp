@@ -22,27 +22,33 @@ BvhOptions options_of(const SceneModel& model, const SceneDescription& descripti
     return {.moving_instances = find_moving_instances(model, description)};
 }
 
-std::unique_ptr<BenchScene> generated(const std::string& name) {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("equistream-bench-" + std::to_string(getpid()));
-    auto scene = std::make_unique<BenchScene>(write_scene(make_scene(find_generator(name)), folder));
-    std::filesystem::remove_all(folder);
-    return scene;
-}
+/// The bundled scene's files, for as long as the program runs.
+struct WrittenScene {
+    WrittenScene()
+        : folder(std::filesystem::temp_directory_path() / ("equistream-bench-" + std::to_string(getpid()))),
+          description(write_scene(make_scene(find_generator("pavilion")), folder)) {}
+    ~WrittenScene() { std::filesystem::remove_all(folder); }
+    WrittenScene(const WrittenScene&) = delete;
+    WrittenScene& operator=(const WrittenScene&) = delete;
 
-std::unique_ptr<BenchScene> load(const std::string& name) {
-    if (name == "pavilion")
-        return generated(name);
-    const char* scenes = std::getenv("EQUISTREAM_SCENES");
-    if (scenes == nullptr || *scenes == '\0')
-        return nullptr;
-    return std::make_unique<BenchScene>(std::filesystem::path(EQUISTREAM_DESCRIPTIONS) / (name + ".json"));
-}
+    std::filesystem::path folder, description;
+};
 
 }  // namespace
 
-BenchScene::BenchScene(const std::filesystem::path& description_file)
-    : description(load_scene(description_file)), depth(description), carried_depth(description, {.reuse = true}),
+std::optional<SceneDescription> bench_description(const std::string& name) {
+    if (name == "pavilion") {
+        static const WrittenScene pavilion;
+        return load_scene(pavilion.description);
+    }
+    const char* scenes = std::getenv("EQUISTREAM_SCENES");
+    if (scenes == nullptr || *scenes == '\0')
+        return std::nullopt;
+    return load_scene(std::filesystem::path(EQUISTREAM_DESCRIPTIONS) / (name + ".json"));
+}
+
+BenchScene::BenchScene(const SceneDescription& scene)
+    : description(scene), depth(description), carried_depth(description, {.reuse = true}),
       model(load_model(description.model, {.shading = false})), model_without_masks(without_masks(model)),
       bvh(model, options_of(model, description)),
       bvh_without_masks(model_without_masks, options_of(model_without_masks, description)) {}
@@ -51,7 +57,8 @@ BenchScene* bench_scene(const std::string& name) {
     static std::map<std::string, std::unique_ptr<BenchScene>> scenes;
     const auto [scene, added] = scenes.try_emplace(name);
     if (added)
-        scene->second = load(name);
+        if (const std::optional<SceneDescription> description = bench_description(name))
+            scene->second = std::make_unique<BenchScene>(*description);
     return scene->second.get();
 }
 

@@ -4,13 +4,14 @@
 #include <equistream_scene/bvh.h>
 #include <equistream_scene/scene.h>
 
+#include <optional>
 #include <string>
 
 namespace equistream::bench {
 
 /// A scene as the client has it, and Embree on the same geometry for peers.
 struct BenchScene {
-    explicit BenchScene(const std::filesystem::path& description_file);
+    explicit BenchScene(const SceneDescription& scene);
 
     SceneDescription description;
     RayDepth depth;
@@ -21,7 +22,9 @@ struct BenchScene {
     Bvh bvh_without_masks;
 };
 
-/// The bundled scene, or "sponza-crytek" of EQUISTREAM_SCENES; null where that is not set.
+/// The bundled scene, or one of EQUISTREAM_SCENES; none where that is not set.
+std::optional<SceneDescription> bench_description(const std::string& name);
+/// Of it; null where there is none.
 BenchScene* bench_scene(const std::string& name);
 
 }  // namespace equistream::bench

@@ -3,7 +3,8 @@
 struct DepthView {
     mat4 view_from_world;
     vec4 planes[4];  // sides of the pyramid that is seen, in the view's axes, pointing inwards
-    vec4 scale;      // focal length over half the width and over half the height, near plane in metres
+    vec4 scale;      // focal length over half the width and over half the height; y runs down
+    vec4 size;       // columns, rows
 };
 
 layout(std140, binding = 0) uniform DepthViews {

@@ -40,7 +40,8 @@ std::size_t row_bytes(const ImageView<float>& depth_m) {
 struct GlDepth::State {
     /// What lives in the context.
     struct Drawing {
-        explicit Drawing(const SceneModel& model) : pass(model) {}
+        Drawing(const SceneModel& model, double box_radius_m, double error_rad)
+            : pass(model), sphere_depth(box_radius_m, error_rad) {}
 
         gl::DepthPass pass;
         gl::SphereDepth sphere_depth;
@@ -62,7 +63,9 @@ struct GlDepth::State {
           movers(find_moving_instances(model, scene)) {
         const gl::KeptContext before;
         context = gl::make_offscreen_context();
-        drawing = std::make_unique<Drawing>(model);
+        const double box_radius_m =
+            options.box_radius_m > 0 ? options.box_radius_m : head_box_radius_centre(scene.lean_m, default_ipd_m);
+        drawing = std::make_unique<Drawing>(model, box_radius_m, options.error_rad);
     }
     ~State() {
         try {
@@ -90,7 +93,7 @@ struct GlDepth::State {
     void cast_sphere(const EquirectCamera& camera, const Pose& pose, ImageView<float> depth_m) {
         const bool whole = options.cube || eyes.empty() || eyes.size() > most_remembered;
         const gl::SphereViews views = whole ? gl::cube_views(camera, pose) : gl::sphere_views(camera, pose, eyes);
-        drawing->pass.draw(views.views);
+        drawing->pass.draw(views.views, options.cube ? gl::Culling::nothing : gl::Culling::hidden);
         figures.views = int(views.views.size());
         drawing->source.describe(camera);
         drawing->source.forget_depth();

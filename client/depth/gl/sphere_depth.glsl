@@ -1,6 +1,7 @@
-// Depth of a source's samples from flat views at its centre. The triangles that the four texels around a sample's
-// direction show are met by its own ray: outlines, those of leaves too, lie where rays have them, not where texels do.
-// Where it meets none of them, the nearest texel's depth is carried on along its plane.
+// Depth of a source's samples from flat views at its centre. Where the four texels around a sample's direction show one
+// triangle, or a surface that goes on as it comes within the bound, depth lies between theirs. Elsewhere the triangles
+// that they show are met by the sample's own ray: outlines, those of leaves too, lie where rays have them, not where
+// texels do. Where it meets none of them, the nearest texel's depth is carried on along its plane.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0) uniform sampler2DArray view_depth;
@@ -31,6 +32,8 @@ layout(std140, binding = 1) uniform FlatViews {
 
 uniform int view_count;
 uniform float inverse_depth_scale;
+uniform float box_radius_m;
+uniform float error;  // of bounded inverse depth
 uniform ivec2 first;  // of the samples that are wanted
 uniform ivec2 wanted;
 uniform vec3 centre_world;
@@ -88,19 +91,67 @@ float distance_to(uint triangle, vec3 direction) {
     return t > 0.0 ? t : miss;
 }
 
-/// Of what the four texels around a place in a view show: 0 where that is nothing at all.
-float nearest_hit(FlatView view, vec2 at, vec3 direction) {
-    ivec2 size = ivec2(view.size.xy), low = ivec2(floor(at - 0.5));
+/// Of what four texels show, 0 for nothing.
+float nearest_hit(uvec4 shown, vec3 direction) {
     float nearest = uintBitsToFloat(0x7f800000u);
     uvec4 seen = uvec4(0u);
     for (int k = 0; k < 4; ++k) {
-        ivec2 texel = clamp(low + ivec2(k & 1, k >> 1), ivec2(0), size - 1);
-        uint triangle = texelFetch(view_triangle, ivec3(texel, int(view.size.w)), 0).x;
+        uint triangle = shown[k];
         if (triangle != 0u && triangle != seen.x && triangle != seen.y && triangle != seen.z)
             nearest = min(nearest, distance_to(triangle, direction));
         seen[k] = triangle;
     }
-    return seen == uvec4(0u) ? 0.0 : nearest;
+    return nearest;
+}
+
+/// Four texels of a row or column in order: whether the step in their middle is that on one of its sides.
+bool goes_on(vec4 z, float most) {
+    vec3 steps = z.yzw - z.xyz;
+    return min(abs(steps.y - steps.x), abs(steps.y - steps.z)) <= most;
+}
+
+float value_at(int x, int y, int layer) {
+    return texelFetch(view_depth, ivec3(x, y, layer), 0).x;
+}
+
+/// The rows and columns of the four texels at `low` and after it, with a texel more at either end.
+bool is_smooth(ivec2 low, ivec2 size, int layer, vec4 z, float scale) {
+    vec4 near_w = box_radius_m * scale * z;
+    if (any(lessThanEqual(z, vec4(0.0))) || any(greaterThanEqual(near_w, vec4(1.0))))
+        return false;
+    // By how much w changes with depth's values.
+    vec4 slopes = box_radius_m * scale / ((1.0 - near_w) * (1.0 - near_w));
+    float most = error / max(max(slopes.x, slopes.y), max(slopes.z, slopes.w));
+    ivec2 before = max(low - 1, ivec2(0)), after = min(low + 2, size - 1);
+    vec2 left = vec2(value_at(before.x, low.y, layer), value_at(before.x, low.y + 1, layer));
+    vec2 right = vec2(value_at(after.x, low.y, layer), value_at(after.x, low.y + 1, layer));
+    vec2 above = vec2(value_at(low.x, before.y, layer), value_at(low.x + 1, before.y, layer));
+    vec2 below = vec2(value_at(low.x, after.y, layer), value_at(low.x + 1, after.y, layer));
+    return goes_on(vec4(left.x, z.xy, right.x), most) && goes_on(vec4(left.y, z.zw, right.y), most) &&
+           goes_on(vec4(above.x, z.xz, below.x), most) && goes_on(vec4(above.y, z.yw, below.y), most);
+}
+
+/// Along a unit direction that is `forward` of the view's axis, at a place in the view.
+float distance_at(FlatView view, vec2 at, vec3 direction, float forward) {
+    ivec2 size = ivec2(view.size.xy), low = clamp(ivec2(floor(at - 0.5)), ivec2(0), size - 2);
+    int layer = int(view.size.w);
+    uvec4 shown;
+    vec4 z;
+    for (int k = 0; k < 4; ++k) {
+        ivec3 texel = ivec3(low + ivec2(k & 1, k >> 1), layer);
+        shown[k] = texelFetch(view_triangle, texel, 0).x;
+        z[k] = texelFetch(view_depth, texel, 0).x;
+    }
+    if (shown == uvec4(0u))
+        return uintBitsToFloat(0x7f800000u);
+    float scale = inverse_depth_scale * forward;
+    if (shown == shown.xxxx || is_smooth(low, size, layer, z, scale)) {
+        vec2 weight = at - 0.5 - vec2(low);
+        vec2 columns = mix(z.xy, z.zw, weight.y);
+        return 1.0 / (scale * mix(columns.x, columns.y, weight.x));
+    }
+    float nearest = nearest_hit(shown, direction);
+    return isinf(nearest) ? 1.0 / (forward * inverse_at(view, at)) : nearest;
 }
 
 void main() {
@@ -115,11 +166,7 @@ void main() {
         vec3 seen = mat3(views[i].view_from_source) * d;
         vec2 at = 0.5 * views[i].size.xy + vec2(seen.x, -seen.y) * (views[i].size.z / -seen.z);
         if (seen.z < 0.0 && all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, views[i].size.xy))) {
-            distance_m = nearest_hit(views[i], at, world_from_source * d);
-            if (isinf(distance_m))
-                distance_m = 1.0 / (-seen.z * inverse_at(views[i], at));
-            else if (distance_m == 0.0)
-                distance_m = uintBitsToFloat(0x7f800000u);
+            distance_m = distance_at(views[i], at, world_from_source * d, -seen.z);
             break;
         }
     }

@@ -8,7 +8,8 @@ namespace equistream::gl {
 
 class SphereDepth {
 public:
-    SphereDepth();
+    /// Interpolated depth stays within `error_rad` by the bound (bound.h), for eyes in a ball of this radius.
+    SphereDepth(double box_radius_m, double error_rad);
 
     /// Writes the depth of `views.samples` into the source's depth texture, from the pass's layers that start with
     /// `first_layer` and show `views.views`; NaN where none of them does. Other samples keep what they had.
@@ -16,6 +17,7 @@ public:
                  SourceTextures& source);
 
 private:
+    float box_radius_m_, error_;
     Program program_;
     Buffer views_;
 };

@@ -4,6 +4,7 @@
 /// and GL_ARB_indirect_parameters. Surfaces within 1 cm of planar distance are not seen: 1 cm ahead of a view, up to
 /// 2.1 cm at the border of a sphere's views and 2.8 cm in their corners. Casts of one object wait for each other,
 /// whatever thread they come from; the context that is current in theirs is so again afterwards. Patches get no depth.
+#include <equistream/bound.h>
 #include <equistream_client/depth_source.h>
 #include <equistream_scene/scene.h>
 
@@ -18,6 +19,9 @@ struct GlDepthOptions {
     /// as long as no surface lies within half a metre of the sphere's centre; NaN elsewhere. All samples where no eye's
     /// depth was cast, or that of more than four views.
     bool cube = false;
+    /// As in RayDepthOptions: a sphere's depth is interpolated where that is within the bound.
+    double box_radius_m = 0;
+    double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
 };
 
 /// What the last cast drew.

@@ -133,7 +133,8 @@ void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& d
         return;
     if (is_drawn(depth)) {
         const auto start = Clock::now();
-        auto drawn = std::make_unique<GlDepth>(*scene_, GlDepthOptions{.cube = depth == "gl-cube"});
+        auto drawn = std::make_unique<GlDepth>(
+            *scene_, GlDepthOptions{.cube = depth == "gl-cube", .box_radius_m = box_radius_m(first)});
         report.gl_driver = drawn->driver();
         depth_ = std::move(drawn);
         report.scene_load_ms = milliseconds_since(start);

@@ -1,6 +1,7 @@
 #include "gl_fixture.h"
 #include "gl_scene.h"
 
+#include <depth/gl/clusters.h>
 #include <depth/gl/depth_pass.h>
 
 #include <gtest/gtest.h>

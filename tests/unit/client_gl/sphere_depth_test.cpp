@@ -2,6 +2,7 @@
 #include "gl_scene.h"
 
 #include <depth/gl/sphere_depth.h>
+#include <equistream/bound.h>
 
 #include <equistream_client/engine.h>
 #include <reproject/gl/look_up.h>
@@ -26,6 +27,9 @@ FloatImage downloaded(const gl::SourceTextures& source) {
                       depth_m.samples().data());
     return depth_m;
 }
+
+constexpr double box_radius_m = 0.13;
+const double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
 
 /// Of the samples that some view shows: how many, and how many are off by more than `allowed`, relatively.
 struct Agreement {
@@ -61,7 +65,7 @@ protected:
 
 TEST_F(GlSphereDepth, ACubesFacesGiveEverySample) {
     gl::DepthPass pass(ball_and_square());
-    gl::SphereDepth sphere_depth;
+    gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures source;
     forget(source);
     const Pose pose{{0.1, 0.1, -0.3}, yaw_pitch(0.7, 0.2)};
@@ -78,7 +82,7 @@ TEST_F(GlSphereDepth, ACubesFacesGiveEverySample) {
 
 TEST_F(GlSphereDepth, OneViewGivesWhatEyesMayLookUp) {
     gl::DepthPass pass(ball_and_square());
-    gl::SphereDepth sphere_depth;
+    gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures source;
     const Pose pose{{0.1, 0.1, -0.3}, yaw_pitch(3, 0)};
     for (const double yaw : {0.0, 0.8, 3.0, -2.0})
@@ -136,7 +140,7 @@ TEST_F(GlSphereDepth, EverySampleAroundWhatEyesLookUpIsKnown) {
     model.materials.resize(2);
     add_ball(model, glm::vec3(pose.position_m), float(gl::nearest_shown_m), 40);
     gl::DepthPass pass(model);
-    gl::SphereDepth sphere_depth;
+    gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures source;
     int one_view = 0, faces = 0;
     for (int round = 0; round < 60; ++round) {
@@ -176,7 +180,7 @@ TEST_F(GlSphereDepth, EverySampleAroundWhatEyesLookUpIsKnown) {
 
 TEST_F(GlSphereDepth, WideEyesGetTheFacesOfACubeThatLooksWhereTheyLook) {
     gl::DepthPass pass(ball_and_square());
-    gl::SphereDepth sphere_depth;
+    gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures source;
     forget(source);
     const Pose pose{};
@@ -209,7 +213,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
     reference->set_source(view);
 
     gl::DepthPass pass(ball_and_square());
-    gl::SphereDepth sphere_depth;
+    gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures textures;
     gl::LookUp look_up(true);
     gl::EyeTargets targets;

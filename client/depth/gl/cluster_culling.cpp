@@ -1,0 +1,125 @@
+#include "cluster_culling.h"
+
+#include "depth_views.h"
+
+#include <equistream/formatted.h>
+
+#include <array>
+#include <cassert>
+#include <utility>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+/// As the shader has them.
+struct Command {
+    std::uint32_t count, instances, first_index, base_vertex, base_instance;
+};
+struct Counts {
+    std::uint32_t records, triangles, opaque[2], masked[2];
+};
+
+constexpr GLuint group_items = 64;
+constexpr std::size_t most_rounds = ClusterCulling::rounds(Culling::hidden);
+
+std::vector<std::string> defines() {
+    std::vector<std::string> all = SceneGeometry::defines();
+    for (std::string& define : view_defines())
+        all.push_back(std::move(define));
+    all.push_back(formatted("PYRAMID_BLOCK %d", DepthPyramid::block));
+    all.push_back(formatted("CULL_NOTHING %d", int(Culling::nothing)));
+    all.push_back(formatted("CULL_HIDDEN %d", int(Culling::hidden)));
+    return all;
+}
+
+}  // namespace
+
+ClusterCulling::ClusterCulling(const SceneGeometry& geometry)
+    : geometry_(geometry), program_({{GL_COMPUTE_SHADER, "cull.glsl"}}, defines()), pyramid_(defines()),
+      counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)),
+      seen_by_(
+          make_buffer_of(std::span<const std::uint32_t>(std::vector<std::uint32_t>(geometry.item_count(), 0)))) {}
+
+void ClusterCulling::size_for(Size size, int layers) {
+    pyramid_.size_for(size, layers);
+    if (layers == layers_)
+        return;
+    // In both rounds together an item is drawn once a view.
+    const std::size_t most = std::size_t(geometry_.item_count()) * std::size_t(layers);
+    records_ = make_buffer(most * record_bytes, 0);
+    opaque_commands_ = make_buffer(most_rounds * most * sizeof(Command), 0);
+    masked_commands_ = make_buffer(geometry_.has_masks() ? most_rounds * most * sizeof(Command) : 0, 0);
+    layers_ = layers;
+}
+
+void ClusterCulling::start(int views, Culling culling) {
+    assert(views <= layers_);
+    constexpr Counts none{};
+    // The last frame's were written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glNamedBufferSubData(counts_.name(), 0, sizeof none, &none);
+    views_ = views;
+    culling_ = culling;
+}
+
+void ClusterCulling::find(int round) const {
+    const std::array buffers = {geometry_.items(),
+                                geometry_.transforms(),
+                                opaque_commands_.name(),
+                                masked_commands_.name(),
+                                counts_.name(),
+                                geometry_.growth(),
+                                seen_by_.name(),
+                                records_.name(),
+                                geometry_.instance_masks()};
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
+    glBindTextureUnit(0, pyramid_.texture());
+    program_.set("item_count", int(geometry_.item_count()));
+    program_.set("view_count", views_);
+    program_.set("most_draws", int(geometry_.item_count()) * layers_);
+    program_.set("round", round);
+    program_.set("culling", int(culling_));
+    program_.use();
+    glDispatchCompute((geometry_.item_count() + group_items - 1) / group_items, 1, 1);
+    glMemoryBarrier(GL_COMMAND_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
+}
+
+void ClusterCulling::find_first() const {
+    find(0);
+}
+
+void ClusterCulling::find_rest(const Texture& depth) const {
+    assert(culling_ == Culling::hidden);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    pyramid_.build(depth, views_);
+    find(1);
+}
+
+void ClusterCulling::draw_list(const Buffer& commands, int round, GLintptr count_offset) const {
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands.name());
+    glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
+    const std::size_t most = std::size_t(geometry_.item_count()) * std::size_t(layers_);
+    const std::size_t first_byte = std::size_t(round) * most * sizeof(Command);
+    glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, reinterpret_cast<const void*>(first_byte),
+                                        count_offset + round * GLintptr(sizeof(std::uint32_t)), GLsizei(most),
+                                        sizeof(Command));
+}
+
+void ClusterCulling::draw_opaque(int round) const {
+    draw_list(opaque_commands_, round, offsetof(Counts, opaque));
+}
+
+void ClusterCulling::draw_masked(int round) const {
+    draw_list(masked_commands_, round, offsetof(Counts, masked));
+}
+
+DrawnFigures ClusterCulling::drawn() const {
+    Counts counts{};
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(counts_.name(), 0, sizeof counts, &counts);
+    return {counts.records, counts.triangles};
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,64 @@
+#pragma once
+/// Which clusters views may see, found on the GPU: a list of draws for each of two rounds, and what every draw's vertices
+/// need to know.
+#include "depth_pyramid.h"
+#include "scene_geometry.h"
+
+#include <gl/program.h>
+
+#include <cstdint>
+
+namespace equistream::gl {
+
+/// What is left out of a draw. Depth is the same with each.
+enum class Culling {
+    nothing,  ///< every view draws every triangle, as the paper's client does
+    outside,  ///< clusters that lie beside a view
+    hidden,   ///< those, and clusters behind what is nearer; best where views change little from draw to draw
+};
+
+struct DrawnFigures {
+    std::uint32_t draws = 0;      ///< clusters times views
+    std::uint32_t triangles = 0;  ///< times views
+};
+
+class ClusterCulling {
+public:
+    /// `geometry` outlives it.
+    explicit ClusterCulling(const SceneGeometry& geometry);
+
+    /// For so many layers of that size. Throws WorkError where the driver has no storage for it.
+    void size_for(Size size, int layers);
+
+    /// A new frame of so many views, which depth_views.glsl's block describes; nothing is drawn of it.
+    void start(int views, Culling culling);
+    /// Lists what is drawn first: all that is drawn but where what is hidden is culled.
+    void find_first() const;
+    /// After that was drawn into `depth`, the rest; only where what is hidden is culled.
+    void find_rest(const Texture& depth) const;
+
+    /// The listed clusters of a round, with masks or without: of the vertices that are bound.
+    void draw_opaque(int round) const;
+    void draw_masked(int round) const;
+
+    /// A record for each draw, as DrawRecord of cull.glsl, for its instance.
+    GLuint records() const { return records_.name(); }
+    static constexpr GLsizei record_bytes = 64;
+    static constexpr int rounds(Culling culling) { return culling == Culling::hidden ? 2 : 1; }
+
+    /// Of the last frame; waits for the GPU.
+    DrawnFigures drawn() const;
+
+private:
+    void find(int round) const;
+    void draw_list(const Buffer& commands, int round, GLintptr count_offset) const;
+
+    const SceneGeometry& geometry_;
+    Program program_;
+    DepthPyramid pyramid_;
+    Buffer counts_, seen_by_, records_, opaque_commands_, masked_commands_;
+    int layers_ = 0, views_ = 0;
+    Culling culling_ = Culling::hidden;
+};
+
+}  // namespace equistream::gl

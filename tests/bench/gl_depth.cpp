@@ -1,0 +1,129 @@
+/// Depth by OpenGL along a scene's path, 30 frames a second: what an eye of 960x540 sees, and what it looks up of a
+/// sphere of 1920x960 31.5 mm beside it, against the same drawn as the paper draws it (one draw of everything, and six with
+/// a seventh that turns the cube equirectangular). A sphere's depth is to cost no more than an eye's.
+#include "bench_scene.h"
+
+#include <depth/gl/depth_pass.h>
+#include <depth/gl/sphere_depth.h>
+#include <depth/gl/sphere_views.h>
+#include <equistream/bound.h>
+#include <equistream/elapsed.h>
+#include <equistream_client/view.h>
+#include <gl/context.h>
+#include <reproject/gl/source_textures.h>
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace {
+
+using namespace equistream;
+
+const EquirectCamera sphere_camera{1920, 960, {}};
+const PerspectiveCamera eye_camera{960, 540, pi / 2};
+constexpr int warm_up_frames = 3;
+
+/// A scene's geometry in a context of its own; kept to the end.
+struct Drawing {
+    explicit Drawing(const SceneDescription& scene)
+        : description(scene), context(gl::make_offscreen_context()),
+          pass(load_model(description.model, {.shading = false})),
+          sphere_depth(head_box_radius_centre(description.lean_m, default_ipd_m),
+                       default_budget_share * error_budget_rad(default_focal_length_px)) {}
+
+    SceneDescription description;
+    std::unique_ptr<gl::Context> context;
+    gl::DepthPass pass;
+    gl::SphereDepth sphere_depth;
+    gl::SourceTextures source;
+};
+
+/// Its context is current until the next call.
+Drawing* drawing_of(benchmark::State& state, const std::string& scene) {
+    static std::map<std::string, std::unique_ptr<Drawing>> drawings;
+    std::unique_ptr<Drawing>& drawing = drawings[scene];
+    try {
+        if (drawing)
+            drawing->context->make_current();
+        else if (const std::optional<SceneDescription> description = bench::bench_description(scene))
+            drawing = std::make_unique<Drawing>(*description);
+        else
+            state.SkipWithError("EQUISTREAM_SCENES is not set");
+    } catch (const std::exception& error) {
+        state.SkipWithError(error.what());
+    }
+    return drawing.get();
+}
+
+Pose head_at(const Drawing& drawing, int frame) {
+    const PosePath& path = drawing.description.camera_path;
+    return path.at(std::fmod(frame / 30.0, std::max(path.duration_s(), 1 / 30.0)));
+}
+
+Pose eye_pose(const Pose& head) {
+    return camera_pose(eye_camera, head, Eye::left, default_ipd_m, AxisLock::world);
+}
+
+void draw_eye(Drawing& drawing, const Pose& head, gl::Culling culling) {
+    const gl::DepthViewpoint view{eye_camera, eye_pose(head)};
+    drawing.pass.draw({&view, 1}, culling);
+}
+
+void draw_sphere(Drawing& drawing, const Pose& head, gl::Culling culling) {
+    const Pose centre{head.position_m, {1, 0, 0, 0}};
+    const EyeView eye{.camera = eye_camera, .pose = eye_pose(head)};
+    const gl::SphereViews views = culling == gl::Culling::nothing ? gl::cube_views(sphere_camera, centre)
+                                                                  : gl::sphere_views(sphere_camera, centre, {&eye, 1});
+    drawing.pass.draw(views.views, culling);
+    drawing.source.describe(sphere_camera);
+    drawing.source.forget_depth();
+    drawing.sphere_depth.resolve(drawing.pass, 0, views, centre, drawing.source);
+}
+
+using Draw = void (*)(Drawing&, const Pose&, gl::Culling);
+
+void along_the_path(benchmark::State& state, const std::string& scene, Draw draw, gl::Culling culling) {
+    Drawing* drawing = drawing_of(state, scene);
+    if (drawing == nullptr)
+        return;
+    int frame = 0;
+    for (; frame < warm_up_frames; ++frame)
+        draw(*drawing, head_at(*drawing, frame), culling);
+    glFinish();
+    std::uint64_t triangles = 0, frames = 0;
+    for (auto _ : state) {
+        const auto start = Clock::now();
+        draw(*drawing, head_at(*drawing, frame), culling);
+        glFinish();
+        state.SetIterationTime(milliseconds_since(start) / 1000);
+        triangles += drawing->pass.drawn().triangles;
+        ++frame;
+        ++frames;
+    }
+    state.SetLabel(std::to_string(triangles / frames) + " triangles drawn a frame of " +
+                   std::to_string(drawing->pass.triangle_count()) + " (" + gl::Context::driver().renderer + ")");
+}
+
+[[maybe_unused]] const bool added = [] {
+    for (const char* scene : {"pavilion", "voxel-city", "san-miguel"}) {
+        const auto add = [&](const std::string& side, Draw draw, gl::Culling culling) {
+            benchmark::RegisterBenchmark(("gl_depth_" + std::string(scene) + "/" + side).c_str(), along_the_path,
+                                         std::string(scene), draw, culling)
+                ->UseManualTime()
+                ->Unit(benchmark::kMillisecond);
+        };
+        add("ours", draw_sphere, gl::Culling::hidden);
+        add("eye", draw_eye, gl::Culling::hidden);
+        add("paper_7_draws", draw_sphere, gl::Culling::nothing);
+        add("paper_1_draw", draw_eye, gl::Culling::nothing);
+    }
+    return true;
+}();
+
+}  // namespace
