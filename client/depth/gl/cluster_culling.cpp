@@ -39,8 +39,7 @@ std::vector<std::string> defines() {
 ClusterCulling::ClusterCulling(const SceneGeometry& geometry)
     : geometry_(geometry), program_({{GL_COMPUTE_SHADER, "cull.glsl"}}, defines()), pyramid_(defines()),
       counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)),
-      seen_by_(
-          make_buffer_of(std::span<const std::uint32_t>(std::vector<std::uint32_t>(geometry.item_count(), 0)))) {}
+      seen_by_(make_buffer_of(std::span<const std::uint32_t>(std::vector<std::uint32_t>(geometry.item_count(), 0)))) {}
 
 void ClusterCulling::size_for(Size size, int layers) {
     pyramid_.size_for(size, layers);
@@ -65,15 +64,9 @@ void ClusterCulling::start(int views, Culling culling) {
 }
 
 void ClusterCulling::find(int round) const {
-    const std::array buffers = {geometry_.items(),
-                                geometry_.transforms(),
-                                opaque_commands_.name(),
-                                masked_commands_.name(),
-                                counts_.name(),
-                                geometry_.growth(),
-                                seen_by_.name(),
-                                records_.name(),
-                                geometry_.instance_masks()};
+    const std::array buffers = {geometry_.items(),       geometry_.transforms(), opaque_commands_.name(),
+                                masked_commands_.name(), counts_.name(),         geometry_.growth(),
+                                seen_by_.name(),         records_.name(),        geometry_.instance_masks()};
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
     glBindTextureUnit(0, pyramid_.texture());
     program_.set("item_count", int(geometry_.item_count()));

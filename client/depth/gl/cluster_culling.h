@@ -1,6 +1,6 @@
 #pragma once
-/// Which clusters views may see, found on the GPU: a list of draws for each of two rounds, and what every draw's vertices
-/// need to know.
+/// Which clusters views may see, found on the GPU: a list of draws for each of two rounds, and what every draw's
+/// vertices need to know.
 #include "depth_pyramid.h"
 #include "scene_geometry.h"
 

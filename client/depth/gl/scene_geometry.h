@@ -1,6 +1,6 @@
 #pragma once
-/// A scene's triangles, masks and instances as shaders read them (geometry.glsl, masks.glsl). The context it was made in
-/// is current in every call.
+/// A scene's triangles, masks and instances as shaders read them (geometry.glsl, masks.glsl). The context it was made
+/// in is current in every call.
 #include <gl/objects.h>
 
 #include <equistream_scene/model.h>

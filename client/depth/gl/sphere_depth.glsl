@@ -161,14 +161,12 @@ void main() {
     ivec2 s = first + index;
     s.x = (s.x + source_size.x) % source_size.x;
     vec3 d = direction_of(s);
-    float distance_m = uintBitsToFloat(0x7fc00000u);
     for (int i = 0; i < view_count; ++i) {
         vec3 seen = mat3(views[i].view_from_source) * d;
         vec2 at = 0.5 * views[i].size.xy + vec2(seen.x, -seen.y) * (views[i].size.z / -seen.z);
         if (seen.z < 0.0 && all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, views[i].size.xy))) {
-            distance_m = distance_at(views[i], at, world_from_source * d, -seen.z);
-            break;
+            imageStore(sphere_depth, s, vec4(distance_at(views[i], at, world_from_source * d, -seen.z)));
+            return;
         }
     }
-    imageStore(sphere_depth, s, vec4(distance_m));
 }

@@ -11,8 +11,8 @@ public:
     /// Interpolated depth stays within `error_rad` by the bound (bound.h), for eyes in a ball of this radius.
     SphereDepth(double box_radius_m, double error_rad);
 
-    /// Writes the depth of `views.samples` into the source's depth texture, from the pass's layers that start with
-    /// `first_layer` and show `views.views`; NaN where none of them does. Other samples keep what they had.
+    /// Writes the depth of those of `views.samples` that one of `views.views` shows into the source's depth texture,
+    /// from the pass's layers that start with `first_layer`. Other samples keep what they had.
     void resolve(const DepthPass& pass, int first_layer, const SphereViews& views, const Pose& source_pose,
                  SourceTextures& source);
 

@@ -12,7 +12,7 @@ constexpr double widest_half_rad = 62 * pi / 180;
 /// Around what is looked up, in samples: sixteen taps, the farthest 2 columns and 2 rows away.
 constexpr double spare_samples = 3;
 /// Points on each side of an eye's picture whose rays are followed.
-constexpr int border_steps = 16;
+constexpr int border_steps = 32;
 constexpr int least_side = 16;
 
 /// Pixels per radian of the source.
@@ -85,27 +85,64 @@ Reach reach_of(const EyeView& eye, const Pose& source, const glm::dquat& gaze, d
     return reach;
 }
 
-/// Samples within an angle of a direction of the source.
-SampleRange samples_around(const EquirectCamera& camera, const glm::dvec3& towards, double angle_rad) {
-    const double latitude = std::asin(std::clamp(towards.y, -1.0, 1.0));
+SampleRange all_samples(const EquirectCamera& camera) {
+    return {0, 0, camera.width, camera.height};
+}
+
+/// Where a view's border lies on the sphere: an area without a pole has its extremes there.
+struct Outline {
+    double least_latitude = pi / 2, most_latitude = -pi / 2, longitude_aside = 0;
+
+    void include(double latitude, double aside) {
+        least_latitude = std::min(least_latitude, latitude);
+        most_latitude = std::max(most_latitude, latitude);
+        longitude_aside = std::max(longitude_aside, std::abs(aside));
+    }
+};
+
+/// Samples whose directions lie in a flat view at the source's place, and a few around them.
+SampleRange samples_in(const DepthViewpoint& view, const EquirectCamera& camera, const Pose& source) {
+    const glm::dquat source_from_view = glm::conjugate(source.orientation) * view.pose.orientation;
+    const glm::dvec3 towards = source_from_view * glm::dvec3(0, 0, -1);
+    const double middle = std::atan2(towards.x, -towards.z);
+    Outline outline;
+    for (int step = 0; step < border_steps; ++step)
+        for (int side = 0; side < 4; ++side) {
+            const double along = double(step) / border_steps;
+            const double u = side < 2 ? along : side - 2, v = side < 2 ? side : along;
+            const glm::dvec3 d =
+                source_from_view * view.camera.direction(u * view.camera.width, v * view.camera.height);
+            outline.include(std::asin(std::clamp(d.y, -1.0, 1.0)),
+                            std::remainder(std::atan2(d.x, -d.z) - middle, 2 * pi));
+        }
+    bool has_pole = false;
+    for (const double pole : {1.0, -1.0}) {
+        const glm::dvec3 at = glm::conjugate(source_from_view) * glm::dvec3(0, pole, 0);
+        const double focal = view.camera.focal_px();
+        if (!(at.z < 0 && std::abs(at.x / at.z) * focal <= 0.5 * view.camera.width &&
+              std::abs(at.y / at.z) * focal <= 0.5 * view.camera.height))
+            continue;
+        has_pole = true;
+        outline.include(pole * pi / 2, pi);
+    }
+    // Between two points of the border it bulges by less than a step's width.
+    const double spare = spare_rad(camera) + 0.01;
     const double rows_per_radian = camera.height / camera.range.latitude_span();
     const double columns_per_radian = camera.width / camera.range.longitude_span();
-    SampleRange range;
-    range.first_row =
-        std::max(0, int(std::floor((camera.range.latitude_max - latitude - angle_rad) * rows_per_radian)));
-    const int last_row = std::min(
-        camera.height, int(std::ceil((camera.range.latitude_max - latitude + angle_rad) * rows_per_radian)) + 1);
-    range.rows = std::max(0, last_row - range.first_row);
-    range.columns = camera.width;
-    if (std::abs(latitude) + angle_rad >= pi / 2 || !camera.range.closes())
+    SampleRange range = all_samples(camera);
+    const auto row_of = [&](double latitude) { return (camera.range.latitude_max - latitude) * rows_per_radian; };
+    range.first_row = std::clamp(int(std::floor(row_of(outline.most_latitude + spare))), 0, camera.height);
+    range.rows = std::clamp(int(std::ceil(row_of(outline.least_latitude - spare))), range.first_row, camera.height) -
+                 range.first_row;
+    const double steepest = std::max(std::abs(outline.least_latitude), std::abs(outline.most_latitude)) + spare;
+    if (has_pole || steepest >= pi / 2 || !camera.range.closes())
         return range;
-    const double half_rad = std::asin(std::min(1.0, std::sin(angle_rad) / std::cos(latitude)));
-    const double middle = camera.pixel(towards).x;
-    const int columns = 2 * int(std::ceil(half_rad * columns_per_radian)) + 2;
+    const double aside = outline.longitude_aside + spare / std::cos(steepest);
+    const int columns = 2 * int(std::ceil(aside * columns_per_radian)) + 2;
     if (columns >= camera.width)
         return range;
     range.columns = columns;
-    range.first_column = (int(std::floor(middle)) - columns / 2 + camera.width) % camera.width;
+    range.first_column = (int(std::floor(camera.pixel(towards).x)) - columns / 2 + camera.width) % camera.width;
     return range;
 }
 
@@ -135,24 +172,22 @@ SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::sp
     Reach reach;
     for (const EyeView& eye : eyes)
         reach.include(reach_of(eye, pose, gaze, spare_rad(camera)));
-    const glm::dvec3 towards = glm::conjugate(pose.orientation) * (gaze * glm::dvec3(0, 0, -1));
     const double focal_px = density_px(camera);
     SphereViews all;
     if (std::max(reach.x_rad, reach.y_rad) <= widest_half_rad) {
         all.views.push_back({flat_camera(reach.x_rad, reach.y_rad, focal_px), {pose.position_m, gaze}});
-        const double corner_rad = std::atan(std::hypot(std::tan(reach.x_rad), std::tan(reach.y_rad)));
-        all.samples = samples_around(camera, towards, corner_rad);
+        all.samples = samples_in(all.views.front(), camera, pose);
         return all;
     }
     add_faces(gaze, pose, focal_px, reach, all);
-    all.samples = samples_around(camera, towards, pi);
+    all.samples = all_samples(camera);
     return all;
 }
 
 SphereViews cube_views(const EquirectCamera& camera, const Pose& pose) {
     SphereViews all;
     add_faces(pose.orientation, pose, density_px(camera), {pi, pi, pi}, all);
-    all.samples = {0, 0, camera.width, camera.height};
+    all.samples = all_samples(camera);
     return all;
 }
 
