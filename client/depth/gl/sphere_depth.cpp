@@ -7,7 +7,6 @@
 #include <array>
 #include <cassert>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -24,9 +23,7 @@ struct ViewBlock {
 constexpr double edge_tolerance = 1e-5;
 
 std::vector<std::string> defines() {
-    std::vector<std::string> all = grid_defines();
-    for (std::string& define : DepthPass::geometry_defines())
-        all.push_back(std::move(define));
+    std::vector<std::string> all = DepthPass::geometry_defines();
     all.push_back(formatted("EDGE %.9g", edge_tolerance));
     return all;
 }

@@ -67,7 +67,7 @@ vec3 corner(uint vertex, mat4 world) {
 
 /// Distance along a unit direction to a triangle (Moeller and Trumbore 1997), infinite where the ray misses it.
 float distance_to(uint triangle, vec3 direction) {
-    float miss = uintBitsToFloat(0x7f800000u);
+    float miss = INFINITE;
     Item item = items[(triangle - 1u) / MOST_TRIANGLES];
     uint first_index = item.first_index + 3u * ((triangle - 1u) % MOST_TRIANGLES);
     uvec3 vertex = uvec3(indices[first_index], indices[first_index + 1u], indices[first_index + 2u]);
@@ -91,7 +91,7 @@ float distance_to(uint triangle, vec3 direction) {
 /// Of what the four texels around a place in a view show: 0 where that is nothing at all.
 float nearest_hit(FlatView view, vec2 at, vec3 direction) {
     ivec2 size = ivec2(view.size.xy), low = ivec2(floor(at - 0.5));
-    float nearest = uintBitsToFloat(0x7f800000u);
+    float nearest = INFINITE;
     uvec4 seen = uvec4(0u);
     for (int k = 0; k < 4; ++k) {
         ivec2 texel = clamp(low + ivec2(k & 1, k >> 1), ivec2(0), size - 1);
@@ -110,7 +110,7 @@ void main() {
     ivec2 s = first + index;
     s.x = (s.x + source_size.x) % source_size.x;
     vec3 d = direction_of(s);
-    float distance_m = uintBitsToFloat(0x7fc00000u);
+    float distance_m = UNKNOWN;
     for (int i = 0; i < view_count; ++i) {
         vec3 seen = mat3(views[i].view_from_source) * d;
         vec2 at = 0.5 * views[i].size.xy + vec2(seen.x, -seen.y) * (views[i].size.z / -seen.z);
@@ -119,7 +119,7 @@ void main() {
             if (isinf(distance_m))
                 distance_m = 1.0 / (-seen.z * inverse_at(views[i], at));
             else if (distance_m == 0.0)
-                distance_m = uintBitsToFloat(0x7f800000u);
+                distance_m = INFINITE;
             break;
         }
     }
