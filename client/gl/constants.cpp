@@ -1,5 +1,6 @@
 #include "constants.h"
 
+#include "../fill/push_pull_pyramid.h"
 #include "../reproject/float_math.h"
 #include "../reproject/gl/eye_targets.h"
 #include "../reproject/hiding_surface.h"
@@ -54,8 +55,10 @@ std::string made() {
     d.add("LEAST_BEHIND", least_behind);
     d.add("MOST_BEND", most_bend);
     d.add_whole("MOST_EYES", most_eyes);
+    d.add_whole("TILE_SHIFT", PullPyramid::tile_levels);
     d.add("ORIGIN_GAP", PixelOrigin::gap);
     d.add("ORIGIN_SOURCE", PixelOrigin::source);
+    d.add("ORIGIN_PUSH_PULL", PixelOrigin::push_pull);
     return d.take();
 }
 
