@@ -1,6 +1,8 @@
 #include "constants.h"
 
 #include "../fill/push_pull_pyramid.h"
+#include "../reliability/coefficients.h"
+#include "../reliability/risks.h"
 #include "../reproject/float_math.h"
 #include "../reproject/gl/eye_targets.h"
 #include "../reproject/hiding_surface.h"
@@ -9,8 +11,10 @@
 #include <equistream/conventions.h>
 #include <equistream/depth_agreement.h>
 #include <equistream/formatted.h>
+#include <equistream/virtual_image.h>
 
 #include <span>
+#include <string_view>
 
 namespace equistream::gl {
 
@@ -41,6 +45,13 @@ private:
     std::string text_;
 };
 
+std::string upper_case(std::string_view name) {
+    std::string upper(name);
+    for (char& c : upper)
+        c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+    return upper;
+}
+
 std::string made() {
     Defines d;
     d.add("PI", pi);
@@ -56,6 +67,23 @@ std::string made() {
     d.add("MOST_BEND", most_bend);
     d.add_whole("MOST_EYES", most_eyes);
     d.add_whole("TILE_SHIFT", PullPyramid::tile_levels);
+    d.add("LOG2_CORRECTION", log2_correction);
+    d.add("MOST_HALVINGS", most_halvings);
+    d.add("TWENTIETHS", twentieths);
+    d.add("LARGEST_INVERSE_M", largest_inverse_m);
+    d.add("LEAST_COSINE2", least_cosine2);
+    d.add("LEAST_FACING", least_facing);
+    d.add("LEAST_DISTANCE2", least_distance2);
+    d.add("LEAST_LENGTH2", least_length2);
+    d.add("LEAST_SPECULAR", least_specular);
+    d.add("LOSS_TEXTURES", CodingLoss::textures);
+    d.add("ENTRIES_PER_UNIT", reliability_model::entries_per_unit);
+    d.add_whole("TABLE_SIZE", reliability_model::table_size);
+    d.add_whole("RISKS", risk_count);
+    for (std::size_t i = 0; i < risk_names.size(); ++i)
+        d.add_whole(("RISK_" + upper_case(risk_names[i])).c_str(), int(i));
+    d.add_whole("RISK_GROUPS", risk_group_count);
+    d.add_whole("GROUP_MIRRORED", int(RiskGroup::mirrored));
     d.add("ORIGIN_GAP", PixelOrigin::gap);
     d.add("ORIGIN_SOURCE", PixelOrigin::source);
     d.add("ORIGIN_PUSH_PULL", PixelOrigin::push_pull);

@@ -13,6 +13,6 @@ void main() {
     bool has_gap = false;
     for (int y = first.y; y < end.y; ++y)
         for (int x = first.x; x < end.x; ++x)
-            has_gap = has_gap || texelFetch(eye_origin, ivec3(x, y, tile.z), 0).x == ORIGIN_GAP;
+            has_gap = has_gap || COUNTS(texelFetch(eye_origin, ivec3(x, y, tile.z), 0).x);
     tile_states[tile_number(tile)] = has_gap ? WITH_GAPS : NOT_THERE;
 }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace equistream::gl {
 
@@ -30,8 +31,11 @@ constexpr ListsHead nothing_listed() {
 
 }  // namespace
 
-GapTiles::GapTiles()
-    : find_({{GL_COMPUTE_SHADER, "find_gap_tiles.glsl"}}), list_({{GL_COMPUTE_SHADER, "list_gap_tiles.glsl"}}) {}
+GapTiles::GapTiles(Of of)
+    : find_({{GL_COMPUTE_SHADER, "find_gap_tiles.glsl"}},
+            std::vector<std::string>{of == Of::gaps ? "COUNTS(origin) ((origin) == ORIGIN_GAP)"
+                                                    : "COUNTS(origin) ((origin) != ORIGIN_SOURCE)"}),
+      list_({{GL_COMPUTE_SHADER, "list_gap_tiles.glsl"}}) {}
 
 void GapTiles::size_for(const EyeTargets& targets) {
     constexpr int side = PullPyramid::tile_side;

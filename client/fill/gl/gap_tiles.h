@@ -12,7 +12,10 @@ public:
     /// Which tiles a pass goes through.
     enum class List { with_gaps_or_beside, with_gaps };
 
-    GapTiles();
+    /// Of tiles that have what: gaps, or pixels that are not the source's, the same in what follows.
+    enum class Of { gaps, not_source };
+
+    explicit GapTiles(Of of = Of::gaps);
 
     /// Looks through all origins of the targets. Storage is kept as long as their size stays.
     void find(const EyeTargets& targets);
