@@ -46,13 +46,6 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
     return filled;
 }
 
-/// Half of a source's pixel, in the eye's, where both look straight ahead. By trial: in gaps of less, colours of full
-/// resolution around them are mostly nearer the truth (docs/decisions/0004).
-int half_pixel_side(const PerspectiveCamera& eye, const Camera& source) {
-    const double angle_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source);
-    return int(std::clamp(std::round(angle_rad / eye.pixel_angle_rad() / 2), 1.0, double(eye.width)));
-}
-
 /// A surface that the source looks through now is not there any more.
 class SeenThrough {
 public:
@@ -90,7 +83,7 @@ std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps
         return 0;
     if (fills_ == Fills::all_gaps)
         return fill_all(eye, picture, gaps);
-    Gaps wide = wide_gaps(gaps, eye.camera.width, half_pixel_side(eye.camera, small_->camera));
+    Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, small_->camera));
     const std::int64_t filled = fill_all(eye, picture, wide);
     gaps.narrow(picture.origin.view());
     return filled;

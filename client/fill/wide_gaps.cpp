@@ -1,5 +1,7 @@
 #include "wide_gaps.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -69,6 +71,11 @@ Gaps wide_gaps(const Gaps& gaps, int width, int side) {
         if (components.is_wide(i))
             wide.push_back(spans[i]);
     return Gaps(std::move(wide));
+}
+
+int wide_gap_side(const PerspectiveCamera& eye, const Camera& source) {
+    const double angle_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source);
+    return int(std::clamp(std::round(angle_rad / eye.pixel_angle_rad() / 2), 1.0, double(eye.width)));
 }
 
 }  // namespace equistream

@@ -1,5 +1,6 @@
 #include "context.h"
 #include "errors.h"
+#include "requirements.h"
 
 #include <equistream/error.h>
 
@@ -60,14 +61,6 @@ std::unique_ptr<Context> context_on(EGLDisplay display) {
     return context == EGL_NO_CONTEXT ? nullptr : std::make_unique<EglContext>(display, context);
 }
 
-/// What the current context lacks of what is drawn with; empty where it has all.
-std::string missing() {
-    for (const char* extension : {"GL_ARB_shader_viewport_layer_array", "GL_ARB_indirect_parameters"})
-        if (!epoxy_has_gl_extension(extension))
-            return extension;
-    return "";
-}
-
 bool client_has(const char* extension) {
     return epoxy_has_egl_extension(EGL_NO_DISPLAY, extension);
 }
@@ -123,7 +116,7 @@ std::unique_ptr<Context> make_offscreen_context() {
             pass_over("one that cannot be made current");
             continue;
         }
-        const std::string lack = missing();
+        const std::string lack = missing_requirement();
         if (lack.empty()) {
             if (errors_abort())
                 watch_errors();

@@ -1,5 +1,6 @@
 #include "program.h"
 
+#include "constants.h"
 #include "shader_files.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -23,20 +24,28 @@ std::string_view file_text(std::string_view file) {
     throw std::logic_error("no shader file " + std::string(file));
 }
 
-void append(std::string& text, std::string_view file, std::set<std::string, std::less<>>& included) {
-    if (!included.emplace(file).second)
-        return;
-    std::string_view rest = file_text(file);
+using Included = std::set<std::string, std::less<>>;
+
+void append(std::string& text, std::string_view from, Included& included) {
     constexpr std::string_view include = "#include \"";
-    while (!rest.empty()) {
-        const std::size_t end = std::min(rest.find('\n'), rest.size() - 1) + 1;
-        const std::string_view line = rest.substr(0, end);
-        rest.remove_prefix(end);
-        if (line.starts_with(include))
-            append(text, line.substr(include.size(), line.find('"', include.size()) - include.size()), included);
-        else
+    while (!from.empty()) {
+        const std::size_t end = std::min(from.find('\n'), from.size() - 1) + 1;
+        const std::string_view line = from.substr(0, end);
+        from.remove_prefix(end);
+        if (!line.starts_with(include))
             text += line;
+        else if (const std::string_view name =
+                     line.substr(include.size(), line.find('"', include.size()) - include.size());
+                 included.emplace(name).second)
+            append(text, file_text(name), included);
     }
+}
+
+std::string with_includes(std::string_view from) {
+    std::string text;
+    Included included;
+    append(text, from, included);
+    return text;
 }
 
 template <typename GetStatus, typename GetLog>
@@ -54,10 +63,10 @@ void require(GetStatus get_status, GetLog get_log, GLuint name, GLenum what, std
 
 Object<ShaderKind> compiled(const Stage& stage, std::span<const std::string> defines) {
     std::string text = "#version 450 core\n#define GROUP_WIDTH " + std::to_string(group_width) +
-                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n";
+                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" + constants();
     for (const std::string& define : defines)
         text += "#define " + define + "\n";
-    text += shader_text(stage.file);
+    text += stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text);
     Object<ShaderKind> shader(glCreateShader(stage.type));
     const char* source = text.c_str();
     glShaderSource(shader.name(), 1, &source, nullptr);
@@ -69,10 +78,7 @@ Object<ShaderKind> compiled(const Stage& stage, std::span<const std::string> def
 }  // namespace
 
 std::string shader_text(std::string_view file) {
-    std::string text;
-    std::set<std::string, std::less<>> included;
-    append(text, file, included);
-    return text;
+    return with_includes(file_text(file));
 }
 
 Program::Program(std::initializer_list<Stage> stages, std::span<const std::string> defines)
@@ -109,6 +115,9 @@ void Program::set(const char* uniform, glm::vec3 value) const {
 void Program::set(const char* uniform, glm::ivec2 value) const {
     glProgramUniform2i(name(), location(uniform), value.x, value.y);
 }
+void Program::set(const char* uniform, glm::ivec3 value) const {
+    glProgramUniform3i(name(), location(uniform), value.x, value.y, value.z);
+}
 void Program::set(const char* uniform, const glm::mat3& value) const {
     glProgramUniformMatrix3fv(name(), location(uniform), 1, GL_FALSE, glm::value_ptr(value));
 }
@@ -120,6 +129,12 @@ void Program::dispatch(Size size, int layers) const {
     use();
     glDispatchCompute(GLuint((size.width + group_width - 1) / group_width),
                       GLuint((size.height + group_height - 1) / group_height), GLuint(layers));
+}
+
+void Program::dispatch_indirect(GLuint buffer, std::size_t offset) const {
+    use();
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, buffer);
+    glDispatchComputeIndirect(GLintptr(offset));
 }
 
 }  // namespace equistream::gl

@@ -21,14 +21,15 @@ struct ProgramKind {
 
 struct Stage {
     GLenum type = GL_COMPUTE_SHADER;
-    std::string_view file;  ///< its name among the compiled-in ones
+    std::string_view file;    ///< its name among the compiled-in ones
+    std::string_view text{};  ///< instead of a compiled-in file's, of which it may include some
 };
 
 /// One linked program. A name that the program does not have, or that the compiler found unused, is a mistake of ours
 /// and throws std::logic_error with the compiler's words: it shows in the first test that draws.
 class Program {
 public:
-    /// `defines` stand before each stage's text: "NAME VALUE".
+    /// `defines` stand before each stage's text, after constants.h's: "NAME VALUE".
     explicit Program(std::initializer_list<Stage> stages, std::span<const std::string> defines = {});
 
     GLuint name() const { return program_.name(); }
@@ -38,11 +39,14 @@ public:
     void set(const char* uniform, float value) const;
     void set(const char* uniform, glm::vec3 value) const;
     void set(const char* uniform, glm::ivec2 value) const;
+    void set(const char* uniform, glm::ivec3 value) const;
     void set(const char* uniform, const glm::mat3& value) const;
     void set(const char* uniform, const glm::mat4& value) const;
 
     /// A compute program over `size` in groups of 16x8.
     void dispatch(Size size, int layers = 1) const;
+    /// As many groups as three words of a buffer say, in whatever groups the shader has.
+    void dispatch_indirect(GLuint buffer, std::size_t offset) const;
 
 private:
     GLint location(const char* uniform) const;

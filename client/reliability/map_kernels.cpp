@@ -30,7 +30,7 @@ HWY_INLINE Floats fast_log2(Floats x) {
     const Ints bits = hn::BitCast(int_tag, x);
     const Floats exponent = hn::ConvertTo(float_tag, hn::ShiftRight<23>(bits) - all(127));
     const Floats f = hn::BitCast(float_tag, hn::Or(hn::And(bits, all(0x007fffff)), all(0x3f800000))) - all(1.0f);
-    return hn::MulAdd(all(0.346607f) * f, all(1.0f) - f, exponent + f);
+    return hn::MulAdd(all(log2_correction) * f, all(1.0f) - f, exponent + f);
 }
 
 HWY_INLINE Floats log_of(Floats x) {
@@ -250,7 +250,7 @@ private:
         const Floats length2 = hn::MulAdd(a, a, hn::MulAdd(b, b, all(1.0f)));
         const Floats over_length = over_sqrt(length2);
         const Floats n2 = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, nz * nz));
-        const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(1e-30f));
+        const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(least_length2));
         const Floats inverse_r = q * over_length;
         const Floats sx = hn::NegMulAdd(all(n.centre.x), inverse_r, a * over_length);
         const Floats sy = hn::NegMulAdd(all(n.centre.y), inverse_r, b * over_length);

@@ -1,8 +1,6 @@
 #include "coefficients.h"
 #include "map_kernels.h"
 
-#include <equistream_client/engine.h>
-
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -22,10 +20,6 @@ using reliability_model::groups;
 inline std::uint8_t look_up(const Group& group, float sum) {
     const auto entry = int(std::min(sum * reliability_model::entries_per_unit, float(group.share_255.size() - 1)));
     return group.share_255[std::size_t(entry)];
-}
-
-bool same_view(const SourceView& source, const EyeView& eye) {
-    return same_camera(source.camera, eye.camera) && same_pose(source.pose, eye.pose);
 }
 
 /// Rows that one thread goes through at a time: their surroundings are computed anew for each band.

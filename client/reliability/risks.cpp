@@ -32,7 +32,7 @@ inline float fast_log2(float x) {
     const auto bits = std::bit_cast<std::uint32_t>(x);
     const float exponent = float(int(bits >> 23) - 127);
     const float f = std::bit_cast<float>((bits & 0x007fffffu) | 0x3f800000u) - 1;
-    return exponent + f + 0.346607f * f * (1 - f);
+    return exponent + f + log2_correction * f * (1 - f);
 }
 
 inline float log_of(float x) {
@@ -93,8 +93,13 @@ FloatImage inverse_planar_depth(const PerspectiveCamera& camera, ImageView<const
 
 RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const EyePicture& picture,
                          const ReliabilityOptions& options)
-    : depth_m(depth_of(eye, picture)) {
+    : RiskNumbers(source, eye, depth_of(eye, picture).data != nullptr, options) {
+    depth_m = depth_of(eye, picture);
     require_sizes(source, eye, picture);
+}
+
+RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, bool has_depth,
+                         const ReliabilityOptions& options) {
     const glm::dvec3 centre_world = source.pose.position_m - eye.pose.position_m;
     const glm::dvec3 in_eye = glm::conjugate(eye.pose.orientation) * centre_world;
     const double focal = eye.camera.focal_px();
@@ -117,12 +122,16 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, const Eye
         pole = {float(up.x), float(up.y), float(up.z)};
     }
     const bool moved = !same_position(source.pose, eye.pose);
-    if (moved && !has_depth())
+    if (moved && !has_depth)
         known = KnownDepth::none;
     else if (depth_error_px > default_budget_share * error_budget_rad(focal) * focal)
         known = KnownDepth::coarse;
     coding_loss = options.coding_loss.value_or(CodingLoss{});
-    mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth() && moved;
+    mirrors = source.specular.data != nullptr && !options.specular_reworked && has_depth && moved;
+}
+
+bool same_view(const SourceView& source, const EyeView& eye) {
+    return same_camera(source.camera, eye.camera) && same_pose(source.pose, eye.pose);
 }
 
 struct RiskPicture::State {
@@ -188,7 +197,7 @@ void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) c
         const float ny = -believed_slope(above[x], q[x], below[x]) * focal_px;
         const float nz = nx * a + ny * b - q[x];
         const float n2 = nx * nx + ny * ny + nz * nz;
-        const float cosine2 = q[x] * q[x] / (n2 * length2 + 1e-30f);
+        const float cosine2 = q[x] * q[x] / (n2 * length2 + least_length2);
         const float inverse_r = q[x] / std::sqrt(length2);
         // Of the point over its distance from the eye, so that misses need no case of their own.
         const float sx = a / std::sqrt(length2) - centre.x * inverse_r;

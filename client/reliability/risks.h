@@ -15,11 +15,17 @@ inline constexpr float twentieths = 20;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
 inline constexpr float largest_inverse_m = 1e4f;
 inline constexpr float least_cosine2 = 1e-6f, least_facing = 1e-3f, least_distance2 = 1e-6f;
+/// So that the normal of what is infinitely far divides by something.
+inline constexpr float least_length2 = 1e-30f;
+/// What log2 is above a straight line from power to power, over the product of the fractions to either side.
+inline constexpr float log2_correction = 0.346607f;
 
 /// What holds for the whole picture.
 struct RiskNumbers {
     RiskNumbers(const SourceView& source, const EyeView& eye, const EyePicture& picture,
                 const ReliabilityOptions& options);
+    /// Without depth_m, which may lie where no view reaches.
+    RiskNumbers(const SourceView& source, const EyeView& eye, bool has_depth, const ReliabilityOptions& options);
 
     ImageView<const float> depth_m;  ///< of the eye; empty where it is not known
     Vec3f centre;                    ///< of the source in the eye's axes, metres
@@ -38,6 +44,9 @@ struct RiskNumbers {
 
     bool has_depth() const { return depth_m.data != nullptr; }
 };
+
+/// Whether the eye looks through the source's very camera, so that nothing was resampled.
+bool same_view(const SourceView& source, const EyeView& eye);
 
 /// One row of every risk, each contiguous.
 struct RiskRow {

@@ -20,7 +20,7 @@ HWY_INLINE Distances reach(Tag d, float box_radius_m, Distances distance_m) {
     const Distances far = hn::Set(d, far_distance_m);
     // Not the smaller of both, which on some targets is the other one of a NaN.
     const Distances r = hn::IfThenElse(hn::Gt(distance_m, far), far, distance_m);
-    return hn::Max(hn::Mul(r, hn::Set(d, 1e-3f)), hn::Sub(r, hn::Set(d, box_radius_m)));
+    return hn::Max(hn::Mul(r, hn::Set(d, least_reach_share)), hn::Sub(r, hn::Set(d, box_radius_m)));
 }
 
 /// w = B / (r - B).

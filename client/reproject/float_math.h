@@ -20,6 +20,9 @@ inline float dot(Vec3f a, Vec3f b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+/// By how much rounding may push a position past a picture's edge, in samples.
+inline constexpr float edge_rounding_px = 0.02f;
+
 /// Of an odd minimax polynomial for the arc tangent on [0, 1]; the highest power, 15, first.
 inline constexpr std::array<float, 8> atan_coefficients = {-0.004055637f, 0.021866976f, -0.055918365f, 0.096426596f,
                                                            -0.139088192f, 0.199466056f, -0.333298645f, 0.999999337f};

@@ -37,9 +37,9 @@ struct BilinearCell {
     }
 };
 
-/// Whether a position lies in a picture of this size; false for NaN. Rounding may push one just past the edge.
+/// Whether a position lies in a picture of this size; false for NaN.
 inline bool lies_inside(PixelPosition p, int width, int height) {
-    constexpr float edge = 0.02f;
+    constexpr float edge = edge_rounding_px;
     return p.u >= -edge && p.u <= float(width) + edge && p.v >= -edge && p.v <= float(height) + edge;
 }
 

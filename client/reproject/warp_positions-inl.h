@@ -42,11 +42,11 @@ HWY_INLINE Positions project(const SourceGrid& grid, const Vectors& d) {
             (all(grid.top) - latitude) * all(grid.rows_per_radian)};
 }
 
-/// Whether they lie in the picture; false for NaN. Rounding may push one just past the edge.
+/// Whether they lie in the picture; false for NaN.
 HWY_INLINE FloatMask inside(const SourceGrid& grid, const Positions& p) {
-    const Floats edge = all(-0.02f);
-    return hn::And(hn::And(p.u >= edge, p.u <= all(float(grid.width) + 0.02f)),
-                   hn::And(p.v >= edge, p.v <= all(float(grid.height) + 0.02f)));
+    const Floats edge = all(-edge_rounding_px);
+    return hn::And(hn::And(p.u >= edge, p.u <= all(float(grid.width) + edge_rounding_px)),
+                   hn::And(p.v >= edge, p.v <= all(float(grid.height) + edge_rounding_px)));
 }
 
 /// The samples nearest to some positions; any of the picture's where it does not cover them.

@@ -47,7 +47,8 @@ class ScaledReach {
 public:
     HWY_INLINE ScaledReach(const DepthAgreement& agreement, Floats length, Floats over_distance)
         : over_distance_(over_distance),
-          reach_(hn::Max(length * all(1e-3f), hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
+          reach_(hn::Max(length * all(least_reach_share),
+                         hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
           allowed_(reach_ * all(agreement.tolerance / agreement.box_radius_m)) {}
 
     /// How far a sample lies behind, in the same scale.

@@ -23,6 +23,7 @@ constexpr std::array commands = {
     Command{"render", "equistream-render-embree", "path trace a scene along a path: EXR sequences with AOVs"},
     Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
     Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
+    Command{"view", "equistream-view", "look around in a stream, in a window"},
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
     Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},

@@ -33,8 +33,7 @@ constexpr int warm_up_frames = 3;
 /// A scene's geometry in a context of its own; kept to the end.
 struct Drawing {
     explicit Drawing(const SceneDescription& scene)
-        : description(scene), context(gl::make_offscreen_context()),
-          pass(load_model(description.model, {.shading = false})),
+        : description(scene), context(gl::make_offscreen_context()), pass(load_model(description, {.shading = false})),
           sphere_depth(head_box_radius_centre(description.lean_m, default_ipd_m),
                        default_budget_share * error_budget_rad(default_focal_length_px)) {}
 

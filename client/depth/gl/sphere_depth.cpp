@@ -8,7 +8,6 @@
 #include <cassert>
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -25,9 +24,7 @@ struct FlatView {
 constexpr double edge_tolerance = 1e-5;
 
 std::vector<std::string> defines() {
-    std::vector<std::string> all = grid_defines();
-    for (std::string& define : DepthPass::geometry_defines())
-        all.push_back(std::move(define));
+    std::vector<std::string> all = DepthPass::geometry_defines();
     all.push_back(formatted("EDGE %.9g", edge_tolerance));
     return all;
 }

@@ -70,7 +70,7 @@ vec3 corner(uint vertex, mat4 world) {
 
 /// Distance along a unit direction to a triangle (Moeller and Trumbore 1997), infinite where the ray misses it.
 float distance_to(uint triangle, vec3 direction) {
-    float miss = uintBitsToFloat(0x7f800000u);
+    float miss = INFINITE;
     Item item = items[(triangle - 1u) / MOST_TRIANGLES];
     uint first_index = item.first_index + 3u * ((triangle - 1u) % MOST_TRIANGLES);
     uvec3 vertex = uvec3(indices[first_index], indices[first_index + 1u], indices[first_index + 2u]);
@@ -93,7 +93,7 @@ float distance_to(uint triangle, vec3 direction) {
 
 /// Of what four texels show, 0 for nothing.
 float nearest_hit(uvec4 shown, vec3 direction) {
-    float nearest = uintBitsToFloat(0x7f800000u);
+    float nearest = INFINITE;
     uvec4 seen = uvec4(0u);
     for (int k = 0; k < 4; ++k) {
         uint triangle = shown[k];
@@ -143,7 +143,7 @@ float distance_at(FlatView view, vec2 at, vec3 direction, float forward) {
         z[k] = texelFetch(view_depth, texel, 0).x;
     }
     if (shown == uvec4(0u))
-        return uintBitsToFloat(0x7f800000u);
+        return INFINITE;
     float scale = inverse_depth_scale * forward;
     if (shown == shown.xxxx || is_smooth(low, size, layer, z, scale)) {
         vec2 weight = at - 0.5 - vec2(low);

@@ -191,4 +191,8 @@ SphereViews cube_views(const EquirectCamera& camera, const Pose& pose) {
     return all;
 }
 
+SphereViews flat_source_views(const PerspectiveCamera& camera, const Pose& pose) {
+    return {{{camera, pose}}, {0, 0, camera.width, camera.height}};
+}
+
 }  // namespace equistream::gl

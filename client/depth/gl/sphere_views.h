@@ -31,4 +31,7 @@ SphereViews sphere_views(const EquirectCamera& camera, const Pose& pose, std::sp
 /// The six faces of a cube with the source's axes, and all samples: as the paper renders its equirectangular depth.
 SphereViews cube_views(const EquirectCamera& camera, const Pose& pose);
 
+/// A flat source's own view, for all of its samples.
+SphereViews flat_source_views(const PerspectiveCamera& camera, const Pose& pose);
+
 }  // namespace equistream::gl

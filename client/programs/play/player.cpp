@@ -9,6 +9,7 @@
 #include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
+#include <equistream/writable_folder.h>
 
 #include <algorithm>
 #include <atomic>

@@ -6,13 +6,10 @@
 #include <equistream/sequence.h>
 #include <equistream/stereo_packing.h>
 #include <equistream/stream.h>
-
-#include <unistd.h>
+#include <equistream/writable_folder.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <exception>
 #include <system_error>
 
@@ -213,18 +210,6 @@ void find_gap_mask(const EyePicture& picture, ByteImage& mask) {
     std::ranges::transform(picture.origin.samples(), mask.samples().begin(), [](std::uint8_t origin) {
         return origin == std::uint8_t(PixelOrigin::gap) ? std::uint8_t{255} : std::uint8_t{0};
     });
-}
-
-void require_writable_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    std::string why = error ? error.message() : "";
-    if (!error && access(folder.c_str(), W_OK | X_OK) != 0)
-        why = std::strerror(errno);
-    if (!error && !fs::is_directory(folder))
-        why = "not a folder";
-    if (!why.empty())
-        throw InputError(expected_found(folder.string(), "a folder that can be written to", why));
 }
 
 }  // namespace equistream::play

@@ -46,7 +46,4 @@ std::unique_ptr<EyesWriter> make_eyes_writer(const Settings& settings);
 /// 255 where nobody has given the pixel a colour, else 0; `mask` keeps its memory where it has the picture's size.
 void find_gap_mask(const EyePicture& picture, ByteImage& mask);
 
-/// Makes sure that files can be made in a folder, creating it if need be; throws InputError naming it.
-void require_writable_folder(const std::filesystem::path& folder);
-
 }  // namespace equistream::play

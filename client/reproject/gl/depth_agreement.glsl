@@ -1,5 +1,6 @@
 // When a depth sample shows the surface that the eye sees, and where a smooth surface hides a point: the formulas of
-// equistream/depth_agreement.h and hiding_surface.h. Needs source_grid.glsl and a texture `source_depth`.
+// equistream/depth_agreement.h and hiding_surface.h. Needs `float depth_around(ivec2)`, the distance of a sample,
+// which may lie up to two beyond the picture's edges; not above 0 where there is none.
 
 // The eye's, set by main().
 float box_radius_m;
@@ -7,11 +8,17 @@ float tolerance;  // sin e
 
 float reach_of(float distance_m) {
     float r = min(distance_m, FAR_DISTANCE_M);
-    return max(r - box_radius_m, 1e-3 * r);
+    return max(r - box_radius_m, LEAST_REACH_SHARE * r);
 }
 
 bool agree(float reach_a, float reach_b) {
     return box_radius_m * abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0.0;
+}
+
+/// The same for inverse distances.
+bool same_inverse(float a, float b) {
+    vec2 beyond_box = max(1.0 - box_radius_m * vec2(a, b), vec2(LEAST_REACH_SHARE));
+    return box_radius_m * abs(a - b) <= tolerance * (beyond_box.x * beyond_box.y);
 }
 
 bool lies_between(float reach_point, float reach_predicted, float reach_sample) {
@@ -26,8 +33,7 @@ bool is_hidden(vec2 at, float distance_m) {
     vec2 s = at - vec2(corner);
     float k[16];
     for (int i = 0; i < 16; ++i) {
-        ivec2 sample_at = wrapped(corner + ivec2(i % 4, i / 4) - 1);
-        float sample_m = texelFetch(source_depth, sample_at, 0).x;
+        float sample_m = depth_around(corner + ivec2(i % 4, i / 4) - 1);
         if (!(sample_m > 0.0))
             return false;
         k[i] = 1.0 / reach_of(sample_m);

@@ -1,5 +1,6 @@
 #pragma once
 /// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once.
+#include "eye_blocks.h"
 #include "eye_targets.h"
 #include "source_textures.h"
 
@@ -22,7 +23,7 @@ private:
     bool surface_;
     double error_budget_px_;
     Program program_;
-    Buffer eyes_;
+    EyeBlocks eyes_;
 };
 
 }  // namespace equistream::gl

@@ -22,9 +22,9 @@ float fast_atan2(float y, float x) {
         p = p * s + ATAN_COEFFICIENTS[i];
     float angle = p * a;
     if (ay > ax)
-        angle = 1.57079632679 - angle;
+        angle = HALF_PI - angle;
     if (x < 0.0)
-        angle = 3.14159265359 - angle;
+        angle = PI - angle;
     return y < 0.0 ? -angle : angle;
 }
 
@@ -35,18 +35,17 @@ vec2 position_of(vec3 d) {
         float scale = source_focal_px / -d.z;
         return d.z < 0.0 ? vec2(d.x * scale + half_size.x, half_size.y - d.y * scale) : vec2(-1e9);
     }
-    const float half_turn = 3.14159265359;
     float longitude = fast_atan2(d.x, -d.z) - source_middle;
-    longitude -= longitude > half_turn ? 2.0 * half_turn : 0.0;
-    longitude += longitude < -half_turn ? 2.0 * half_turn : 0.0;
+    longitude -= longitude > PI ? 2.0 * PI : 0.0;
+    longitude += longitude < -PI ? 2.0 * PI : 0.0;
     float latitude = fast_atan2(d.y, sqrt(d.x * d.x + d.z * d.z));
     return vec2(longitude * columns_per_radian + half_size.x, (source_top - latitude) * rows_per_radian);
 }
 
-/// False for NaN. Rounding may push one just past the edge.
+/// False for NaN.
 bool is_covered(vec2 position) {
-    return all(greaterThanEqual(position, vec2(-0.02))) &&
-           all(lessThanEqual(position, vec2(source_size) + vec2(0.02)));
+    return all(greaterThanEqual(position, vec2(-EDGE_ROUNDING_PX))) &&
+           all(lessThanEqual(position, vec2(source_size) + vec2(EDGE_ROUNDING_PX)));
 }
 
 /// The sample that stands for one up to two samples beyond the edges: columns go round; beyond a pole the rows come back

@@ -1,9 +1,6 @@
 #include "source_textures.h"
 
-#include "../float_math.h"
 #include "../warp.h"
-
-#include <equistream/formatted.h>
 
 #include <cassert>
 #include <cmath>
@@ -52,13 +49,6 @@ std::vector<std::string> yuv_defines() {
 }
 
 }  // namespace
-
-std::vector<std::string> grid_defines() {
-    std::string coefficients = "ATAN_COEFFICIENTS float[8](";
-    for (const float coefficient : atan_coefficients)
-        coefficients += formatted("%s%.9g", coefficients.back() == '(' ? "" : ", ", double(coefficient));
-    return {coefficients + ")"};
-}
 
 SourceTextures::SourceTextures()
     : yuv_to_rgb_({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, yuv_defines()),

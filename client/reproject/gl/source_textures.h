@@ -5,13 +5,8 @@
 #include <equistream_client/view.h>
 
 #include <array>
-#include <string>
-#include <vector>
 
 namespace equistream::gl {
-
-/// What source_grid.glsl needs to know.
-std::vector<std::string> grid_defines();
 
 class SourceTextures {
 public:

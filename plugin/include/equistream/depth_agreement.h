@@ -14,16 +14,17 @@ namespace equistream {
 
 /// Stands for infinity: far enough that w is 0 in single precision, near enough that products stay finite.
 inline constexpr float far_distance_m = 1e9f;
+/// Inside the box the bound says nothing: this share of r stands for r - B, so that only equal depths agree there.
+inline constexpr float least_reach_share = 1e-3f;
 
 struct DepthAgreement {
     float box_radius_m = 0;  ///< B
     float tolerance = 0;     ///< sin e
 
-    /// r - B: the least distance from an eye in the box. Inside the box, where the bound says nothing, a thousandth of
-    /// r, so that only equal depths agree there.
+    /// r - B: the least distance from an eye in the box.
     float reach(float distance_m) const {
         const float r = std::min(distance_m, far_distance_m);
-        return std::max(r - box_radius_m, 1e-3f * r);
+        return std::max(r - box_radius_m, least_reach_share * r);
     }
     /// |w - w'| <= sin e without dividing. False for NaN and for distances <= 0.
     bool same(float reach_a, float reach_b) const {
@@ -36,7 +37,7 @@ struct DepthAgreement {
     }
 
     /// The same rule for inverse distances 1/r >= 0 (w = B/r / (1 - B/r), so nothing is divided): (r - B) / r.
-    float share_beyond_box(float inverse_m) const { return std::max(1 - box_radius_m * inverse_m, 1e-3f); }
+    float share_beyond_box(float inverse_m) const { return std::max(1 - box_radius_m * inverse_m, least_reach_share); }
     bool same_inverse(float inverse_a, float inverse_b) const {
         return box_radius_m * std::abs(inverse_a - inverse_b) <=
                tolerance * (share_beyond_box(inverse_a) * share_beyond_box(inverse_b));

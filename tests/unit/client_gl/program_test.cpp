@@ -36,7 +36,7 @@ TEST_F(GlProgram, MistakesCarryTheCompilersWords) {
         ADD_FAILURE() << "compiled";
     } catch (const std::logic_error& error) {
         EXPECT_NE(std::string(error.what()).find("look_up.glsl"), std::string::npos);
-        EXPECT_NE(std::string(error.what()).find("MOST_EYES"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("BY_SURFACE"), std::string::npos) << error.what();
     }
 }
 

@@ -1,0 +1,51 @@
+#include "gap_look_up.h"
+
+#include "../push_pull_pyramid.h"
+#include "../wide_gaps.h"
+
+#include <cassert>
+
+namespace equistream::gl {
+
+GapLookUp::GapLookUp() : program_({{GL_COMPUTE_SHADER, "gap_look_up.glsl"}}) {}
+
+void GapLookUp::fill(const OtherPicture& from, const GapTargets& to) {
+    run(from, to, false);
+}
+
+void GapLookUp::fill_wide(const OtherPicture& from, const GapTargets& to) {
+    wide_.find(to.gaps, to.targets, wide_gap_side(to.eyes.front().camera, from.view.camera));
+    wide_.bind();
+    run(from, to, true);
+}
+
+void GapLookUp::run(const OtherPicture& from, const GapTargets& to, bool wide_only) {
+    const bool by_direction = from.textures.depth() == 0;
+    if (by_direction && from.mark != PixelOrigin::small)
+        return;
+    blocks_.set(from.view, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    glBindTextureUnit(0, from.textures.colour());
+    glBindTextureUnit(1, from.textures.depth());
+    program_.set("by_direction", int(by_direction));
+    program_.set("wide_only", int(wide_only));
+    run_gap_look_up(program_, to, from.mark);
+}
+
+void run_gap_look_up(const Program& program, const GapTargets& to, PixelOrigin mark) {
+    assert(int(to.eyes.size()) == to.targets.eyes());
+    to.gaps.bind();
+    glBindTextureUnit(2, to.depth.texture);
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
+    glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+    program.set("tile_grid", glm::ivec2(to.gaps.grid().width, to.gaps.grid().height));
+    program.set("inverse_depth_scale", to.depth.scale);
+    program.set("mark", int(mark));
+    to.gaps.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl

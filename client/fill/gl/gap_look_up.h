@@ -1,0 +1,50 @@
+#pragma once
+/// Rungs `hidden`, `earlier`, `small` and `small-wide` (fill.h) on the GPU, for all eyes at once: gap pixels take what
+/// they see from another picture. Only by the eyes' own depth: nothing is drawn forward where there is none. Mirrors
+/// are looked up like any surface.
+#include "wide_gaps.h"
+
+#include "../../reproject/gl/eye_blocks.h"
+#include "../../reproject/gl/source_textures.h"
+
+#include <span>
+
+namespace equistream::gl {
+
+/// The eyes whose gaps a rung fills. What comes after needs no barrier of its own, as in LookUp.
+struct GapTargets {
+    std::span<const EyeView> eyes;  ///< their depth_m is not read
+    const EyeDepth& depth;
+    /// Of the targets as they are, or as they were before some of their gaps were filled.
+    const GapTiles& gaps;
+    const EyeTargets& targets;
+};
+
+/// The picture to look up in: what it is of, and its pixels, which are those of `view`.
+struct OtherPicture {
+    const SourceView& view;
+    const SourceTextures& textures;
+    PixelOrigin mark = PixelOrigin::gap;
+};
+
+class GapLookUp {
+public:
+    GapLookUp();
+
+    /// By the picture's depth, or, of a small view that has none, by direction alone; others fill nothing then.
+    void fill(const OtherPicture& from, const GapTargets& to);
+    /// The same, but only in gaps that hold a square half as wide as one of the picture's pixels.
+    void fill_wide(const OtherPicture& from, const GapTargets& to);
+
+private:
+    void run(const OtherPicture& from, const GapTargets& to, bool wide_only);
+
+    Program program_;
+    EyeBlocks blocks_;
+    WideGaps wide_;
+};
+
+/// Binds what gap_look_up.glsl reads and writes of the eyes, and runs a program made of it.
+void run_gap_look_up(const Program& program, const GapTargets& to, PixelOrigin mark);
+
+}  // namespace equistream::gl

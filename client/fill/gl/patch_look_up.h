@@ -1,0 +1,43 @@
+#pragma once
+/// Rung `patches` (fill.h) on the GPU, for all eyes at once, under gap_look_up.h's conditions.
+#include "gap_look_up.h"
+
+#include <equistream_client/fill.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace equistream::gl {
+
+/// A frame's patches on the GPU, as SourceTextures are a picture.
+class PatchTextures {
+public:
+    /// The view's pixels are read before this returns. Storage is kept as long as sizes stay.
+    void upload(const PatchesView& patches);
+
+    const SourceTextures& atlas() const { return atlas_; }
+    GLuint grid() const { return sphere_.grid(); }  ///< of the spheres that the patches are of
+    GLuint slots() const { return slots_.name(); }  ///< as gap_samples.glsl has them
+
+private:
+    SourceTextures atlas_, sphere_;
+    Size blocks_;
+    int offsets_ = 0;
+    Texture slots_;
+    std::vector<std::int32_t> slot_numbers_;
+};
+
+class PatchLookUp {
+public:
+    PatchLookUp();
+
+    /// Each eye takes first what is not mixed with what stands before it, and of the patches of the spheres around
+    /// first those of the one nearest to it. Patches without depth fill nothing.
+    void fill(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
+
+private:
+    Program program_;
+    EyeBlocks blocks_;
+};
+
+}  // namespace equistream::gl

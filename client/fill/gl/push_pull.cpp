@@ -1,0 +1,113 @@
+#include "push_pull.h"
+
+#include "../push_pull_pyramid.h"
+
+#include <cassert>
+#include <string>
+
+namespace equistream::gl {
+
+namespace {
+
+using List = GapTiles::List;
+
+const std::vector<std::string> tiled = {"TILED"};
+constexpr std::size_t layer_bytes = 4 * sizeof(GLfloat);
+
+Program made(const char* file, std::span<const std::string> defines = {}) {
+    return Program({{GL_COMPUTE_SHADER, file}}, defines);
+}
+
+void bind_layers(GLuint binding, const Buffer& layers) {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, layers.name());
+}
+
+}  // namespace
+
+PushPull::PushPull()
+    : pull_pixels_(made("pull_pixels.glsl")), pull_tiles_(made("pull_cells.glsl", tiled)),
+      pull_cells_(made("pull_cells.glsl")), push_tiles_(made("push_cells.glsl", tiled)),
+      push_cells_(made("push_cells.glsl")), push_pixels_(made("push_pixels.glsl")) {}
+
+void PushPull::size_for(Size tiles, int eyes) {
+    if (tiles == tiles_ && eyes == eyes_)
+        return;
+    levels_.clear();
+    const auto add = [&](int columns, int rows, int tile_shift) {
+        const std::size_t cells = std::size_t(columns) * std::size_t(rows) * std::size_t(eyes);
+        levels_.push_back({{columns, rows, tile_shift}, make_buffer(2 * cells * layer_bytes, 0)});
+    };
+    for (int shift = PullPyramid::tile_levels - 1; shift >= 0; --shift)
+        add(tiles.width << shift, tiles.height << shift, shift);
+    for (int columns = tiles.width, rows = tiles.height; columns > 1 || rows > 1;) {
+        columns = (columns + 1) / 2;
+        rows = (rows + 1) / 2;
+        add(columns, rows, -1);
+    }
+    tiles_ = tiles;
+    eyes_ = eyes;
+    for (const Program* program :
+         {&pull_pixels_, &pull_tiles_, &pull_cells_, &push_tiles_, &push_cells_, &push_pixels_})
+        program->set("tile_grid", glm::ivec2(tiles.width, tiles.height));
+}
+
+void PushPull::pull(const GapTiles& gaps) const {
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+        const glm::ivec3 cells = levels_[i].cells;
+        const bool in_tiles = cells.z >= 0;
+        const Program& program = i == 0 ? pull_pixels_ : in_tiles ? pull_tiles_ : pull_cells_;
+        program.set("level", cells);
+        bind_layers(2, levels_[i].layers);
+        if (i > 0) {
+            program.set("finer", levels_[i - 1].cells);
+            bind_layers(3, levels_[i - 1].layers);
+        }
+        if (in_tiles)
+            gaps.dispatch(program, List::with_gaps_or_beside, cells.z);
+        else
+            program.dispatch({cells.x, cells.y}, eyes_);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    }
+}
+
+void PushPull::push(const GapTiles& gaps) const {
+    for (std::size_t i = levels_.size() - 1; i-- > 0;) {
+        const glm::ivec3 cells = levels_[i].cells;
+        const bool in_tiles = cells.z >= 0;
+        const Program& program = in_tiles ? push_tiles_ : push_cells_;
+        program.set("level", cells);
+        program.set("coarser", levels_[i + 1].cells);
+        bind_layers(2, levels_[i].layers);
+        bind_layers(3, levels_[i + 1].layers);
+        if (in_tiles)
+            gaps.dispatch(program, List::with_gaps, cells.z);
+        else
+            program.dispatch({cells.x, cells.y}, eyes_);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    }
+}
+
+void PushPull::fill(const SourceView& source, std::span<const EyeView> eyes, const EyeDepth& depth,
+                    const GapTiles& gaps, const EyeTargets& targets) {
+    assert(int(eyes.size()) == targets.eyes());
+    size_for(gaps.grid(), targets.eyes());
+    blocks_.set(source, eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    gaps.bind();
+    glBindTextureUnit(0, targets.colour());
+    glBindTextureUnit(1, targets.origin());
+    glBindTextureUnit(2, depth.texture);
+    for (const Program* program : {&pull_pixels_, &push_pixels_})
+        program->set("inverse_depth_scale", depth.texture != 0 ? depth.scale : 0.0f);
+    pull(gaps);
+    push(gaps);
+    push_pixels_.set("coarser", levels_.front().cells);
+    bind_layers(3, levels_.front().layers);
+    glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
+    glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+    gaps.dispatch(push_pixels_, List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,14 @@
+// w = B / (r - B) of a pixel (depth_agreement.h); 0, the background, where nothing is known of its depth.
+#include "eye_rays.glsl"
+
+layout(binding = 2) uniform sampler2DArray eye_depth;
+uniform float inverse_depth_scale;  // of its samples; 0: all depths are alike
+
+float w_at(ivec3 at) {
+    if (inverse_depth_scale == 0.0)
+        return 0.0;
+    float z = inverse_depth_scale * texelFetch(eye_depth, at, 0).x, box_radius_m = eyes[at.z].agreement.x;
+    vec2 aside = (vec2(at.xy) - eyes[at.z].view.yz) / eyes[at.z].view.x;
+    float box_share = box_radius_m * z * inversesqrt(1.0 + dot(aside, aside));
+    return z > 0.0 ? box_share / max(1.0 - box_share, LEAST_REACH_SHARE) : 0.0;
+}

@@ -1,0 +1,113 @@
+/// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
+#include <equistream_cli/program.h>
+#include <view/viewer.h>
+
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace {
+
+using namespace equistream;
+
+struct Arguments {
+    ViewerSettings settings;
+    std::filesystem::path scene, model;
+    std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on";
+    double fov_deg = 90, ipd_m = 0;
+    bool keys = false;
+};
+
+template <typename Enum, std::size_t n>
+Enum parse_word(const char* option, const std::string& word, const std::array<std::string_view, n>& names) {
+    const auto found = std::ranges::find(names, word);
+    if (found == names.end()) {
+        std::string accepted;
+        for (const std::string_view name : names)
+            accepted += (accepted.empty() ? "" : ", ") + std::string(name);
+        throw InputError(expected_found(option, accepted, "'" + word + "'"));
+    }
+    return Enum(found - names.begin());
+}
+
+constexpr std::array<std::string_view, 2> methods = {"sphere", "surface"}, switches = {"off", "on"};
+
+void complete(Arguments& arguments, const CLI::App& app) {
+    ViewerSettings& settings = arguments.settings;
+    settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
+    settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
+    settings.surface = parse_word<int>("--method", arguments.method, methods) == 1;
+    settings.fill = parse_word<int>("--fill", arguments.fill, switches) == 1;
+    settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
+    if (app.count("--anaglyph") > 0)
+        settings.anaglyph = &find_anaglyph(arguments.anaglyph);
+    if (app.count("--size") > 0) {
+        const cli::Size size = cli::parse_size(arguments.size);
+        settings.size = {size.width, size.height};
+    }
+    if (!(arguments.fov_deg >= 10 && arguments.fov_deg <= 150))
+        throw InputError(expected_found("--fov", "degrees from 10 to 150", in_words(arguments.fov_deg)));
+    settings.fov_deg = arguments.fov_deg;
+    if (app.count("--ipd") > 0) {
+        if (!(arguments.ipd_m >= 0 && arguments.ipd_m <= 1))
+            throw InputError(expected_found("--ipd", "metres from 0 to 1", in_words(arguments.ipd_m)));
+        settings.ipd_m = arguments.ipd_m;
+    }
+    if (!(settings.seconds >= 0))
+        throw InputError(expected_found("--seconds", "0 or more", in_words(settings.seconds)));
+    if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
+        !scene.empty())
+        settings.scene = load_scene(scene);
+}
+
+void run(Arguments& arguments, const CLI::App& app) {
+    if (arguments.keys) {
+        std::fputs(key_help().c_str(), stdout);
+        return;
+    }
+    if (arguments.settings.source.empty())
+        throw InputError(expected_found("view", "a stream or a folder to show", "none"));
+    complete(arguments, app);
+    Viewer viewer(arguments.settings);
+    viewer.run();
+}
+
+std::function<void()> set_up(CLI::App& app) {
+    auto arguments = std::make_shared<Arguments>();
+    ViewerSettings& settings = arguments->settings;
+    app.add_option("source", settings.source,
+                   "A stream or any 360 video (file or URL), or a folder of rendered frames");
+    CLI::Option* scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
+    app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
+        ->excludes(scene);
+    app.add_option("--method", arguments->method, "surface (by depth, where there is some) or sphere (rotation only)")
+        ->capture_default_str();
+    app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
+        ->capture_default_str();
+    app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
+    app.add_option("--overlay", arguments->overlay, "none, depth, gaps or reliability")->capture_default_str();
+    app.add_option("--fill", arguments->fill, "on, or off: gaps stay black")->capture_default_str();
+    app.add_option("--size", arguments->size, "Of the window, WxH; default: 1280x720");
+    app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
+    app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
+    app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
+    app.add_flag("--paused", settings.paused, "Begin with a still picture");
+    app.add_flag("--times", settings.times, "Show frame times by stage (t)");
+    app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
+    app.add_option("--out", settings.out, "Folder for pictures, recordings and paths")->capture_default_str();
+    app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
+    return [arguments, &app] { run(*arguments, app); };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return cli::run_program(argc, argv,
+                            {"view", "Shows a stream in a window, from wherever the head is (h there shows the keys)",
+                             "equistream view walk.mp4 --scene scenes/pavilion.json"},
+                            [&](CLI::App& app) { return set_up(app); });
+}

@@ -1,0 +1,49 @@
+#pragma once
+/// The reliability map (reliability.h) on the GPU, for all eyes at once.
+#include "../../fill/gl/gap_tiles.h"
+#include "../../reproject/gl/eye_blocks.h"
+#include "../../reproject/gl/source_textures.h"
+
+#include <equistream_client/reliability.h>
+
+#include <span>
+
+namespace equistream::gl {
+
+/// Finished pictures, as engine and rungs left them in `targets`.
+struct JudgedEyes {
+    std::span<const EyeView> eyes;  ///< their depth_m is not read
+    const EyeDepth& depth;          ///< texture 0: nothing is known of their depth
+    const EyeTargets& targets;
+};
+
+class ReliabilityMap {
+public:
+    ReliabilityMap();
+
+    /// Where the source's mirrors are, from its specular mask, if it has one; its pixels are read before this returns.
+    void upload(const SourceView& source);
+    /// Fills texture(). `source` is that of the last upload, of whose grid `textures` know. Storage is kept as long as
+    /// the targets' size stays; what comes after needs no barrier of its own, as in LookUp.
+    void estimate(const SourceView& source, const SourceTextures& textures, const JudgedEyes& judged,
+                  const ReliabilityOptions& options = {});
+
+    /// A layer for each eye: the probability, 0 to 1 (GL_R8).
+    GLuint texture() const { return reliability_.name(); }
+    /// EyePicture::reliability. Waits for the GPU.
+    void download(int eye, EyePicture& picture) const;
+
+private:
+    void size_for(const EyeTargets& targets);
+    void set_numbers(const SourceView& source, const JudgedEyes& judged, const ReliabilityOptions& options);
+
+    Program surroundings_pass_, rows_pass_, fill_steps_pass_, map_pass_;
+    GapTiles filled_{GapTiles::Of::not_source};
+    Size size_, specular_size_;
+    int eyes_ = 0;
+    Texture surroundings_, rows_, fill_steps_, reliability_, shares_, specular_;
+    Buffer numbers_;
+    EyeBlocks blocks_;
+};
+
+}  // namespace equistream::gl

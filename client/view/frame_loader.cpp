@@ -1,0 +1,136 @@
+#include "frame_loader.h"
+
+#include <equistream/error.h>
+
+#include <utility>
+
+namespace equistream {
+
+FrameLoader::FrameLoader(std::string source, FeedOptions options)
+    : source_(std::move(source)), options_(std::move(options)) {
+    options_.interrupted = [this] {
+        const std::lock_guard lock(mutex_);
+        return stopping_;
+    };
+    feed_ = open_feed(source_, options_);
+    std::optional<ReceivedFrame> frame = feed_->next();
+    if (!frame)
+        throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
+    first_ = std::make_shared<const ReceivedFrame>(std::move(*frame));
+    wanted_first_ = first_->main.info.index;
+    ready_.push_back({first_, feed_->fraction_done().value_or(0)});
+    thread_ = std::thread([this] { run(); });
+}
+
+FrameLoader::~FrameLoader() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+void FrameLoader::run() {
+    std::unique_lock lock(mutex_);
+    while (!stopping_) {
+        if (ended_ || failure_ || ready_.size() >= most_ready) {
+            changed_.wait(lock);
+            continue;
+        }
+        try {
+            read(lock);
+        } catch (...) {
+            if (!lock.owns_lock())
+                lock.lock();
+            failure_ = std::current_exception();
+        }
+    }
+}
+
+void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
+    const unsigned seeks = seeks_;
+    FeedOptions options = options_;
+    options.first_frame = wanted_first_;
+    lock.unlock();
+    if (opened_for_ != seeks) {
+        feed_.reset();
+        feed_ = open_feed(source_, options);
+        opened_for_ = seeks;
+    }
+    std::optional<ReceivedFrame> frame = feed_->next();
+    lock.lock();
+    if (seeks != seeks_)
+        return;
+    if (!frame) {
+        ended_ = true;
+        truncation_ = feed_->truncation();
+        return;
+    }
+    ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
+}
+
+void FrameLoader::rethrow() const {
+    if (failure_ && ready_.empty())
+        std::rethrow_exception(failure_);
+}
+
+SharedFrame FrameLoader::due(double time_s) {
+    SharedFrame found;
+    {
+        const std::lock_guard lock(mutex_);
+        rethrow();
+        while (!ready_.empty() && ready_.front().frame->main.info.time_s <= time_s) {
+            found = std::move(ready_.front().frame);
+            fraction_done_ = ready_.front().fraction_done;
+            ready_.pop_front();
+        }
+    }
+    if (found)
+        changed_.notify_all();
+    return found;
+}
+
+SharedFrame FrameLoader::next() {
+    SharedFrame found;
+    {
+        const std::lock_guard lock(mutex_);
+        rethrow();
+        if (ready_.empty())
+            return nullptr;
+        found = std::move(ready_.front().frame);
+        fraction_done_ = ready_.front().fraction_done;
+        ready_.pop_front();
+    }
+    changed_.notify_all();
+    return found;
+}
+
+void FrameLoader::seek(std::int64_t frame) {
+    {
+        const std::lock_guard lock(mutex_);
+        wanted_first_ = frame;
+        ready_.clear();
+        ++seeks_;
+        ended_ = false;
+        failure_ = nullptr;
+    }
+    changed_.notify_all();
+}
+
+bool FrameLoader::at_end() const {
+    const std::lock_guard lock(mutex_);
+    return ended_ && ready_.empty();
+}
+
+double FrameLoader::fraction_done() const {
+    const std::lock_guard lock(mutex_);
+    return fraction_done_;
+}
+
+std::string FrameLoader::truncation() const {
+    const std::lock_guard lock(mutex_);
+    return truncation_;
+}
+
+}  // namespace equistream

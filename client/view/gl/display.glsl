@@ -1,0 +1,107 @@
+// A pixel of the window. Eyes' rows run down, the window's up.
+layout(binding = 0) uniform sampler2DArray eyes;
+layout(binding = 1) uniform usampler2DArray origins;
+layout(binding = 2) uniform sampler2DArray eye_depth;
+layout(binding = 3) uniform sampler2DArray reliability;
+layout(binding = 4) uniform sampler2DArray other_eyes;
+layout(binding = 5) uniform sampler2D source;
+
+uniform int layout_shown;
+uniform int overlay;
+uniform float depth_scale;
+uniform int has_reliability;
+uniform ivec2 eye_size;
+uniform ivec2 window_size;
+uniform mat3 from_left;
+uniform mat3 from_right;
+uniform vec3 lens;
+uniform float fading;
+uniform float split;
+
+out vec4 colour;
+
+vec3 to_linear(vec3 display) {
+    return mix(display / 12.92, pow((display + 0.055) / 1.055, vec3(2.4)), greaterThan(display, vec3(0.04045)));
+}
+
+vec3 to_display(vec3 linear) {
+    linear = clamp(linear, 0.0, 1.0);
+    return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+}
+
+/// Near is warm, far is cold; 1 / m on a scale that tells rooms and streets apart.
+vec3 depth_colour(float inverse_m) {
+    if (!(inverse_m > 0.0))
+        return vec3(0.05, 0.05, 0.1);
+    float near = clamp(1.0 / (1.0 + 0.25 / inverse_m), 0.0, 1.0);
+    return mix(mix(vec3(0.1, 0.2, 0.6), vec3(0.1, 0.8, 0.5), clamp(2.0 * near, 0.0, 1.0)), vec3(1.0, 0.75, 0.1),
+               clamp(2.0 * near - 1.0, 0.0, 1.0));
+}
+
+/// Who coloured a pixel, in the order of PixelOrigin.
+const vec3 origin_colours[9] =
+    vec3[9](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
+            vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9));
+
+vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
+    if (overlay == OVERLAY_depth)
+        return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(eye_depth, ivec3(at, eye), 0).x) : 0.3 * seen;
+    if (overlay == OVERLAY_gaps) {
+        uint origin = texelFetch(origins, ivec3(at, eye), 0).x;
+        return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 8u)], 0.7);
+    }
+    if (overlay == OVERLAY_reliability && has_reliability != 0) {
+        float trusted = texelFetch(reliability, ivec3(at, eye), 0).x;
+        return mix(vec3(1.0, 0.1, 0.1), seen, trusted * trusted);
+    }
+    return seen;
+}
+
+vec3 eye_at(ivec2 at, int eye) {
+    at = clamp(at, ivec2(0), eye_size - 1);
+    bool others = gl_FragCoord.x > split * float(window_size.x);
+    vec3 seen = others ? texelFetch(other_eyes, ivec3(at, eye), 0).rgb : texelFetch(eyes, ivec3(at, eye), 0).rgb;
+    return others ? seen : with_overlay(seen, at, eye);
+}
+
+vec3 behind_lens(ivec2 at, int eye) {
+    vec2 from_middle = (vec2(at) + 0.5 - 0.5 * vec2(eye_size)) / (0.5 * float(eye_size.x));
+    float r2 = dot(from_middle, from_middle);
+    vec2 bent = from_middle * (1.0 + r2 * (lens.x + r2 * lens.y)) / (1.0 + lens.x + lens.y);
+    vec2 place = bent * 0.5 * float(eye_size.x) + 0.5 * vec2(eye_size);
+    vec2 beyond = max(vec2(0.0), max(-place, place - vec2(eye_size)));
+    vec2 low = floor(place - 0.5), weight = place - 0.5 - low;
+    ivec2 first = ivec2(low);
+    vec3 top = mix(eye_at(first, eye), eye_at(first + ivec2(1, 0), eye), weight.x);
+    vec3 bottom = mix(eye_at(first + ivec2(0, 1), eye), eye_at(first + 1, eye), weight.x);
+    return mix(top, bottom, weight.y) * clamp(1.0 - max(beyond.x, beyond.y) / 8.0, 0.0, 1.0);
+}
+
+/// The whole sphere, fitted into the window.
+vec3 whole_sphere(ivec2 at) {
+    vec2 size = vec2(textureSize(source, 0)), window = vec2(window_size);
+    float scale = max(size.x / window.x, size.y / window.y);
+    vec2 place = (vec2(at) + 0.5 - 0.5 * window) * scale + 0.5 * size;
+    bool inside = all(greaterThanEqual(place, vec2(0.0))) && all(lessThan(place, size));
+    return inside ? texelFetch(source, ivec2(place), 0).rgb : vec3(0.08);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.x, float(window_size.y) - gl_FragCoord.y);
+    vec3 seen;
+    if (layout_shown == LAYOUT_sphere) {
+        seen = whole_sphere(at);
+    } else if (layout_shown == LAYOUT_sbs || layout_shown == LAYOUT_headset) {
+        int eye = at.x < window_size.x / 2 ? 0 : 1;
+        ivec2 within = ivec2(at.x - eye * (window_size.x / 2), at.y);
+        seen = layout_shown == LAYOUT_sbs ? eye_at(within, eye) : behind_lens(within, eye);
+    } else if (layout_shown == LAYOUT_anaglyph) {
+        seen = to_display(from_left * to_linear(eye_at(at, 0)) + from_right * to_linear(eye_at(at, 1)));
+    } else {
+        seen = eye_at(at, 0);
+    }
+    if (layout_shown != LAYOUT_sphere && split < 1.0 && abs(gl_FragCoord.x - split * float(window_size.x)) < 1.0)
+        seen = vec3(1.0);
+    float grey = dot(seen, vec3(0.2126, 0.7152, 0.0722));
+    colour = vec4(mix(seen, mix(vec3(grey), vec3(0.5), 0.6), fading), 1.0);
+}

@@ -1,0 +1,65 @@
+#pragma once
+/// From both eyes' pictures to what a display shows: one eye, both side by side, through coloured glasses, behind a
+/// headset's lenses, or the sphere itself; with an overlay of what is known of the pixels, and beside another way to
+/// draw the same. One triangle over the framebuffer that is bound.
+#include <gl/program.h>
+#include <reproject/gl/eye_targets.h>
+#include <reproject/gl/source_textures.h>
+
+#include <equistream_client/stereo_layout.h>
+
+#include <array>
+#include <string_view>
+
+namespace equistream::gl {
+
+enum class DisplayLayout { left, right, side_by_side, anaglyph, headset, sphere };
+inline constexpr std::array<std::string_view, 6> display_layout_names = {"left",     "right",   "sbs",
+                                                                         "anaglyph", "headset", "sphere"};
+
+enum class Overlay { none, depth, gaps, reliability };
+inline constexpr std::array<std::string_view, 4> overlay_names = {"none", "depth", "gaps", "reliability"};
+
+/// How a lens bends: a display's point at r focal lengths from a lens' middle shows the direction of tangent
+/// r (1 + k1 r^2 + k2 r^4). The values are an example of a headset of some 100 degrees, not a product's.
+struct Lens {
+    float k1 = 0.22f, k2 = 0.24f;
+};
+
+struct DisplayOptions {
+    DisplayLayout layout = DisplayLayout::left;
+    const Anaglyph* anaglyph = &anaglyphs().front();
+    Overlay overlay = Overlay::none;
+    Lens lens{};
+    float fading = 0;  ///< 0 to 1: how far the picture goes to grey, outside the head box
+    /// Columns of the window, 0 to 1, from which on `other` is shown; 1: nowhere.
+    float split = 1;
+};
+
+/// Of both eyes, or of one where the layout shows one (layer 0); the sphere needs `source` alone.
+struct DisplayedPictures {
+    const EyeTargets* eyes = nullptr;
+    const EyeTargets* other = nullptr;  ///< of the same size; null: there is no split
+    EyeDepth depth;                     ///< texture 0: not known
+    GLuint reliability = 0;             ///< as ReliabilityMap has it; 0: not known
+    const SourceTextures* source = nullptr;
+};
+
+/// How many eyes a layout shows, and how large a picture each needs of a window.
+int eyes_of(DisplayLayout layout);
+Size eye_size(DisplayLayout layout, Size window);
+
+class Display {
+public:
+    Display();
+
+    /// Covers the whole of a framebuffer of that size.
+    void draw(const DisplayedPictures& pictures, const DisplayOptions& options, Size window) const;
+
+private:
+    Program program_;
+    VertexArray no_vertices_;
+    Texture nothing_, nothing_known_;  ///< stand where a picture is missing
+};
+
+}  // namespace equistream::gl

@@ -1,0 +1,45 @@
+#pragma once
+/// One received frame on the GPU: the main picture and what came to fill its gaps.
+#include <fill/gl/patch_look_up.h>
+#include <reproject/gl/source_textures.h>
+
+#include <equistream_client/fill.h>
+#include <equistream_client/receive.h>
+
+#include <memory>
+#include <optional>
+
+namespace equistream::gl {
+
+/// A picture that was uploaded, and what it is of. `view`'s pixels are those of the frame.
+struct UploadedPicture {
+    SourceView view;
+    SourceTextures textures;
+};
+
+class FrameTextures {
+public:
+    /// Uploads the frame's pictures and keeps it, so that views of it stay good. Storage of the frame before is used
+    /// again.
+    void upload(std::shared_ptr<const ReceivedFrame> frame);
+
+    const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
+    UploadedPicture& main() { return main_; }
+    const UploadedPicture& main() const { return main_; }
+    const UploadedPicture* small() const { return has_small_ ? &small_ : nullptr; }
+    const UploadedPicture* hidden() const { return has_hidden_ ? &hidden_ : nullptr; }
+    const PatchTextures* patches() const { return patches_ ? &patch_textures_ : nullptr; }
+    const PatchesView& patches_view() const { return *patches_; }
+
+private:
+    std::shared_ptr<const ReceivedFrame> frame_;
+    UploadedPicture main_, small_, hidden_;
+    bool has_small_ = false, has_hidden_ = false;
+    PatchTextures patch_textures_;
+    std::optional<PatchesView> patches_;
+};
+
+/// A picture as engines take it, with the head box that its frame tells of.
+SourceView source_view_of(const ReceivedPicture& picture);
+
+}  // namespace equistream::gl

@@ -1,0 +1,80 @@
+#include "keys.h"
+
+#include <equistream/formatted.h>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <array>
+
+namespace equistream {
+
+namespace {
+
+constexpr int shift = GLFW_MOD_SHIFT;
+constexpr std::string_view look = "Look and move", time = "Time", shown = "What is shown", keep = "Keep",
+                           program = "Program";
+
+constexpr auto bindings = std::to_array<KeyBinding>({
+    {GLFW_KEY_LEFT, 0, "left", Action::turn_left, look, "turn left (or drag the mouse, or a gamepad's right stick)"},
+    {GLFW_KEY_RIGHT, 0, "right", Action::turn_right, look, "turn right"},
+    {GLFW_KEY_UP, 0, "up", Action::turn_up, look, "look up"},
+    {GLFW_KEY_DOWN, 0, "down", Action::turn_down, look, "look down"},
+    {GLFW_KEY_W, 0, "w", Action::move_forward, look, "move the head forward (or a gamepad's left stick)"},
+    {GLFW_KEY_S, 0, "s", Action::move_back, look, "move it back"},
+    {GLFW_KEY_A, 0, "a", Action::move_left, look, "move it left"},
+    {GLFW_KEY_D, 0, "d", Action::move_right, look, "move it right"},
+    {GLFW_KEY_E, 0, "e", Action::move_up, look, "move it up (or a gamepad's triggers)"},
+    {GLFW_KEY_Q, 0, "q", Action::move_down, look, "move it down"},
+    {GLFW_KEY_C, 0, "c", Action::centre, look, "back to the middle of the head box, looking ahead"},
+    {GLFW_KEY_SPACE, 0, "space", Action::play_pause, time, "play, pause"},
+    {GLFW_KEY_COMMA, 0, ",", Action::frame_back, time, "a frame back"},
+    {GLFW_KEY_PERIOD, 0, ".", Action::frame_on, time, "a frame on"},
+    {GLFW_KEY_LEFT, shift, "shift left", Action::second_back, time, "a second back"},
+    {GLFW_KEY_RIGHT, shift, "shift right", Action::second_on, time, "a second on"},
+    {GLFW_KEY_HOME, 0, "home", Action::to_start, time, "to the start"},
+    {GLFW_KEY_L, 0, "l", Action::loop, time, "at the end: start again, or stay"},
+    {GLFW_KEY_V, 0, "v", Action::next_layout, shown,
+     "left eye, right eye, side by side, anaglyph, headset, the sphere itself"},
+    {GLFW_KEY_V, shift, "shift v", Action::next_anaglyph, shown, "the next kind of anaglyph"},
+    {GLFW_KEY_O, 0, "o", Action::next_overlay, shown, "overlay: none, depth, gaps, reliability"},
+    {GLFW_KEY_M, 0, "m", Action::next_method, shown, "method: surface, sphere (rotation only)"},
+    {GLFW_KEY_F, 0, "f", Action::fill, shown, "fill gaps, or leave them black"},
+    {GLFW_KEY_X, 0, "x", Action::split, shown, "split: the other method on the right"},
+    {GLFW_KEY_LEFT_BRACKET, 0, "[", Action::split_left, shown, "move the split left (or click with the right button)"},
+    {GLFW_KEY_RIGHT_BRACKET, 0, "]", Action::split_right, shown, "move the split right"},
+    {GLFW_KEY_P, 0, "p", Action::picture, keep, "write the window's picture"},
+    {GLFW_KEY_R, 0, "r", Action::record_view, keep, "record the window as numbered pictures, and stop"},
+    {GLFW_KEY_R, shift, "shift r", Action::record_head, keep, "record the head's path as CSV, and stop"},
+    {GLFW_KEY_T, 0, "t", Action::times, program, "frame times by stage"},
+    {GLFW_KEY_H, 0, "h", Action::help, program, "these keys"},
+    {GLFW_KEY_F11, 0, "F11", Action::fullscreen, program, "full screen"},
+    {GLFW_KEY_ESCAPE, 0, "escape", Action::quit, program, "quit"},
+});
+
+}  // namespace
+
+std::span<const KeyBinding> key_bindings() {
+    return bindings;
+}
+
+const KeyBinding* binding_of(int key, int modifiers) {
+    const auto found =
+        std::ranges::find_if(bindings, [&](const KeyBinding& b) { return b.key == key && b.modifiers == modifiers; });
+    return found == bindings.end() ? nullptr : &*found;
+}
+
+std::string key_help() {
+    std::string text;
+    std::string_view task;
+    for (const KeyBinding& b : bindings) {
+        if (b.task != task)
+            text += std::string(task.empty() ? "" : "\n") + std::string(b.task) + "\n";
+        task = b.task;
+        text += formatted("  %-12.*s %.*s\n", int(b.name.size()), b.name.data(), int(b.help.size()), b.help.data());
+    }
+    return text;
+}
+
+}  // namespace equistream

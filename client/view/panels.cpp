@@ -1,0 +1,134 @@
+#include "panels.h"
+
+#include "keys.h"
+
+#include <equistream/formatted.h>
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace equistream {
+
+namespace {
+
+constexpr ImGuiWindowFlags plain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing |
+                                   ImGuiWindowFlags_NoNav | ImGuiWindowFlags_AlwaysAutoResize;
+constexpr float margin = 10;
+const ImVec2 graph_size{360, 120};
+
+constexpr std::array<ImU32, gl::render_stage_names.size()> stage_colours = {
+    IM_COL32(120, 120, 120, 255), IM_COL32(70, 130, 230, 255), IM_COL32(80, 190, 90, 255),
+    IM_COL32(235, 180, 40, 255),  IM_COL32(170, 90, 210, 255), IM_COL32(220, 90, 80, 255)};
+
+void draw_help() {
+    ImGui::SetNextWindowPos({margin, margin});
+    ImGui::SetNextWindowBgAlpha(0.8f);
+    ImGui::Begin("keys", nullptr, plain);
+    std::string_view task;
+    for (const KeyBinding& b : key_bindings()) {
+        if (b.task != task) {
+            if (!task.empty())
+                ImGui::Spacing();
+            ImGui::TextColored({1, 0.85f, 0.4f, 1}, "%.*s", int(b.task.size()), b.task.data());
+        }
+        task = b.task;
+        ImGui::Text("%-12.*s %.*s", int(b.name.size()), b.name.data(), int(b.help.size()), b.help.data());
+    }
+    ImGui::End();
+}
+
+double sum(const gl::StageTimes::Row& row) {
+    return std::accumulate(row.begin(), row.end(), 0.0);
+}
+
+void draw_status(const StatusLine& status) {
+    const ImGuiIO& io = ImGui::GetIO();
+    ImGui::SetNextWindowPos({0, io.DisplaySize.y}, ImGuiCond_Always, {0, 1});
+    ImGui::SetNextWindowSize({io.DisplaySize.x, 0});
+    ImGui::SetNextWindowBgAlpha(0.55f);
+    ImGui::Begin("status", nullptr, plain & ~ImGuiWindowFlags_AlwaysAutoResize);
+    if (!status.warning.empty())
+        ImGui::TextColored({1, 0.6f, 0.3f, 1}, "%s", status.warning.c_str());
+    ImGui::TextUnformatted(status.text.c_str());
+    ImGui::ProgressBar(float(status.fraction_done), {-1, 4}, "");
+    ImGui::End();
+}
+
+}  // namespace
+
+Panels::Panels(Window& window) {
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    ImGui::StyleColorsDark();
+    // The window's own callbacks are kept: nothing here takes keys.
+    ImGui_ImplGlfw_InitForOpenGL(window.handle(), false);
+    ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+Panels::~Panels() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+}
+
+void Panels::add(const gl::StageTimes::Row& row, double refresh_ms) {
+    if (rows_.size() < most_rows) {
+        rows_.reserve(most_rows);
+        refreshes_ms_.reserve(most_rows);
+        newest_ = rows_.size();
+        rows_.push_back(row);
+        refreshes_ms_.push_back(refresh_ms);
+        return;
+    }
+    newest_ = (newest_ + 1) % most_rows;
+    rows_[newest_] = row;
+    refreshes_ms_[newest_] = refresh_ms;
+}
+
+void Panels::draw(const StatusLine& status, bool with_help, bool with_times) {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    draw_status(status);
+    if (with_help)
+        draw_help();
+    if (with_times && !rows_.empty()) {
+        ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - margin, margin}, ImGuiCond_Always, {1, 0});
+        ImGui::SetNextWindowBgAlpha(0.8f);
+        ImGui::Begin("times", nullptr, plain);
+        double most_ms = 1;
+        for (const gl::StageTimes::Row& row : rows_)
+            most_ms = std::max(most_ms, sum(row));
+        const ImVec2 corner = ImGui::GetCursorScreenPos();
+        ImGui::Dummy(graph_size);
+        const float step = graph_size.x / float(most_rows);
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            const gl::StageTimes::Row& row = rows_[(newest_ + 1 + i) % rows_.size()];
+            const float x = corner.x + step * float(i);
+            float y = corner.y + graph_size.y;
+            for (std::size_t stage = 0; stage < row.size(); ++stage) {
+                const float top = y - graph_size.y * float(row[stage] / most_ms);
+                ImGui::GetWindowDrawList()->AddRectFilled({x, top}, {x + step, y}, stage_colours[stage]);
+                y = top;
+            }
+        }
+        const gl::StageTimes::Row& last = rows_[newest_];
+        ImGui::Text("%.1f ms of %.1f ms a refresh; the graph is %.1f ms high", sum(last), refreshes_ms_[newest_],
+                    most_ms);
+        for (std::size_t stage = 0; stage < last.size(); ++stage)
+            ImGui::TextColored(ImColor(stage_colours[stage]), "%-12s %7.2f ms", gl::render_stage_names[stage].data(),
+                               last[stage]);
+        ImGui::End();
+    }
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+}  // namespace equistream

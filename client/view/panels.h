@@ -1,0 +1,40 @@
+#pragma once
+/// What is written over the picture: keys, frame times by stage, and a line on where in time and space the viewer is.
+/// By Dear ImGui, in the window's context.
+#include "gl/stage_times.h"
+#include "window.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+/// The line at the bottom.
+struct StatusLine {
+    std::string text;
+    double fraction_done = 0;  ///< of the source, 0 to 1
+    std::string warning;       ///< above it; empty: none
+};
+
+class Panels {
+public:
+    explicit Panels(Window& window);
+    ~Panels();
+    Panels(const Panels&) = delete;
+    Panels& operator=(const Panels&) = delete;
+
+    /// One refresh's times, told apart by stage; `refresh_ms` from the one before to it.
+    void add(const gl::StageTimes::Row& row, double refresh_ms);
+
+    void draw(const StatusLine& status, bool with_help, bool with_times);
+
+private:
+    static constexpr std::size_t most_rows = 180;
+
+    std::vector<gl::StageTimes::Row> rows_;  ///< a ring
+    std::vector<double> refreshes_ms_;
+    std::size_t newest_ = 0;
+};
+
+}  // namespace equistream

@@ -1,0 +1,172 @@
+#include "window.h"
+
+#include <equistream/error.h>
+#include <gl/requirements.h>
+
+// epoxy's entry points come before GLFW's own.
+#include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <cmath>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+constexpr double dead_zone = 0.12;
+
+/// GLFW's own words on what went wrong last.
+std::string last_error() {
+    const char* text = nullptr;
+    return glfwGetError(&text) == GLFW_NO_ERROR || text == nullptr ? "no reason given" : text;
+}
+
+Inputs* inputs_of(GLFWwindow* window) {
+    return static_cast<Inputs*>(glfwGetWindowUserPointer(window));
+}
+
+void on_key(GLFWwindow* window, int key, int, int action, int modifiers) {
+    if (action != GLFW_RELEASE && key != GLFW_KEY_UNKNOWN)
+        inputs_of(window)->pressed.push_back(
+            {key, modifiers & (GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT), action == GLFW_REPEAT});
+}
+
+void on_scroll(GLFWwindow* window, double, double y) {
+    inputs_of(window)->scroll += y;
+}
+
+void on_button(GLFWwindow* window, int button, int action, int) {
+    if (button != GLFW_MOUSE_BUTTON_RIGHT || action != GLFW_PRESS)
+        return;
+    double x = 0, y = 0;
+    int width = 0, height = 0;
+    glfwGetCursorPos(window, &x, &y);
+    glfwGetWindowSize(window, &width, &height);
+    inputs_of(window)->click_x = width > 0 ? x / width : -1;
+}
+
+double beyond_dead_zone(float x) {
+    const double size = std::abs(double(x));
+    return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), double(x));
+}
+
+}  // namespace
+
+std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size, bool visible) {
+    if (glfwInit() != GLFW_TRUE)
+        throw InputError(
+            expected_found("view", "a display to open a window on (DISPLAY or WAYLAND_DISPLAY)", last_error()));
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
+    GLFWwindow* window = glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
+    if (window == nullptr) {
+        const std::string reason = last_error();
+        glfwTerminate();
+        throw InputError(expected_found("view", "OpenGL 4.5 on this display", reason));
+    }
+    std::unique_ptr<Window> opened(new Window(window));
+    if (const std::string missing = gl::missing_requirement(); !missing.empty())
+        throw InputError(expected_found("view", "OpenGL 4.5 with " + missing, gl::Context::driver().renderer));
+    return opened;
+}
+
+Window::Window(GLFWwindow* window) : window_(window) {
+    glfwSetWindowUserPointer(window_, &inputs_);
+    glfwSetKeyCallback(window_, on_key);
+    glfwSetScrollCallback(window_, on_scroll);
+    glfwSetMouseButtonCallback(window_, on_button);
+    make_current();
+    glfwSwapInterval(1);
+    glfwGetCursorPos(window_, &cursor_x_, &cursor_y_);
+}
+
+Window::~Window() {
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+}
+
+void Window::make_current() {
+    glfwMakeContextCurrent(window_);
+    if (glfwGetCurrentContext() != window_)
+        throw WorkError("view: the window's OpenGL context cannot be made current: " + last_error());
+}
+
+void Window::release() {
+    glfwMakeContextCurrent(nullptr);
+}
+
+Inputs Window::poll() {
+    inputs_ = {};
+    glfwPollEvents();
+    double x = 0, y = 0;
+    glfwGetCursorPos(window_, &x, &y);
+    if (glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS) {
+        inputs_.drag_x = x - cursor_x_;
+        inputs_.drag_y = y - cursor_y_;
+    }
+    cursor_x_ = x;
+    cursor_y_ = y;
+    return std::exchange(inputs_, {});
+}
+
+bool Window::is_down(int key) const {
+    return glfwGetKey(window_, key) == GLFW_PRESS;
+}
+
+Sticks Window::sticks() const {
+    GLFWgamepadstate state;
+    for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
+        if (glfwJoystickIsGamepad(id) != GLFW_TRUE || glfwGetGamepadState(id, &state) != GLFW_TRUE)
+            continue;
+        const auto axis = [&state](int which) { return beyond_dead_zone(state.axes[which]); };
+        // Triggers rest at -1.
+        const auto trigger = [&state](int which) { return beyond_dead_zone(0.5f * (state.axes[which] + 1)); };
+        return {axis(GLFW_GAMEPAD_AXIS_RIGHT_X), axis(GLFW_GAMEPAD_AXIS_RIGHT_Y), axis(GLFW_GAMEPAD_AXIS_LEFT_X),
+                axis(GLFW_GAMEPAD_AXIS_LEFT_Y),
+                trigger(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER) - trigger(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER)};
+    }
+    return {};
+}
+
+bool Window::should_close() const {
+    return glfwWindowShouldClose(window_) == GLFW_TRUE;
+}
+
+gl::Size Window::size() const {
+    gl::Size size;
+    glfwGetFramebufferSize(window_, &size.width, &size.height);
+    return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_TRUE ? gl::Size{} : size;
+}
+
+void Window::set_title(const std::string& title) {
+    glfwSetWindowTitle(window_, title.c_str());
+}
+
+void Window::toggle_fullscreen() {
+    if (glfwGetWindowMonitor(window_) != nullptr) {
+        glfwSetWindowMonitor(window_, nullptr, left_, top_, width_, height_, GLFW_DONT_CARE);
+        return;
+    }
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode == nullptr)
+        return;
+    glfwGetWindowPos(window_, &left_, &top_);
+    glfwGetWindowSize(window_, &width_, &height_);
+    glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Window::show() {
+    glfwSwapBuffers(window_);
+}
+
+void Window::wait(double seconds) {
+    glfwWaitEventsTimeout(seconds);
+}
+
+}  // namespace equistream
