@@ -1,5 +1,5 @@
 /// The same eyes as two_eyes.cpp's by OpenGL, on whatever it finds: `surface` with its gap masks and `pushpull`, all
-/// depths and colours there already, against the CPU's; and parts of it, and the reliability map, alone.
+/// depths and colours there already, against the CPU's; and against parts of itself and the reliability map alone.
 #include "two_eyes_stage.h"
 
 #include <fill/gl/push_pull.h>
@@ -50,7 +50,7 @@ struct GlEyes {
     }
 };
 
-enum class Part { all, look_up, fill, reliability };
+enum class Part { all, look_up, fill, map };
 
 /// Of the scene that was asked for last; null, and the benchmark left out, where there is no such scene or no OpenGL.
 GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
@@ -92,7 +92,7 @@ void by_gl(benchmark::State& state, const char* name, Part part) {
             eyes->reproject();
         if (part == Part::all || part == Part::fill)
             eyes->fill();
-        if (part == Part::reliability)
+        if (part == Part::map)
             eyes->judge();
         glFinish();
     }
@@ -126,9 +126,9 @@ void by_cpu(benchmark::State& state, const char* name) {
         const std::string figure = std::string("gl_eyes_1080p_") + scene;
         add(figure + "/ours", by_gl, scene, Part::all);
         add(figure + "/cpu", by_cpu, scene);
-        add(figure + "_look_up/ours", by_gl, scene, Part::look_up);
-        add(figure + "_push_pull/ours", by_gl, scene, Part::fill);
-        add(figure + "_reliability/ours", by_gl, scene, Part::reliability);
+        add(figure + "/look_up", by_gl, scene, Part::look_up);
+        add(figure + "/push_pull", by_gl, scene, Part::fill);
+        add(figure + "/map", by_gl, scene, Part::map);
     }
     return true;
 }();
