@@ -8,12 +8,8 @@ layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 #include "push_pull_levels.glsl"
 #include "push_pull_pull.glsl"
 
-layout(std430, binding = 2) writeonly buffer Layers {
-    vec4 layers[];
-};
-layout(std430, binding = 3) readonly buffer FinerLayers {
-    vec4 finer_layers[];
-};
+layout(binding = 0, rgba32f) uniform writeonly image2DArray layers;
+layout(binding = 3) uniform sampler2DArray finer_layers;
 uniform ivec3 level;
 uniform ivec3 finer;
 
@@ -31,12 +27,10 @@ void main() {
     for (int k = 0; k < 4; ++k) {
         ivec3 child = ivec3(2 * cell.xy + ivec2(k & 1, k >> 1), cell.z);
         bool there = is_there(finer, child);
-        int from = there ? cell_number(finer, child) : 0;
-        children[k] = there ? finer_layers[from] : NO_LAYER;
-        children[k + 4] = there ? finer_layers[from + 1] : NO_LAYER;
+        children[k] = there ? texelFetch(finer_layers, layer_at(child, 0), 0) : NO_LAYER;
+        children[k + 4] = there ? texelFetch(finer_layers, layer_at(child, 1), 0) : NO_LAYER;
     }
     Halves halves = pulled(children, eyes[cell.z].agreement.y);
-    int to = cell_number(level, cell);
-    layers[to] = halves.far;
-    layers[to + 1] = halves.near;
+    imageStore(layers, layer_at(cell, 0), halves.far);
+    imageStore(layers, layer_at(cell, 1), halves.near);
 }

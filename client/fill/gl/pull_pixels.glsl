@@ -8,9 +8,7 @@ layout(binding = 1) uniform usampler2DArray eye_origin;
 #include "push_pull_pull.glsl"
 #include "push_pull_depth.glsl"
 
-layout(std430, binding = 2) writeonly buffer Layers {
-    vec4 layers[];
-};
+layout(binding = 0, rgba32f) uniform writeonly image2DArray layers;
 uniform ivec3 level;
 
 void main() {
@@ -30,7 +28,6 @@ void main() {
         children[k] = vec4(is_gap ? OPEN : texelFetch(eye_colour, at, 0).rgb, w_at(at));
     }
     Halves halves = pulled(children, eyes[cell.z].agreement.y);
-    int to = cell_number(level, cell);
-    layers[to] = halves.far;
-    layers[to + 1] = halves.near;
+    imageStore(layers, layer_at(cell, 0), halves.far);
+    imageStore(layers, layer_at(cell, 1), halves.near);
 }

@@ -8,9 +8,8 @@ layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 #include "push_pull_levels.glsl"
 #include "push_pull_push.glsl"
 
-layout(std430, binding = 2) buffer Layers {
-    vec4 layers[];
-};
+layout(binding = 4) uniform sampler2DArray pulled_layers;
+layout(binding = 0, rgba32f) uniform writeonly image2DArray layers;  // the same
 uniform ivec3 level;
 
 void main() {
@@ -23,10 +22,9 @@ void main() {
     if (any(greaterThanEqual(cell.xy, level.xy)))
         return;
 #endif
-    int at = cell_number(level, cell);
     for (int half_of = 0; half_of < 2; ++half_of) {
-        vec4 layer = layers[at + half_of];
+        vec4 layer = texelFetch(pulled_layers, layer_at(cell, half_of), 0);
         if (layer.w >= 0.0 && layer.r < 0.0)
-            layers[at + half_of].rgb = pushed(cell, layer.w);
+            imageStore(layers, layer_at(cell, half_of), vec4(pushed(cell, layer.w), layer.w));
     }
 }

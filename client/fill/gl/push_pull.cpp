@@ -12,14 +12,19 @@ namespace {
 using List = GapTiles::List;
 
 const std::vector<std::string> tiled = {"TILED"};
-constexpr std::size_t layer_bytes = 4 * sizeof(GLfloat);
 
 Program made(const char* file, std::span<const std::string> defines = {}) {
     return Program({{GL_COMPUTE_SHADER, file}}, defines);
 }
 
-void bind_layers(GLuint binding, const Buffer& layers) {
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, layers.name());
+constexpr GLuint beside_unit = 3, own_unit = 4;
+
+void write_to(const Texture& layers) {
+    glBindImageTexture(0, layers.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+}
+
+void finish_level() {
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 }  // namespace
@@ -34,8 +39,7 @@ void PushPull::size_for(Size tiles, int eyes) {
         return;
     levels_.clear();
     const auto add = [&](int columns, int rows, int tile_shift) {
-        const std::size_t cells = std::size_t(columns) * std::size_t(rows) * std::size_t(eyes);
-        levels_.push_back({{columns, rows, tile_shift}, make_buffer(2 * cells * layer_bytes, 0)});
+        levels_.push_back({{columns, rows, tile_shift}, make_layered_texture({columns, rows}, 2 * eyes, GL_RGBA32F)});
     };
     for (int shift = PullPyramid::tile_levels - 1; shift >= 0; --shift)
         add(tiles.width << shift, tiles.height << shift, shift);
@@ -57,16 +61,16 @@ void PushPull::pull(const GapTiles& gaps) const {
         const bool in_tiles = cells.z >= 0;
         const Program& program = i == 0 ? pull_pixels_ : in_tiles ? pull_tiles_ : pull_cells_;
         program.set("level", cells);
-        bind_layers(2, levels_[i].layers);
+        write_to(levels_[i].layers);
         if (i > 0) {
             program.set("finer", levels_[i - 1].cells);
-            bind_layers(3, levels_[i - 1].layers);
+            glBindTextureUnit(beside_unit, levels_[i - 1].layers.name());
         }
         if (in_tiles)
             gaps.dispatch(program, List::with_gaps_or_beside, cells.z);
         else
             program.dispatch({cells.x, cells.y}, eyes_);
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        finish_level();
     }
 }
 
@@ -77,13 +81,14 @@ void PushPull::push(const GapTiles& gaps) const {
         const Program& program = in_tiles ? push_tiles_ : push_cells_;
         program.set("level", cells);
         program.set("coarser", levels_[i + 1].cells);
-        bind_layers(2, levels_[i].layers);
-        bind_layers(3, levels_[i + 1].layers);
+        glBindTextureUnit(own_unit, levels_[i].layers.name());
+        glBindTextureUnit(beside_unit, levels_[i + 1].layers.name());
+        write_to(levels_[i].layers);
         if (in_tiles)
             gaps.dispatch(program, List::with_gaps, cells.z);
         else
             program.dispatch({cells.x, cells.y}, eyes_);
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        finish_level();
     }
 }
 
@@ -102,7 +107,7 @@ void PushPull::fill(const SourceView& source, std::span<const EyeView> eyes, con
     pull(gaps);
     push(gaps);
     push_pixels_.set("coarser", levels_.front().cells);
-    bind_layers(3, levels_.front().layers);
+    glBindTextureUnit(beside_unit, levels_.front().layers.name());
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     gaps.dispatch(push_pixels_, List::with_gaps, PullPyramid::tile_levels);

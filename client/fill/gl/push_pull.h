@@ -22,7 +22,7 @@ public:
 private:
     struct Level {
         glm::ivec3 cells{0};  ///< as push_pull_levels.glsl has it
-        Buffer layers;
+        Texture layers;       ///< far and near ones of each eye
     };
 
     void size_for(Size tiles, int eyes);

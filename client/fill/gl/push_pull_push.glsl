@@ -1,8 +1,6 @@
 // The push of push_pull.h: what a place between the coarser level's cells takes from their layers.
 
-layout(std430, binding = 3) readonly buffer CoarserLayers {
-    vec4 coarser_layers[];
-};
+layout(binding = 3) uniform sampler2DArray coarser_layers;
 uniform ivec3 coarser;
 
 /// Negative where nothing around has a colour. `at` is a cell or pixel of the finer level.
@@ -17,9 +15,8 @@ vec3 pushed(ivec3 at, float w) {
             continue;
         // The cell that holds the place lies nearer than the one beside it, along each axis.
         float bilinear = (step.x == 0 ? 0.75 : 0.25) * (step.y == 0 ? 0.75 : 0.25);
-        int from = cell_number(coarser, cell);
         for (int half_of = 0; half_of < 2; ++half_of) {
-            vec4 layer = coarser_layers[from + half_of];
+            vec4 layer = texelFetch(coarser_layers, layer_at(cell, half_of), 0);
             float apart = layer.w - w;
             if (layer.w >= 0.0 && layer.r >= 0.0)
                 sum += bilinear * squared / (apart * apart + squared) * vec4(layer.rgb, 1.0);

@@ -5,7 +5,7 @@ layout(binding = 0) uniform sampler2DArray eye_colour;
 layout(binding = 1) uniform usampler2DArray eye_origin;
 layout(binding = 3) uniform usampler2DArray surroundings;
 layout(binding = 4) uniform usampler2DArray rows;
-layout(binding = 5) uniform usampler2DArray fill_steps;
+layout(binding = 5) uniform usampler2DArray fill_depth;
 layout(binding = 6) uniform usampler2D shares;  // of TABLE_SIZE entries, a row for each group
 layout(binding = 7) uniform sampler2D source_specular;
 layout(binding = 0, r8) uniform writeonly image2DArray reliability;
@@ -40,22 +40,6 @@ Around look_around(ivec3 at) {
         bend = max(bend, texelFetch(rows, ivec3(at.x, clamp(at.y + k * step, 0, size.y - 1), at.z), 0).y & 255u);
     int closeness = (near != 0u ? 1 : 0) + (nearer != 0u ? 1 : 0) + (here != 0u ? 1 : 0);
     return Around(float(sum) / float((right - left + 1) * (bottom - top + 1)), float(bend), closeness);
-}
-
-bool is_source(ivec3 at) {
-    return texelFetch(eye_origin, at, 0).x == ORIGIN_SOURCE;
-}
-
-/// Along the row too: fill_depth's second half.
-float fill_depth(ivec3 at) {
-    int best = int(texelFetch(fill_steps, at, 0).x);
-    for (int i = 1; i < best; ++i)
-        for (int k = -1; k <= 1; k += 2) {
-            ivec3 there = at + ivec3(k * i, 0, 0);
-            if (there.x >= 0 && there.x < size.x)
-                best = min(best, i + (is_source(there) ? 0 : int(texelFetch(fill_steps, there, 0).x)));
-        }
-    return float(best);
 }
 
 /// Whether the nearest sample of where the source shows what the eye sees is of a mirror.
@@ -100,7 +84,7 @@ void main() {
     risks[RISK_SPECULAR] = mirrored ? log_of(0.5 * contrast * min(1.0, parallax_px)) : 0.0;
     risks[RISK_DEPTH_ERROR] = log_of(n.eye.z * contrast);
     risks[RISK_OUTSIDE] = n.eye.y;
-    risks[RISK_FILL_DEPTH] = origin == ORIGIN_SOURCE ? 0.0 : log_of(fill_depth(at));
+    risks[RISK_FILL_DEPTH] = origin == ORIGIN_SOURCE ? 0.0 : log_of(float(texelFetch(fill_depth, at, 0).x));
     risks[RISK_BRIGHTNESS] = max(colour.r, max(colour.g, colour.b));
     risks[RISK_CODING] = log_of(TWENTIETHS * coding_loss(risks[RISK_TEXTURE]));
     int group = mirrored ? GROUP_MIRRORED : n.group_of_origin[origin / 4u][origin % 4u];

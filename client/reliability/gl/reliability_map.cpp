@@ -12,6 +12,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace equistream::gl {
 
@@ -52,8 +55,8 @@ Texture uploaded_shares() {
     return texture;
 }
 
-Program made(const char* file) {
-    return Program({{GL_COMPUTE_SHADER, file}});
+Program made(const char* file, std::span<const std::string> defines = {}) {
+    return Program({{GL_COMPUTE_SHADER, file}}, defines);
 }
 
 void write_to(const Texture& texture, GLenum format) {
@@ -64,8 +67,9 @@ void write_to(const Texture& texture, GLenum format) {
 
 ReliabilityMap::ReliabilityMap()
     : surroundings_pass_(made("map_surroundings.glsl")), rows_pass_(made("map_rows.glsl")),
-      fill_steps_pass_(made("map_fill_steps.glsl")), map_pass_(made("map.glsl")), shares_(uploaded_shares()),
-      numbers_(make_buffer(sizeof(MapNumbers), GL_DYNAMIC_STORAGE_BIT)) {}
+      column_steps_pass_(made("map_fill_depth.glsl")),
+      fill_depth_pass_(made("map_fill_depth.glsl", std::vector<std::string>{"ACROSS"})), map_pass_(made("map.glsl")),
+      shares_(uploaded_shares()), numbers_(make_buffer(sizeof(MapNumbers), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void ReliabilityMap::upload(const SourceView& source) {
     const ImageView<const float>& mask = source.specular;
@@ -88,7 +92,8 @@ void ReliabilityMap::size_for(const EyeTargets& targets) {
     eyes_ = targets.eyes();
     surroundings_ = make_layered_texture(size_, eyes_, GL_RGBA8UI);
     rows_ = make_layered_texture(size_, eyes_, GL_RG16UI);
-    fill_steps_ = make_layered_texture(size_, eyes_, GL_R8UI);
+    column_steps_ = make_layered_texture(size_, eyes_, GL_R8UI);
+    fill_depth_ = make_layered_texture(size_, eyes_, GL_R8UI);
     reliability_ = make_layered_texture(size_, eyes_, GL_R8);
 }
 
@@ -108,29 +113,38 @@ void ReliabilityMap::set_numbers(const SourceView& source, const JudgedEyes& jud
     glNamedBufferSubData(numbers_.name(), 0, sizeof numbers, &numbers);
 }
 
+void ReliabilityMap::find_fill_depth(const EyeTargets& targets) {
+    filled_.find(targets);
+    glBindTextureUnit(1, targets.origin());
+    glBindTextureUnit(5, column_steps_.name());
+    for (const auto& [program, to] :
+         {std::pair(&column_steps_pass_, &column_steps_), std::pair(&fill_depth_pass_, &fill_depth_)}) {
+        write_to(*to, GL_R8UI);
+        program->set("tile_grid", glm::ivec2(filled_.grid().width, filled_.grid().height));
+        filled_.dispatch(*program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    }
+}
+
 void ReliabilityMap::estimate(const SourceView& source, const SourceTextures& textures, const JudgedEyes& judged,
                               const ReliabilityOptions& options) {
     const EyeTargets& targets = judged.targets;
     assert(int(judged.eyes.size()) == targets.eyes());
     size_for(targets);
-    filled_.find(targets);
+    find_fill_depth(targets);
     set_numbers(source, judged, options);
     blocks_.set(source, judged.eyes);
     const std::array uniforms = {textures.grid(), blocks_.name(), numbers_.name()};
     for (GLuint i = 0; i < uniforms.size(); ++i)
         glBindBufferBase(GL_UNIFORM_BUFFER, i, uniforms[i]);
     const std::array sampled = {targets.colour(), targets.origin(),   judged.depth.texture, surroundings_.name(),
-                                rows_.name(),     fill_steps_.name(), shares_.name(),       specular_.name()};
+                                rows_.name(),     fill_depth_.name(), shares_.name(),       specular_.name()};
     for (GLuint i = 0; i < sampled.size(); ++i)
         glBindTextureUnit(i, sampled[i]);
     for (const Program* program : {&surroundings_pass_, &map_pass_})
         program->set("inverse_depth_scale", judged.depth.scale);
     write_to(surroundings_, GL_RGBA8UI);
     surroundings_pass_.dispatch(size_, eyes_);
-    write_to(fill_steps_, GL_R8UI);
-    filled_.bind();
-    fill_steps_pass_.set("tile_grid", glm::ivec2(filled_.grid().width, filled_.grid().height));
-    filled_.dispatch(fill_steps_pass_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     write_to(rows_, GL_RG16UI);
     rows_pass_.dispatch(size_, eyes_);

@@ -35,13 +35,14 @@ public:
 
 private:
     void size_for(const EyeTargets& targets);
+    void find_fill_depth(const EyeTargets& targets);
     void set_numbers(const SourceView& source, const JudgedEyes& judged, const ReliabilityOptions& options);
 
-    Program surroundings_pass_, rows_pass_, fill_steps_pass_, map_pass_;
+    Program surroundings_pass_, rows_pass_, column_steps_pass_, fill_depth_pass_, map_pass_;
     GapTiles filled_{GapTiles::Of::not_source};
     Size size_, specular_size_;
     int eyes_ = 0;
-    Texture surroundings_, rows_, fill_steps_, reliability_, shares_, specular_;
+    Texture surroundings_, rows_, column_steps_, fill_depth_, reliability_, shares_, specular_;
     Buffer numbers_;
     EyeBlocks blocks_;
 };

@@ -54,8 +54,10 @@ ivec2 wrapped(ivec2 s) {
     bool north = s.y < 0 && source_north_pole != 0, south = s.y >= source_size.y && source_south_pole != 0;
     if (north || south)
         s = ivec2(s.x + source_size.x / 2, north ? -1 - s.y : 2 * source_size.y - 1 - s.y);
-    if (source_closes != 0)
-        s.x = (s.x + 2 * source_size.x) % source_size.x;
+    // Where columns go round: nothing is further out than once round, and dividing whole numbers is slow.
+    int around = source_closes != 0 ? source_size.x : 0;
+    s.x += s.x < 0 ? around : 0;
+    s.x -= s.x >= source_size.x ? around : 0;
     return clamp(s, ivec2(0), source_size - 1);
 }
 

@@ -1,0 +1,136 @@
+/// The same eyes as two_eyes.cpp's by OpenGL, on whatever it finds: `surface` with its gap masks and `pushpull`, all
+/// depths and colours there already, against the CPU's; and against parts of itself and the reliability map alone.
+#include "two_eyes_stage.h"
+
+#include <fill/gl/push_pull.h>
+#include <gl/context.h>
+#include <reliability/gl/reliability_map.h>
+#include <reproject/gl/look_up.h>
+
+#include <equistream/error.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/fill.h>
+
+#include <benchmark/benchmark.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+namespace {
+
+using namespace equistream;
+
+struct GlEyes {
+    bench::TwoEyesStage stage;
+    SourceView source = stage.source();
+    std::array<EyeView, 2> eyes = {stage.eye(0), stage.eye(1)};
+    std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
+    gl::SourceTextures textures;
+    gl::EyeTargets targets;
+    gl::LookUp look_up{true};
+    gl::GapTiles gaps;
+    gl::PushPull push_pull;
+    gl::ReliabilityMap map;
+
+    explicit GlEyes(bench::BenchScene& scene) : stage(scene) {
+        textures.upload(source);
+        targets.size_for(bench::big_view, 2);
+        for (int i = 0; i < 2; ++i)
+            targets.upload_depth(i, bench::big_view, eyes[std::size_t(i)].depth_m);
+    }
+
+    void reproject() { look_up.reproject(source, textures, eyes, targets.depth(), targets); }
+    void fill() {
+        gaps.find(targets);
+        push_pull.fill(source, eyes, targets.depth(), gaps, targets);
+    }
+    void judge() {
+        const gl::EyeDepth depth = targets.depth();
+        map.estimate(source, textures, {eyes, depth, targets});
+    }
+};
+
+enum class Part { all, look_up, fill, map };
+
+/// Of the scene that was asked for last; null, and the benchmark left out, where there is no such scene or no OpenGL.
+GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
+    static std::unique_ptr<GlEyes> eyes;
+    static std::string of;
+    if (of == name)
+        return eyes.get();
+    bench::BenchScene* scene = bench::bench_scene(name);
+    if (scene == nullptr) {
+        state.SkipWithError("EQUISTREAM_SCENES is not set");
+        return nullptr;
+    }
+    try {
+        eyes.reset();
+        eyes = std::make_unique<GlEyes>(*scene);
+    } catch (const InputError& error) {
+        state.SkipWithError(error.what());
+        return nullptr;
+    }
+    of = name;
+    return eyes.get();
+}
+
+void by_gl(benchmark::State& state, const char* name, Part part) {
+    GlEyes* eyes = eyes_of(state, name);
+    if (eyes == nullptr)
+        return;
+    eyes->reproject();
+    eyes->fill();
+    for (auto _ : state) {
+        if (part == Part::fill) {
+            // Whose gaps are filled again, they must be gaps.
+            state.PauseTiming();
+            eyes->reproject();
+            glFinish();
+            state.ResumeTiming();
+        }
+        if (part == Part::all || part == Part::look_up)
+            eyes->reproject();
+        if (part == Part::all || part == Part::fill)
+            eyes->fill();
+        if (part == Part::map)
+            eyes->judge();
+        glFinish();
+    }
+}
+
+void by_cpu(benchmark::State& state, const char* name) {
+    GlEyes* eyes = eyes_of(state, name);
+    if (eyes == nullptr)
+        return;
+    const SourceView& source = eyes->source;
+    const auto engine = make_engine("surface");
+    const FillLadder ladder = make_fill_ladder("pushpull");
+    ladder[0]->set_frame({.main = &source});
+    EyePicture pictures[2];
+    for (auto _ : state) {
+        engine->set_source(source);
+        tbb::parallel_for(0, 2, [&](int i) {
+            const EyeView& eye = eyes->eyes[std::size_t(i)];
+            engine->reproject(eye, pictures[i]);
+            ladder[0]->fill(eye, pictures[i]);
+        });
+        benchmark::DoNotOptimize(pictures[1].rgba.samples().data());
+    }
+}
+
+[[maybe_unused]] const bool added = [] {
+    const auto add = [](const std::string& name, auto... arguments) {
+        benchmark::RegisterBenchmark(name.c_str(), arguments...)->UseRealTime()->Unit(benchmark::kMillisecond);
+    };
+    for (const char* scene : {"pavilion", "sponza-crytek"}) {
+        const std::string figure = std::string("gl_eyes_1080p_") + scene;
+        add(figure + "/ours", by_gl, scene, Part::all);
+        add(figure + "/cpu", by_cpu, scene);
+        add(figure + "/look_up", by_gl, scene, Part::look_up);
+        add(figure + "/push_pull", by_gl, scene, Part::fill);
+        add(figure + "/map", by_gl, scene, Part::map);
+    }
+    return true;
+}();
+
+}  // namespace

@@ -1,0 +1,109 @@
+/// Frame after frame of one size, nothing is made on the GPU but what the first one made.
+#include "filled_pictures.h"
+#include "gl_fixture.h"
+#include "patches_scene.h"
+#include "random_picture.h"
+
+#include <fill/gl/patch_look_up.h>
+#include <fill/gl/push_pull.h>
+#include <reliability/gl/reliability_map.h>
+#include <reproject/gl/look_up.h>
+
+#include <array>
+
+namespace equistream::test {
+namespace {
+
+using GlSteadyFrames = Gl;
+
+/// Counts what is made while it lives. Each of the calls must have been made before: only then its pointer is the
+/// driver's and not one that looks it up.
+class MadeObjects {
+public:
+    MadeObjects() {
+        count_ = 0;
+        textures_ = epoxy_glCreateTextures;
+        buffers_ = epoxy_glCreateBuffers;
+        framebuffers_ = epoxy_glCreateFramebuffers;
+        program_ = epoxy_glCreateProgram;
+        compile_ = epoxy_glCompileShader;
+        epoxy_glCreateTextures = [](GLenum target, GLsizei n, GLuint* names) { ++count_, textures_(target, n, names); };
+        epoxy_glCreateBuffers = [](GLsizei n, GLuint* names) { ++count_, buffers_(n, names); };
+        epoxy_glCreateFramebuffers = [](GLsizei n, GLuint* names) { ++count_, framebuffers_(n, names); };
+        epoxy_glCreateProgram = [] { return ++count_, program_(); };
+        epoxy_glCompileShader = [](GLuint shader) { ++count_, compile_(shader); };
+    }
+    ~MadeObjects() {
+        epoxy_glCreateTextures = textures_;
+        epoxy_glCreateBuffers = buffers_;
+        epoxy_glCreateFramebuffers = framebuffers_;
+        epoxy_glCreateProgram = program_;
+        epoxy_glCompileShader = compile_;
+    }
+    MadeObjects(const MadeObjects&) = delete;
+    MadeObjects& operator=(const MadeObjects&) = delete;
+    int count() const { return count_; }
+
+private:
+    static inline int count_ = 0;
+    static inline decltype(epoxy_glCreateTextures) textures_ = nullptr;
+    static inline decltype(epoxy_glCreateBuffers) buffers_ = nullptr;
+    static inline decltype(epoxy_glCreateFramebuffers) framebuffers_ = nullptr;
+    static inline decltype(epoxy_glCreateProgram) program_ = nullptr;
+    static inline decltype(epoxy_glCompileShader) compile_ = nullptr;
+};
+
+TEST_F(GlSteadyFrames, MakeNothing) {
+    FillScene scene;
+    const Rendered rendered = render(wall_alone, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, scene.right);
+    const SourceView small = rendered.source(0.063);
+    Patches made;
+    made.render_from(scene.left);
+    const PatchesView patches = made.view(scene.left);
+    gl::SourceTextures main_textures, small_textures;
+    gl::PatchTextures patch_textures;
+    gl::EyeTargets targets;
+    gl::GapTiles gaps;
+    gl::LookUp engine(true);
+    gl::GapLookUp look_up;
+    gl::PatchLookUp patch_look_up;
+    gl::PushPull push_pull;
+    gl::ReliabilityMap map;
+    std::mt19937 random(3);
+    const auto frame = [&](const Pose& pose) {
+        main_textures.upload(scene.main_view);
+        small_textures.upload(small);
+        patch_textures.upload(patches);
+        map.upload(scene.main_view);
+        targets.size_for(scene.camera, 2);
+        const std::array eyes = {scene.eye, EyeView{scene.camera, pose, scene.eye.depth_m}};
+        for (int k = 0; k < 2; ++k)
+            targets.upload_depth(k, scene.camera, scene.eye.depth_m);
+        const gl::EyeDepth depth = targets.depth();
+        engine.reproject(scene.main_view, main_textures, eyes, depth, targets);
+        upload(RandomPicture(scene.camera.width, scene.camera.height, random).picture, 1, targets);
+        gaps.find(targets);
+        const gl::GapTargets to{eyes, depth, gaps, targets};
+        patch_look_up.fill(patches, patch_textures, to);
+        look_up.fill_wide({small, small_textures, PixelOrigin::small}, to);
+        look_up.fill({small, small_textures, PixelOrigin::small}, to);
+        push_pull.fill(scene.main_view, eyes, depth, gaps, targets);
+        map.estimate(scene.main_view, main_textures, {eyes, depth, targets});
+        EyePicture picture;
+        targets.download(1, picture);
+        return picture.count(PixelOrigin::gap);
+    };
+    frame(scene.right);
+    GLuint framebuffer = 0;
+    glCreateFramebuffers(1, &framebuffer);
+    const gl::Framebuffer owner(framebuffer);
+    const MadeObjects made_since;
+    for (const double y : {0.01, -0.02, 0.03})
+        EXPECT_EQ(frame({{0.02, y, 0}, yaw_pitch(y, 0)}), 0) << "no gap stays open";
+    EXPECT_EQ(made_since.count(), 0);
+    const gl::GapLookUp another;
+    EXPECT_GE(made_since.count(), 3) << "programs, shaders and buffers count";
+}
+
+}  // namespace
+}  // namespace equistream::test
