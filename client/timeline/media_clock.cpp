@@ -59,9 +59,18 @@ void MediaClock::estimate() {
     path_delay_s_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < recent; ++i)
         path_delay_s_ = std::min(path_delay_s_, sample(i).offset_s);
-    for (std::size_t i = 0; i < recent; ++i)
-        if (const double excess_s = sample(i).offset_s - path_delay_s_; excess_s <= options_.max_delay_s)
+    // A stall's frames are no jitter, nor are the last ones that it held back, which are less late but came with them.
+    bool stalled = false;
+    double before_s = 0;
+    for (std::size_t i = recent; i-- > 0;) {
+        const double excess_s = sample(i).offset_s - path_delay_s_;
+        stalled = excess_s > options_.max_delay_s || (stalled && sample(i).arrival_s - before_s < interval_s_ / 2);
+        before_s = sample(i).arrival_s;
+        if (!stalled)
             values[count++] = excess_s;
+    }
+    if (count == 0)
+        values[count++] = 0;  // all is one stall's
     const auto rank = std::size_t(std::ceil(options_.on_time_share * double(count)));
     const auto on_time = values.begin() + std::ptrdiff_t(std::clamp<std::size_t>(rank, 1, count) - 1);
     std::nth_element(values.begin(), on_time, values.begin() + std::ptrdiff_t(count));

@@ -68,7 +68,8 @@ public:
     void arrived(double frame_time_s, double arrival_s);
     /// No more will.
     void end() { ended_ = true; }
-    /// At a refresh that is seen at `display_s`; these ascend. Nothing before the first frame has come.
+    /// At a refresh; these ascend. Either when each is made or when it is seen: what lies between is delay as any
+    /// other. Nothing before the first frame has come.
     std::optional<MediaTime> at(double display_s);
 
     /// How much later than the path's own delay frames are shown, once level.

@@ -232,6 +232,19 @@ TEST(MediaClock, AWindowThatWasHiddenComesBackWhereTheStreamIs) {
     EXPECT_EQ(shown.back().time.state, ClockState::playing);
 }
 
+TEST(MediaClock, AStallLeavesThePlayoutDelayAsItWas) {
+    MediaClock clock;
+    const auto shown = watch(clock, dammed_up(), 9);
+    EXPECT_NEAR(clock.playout_delay_s(), MediaClockOptions{}.min_delay_s, 1e-9);
+    MediaClock fresh;  // and one that has seen nothing else
+    for (std::int64_t i = 0; i < 40; ++i)
+        fresh.arrived(double(i) * interval_s, 5 + 1e-4 * double(i));
+    const auto time = fresh.at(5.1);
+    ASSERT_TRUE(time);
+    EXPECT_TRUE(std::isfinite(time->frame_time_s));
+    EXPECT_NEAR(fresh.playout_delay_s(), MediaClockOptions{}.min_delay_s, 1e-9);
+}
+
 TEST(MediaClock, EndsOnTheLastFrame) {
     MediaClock clock;
     auto shown = watch(clock, frames(0, 2, [](double) { return 0.05; }), 2.03);
