@@ -230,6 +230,12 @@ TEST(MediaClock, AWindowThatWasHiddenComesBackWhereTheStreamIs) {
     EXPECT_NEAR(back->frame_time_s, 7 - 0.05 - clock.playout_delay_s(), 1e-6);
     EXPECT_EQ(clock.cuts(), 1);
     EXPECT_EQ(shown.back().time.state, ClockState::playing);
+
+    MediaClock carried;  // hidden while things were carried on beyond the last frame
+    const auto before = watch(carried, frames(0, 4, [](double) { return 0.05; }), 5);
+    EXPECT_GT(before.back().time.frame_time_s, 4);
+    EXPECT_EQ(carried.at(8)->frame_time_s, before.back().time.frame_time_s);
+    EXPECT_EQ(carried.cuts(), 0);
 }
 
 TEST(MediaClock, AStallLeavesThePlayoutDelayAsItWas) {

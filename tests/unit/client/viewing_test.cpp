@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -157,6 +158,62 @@ TEST(Viewing, EndsWhereNothingComesAtAll) {
     EXPECT_LT(viewing.refreshes.size(), 400u);
     EXPECT_EQ(viewing.report.blank, viewing.report.refreshes);
     EXPECT_TRUE(simulate_viewing({}, steady_head, network).refreshes.empty());
+}
+
+/// Whatever the network does, frames' time goes forward at no more than its highest rate, but for counted cuts, and the
+/// last that came is what is seen at the end.
+TEST(Viewing, AnyNetworkIsShownCalmly) {
+    std::mt19937 random(11);
+    const auto uniform = [&](double low, double high) {
+        return low + (high - low) * double(random()) / double(std::mt19937::max());
+    };
+    std::int64_t cuts = 0, lost = 0, thinned = 0;
+    for (std::uint64_t run = 0; run < 120; ++run) {
+        NetworkConditions network{.delay_s = uniform(0, 0.3),
+                                  .jitter_s = run % 3 == 0 ? uniform(0, 1) : uniform(0, 0.1),
+                                  .loss = run % 2 == 0 ? 0 : uniform(0, 0.1),
+                                  .bandwidth_bps = run % 5 == 0 ? 0 : uniform(2e6, 40e6),
+                                  .datagrams = run % 4 == 1,
+                                  .seed = run};
+        for (double t = uniform(0, 3); t < 8; t += uniform(0.5, 4))
+            network.stalls.push_back({t, uniform(0, run % 7 == 0 ? 9 : 1)});
+        ViewingOptions options;
+        options.refresh_hz = uniform(20, 144);
+        const auto frames = served(240, steady_head, std::int64_t(uniform(1000, 30000)), std::int64_t(run));
+        const Viewing viewing = simulate_viewing(frames, steady_head, network, options);
+        SCOPED_TRACE(run);
+        std::int64_t jumps = 0, newest = -1;
+        double last_s = -1;
+        ASSERT_FALSE(viewing.refreshes.empty());
+        for (std::size_t i = 0; i < viewing.refreshes.size(); ++i) {
+            const ViewedRefresh& r = viewing.refreshes[i];
+            ASSERT_EQ(r.number, viewing.refreshes.front().number + std::int64_t(i));
+            if (!r.frame) {
+                ASSERT_EQ(last_s, -1) << "blank again";
+                continue;
+            }
+            ASSERT_GE(r.carried_on_s, -1e-6);
+            ASSERT_LE(r.frame->arrival_s, r.display_s - options.photon_s);
+            const double time_s = r.frame->frame_time_s + r.carried_on_s;
+            if (last_s >= 0) {
+                ASSERT_GE(time_s, last_s - 1e-9) << r.display_s;
+                jumps += time_s - last_s > options.clock.max_rate / options.refresh_hz + 1e-9;
+            }
+            last_s = time_s;
+            newest = std::max(newest, r.frame->number);
+        }
+        EXPECT_LE(jumps, viewing.report.cuts);
+        if (viewing.report.frames_lost == 0) {
+            EXPECT_EQ(viewing.refreshes.back().frame->number, 239 + std::int64_t(run));
+        }
+        EXPECT_EQ(viewing.refreshes.back().frame->number, newest);
+        cuts += viewing.report.cuts;
+        lost += viewing.report.frames_lost;
+        thinned += viewing.report.deliveries.thinned;
+    }
+    EXPECT_GT(cuts, 0);
+    EXPECT_GT(lost, 0);
+    EXPECT_GT(thinned, 0);
 }
 
 TEST(Viewing, IsTheSameEveryTime) {
