@@ -19,9 +19,12 @@ std::atomic<std::int64_t> allocations{0};
 }  // namespace
 
 // Of the whole program, so that a test can see that nobody allocates.
-void* operator new(std::size_t size) {
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
     ++allocations;
-    if (void* memory = std::malloc(size))
+    return std::malloc(size);
+}
+void* operator new(std::size_t size) {
+    if (void* memory = operator new(size, std::nothrow))
         return memory;
     throw std::bad_alloc();
 }
