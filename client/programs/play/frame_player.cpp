@@ -197,15 +197,21 @@ PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {
     return camera;
 }
 
-FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye) const {
+FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh) const {
     FrameInfo info = frame.main.info;
     info.camera = eye_camera(frame.main.info);
     info.eye = eye;
     info.lock = AxisLock::path;
     if (settings_.ipd_m)
         info.ipd_m = *settings_.ipd_m;
-    if (!head_path_.empty())
+    if (refresh != nullptr) {
+        info.index = refresh->number;
+        info.time_s = refresh->display_s;
+        info.frames_per_second = refresh->refresh_hz;
+        info.head = refresh->head;
+    } else if (!head_path_.empty()) {
         info.head = head_path_.at(info.time_s);
+    }
     info.camera_pose = camera_pose(info.camera, info.head, eye, info.ipd_m, AxisLock::path);
     return info;
 }
@@ -320,15 +326,15 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     played.figures.milliseconds[std::size_t(Stage::reliability)].push_back(parts_[part::reliability()]);
 }
 
-void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played) {
+void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh) {
     require_tagged_size(frame.main, settings_.source);
     if (frame.small)
         require_tagged_size(*frame.small, settings_.source);
-    played.left.info = eye_info(frame, Eye::left);
-    played.right.info = eye_info(frame, Eye::right);
+    played.left.info = eye_info(frame, Eye::left, refresh);
+    played.right.info = eye_info(frame, Eye::right, refresh);
     played.figures = {};
-    played.figures.index = frame.main.info.index;
-    played.figures.time_s = frame.main.info.time_s;
+    played.figures.index = played.left.info.index;
+    played.figures.time_s = played.left.info.time_s;
     played.figures.has_small = frame.small.has_value();
     played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left.info, frame.main.info) ||
                                                       leaves_head_box(played.right.info, frame.main.info));

@@ -42,6 +42,14 @@ struct PlayedFrame {
     std::vector<PartTimes> parts;  ///< what its time went into, for each repetition
 };
 
+/// A refresh of a display, which shows the head where it is then and not where the frame was made for.
+struct RefreshMoment {
+    std::int64_t number = 0;
+    double display_s = 0;
+    double refresh_hz = 0;
+    Pose head;
+};
+
 class FramePlayer {
 public:
     /// Reads the head's path and the scene's description.
@@ -57,8 +65,11 @@ public:
     void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
     /// Whether patches came whose depth neither the stream had nor OpenGL drew.
     bool missed_patch_depth() const { return missed_patch_depth_; }
-    /// `played` keeps its memory from the frame before.
-    void play(const ReceivedFrame& frame, PlayedFrame& played);
+    /// `played` keeps its memory from the frame before. At a refresh: of its number and time; what the frame shows
+    /// stays as it was at the frame's own time.
+    void play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr);
+    /// Where the head is, by the path that was given; there must be one.
+    Pose head_at(double time_s) const { return head_path_.at(time_s); }
     /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
     /// after it are played in another way. Tracks that are not decoded cannot be had in the middle of a stream, so
     /// there are only ways that need no other of those that came than the first choice; what they do not need is
@@ -87,7 +98,7 @@ private:
     void make_depth_source(const FrameInfo& first, const std::string& depth, Report& report);
     void check_size(const ReceivedFrame& first) const;
     void check_scene(const FrameInfo& first, Report& report) const;
-    FrameInfo eye_info(const ReceivedFrame& frame, Eye eye) const;
+    FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
     /// Of the frame, by whoever gives depth at its time.
     void take_depths(const ReceivedFrame& frame, PlayedFrame& played);

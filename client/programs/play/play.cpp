@@ -20,7 +20,7 @@ struct Arguments {
     std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on",
                              mirrors = "images", rechoose = "on";
     std::optional<cli::FrameRange> frames;
-    double fov_deg = 0, ipd_m = 0;
+    double fov_deg = 0, ipd_m = 0, refresh_hz = 90;
 };
 
 template <typename Value>
@@ -66,11 +66,24 @@ void choose_layout(Arguments& arguments, const CLI::App& app) {
             "files for --format exr, which keeps each eye's camera", layout);
 }
 
+void choose_refreshes(Arguments& arguments, const CLI::App& app) {
+    play::Settings& settings = arguments.settings;
+    settings.conditions = parse_network(settings.network, "--network");
+    if (app.count("--refresh") == 0 && app.count("--network") == 0)
+        return;
+    require(arguments.refresh_hz >= 1 && arguments.refresh_hz <= 1000, "--refresh", "1 to 1000 Hz",
+            in_words(arguments.refresh_hz));
+    require(!settings.head.empty(), app.count("--refresh") > 0 ? "--refresh" : "--network",
+            "--head CSV beside it, of a head that moves on while frames are late", "none");
+    settings.refresh_hz = arguments.refresh_hz;
+}
+
 void complete(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
     choose_layout(arguments, app);
+    choose_refreshes(arguments, app);
     constexpr std::array depths = {"ray", "gl", "gl-cube", "stream", "exact"};
     require(app.count("--depth") == 0 || std::ranges::find(depths, settings.depth) != depths.end(), "--depth",
             "ray, gl, gl-cube, stream or exact", "'" + settings.depth + "'");
@@ -177,6 +190,11 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
     app.add_option("--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame")
         ->capture_default_str();
+    app.add_option(
+        "--refresh", arguments->refresh_hz,
+        "Write what is seen at each refresh of a display of so many Hz, of the frames that have come by then "
+        "and of where --head is foretold to be; default: 90 with --network, else one picture a frame");
+    app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
     app.add_flag("--json", settings.json, "Print the report as JSON instead of a table");
     app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
     app.add_option("--out", settings.out, "Folder for left/, right/, gaps/ and report.json")->required();

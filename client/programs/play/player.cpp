@@ -10,9 +10,11 @@
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 #include <equistream/writable_folder.h>
+#include <equistream_client/viewing.h>
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -84,6 +86,20 @@ Plan widest_plan(const Settings& settings) {
             .mirrors = settings.asks_for_mirrors()};
 }
 
+/// A frame and the bytes that came with it.
+struct Incoming {
+    ReceivedFrame frame;
+    std::int64_t bytes = 0;
+};
+
+/// A frame that is shown again was not decoded again.
+void forget_decoding(ReceivedFrame& frame) {
+    frame.main.decode_ms = frame.main.convert_ms = 0;
+    for (auto* other : {&frame.small, &frame.hidden, &frame.patches})
+        if (*other)
+            (*other)->decode_ms = (*other)->convert_ms = 0;
+}
+
 class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
@@ -97,39 +113,31 @@ public:
                                             .last_frame = settings.frames.last,
                                             .frames_ahead = 1});
         player_ = std::make_unique<FramePlayer>(settings);
-        first_ = feed_->next();
+        first_ = read();
         if (!first_)
             throw InputError(expected_found(
                 settings.source,
                 settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
                 feed_->truncation().empty() ? "none" : feed_->truncation()));
-        player_->prepare(*first_, report_);
+        player_->prepare(first_->frame, report_);
         if (settings.method == "auto")
-            second_ = feed_->next();
-        player_->settle(*first_, second_ ? &*second_ : nullptr, report_);
+            second_ = read();
+        player_->settle(first_->frame, second_ ? &second_->frame : nullptr, report_);
         left_out_ = unneeded_roles({.method = report_.method,
                                     .depth = report_.depth,
                                     .fill = report_.fill,
                                     .mirrors = settings.asks_for_mirrors()})
                         .to_ulong();
-        if (first_->posed)
-            report_.source = first_->main.info;
+        if (first_->frame.posed)
+            report_.source = first_->frame.main.info;
         outputs_ = std::make_unique<Outputs>(settings);
     }
 
-    void all_frames() {
-        PlayedFrame played;
-        const auto next = [&] { return second_ ? std::exchange(second_, std::nullopt) : feed_->next(); };
-        for (std::optional<ReceivedFrame> frame = std::move(first_); frame; frame = next()) {
-            player_->rechoose(played, frame->main.info.index, report_);
-            player_->play(*frame, played);
-            const auto start = Clock::now();
-            outputs_->write(played);
-            played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
-            report_.frames.push_back(std::move(played.figures));
-            progress_.step(feed_->fraction_done().value_or(0), "frame " + std::to_string(frame->main.info.index));
-            player_->remember(std::move(*frame));
-        }
+    void all_pictures() {
+        if (report_.settings.refresh_hz)
+            all_refreshes();
+        else
+            all_frames();
     }
 
     void end() {
@@ -157,6 +165,87 @@ public:
     Report take_report() { return std::move(report_); }
 
 private:
+    std::optional<Incoming> read() {
+        std::optional<ReceivedFrame> frame = feed_->next();
+        if (!frame)
+            return std::nullopt;
+        std::int64_t bytes = 0;
+        for (const FeedTrack& track : feed_->tracks())
+            bytes += track.bytes;
+        return Incoming{std::move(*frame), bytes - std::exchange(read_bytes_, bytes)};
+    }
+
+    /// The next one to be played.
+    std::optional<Incoming> next() {
+        for (std::optional<Incoming>* waiting : {&first_, &second_})
+            if (*waiting)
+                return std::exchange(*waiting, std::nullopt);
+        return read();
+    }
+
+    void all_frames() {
+        PlayedFrame played;
+        while (std::optional<Incoming> incoming = next()) {
+            const std::int64_t index = incoming->frame.main.info.index;
+            player_->rechoose(played, index, report_);
+            player_->play(incoming->frame, played);
+            write(played);
+            progress_.step(feed_->fraction_done().value_or(0), "frame " + std::to_string(index));
+            player_->remember(std::move(incoming->frame));
+        }
+    }
+
+    void all_refreshes() {
+        report_.viewing.emplace();
+        viewing_ = std::make_unique<Simulation>(report_.settings.conditions,
+                                                ViewingOptions{.refresh_hz = *report_.settings.refresh_hz},
+                                                [this](double time_s) { return player_->head_at(time_s); });
+        PlayedFrame played;
+        std::shared_ptr<ReceivedFrame> shown;
+        for (;;) {
+            while (viewing_->needs_frame())
+                send_next();
+            const std::optional<ViewedRefresh> refresh = viewing_->next();
+            if (!refresh)
+                break;
+            report_.viewing->refreshes.push_back(*refresh);
+            if (!refresh->frame)
+                continue;
+            if (shown == viewing_->shown()) {
+                forget_decoding(*shown);
+            } else {
+                if (shown)
+                    player_->remember(std::move(*shown));
+                shown = viewing_->shown();
+            }
+            player_->rechoose(played, refresh->number, report_);
+            const RefreshMoment moment{refresh->number, refresh->display_s, *report_.settings.refresh_hz,
+                                       refresh->predicted_head};
+            player_->play(*shown, played, &moment);
+            write(played);
+            progress_.step(feed_->fraction_done().value_or(0), "refresh " + std::to_string(refresh->number));
+        }
+    }
+
+    void send_next() {
+        std::optional<Incoming> incoming = next();
+        if (!incoming) {
+            viewing_->end();
+            return;
+        }
+        const FrameInfo& info = incoming->frame.main.info;
+        // A server that renders for this viewer has the head of that time.
+        const ServedFrame served{info.index, info.time_s, player_->head_at(info.time_s), incoming->bytes};
+        viewing_->send(served, std::make_shared<ReceivedFrame>(std::move(incoming->frame)));
+    }
+
+    void write(PlayedFrame& played) {
+        const auto start = Clock::now();
+        outputs_->write(played);
+        played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
+        report_.frames.push_back(std::move(played.figures));
+    }
+
     void note_head_box() {
         const auto outside = std::ranges::count_if(report_.frames, &FrameFigures::outside_head_box);
         if (outside > 0)
@@ -175,6 +264,10 @@ private:
     void write_report() {
         report_.tracks = feed_->tracks();
         report_.output_bytes = outputs_->bytes();
+        if (report_.viewing) {
+            report_.viewing->report = report_viewing(report_.viewing->refreshes, *report_.settings.refresh_hz);
+            viewing_->add_figures(report_.viewing->report);
+        }
         write_file_atomically(report_.settings.out / "report.json", report_.json().dump(1) + "\n");
     }
 
@@ -184,7 +277,10 @@ private:
     std::unique_ptr<FrameFeed> feed_;
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
-    std::optional<ReceivedFrame> first_, second_;  ///< as far as they were read before the first is played
+    std::int64_t read_bytes_ = 0;
+    std::optional<Incoming> first_, second_;  ///< as far as they were read before the first is played
+    using Simulation = ViewingSimulation<std::shared_ptr<ReceivedFrame>>;
+    std::unique_ptr<Simulation> viewing_;  ///< where there are refreshes
 };
 
 }  // namespace
@@ -192,7 +288,7 @@ private:
 Report play(const Settings& settings) {
     Run run(settings);
     try {
-        run.all_frames();
+        run.all_pictures();
         run.end();
     } catch (const InputError& e) {
         run.keep_what_there_is();

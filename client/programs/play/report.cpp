@@ -157,6 +157,8 @@ Json settings_json(const Settings& settings) {
     json["size"] = settings.size ? Json({settings.size->width, settings.size->height}) : Json();
     json["fov_deg"] = settings.fov_deg ? Json(*settings.fov_deg) : Json();
     json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
+    json["refresh_hz"] = settings.refresh_hz ? Json(*settings.refresh_hz) : Json();
+    json["network"] = settings.network;
     json["format"] = settings.format == Format::png ? "png" : settings.format == Format::exr ? "exr" : "mp4";
     return json;
 }
@@ -191,6 +193,8 @@ Json Report::json() const {
     json["bytes"] = {{"output", output_bytes}, {"input", Json::object()}};
     for (const FeedTrack& track : tracks)
         json["bytes"]["input"][track.name] = {{"bytes", track.bytes}, {"pictures", track.pictures}};
+    if (viewing)
+        json["viewing"] = viewing_json(viewing->report, viewing->refreshes);
     json["frames"] = Json::array();
     for (const FrameFigures& frame : frames) {
         Json entry = {{"index", frame.index}, {"time_s", frame.time_s}, {"small", frame.has_small}};
@@ -205,7 +209,8 @@ Json Report::json() const {
 }
 
 std::string Report::table() const {
-    std::string out = formatted("%zu frames, method %s, depth %s%s\n", frames.size(), method.c_str(), depth.c_str(),
+    std::string out = formatted("%zu %s, method %s, depth %s%s\n", frames.size(), viewing ? "refreshes" : "frames",
+                                method.c_str(), depth.c_str(),
                                 depth_reuse         ? ", the sphere's carried on from frame to frame"
                                 : gl_driver.empty() ? ""
                                                     : (" by " + gl_driver).c_str());
@@ -238,6 +243,8 @@ std::string Report::table() const {
     for (const FeedTrack& track : tracks)
         out += formatted("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
                          static_cast<long long>(track.pictures));
+    if (viewing)
+        out += viewing->report.table();
     return out;
 }
 

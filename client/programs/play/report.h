@@ -7,6 +7,7 @@
 #include <equistream_client/receive.h>
 #include <equistream_client/specular.h>
 #include <equistream_client/view.h>
+#include <equistream_client/viewing.h>
 
 #include <nlohmann/json.hpp>
 
@@ -52,7 +53,8 @@ struct Report {
     std::optional<Choice> choice;  ///< of --method auto, at the start
     std::vector<Change> changes;   ///< of it, while playing
     std::vector<std::string> notes;
-    std::vector<FrameFigures> frames;
+    std::vector<FrameFigures> frames;  ///< or refreshes that are not blank
+    std::optional<Viewing> viewing;    ///< where there are refreshes
     std::vector<FeedTrack> tracks;
     std::optional<FrameInfo> source;  ///< of the first main picture; nothing where it is foreign video
     std::string truncation;

@@ -1,6 +1,7 @@
 #pragma once
 /// What `equistream play` was asked to do.
 #include <equistream_cli/program.h>
+#include <equistream_client/delivery_simulator.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/specular.h>
 #include <equistream_client/stereo_layout.h>
@@ -39,6 +40,9 @@ struct Settings {
     const Anaglyph* anaglyph = nullptr;  ///< for that layout
     cli::FrameRange frames{0, std::numeric_limits<std::int64_t>::max()};
     int repeat = 1;
+    std::optional<double> refresh_hz;  ///< set: one picture per refresh of a display, of what has come by then
+    std::string network;               ///< as given, for reports
+    NetworkConditions conditions;      ///< what it says
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
     std::filesystem::path out;
