@@ -23,8 +23,29 @@ std::string last_error() {
     return glfwGetError(&text) == GLFW_NO_ERROR || text == nullptr ? "no reason given" : text;
 }
 
+/// Events are handled in their order, so that a drag counts that began and ended within one refresh.
+struct Pointed {
+    Inputs inputs;
+    double x = 0, y = 0;
+    bool dragging = false;
+};
+
+Pointed* pointed_of(GLFWwindow* window) {
+    return static_cast<Pointed*>(glfwGetWindowUserPointer(window));
+}
+
 Inputs* inputs_of(GLFWwindow* window) {
-    return static_cast<Inputs*>(glfwGetWindowUserPointer(window));
+    return &pointed_of(window)->inputs;
+}
+
+void on_cursor(GLFWwindow* window, double x, double y) {
+    Pointed& pointed = *pointed_of(window);
+    if (pointed.dragging) {
+        pointed.inputs.drag_x += x - pointed.x;
+        pointed.inputs.drag_y += y - pointed.y;
+    }
+    pointed.x = x;
+    pointed.y = y;
 }
 
 void on_key(GLFWwindow* window, int key, int, int action, int modifiers) {
@@ -38,6 +59,8 @@ void on_scroll(GLFWwindow* window, double, double y) {
 }
 
 void on_button(GLFWwindow* window, int button, int action, int) {
+    if (button == GLFW_MOUSE_BUTTON_LEFT)
+        pointed_of(window)->dragging = action == GLFW_PRESS;
     if (button != GLFW_MOUSE_BUTTON_RIGHT || action != GLFW_PRESS)
         return;
     double x = 0, y = 0;
@@ -53,6 +76,8 @@ double beyond_dead_zone(float x) {
 }
 
 }  // namespace
+
+struct Window::Pointer : Pointed {};
 
 std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size, bool visible) {
     if (glfwInit() != GLFW_TRUE)
@@ -75,14 +100,15 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size, bo
     return opened;
 }
 
-Window::Window(GLFWwindow* window) : window_(window) {
-    glfwSetWindowUserPointer(window_, &inputs_);
+Window::Window(GLFWwindow* window) : window_(window), pointer_(std::make_unique<Pointer>()) {
+    glfwSetWindowUserPointer(window_, static_cast<Pointed*>(pointer_.get()));
     glfwSetKeyCallback(window_, on_key);
+    glfwSetCursorPosCallback(window_, on_cursor);
     glfwSetScrollCallback(window_, on_scroll);
     glfwSetMouseButtonCallback(window_, on_button);
     make_current();
     glfwSwapInterval(1);
-    glfwGetCursorPos(window_, &cursor_x_, &cursor_y_);
+    glfwGetCursorPos(window_, &pointer_->x, &pointer_->y);
 }
 
 Window::~Window() {
@@ -101,17 +127,8 @@ void Window::release() {
 }
 
 Inputs Window::poll() {
-    inputs_ = {};
     glfwPollEvents();
-    double x = 0, y = 0;
-    glfwGetCursorPos(window_, &x, &y);
-    if (glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS) {
-        inputs_.drag_x = x - cursor_x_;
-        inputs_.drag_y = y - cursor_y_;
-    }
-    cursor_x_ = x;
-    cursor_y_ = y;
-    return std::exchange(inputs_, {});
+    return std::exchange(pointer_->inputs, {});
 }
 
 bool Window::is_down(int key) const {

@@ -56,9 +56,10 @@ public:
 private:
     explicit Window(GLFWwindow* window);
 
+    struct Pointer;
+
     GLFWwindow* window_;
-    Inputs inputs_;
-    double cursor_x_ = 0, cursor_y_ = 0;
+    std::unique_ptr<Pointer> pointer_;
     int left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< before it went full screen
 };
 

@@ -52,7 +52,7 @@ vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
     }
     if (overlay == OVERLAY_reliability && has_reliability != 0) {
         float trusted = texelFetch(reliability, ivec3(at, eye), 0).x;
-        return mix(vec3(1.0, 0.1, 0.1), seen, trusted * trusted);
+        return mix(vec3(1.0, 0.1, 0.1), seen, trusted);
     }
     return seen;
 }

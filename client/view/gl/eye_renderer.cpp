@@ -11,6 +11,13 @@
 
 namespace equistream::gl {
 
+namespace {
+
+/// What was seen longer ago, or (after a jump in time) later, is no part of the same walk.
+constexpr double longest_memory_s = 1;
+
+}  // namespace
+
 /// The client's own geometry, where it is at the time of the frame that is shown.
 struct EyeRenderer::Geometry {
     Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m)
@@ -47,6 +54,14 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     if (geometry_ != nullptr)
         geometry_->set_time(current().frame()->main.info.time_s);
     times.mark(RenderStage::upload);
+}
+
+const FrameTextures* EyeRenderer::earlier() const {
+    const FrameTextures& other = frames_[1 - current_];
+    if (other.frame() == nullptr)
+        return nullptr;
+    const double before_s = frame().main.info.time_s - other.frame()->main.info.time_s;
+    return before_s > 0 && before_s <= longest_memory_s ? &other : nullptr;
 }
 
 EyeDepth EyeRenderer::depth() const {
@@ -86,9 +101,8 @@ void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
             gap_look_up_.fill({hidden->view, hidden->textures, PixelOrigin::hidden}, to);
         if (current().patches() != nullptr)
             patch_look_up_.fill(current().patches_view(), *current().patches(), to);
-        const FrameTextures& earlier = frames_[1 - current_];
-        if (earlier.frame() != nullptr && earlier.main().textures.depth() != 0)
-            gap_look_up_.fill({earlier.main().view, earlier.main().textures, PixelOrigin::earlier}, to);
+        if (const FrameTextures* earlier = this->earlier(); earlier != nullptr && earlier->main().textures.depth() != 0)
+            gap_look_up_.fill({earlier->main().view, earlier->main().textures, PixelOrigin::earlier}, to);
         gaps_.find(targets);
     }
     push_pull_.fill(current().main().view, eyes_, depth, gaps_, targets);

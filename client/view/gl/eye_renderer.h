@@ -57,6 +57,8 @@ private:
     struct Geometry;
 
     FrameTextures& current() { return frames_[current_]; }
+    /// The frame shown before; null: there is none that gaps may be filled from.
+    const FrameTextures* earlier() const;
     void find_depth();
     void fill(const EyeDepth& depth, const EyeTargets& targets);
 

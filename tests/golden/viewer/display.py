@@ -1,0 +1,95 @@
+"""A display without a screen, and a viewer on it that a program steers and looks at."""
+
+import os
+import pathlib
+import subprocess
+import time
+
+import numpy as np
+from PIL import Image
+
+PATIENCE_S = 120
+
+
+def wait_for(found, what):
+    """The first thing that found() gives which is not None or False."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        result = found()
+        if result is not None and result is not False:
+            return result
+        time.sleep(0.05)
+    raise AssertionError(f"waited {PATIENCE_S} s for {what}")
+
+
+class Display:
+    """Xvfb on a number that it finds itself."""
+
+    def __init__(self):
+        reading, writing = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"], pass_fds=[writing],
+                                       stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as number:
+            self.name = ":" + number.readline().strip()
+        self.environment = {**os.environ, "DISPLAY": self.name, "WAYLAND_DISPLAY": "", "LIBGL_ALWAYS_SOFTWARE": "1"}
+
+    def close(self):
+        self.server.terminate()
+        self.server.wait()
+
+    def tool(self, *words):
+        return subprocess.run(["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, check=False).stdout.split()
+
+
+class ViewerProcess:
+    """`equistream view` with pictures going to `out`."""
+
+    def __init__(self, display, program, out, *words):
+        self.display, self.out, self.pictures = display, pathlib.Path(out), 0
+        self.process = subprocess.Popen([str(word) for word in [program, "view", *words, "--out", out]], env=display.environment, stderr=subprocess.PIPE,
+                                        text=True)
+        self.window = wait_for(self.find_window, "the viewer's window")
+        # Without a window manager the keyboard is whose the pointer is over.
+        display.tool("mousemove", 20, 20)
+        display.tool("windowfocus", self.window)
+
+    def find_window(self):
+        if self.process.poll() is not None:
+            raise AssertionError(f"the viewer ended: {self.process.stderr.read()}")
+        found = self.display.tool("search", "--pid", self.process.pid, "--onlyvisible", "--name", "equistream")
+        return found[0] if found else None
+
+    def press(self, *keys):
+        for key in keys:
+            self.display.tool("key", key)
+
+    def hold(self, key, seconds):
+        self.display.tool("keydown", key)
+        time.sleep(seconds)
+        self.display.tool("keyup", key)
+
+    def picture(self):
+        """What the window shows, without what is written over it, as the key for it keeps it."""
+        self.pictures += 1
+        file = self.out / f"view.{self.pictures:04}.png"
+        self.press("p")
+        wait_for(file.exists, file)
+        return np.asarray(Image.open(file).convert("RGB")).astype(float)
+
+    def screen(self):
+        """What is on the display."""
+        width, height = (int(n) for n in self.display.tool("getdisplaygeometry"))
+        raw = subprocess.run(["ffmpeg", "-v", "error", "-f", "x11grab", "-draw_mouse", "0", "-video_size", f"{width}x{height}", "-i", self.display.name,
+                              "-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"], env=self.display.environment, capture_output=True, check=True)
+        return np.frombuffer(raw.stdout, np.uint8).reshape(height, width, 3).astype(float)
+
+    def end(self):
+        """Exit status and what was said on stderr."""
+        _, said = self.process.communicate(timeout=PATIENCE_S)
+        return self.process.returncode, said
+
+    def close(self):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate()

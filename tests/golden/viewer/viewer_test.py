@@ -1,0 +1,258 @@
+"""`equistream view` on a display: what keys do, seen in pixels and held to what `play` makes of the same stream.
+
+usage: viewer_test.py BIN_DIR
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from PIL import Image
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from display import Display, ViewerProcess, wait_for  # noqa: E402
+from independent import *  # noqa: E402,F403
+
+PROGRAMS = Programs(sys.argv.pop(1))
+WIDTH, HEIGHT = 320, 180
+SAME_DB = 40  # one geometry drawn by OpenGL for both; rasters of other sizes choose other samples at outlines
+
+
+def psnr(a, b):
+    error = np.mean((a - b) ** 2)
+    return float("inf") if error == 0 else 10 * np.log10(255**2 / error)
+
+
+class Viewer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_viewer_"))
+        cls.scene = PROGRAMS.scene("pavilion", cls.root)
+        description = json.loads(cls.scene.read_text())
+        description["head_box"] = {"lean_m": 0.4}  # room for heads that are moved by keys held for about so long
+        cls.scene.write_text(json.dumps(description))
+        folder = cls.root / "frames"
+        PROGRAMS.run("render", cls.scene, "--frames", "0-3", "--size", "512x256", "--spp", 1, "--aovs", "depth", "--out", folder)
+        cls.stream = cls.root / "walk.mkv"
+        PROGRAMS.run("encode", folder, "--out", cls.stream, "--depth", "none", "--crf", "8", "--preset", "ultrafast", "--progress", "none")
+        cls.display = Display()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.display.close()
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def setUp(self):
+        self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    def view(self, *words, source=None, size=f"{WIDTH}x{HEIGHT}", paused=True):
+        still = ["--paused"] if paused else []
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, "--size", size, *still, *words)
+        self.addCleanup(viewer.close)
+        return viewer
+
+    def by_geometry(self, *words, **more):
+        return self.view("--scene", self.scene, *words, **more)
+
+    def played(self, *words, eye="left", size=f"{WIDTH}x{HEIGHT}"):
+        """Frame 0 as `play` shows it."""
+        out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+        PROGRAMS.run("play", self.stream, "--scene", self.scene, "--depth", "gl", "--size", size, "--frames", "0", *words, "--progress", "none", "--out", out)
+        return np.asarray(Image.open(out / eye / "frame.0000.png").convert("RGB")).astype(float)
+
+    def test_an_eye_sees_what_play_shows(self):
+        self.assertGreater(psnr(self.by_geometry().picture(), self.played()), SAME_DB)
+        self.assertLess(psnr(self.played(eye="right"), self.played()), SAME_DB)
+
+    def test_the_keys_layouts_follow_each_other(self):
+        viewer = self.by_geometry()
+        left = viewer.picture()
+        viewer.press("v")
+        right = viewer.picture()
+        self.assertGreater(psnr(right, self.played(eye="right")), SAME_DB)
+        viewer.press("v")
+        both = viewer.picture()
+        for eye, half in (("left", both[:, : WIDTH // 2]), ("right", both[:, WIDTH // 2 :])):
+            self.assertGreater(psnr(half, self.played(eye=eye, size=f"{WIDTH // 2}x{HEIGHT}")), SAME_DB)
+        viewer.press("v")
+        anaglyph = viewer.picture()
+        self.assertGreater(psnr(anaglyph, self.played("--layout", "anaglyph", eye="both")), SAME_DB)
+        viewer.press("v")
+        headset = viewer.picture()
+        self.assertTrue((headset[:3, :3] == 0).all())  # the lens' corners are dark
+        self.assertLess(psnr(headset, both), 25)
+        viewer.press("v")
+        sphere = viewer.picture()
+        self.assertTrue((sphere[0] < 30).all())  # 2:1 in 16:9: dark above
+        viewer.press("v")
+        self.assertEqual(psnr(viewer.picture(), left), float("inf"))
+
+    def test_turning_and_coming_back(self):
+        viewer = self.by_geometry()
+        ahead = viewer.picture()
+        viewer.hold("Right", 0.8)
+        turned = viewer.picture()
+        self.assertLess(psnr(turned, ahead), 30)
+        self.assertTrue((turned.max(axis=2) > 0).mean() > 0.99)  # never a black border
+        viewer.press("c")
+        self.assertEqual(psnr(viewer.picture(), ahead), float("inf"))
+
+    def test_the_mouse_drags_the_view(self):
+        viewer = self.by_geometry()
+        ahead = viewer.picture()
+        self.display.tool("mousemove", 100, 90)
+        self.display.tool("mousedown", 1)
+        for x in range(100, 181, 10):
+            self.display.tool("mousemove", x, 90)
+        self.display.tool("mouseup", 1)
+        # What the mouse held went with it: the view looks to the left now, and shows what was left of here farther right.
+        moved = wait_for(lambda: (lambda p: p if psnr(p, ahead) < 30 else None)(viewer.picture()), "a turned view")
+        shifts = [psnr(moved[40:140, 100:220], ahead[40:140, 100 - s : 220 - s]) for s in range(-60, 61, 4)]
+        self.assertGreater(list(range(-60, 61, 4))[int(np.argmax(shifts))], 8)
+
+    def test_a_moving_head_sees_parallax_by_depth_alone(self):
+        viewer = self.by_geometry()
+        still = viewer.picture()
+        viewer.press("m")
+        turned_only = viewer.picture()
+        viewer.hold("d", 1)
+        self.assertEqual(psnr(viewer.picture(), turned_only), float("inf"))  # `sphere` knows of no place...
+        viewer.press("m")
+        self.assertLess(psnr(viewer.picture(), still), 30)  # ... `surface` does
+
+    def test_beyond_the_head_box_the_picture_fades(self):
+        viewer = self.by_geometry("--method", "sphere")
+        inside = viewer.picture()
+        viewer.hold("w", 7)
+        outside = viewer.picture()
+        self.assertLess(outside.std(), 0.8 * inside.std())
+        self.assertGreater(outside.mean(), 40)
+
+    def test_frames_back_and_on(self):
+        viewer = self.by_geometry()
+        first = viewer.picture()
+        viewer.press("period")
+        second = wait_for(lambda: (lambda p: p if psnr(p, first) < 60 else None)(viewer.picture()), "the next frame")
+        viewer.press("comma")
+        wait_for(lambda: psnr(viewer.picture(), first) == float("inf") or None, "the frame before")
+        viewer.press("period")
+        wait_for(lambda: psnr(viewer.picture(), second) == float("inf") or None, "the next frame again")
+
+    def test_it_plays_and_starts_again(self):
+        viewer = self.by_geometry(paused=False)
+        seen = set()
+        wait_for(lambda: seen.add(viewer.picture().tobytes()) or len(seen) >= 3, "three different frames of a loop")
+
+    def test_overlays(self):
+        viewer = self.by_geometry("--fill", "off")
+        plain = viewer.picture()
+        viewer.press("o")
+        depth = viewer.picture()
+        self.assertLess(psnr(depth, plain), 20)
+        viewer.press("o")
+        gaps = viewer.picture()
+        open_gaps = (plain.max(axis=2) == 0) & (gaps[..., 0] > 150) & (gaps[..., 1:].max(axis=2) < 60)
+        self.assertGreater(open_gaps.sum(), 20)  # black without the overlay, red in it
+        viewer.press("o")
+        self.assertLess(psnr(viewer.picture(), plain), 40)
+
+    def test_a_split_shows_the_other_method_on_the_right(self):
+        viewer = self.by_geometry()
+        surface = viewer.picture()
+        viewer.press("m")
+        sphere = viewer.picture()
+        viewer.press("m", "x")
+        both = viewer.picture()
+        middle = WIDTH // 2
+        self.assertEqual(psnr(both[:, : middle - 2], surface[:, : middle - 2]), float("inf"))
+        self.assertEqual(psnr(both[:, middle + 2 :], sphere[:, middle + 2 :]), float("inf"))
+
+    def test_help_times_and_the_status_line_are_on_the_screen(self):
+        viewer = self.by_geometry(size="800x600")
+        viewer.picture()
+        before = viewer.screen()
+        viewer.press("h")
+        wait_for(lambda: np.abs(viewer.screen() - before)[:500, :400].mean() > 20, "help")
+        viewer.press("h", "t")
+        wait_for(lambda: np.abs(viewer.screen() - before)[:150, 450:].mean() > 20, "frame times")
+
+    def test_recordings(self):
+        viewer = self.by_geometry()
+        viewer.picture()
+        viewer.press("r", "shift+r")
+        wait_for((self.out / "recording.0001" / "frame.0002.png").exists, "three pictures of a recording")
+        viewer.hold("Left", 0.5)
+        viewer.press("r", "shift+r")
+        path = self.out / "head.0001.csv"
+        wait_for(path.exists, path)
+        viewer.press("Escape")
+        self.assertEqual(viewer.end(), (0, ""))
+        times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0)
+        self.assertEqual(times[0], 0)
+        self.assertTrue((np.diff(times) > 0).all())
+        PROGRAMS.run("play", self.stream, "--scene", self.scene, "--head", path, "--size", "64x48", "--frames", "0", "--progress", "none", "--out",
+                     self.out / "eyes")
+
+    def test_resizing_and_hiding(self):
+        viewer = self.by_geometry()
+        viewer.picture()
+        self.display.tool("windowsize", "--sync", viewer.window, 200, 150)
+        wait_for(lambda: viewer.picture().shape == (150, 200, 3), "a smaller picture")
+        self.display.tool("windowunmap", viewer.window)
+        self.display.tool("windowmap", "--sync", viewer.window)
+        self.display.tool("windowfocus", viewer.window)
+        self.assertEqual(viewer.picture().shape, (150, 200, 3))
+
+    def test_every_key_of_the_table(self):
+        names = {"space": "space", ",": "comma", ".": "period", "[": "bracketleft", "]": "bracketright", "home": "Home", "left": "Left", "right": "Right",
+                 "up": "Up", "down": "Down"}
+        lines = [line for line in PROGRAMS.run("view", "--keys").splitlines() if line.startswith("  ")]
+        keys = [line[2:14].strip() for line in lines]
+        self.assertEqual(len(keys), len(set(keys)))
+        self.assertGreater(len(keys), 30)
+        viewer = self.by_geometry(paused=False)
+        for key in keys:
+            if key in ("escape", "F11"):
+                continue
+            *shift, plain = key.split(" ")
+            viewer.press("+".join([*shift, names.get(plain, plain)]))
+        viewer.press("Escape")
+        self.assertEqual(viewer.end(), (0, ""))
+
+    def test_ordinary_video_turns(self):
+        video = self.root / "ordinary.mp4"
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "testsrc2=size=256x128:rate=25:duration=1", "-pix_fmt", "yuv420p", video], check=True)
+        viewer = self.view(source=video)
+        ahead = viewer.picture()
+        viewer.hold("Left", 0.8)
+        self.assertLess(psnr(viewer.picture(), ahead), 30)
+
+    def test_it_ends_by_itself(self):
+        viewer = self.by_geometry("--seconds", "1")
+        self.assertEqual(viewer.end(), (0, ""))
+
+    def refused(self, environment, *words):
+        result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "view", *words]], env=environment, capture_output=True, text=True)
+        self.assertEqual((result.returncode, len(result.stderr.splitlines())), (2, 1), result.stderr)
+        return result.stderr
+
+    def test_what_cannot_be_shown_is_said_in_one_line(self):
+        here = self.display.environment
+        self.assertIn("no-such", self.refused(here, self.root / "no-such.mkv"))
+        self.assertIn("DISPLAY", self.refused({**here, "DISPLAY": ""}, self.stream))
+        self.assertIn("OpenGL 4.5", self.refused({**here, "MESA_GL_VERSION_OVERRIDE": "3.3"}, self.stream))
+        self.assertIn("--layout: expected left, right, sbs", self.refused(here, self.stream, "--layout", "upside-down"))
+        self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
+        self.assertIn("a stream or a folder", self.refused(here))
+        empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        self.assertIn("a display", self.refused(empty, self.stream))
+
+
+if __name__ == "__main__":
+    unittest.main()
