@@ -40,7 +40,7 @@ struct DisplayOptions {
 struct DisplayedPictures {
     const EyeTargets* eyes = nullptr;
     const EyeTargets* other = nullptr;  ///< of the same size; null: there is no split
-    EyeDepth depth;                     ///< texture 0: not known
+    EyeDepth depth{};                   ///< texture 0: not known
     GLuint reliability = 0;             ///< as ReliabilityMap has it; 0: not known
     const SourceTextures* source = nullptr;
 };
