@@ -31,9 +31,9 @@ void draw_help() {
     ImGui::SetNextWindowBgAlpha(0.8f);
     ImGui::Begin("keys", nullptr, plain);
     // All of it, in small windows too.
-    const float lines = float(key_bindings().size()) + 9;
+    const float lines = float(key_bindings().size()) + 12;
     ImGui::SetWindowFontScale(
-        std::clamp(ImGui::GetIO().DisplaySize.y / (lines * ImGui::GetTextLineHeightWithSpacing()), 0.6f, 1.0f));
+        std::clamp(ImGui::GetIO().DisplaySize.y / (lines * ImGui::GetTextLineHeightWithSpacing()), 0.5f, 1.0f));
     std::string_view task;
     for (const KeyBinding& b : key_bindings()) {
         if (b.task != task) {

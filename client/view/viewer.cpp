@@ -36,7 +36,7 @@ double box_radius_m(const FrameInfo& info) {
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
-    : settings_(settings), loader_(settings.source, {.depth = false, .yuv = true}), recorder_(settings.out) {
+    : settings_(settings), loader_(settings.source, {.depth = true, .yuv = true}), recorder_(settings.out) {
     const FrameInfo& first = loader_.first()->main.info;
     window_ = Window::open("equistream: " + settings_.source, settings_.size, settings_.visible);
     renderer_ = std::make_unique<gl::EyeRenderer>(settings_.scene ? &*settings_.scene : nullptr, box_radius_m(first));
@@ -53,12 +53,13 @@ void Viewer::run() {
     for (bool goes_on = true; goes_on;) {
         const double seconds = seconds_since(last);
         last = Clock::now();
-        goes_on = refresh(std::min(seconds, longest_step_s));
+        goes_on = refresh(seconds);
     }
 }
 
-bool Viewer::refresh(double seconds) {
-    run_s_ += seconds;
+bool Viewer::refresh(double since_last_s) {
+    run_s_ += since_last_s;
+    const double seconds = std::min(since_last_s, longest_step_s);
     const Inputs inputs = window_->poll();
     for (const KeyPress& press : inputs.pressed)
         if (const KeyBinding* binding = binding_of(press.key, press.modifiers);
@@ -72,7 +73,7 @@ bool Viewer::refresh(double seconds) {
         times_.start(settings_.times);
         advance(seconds);
         look(window);
-        const double refresh_ms = 1e3 * seconds;
+        const double refresh_ms = 1e3 * since_last_s;
         if (settings_.times)
             panels_->add(times_.row(), refresh_ms);
         recorder_.add_head(run_s_, head());

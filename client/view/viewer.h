@@ -42,8 +42,8 @@ public:
 
     /// Until the window is closed.
     void run();
-    /// One refresh, `seconds` after the last. False: it is over.
-    bool refresh(double seconds);
+    /// One refresh, so long after the last. False: it is over.
+    bool refresh(double since_last_s);
     void act(Action action);
 
     /// Draws what the window shows but for what is written over it, and gives it as RGB.
