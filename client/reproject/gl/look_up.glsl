@@ -1,6 +1,6 @@
-// Engines `sphere` and `surface`: each pixel of each eye takes its colour from the source, or is left a gap. The plain
-// implementation, line by line, is reference/surface.cpp; here one pixel is one invocation.
-layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
+// Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. The plain
+// implementation, line by line, is reference/surface.cpp; here one pixel of look_up_first.glsl's list is one invocation.
+layout(local_size_x = 256) in;
 
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
@@ -10,6 +10,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray eye_origin;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
+#include "look_up_list.glsl"
 
 /// Of samples up to two beyond the edges.
 float depth_around(ivec2 at) {
@@ -19,9 +20,9 @@ float depth_around(ivec2 at) {
 #include "depth_agreement.glsl"
 
 void main() {
-    ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)))
+    if (gl_GlobalInvocationID.x >= pixel_count)
         return;
+    ivec3 at = listed_pixel(gl_GlobalInvocationID.x);
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;
