@@ -40,8 +40,8 @@ Sampler make_linear_sampler() {
 
 LookUp::LookUp(bool surface, double error_budget_px)
     : surface_(surface), error_budget_px_(error_budget_px),
-      first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}},
-             defines(surface)),
+      first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}}, defines(surface)),
+      groups_({{GL_COMPUTE_SHADER, "look_up_groups.glsl"}}),
       listed_({{GL_COMPUTE_SHADER, "look_up.glsl"}}, defines(surface)), no_vertices_(make_vertex_array()),
       linear_(make_linear_sampler()) {}
 
@@ -90,7 +90,9 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
             program->set("inverse_depth_scale", depth.scale);
     }
     draw_first(targets);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    groups_.dispatch({1, 1});
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     listed_.dispatch_indirect(list_.name(), 0);

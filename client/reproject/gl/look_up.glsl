@@ -1,6 +1,6 @@
 // Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. The plain
 // implementation, line by line, is reference/surface.cpp; here one pixel of look_up_first.glsl's list is one invocation.
-layout(local_size_x = 256) in;
+layout(local_size_x = 256) in;  // LIST_GROUP
 
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
@@ -49,6 +49,7 @@ void main() {
         ivec2 corner = ivec2(floor(from_first));
         vec2 s = from_first - vec2(corner);
         vec3 gradient = moved ? inverse_distance_gradient(eye, at.xy, z, slopes) : vec3(0.0);
+        vec3 directions[4] = directions_around(corner);
         float reach = reach_of(distance_m), sum = 0.0;
         bool all_agree = true;
         for (int k = 0; k < 4; ++k) {
@@ -59,7 +60,7 @@ void main() {
                 float reach_sample = reach_of(sample_m);
                 bool agrees = sample_m > 0.0 && agree(reach, reach_sample);
                 if (!agrees && sample_m > 0.0) {
-                    float inverse = max(dot(gradient, direction_of(tap)), 1.0 / FAR_DISTANCE_M);
+                    float inverse = max(dot(gradient, directions[k]), 1.0 / FAR_DISTANCE_M);
                     agrees = lies_between(reach, reach_of(1.0 / inverse), reach_sample);
                 }
                 weight = agrees ? weight : 0.0;

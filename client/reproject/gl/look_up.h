@@ -25,7 +25,8 @@ private:
 
     bool surface_;
     double error_budget_px_;
-    Program first_;   ///< every pixel, where the rule is simple
+    Program first_;  ///< every pixel, where the rule is simple
+    Program groups_;
     Program listed_;  ///< the others, by the whole rule
     VertexArray no_vertices_;
     Sampler linear_;
