@@ -34,7 +34,7 @@ struct GlEyes {
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
     bench::PeerTargets peer_targets{bench::big_view, 2};
-    bench::MeshWarp mesh_warp{{bench::big_sphere.width, bench::big_sphere.height}};
+    bench::MeshWarp mesh_warp{bench::big_sphere};
     bench::BackwardSearch backward_search;
 
     explicit GlEyes(bench::BenchScene& scene) : stage(scene) {

@@ -1,6 +1,10 @@
 #include "gl_peers.h"
 
+#include <reproject/eye_rays.h>
+
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace equistream::bench {
 
@@ -16,7 +20,7 @@ out vec2 sample_at;
 #include "eye_rays.glsl"
 
 void main() {
-    int columns = source_size.x + 1;
+    int columns = 2 * source_size.x;  // a row goes round twice: what is in view may lie across the seam
     ivec2 at = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     EyeRays eye = eyes[eye_number];
     float sample_m = texelFetch(source_depth, wrapped(at), 0).x;
@@ -35,7 +39,7 @@ in vec2 sample_at;
 out vec4 colour;
 
 void main() {
-    colour = vec4(texture(source_colour, sample_at).rgb, 1.0);
+    colour = vec4(texture(source_colour, vec2(fract(sample_at.x), sample_at.y)).rgb, 1.0);
 }
 )glsl";
 
@@ -117,10 +121,11 @@ void PeerTargets::begin(int eye) const {
     glClearBufferfv(GL_DEPTH, 0, &farthest);
 }
 
-MeshWarp::MeshWarp(gl::Size sphere)
-    : program_({{GL_VERTEX_SHADER, "mesh warp", mesh_vertex}, {GL_FRAGMENT_SHADER, "mesh warp", mesh_fragment}}),
+MeshWarp::MeshWarp(const EquirectCamera& sphere)
+    : sphere_(sphere),
+      program_({{GL_VERTEX_SHADER, "mesh warp", mesh_vertex}, {GL_FRAGMENT_SHADER, "mesh warp", mesh_fragment}}),
       vertices_(vertex_array()) {
-    const int columns = sphere.width + 1;
+    const int columns = 2 * sphere.width;
     std::vector<GLuint> strip;
     for (int x = 0; x < columns; ++x) {
         strip.push_back(GLuint(x));
@@ -128,11 +133,29 @@ MeshWarp::MeshWarp(gl::Size sphere)
     }
     strip_ = gl::make_buffer_of(std::span<const GLuint>(strip));
     glVertexArrayElementBuffer(vertices_.name(), strip_.name());
-    const auto rows = std::size_t(sphere.height - 1);
-    counts_.assign(rows, GLsizei(strip.size()));
-    offsets_.assign(rows, nullptr);
-    for (std::size_t y = 0; y < rows; ++y)
-        first_vertices_.push_back(GLint(y) * columns);
+}
+
+void MeshWarp::find_rows(glm::vec3 ahead) {
+    counts_.clear();
+    offsets_.clear();
+    first_vertices_.clear();
+    // Half the diagonal of a view of 90 degrees, and eleven degrees for what parallax brings in.
+    const double cos_reach = std::cos(pi / 3), around = std::hypot(ahead.x, ahead.z);
+    const double middle = std::atan2(ahead.x, -ahead.z) / (2 * pi) + 0.5;
+    for (int y = 0; y + 1 < sphere_.height; ++y) {
+        const double latitude = pi * (0.5 - (y + 1.0) / sphere_.height);
+        const double cosine = (cos_reach - std::sin(latitude) * double(ahead.y)) / (std::cos(latitude) * around);
+        if (cosine >= 1)
+            continue;
+        const int half = int(std::ceil(std::acos(std::max(cosine, -1.0)) / (2 * pi) * sphere_.width));
+        const int count = std::min(2 * half + 1, sphere_.width + 1);
+        int first = int(middle * sphere_.width) - half;
+        first += first < 0 ? sphere_.width : 0;
+        first = std::min(first, 2 * sphere_.width - count);
+        counts_.push_back(2 * count);
+        offsets_.push_back(reinterpret_cast<const void*>(sizeof(GLuint) * 2 * std::size_t(first)));
+        first_vertices_.push_back(2 * y * sphere_.width);
+    }
 }
 
 void MeshWarp::draw(const SourceView& source, const gl::SourceTextures& textures, std::span<const EyeView> eyes,
@@ -147,6 +170,8 @@ void MeshWarp::draw(const SourceView& source, const gl::SourceTextures& textures
         targets.begin(int(i));
         program_.set("eye_number", int(i));
         program_.set("eye_size", glm::ivec2(eyes[i].camera.width, eyes[i].camera.height));
+        const EyeRays rays(eyes[i].camera, eyes[i].pose, source.pose);
+        find_rows(rays.source_from_eye() * glm::vec3(0, 0, -1));
         glMultiDrawElementsBaseVertex(GL_TRIANGLE_STRIP, counts_.data(), GL_UNSIGNED_INT, offsets_.data(),
                                       GLsizei(counts_.size()), first_vertices_.data());
     }

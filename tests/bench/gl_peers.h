@@ -24,15 +24,20 @@ private:
     std::vector<gl::Framebuffer> framebuffers_;
 };
 
-/// Every sample of the sphere is a vertex as far away as its depth says, its triangles a sheet without cuts.
+/// Every sample of a sphere, of those that may come into view, is a vertex as far away as its depth says, the triangles
+/// between them a sheet without cuts.
 class MeshWarp {
 public:
-    explicit MeshWarp(gl::Size sphere);
+    explicit MeshWarp(const EquirectCamera& sphere);
 
     void draw(const SourceView& source, const gl::SourceTextures& textures, std::span<const EyeView> eyes,
               const PeerTargets& targets);
 
 private:
+    /// What of each row of triangles to draw for an eye that looks there, in the sphere's frame.
+    void find_rows(glm::vec3 ahead);
+
+    EquirectCamera sphere_;
     gl::Program program_;
     gl::EyeBlocks blocks_;
     gl::VertexArray vertices_;
