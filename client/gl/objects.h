@@ -42,11 +42,15 @@ struct FramebufferKind {
 struct VertexArrayKind {
     static void free(GLuint name) { glDeleteVertexArrays(1, &name); }
 };
+struct SamplerKind {
+    static void free(GLuint name) { glDeleteSamplers(1, &name); }
+};
 
 using Texture = Object<TextureKind>;
 using Buffer = Object<BufferKind>;
 using Framebuffer = Object<FramebufferKind>;
 using VertexArray = Object<VertexArrayKind>;
+using Sampler = Object<SamplerKind>;
 
 struct Size {
     int width = 0, height = 0;

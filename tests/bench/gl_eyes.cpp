@@ -1,5 +1,7 @@
 /// The same eyes as two_eyes.cpp's by OpenGL, on whatever it finds: `surface` with its gap masks and `pushpull`, all
-/// depths and colours there already, against the CPU's; and against parts of itself and the reliability map alone.
+/// depths and colours there already, against the CPU's, a mesh of every sample and a backward search, which do without
+/// masks and fill; and against parts of itself and the reliability map alone.
+#include "gl_peers.h"
 #include "two_eyes_stage.h"
 
 #include <fill/gl/push_pull.h>
@@ -31,6 +33,9 @@ struct GlEyes {
     gl::GapTiles gaps;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
+    bench::PeerTargets peer_targets{bench::big_view, 2};
+    bench::MeshWarp mesh_warp{bench::big_sphere};
+    bench::BackwardSearch backward_search;
 
     explicit GlEyes(bench::BenchScene& scene) : stage(scene) {
         textures.upload(source);
@@ -50,7 +55,7 @@ struct GlEyes {
     }
 };
 
-enum class Part { all, look_up, fill, map };
+enum class Part { all, look_up, fill, map, mesh_warp, backward_search };
 
 /// Of the scene that was asked for last; null, and the benchmark left out, where there is no such scene or no OpenGL.
 GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
@@ -94,6 +99,10 @@ void by_gl(benchmark::State& state, const char* name, Part part) {
             eyes->fill();
         if (part == Part::map)
             eyes->judge();
+        if (part == Part::mesh_warp)
+            eyes->mesh_warp.draw(eyes->source, eyes->textures, eyes->eyes, eyes->peer_targets);
+        if (part == Part::backward_search)
+            eyes->backward_search.draw(eyes->source, eyes->textures, eyes->eyes, eyes->peer_targets);
         glFinish();
     }
 }
@@ -120,12 +129,17 @@ void by_cpu(benchmark::State& state, const char* name) {
 
 [[maybe_unused]] const bool added = [] {
     const auto add = [](const std::string& name, auto... arguments) {
-        benchmark::RegisterBenchmark(name.c_str(), arguments...)->UseRealTime()->Unit(benchmark::kMillisecond);
+        benchmark::RegisterBenchmark(name.c_str(), arguments...)
+            ->UseRealTime()
+            ->MeasureProcessCPUTime()
+            ->Unit(benchmark::kMillisecond);
     };
     for (const char* scene : {"pavilion", "sponza-crytek"}) {
         const std::string figure = std::string("gl_eyes_1080p_") + scene;
         add(figure + "/ours", by_gl, scene, Part::all);
         add(figure + "/cpu", by_cpu, scene);
+        add(figure + "/mesh_warp", by_gl, scene, Part::mesh_warp);
+        add(figure + "/backward_search", by_gl, scene, Part::backward_search);
         add(figure + "/look_up", by_gl, scene, Part::look_up);
         add(figure + "/push_pull", by_gl, scene, Part::fill);
         add(figure + "/map", by_gl, scene, Part::map);

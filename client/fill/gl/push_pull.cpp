@@ -50,8 +50,7 @@ void PushPull::size_for(Size tiles, int eyes) {
     }
     tiles_ = tiles;
     eyes_ = eyes;
-    for (const Program* program :
-         {&pull_pixels_, &pull_tiles_, &pull_cells_, &push_tiles_, &push_cells_, &push_pixels_})
+    for (const Program* program : {&pull_pixels_, &pull_tiles_, &pull_cells_, &push_tiles_, &push_pixels_})
         program->set("tile_grid", glm::ivec2(tiles.width, tiles.height));
 }
 

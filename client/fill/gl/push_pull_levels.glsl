@@ -12,8 +12,12 @@ ivec3 layer_at(ivec3 cell, int half_of) {
     return ivec3(cell.xy, 2 * cell.z + half_of);
 }
 
+bool is_inside(ivec3 level, ivec3 cell) {
+    return all(greaterThanEqual(cell.xy, ivec2(0))) && all(lessThan(cell.xy, level.xy));
+}
+
 /// Cells outside, and those of tiles that are not, have none: nobody has written those.
 bool is_there(ivec3 level, ivec3 cell) {
-    bool inside = all(greaterThanEqual(cell.xy, ivec2(0))) && all(lessThan(cell.xy, level.xy));
-    return inside && (level.z < 0 || tile_state(ivec3(cell.xy >> level.z, cell.z)) != NOT_THERE);
+    return is_inside(level, cell) &&
+           (level.z < 0 || tile_state(ivec3(cell.xy >> level.z, cell.z)) != NOT_THERE);
 }

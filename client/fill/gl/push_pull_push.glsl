@@ -11,7 +11,8 @@ vec3 pushed(ivec3 at, float w) {
     for (int k = 0; k < 4; ++k) {
         ivec2 step = ivec2(k & 1, k >> 1);
         ivec3 cell = ivec3((at.xy >> 1) + step * beside, at.z);
-        if (!is_there(coarser, cell))
+        // All tiles beside one with gaps are there.
+        if (!is_inside(coarser, cell))
             continue;
         // The cell that holds the place lies nearer than the one beside it, along each axis.
         float bilinear = (step.x == 0 ? 0.75 : 0.25) * (step.y == 0 ? 0.75 : 0.25);

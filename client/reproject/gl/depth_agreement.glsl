@@ -2,20 +2,9 @@
 // equistream/depth_agreement.h and hiding_surface.h. Needs `float depth_around(ivec2)`, the distance of a sample,
 // which may lie up to two beyond the picture's edges; not above 0 where there is none.
 
-// The eye's, set by main().
-float box_radius_m;
-float tolerance;  // sin e
+#include "depth_reach.glsl"
 
-float reach_of(float distance_m) {
-    float r = min(distance_m, FAR_DISTANCE_M);
-    return max(r - box_radius_m, LEAST_REACH_SHARE * r);
-}
-
-bool agree(float reach_a, float reach_b) {
-    return box_radius_m * abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0.0;
-}
-
-/// The same for inverse distances.
+/// agree() for inverse distances.
 bool same_inverse(float a, float b) {
     vec2 beyond_box = max(1.0 - box_radius_m * vec2(a, b), vec2(LEAST_REACH_SHARE));
     return box_radius_m * abs(a - b) <= tolerance * (beyond_box.x * beyond_box.y);

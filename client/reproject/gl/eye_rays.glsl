@@ -16,3 +16,10 @@ layout(std140, binding = 1) uniform Eyes {
 vec3 ray_of(EyeRays eye, ivec2 pixel) {
     return eye.corner.xyz + float(pixel.x) * eye.right.xyz + float(pixel.y) * eye.down.xyz;
 }
+
+/// How much each slope of a pixel's inverse planar depth, per column and per row, turns its surface's front to the
+/// source; it shows its back below 0, from 1 - c.z z on, with c the eye's place in its own axes.
+vec2 change_by_slope(EyeRays eye, ivec2 pixel) {
+    vec3 c = eye.eye_own_axes.xyz;
+    return vec2(c.x, -c.y) * eye.view.x + c.z * (vec2(pixel) - eye.view.yz);
+}

@@ -33,11 +33,9 @@ float largest_product(float before, float after, float factor) {
 
 /// Whether the source sees the back of what the eye sees, through whichever neighbours its plane is laid.
 bool shows_back(EyeRays eye, ivec2 pixel, float z, Slopes slopes) {
-    vec3 c = eye.eye_own_axes.xyz;
-    vec2 aside = vec2(pixel) - eye.view.yz;
-    float by_x = c.x * eye.view.x + c.z * aside.x, by_y = -c.y * eye.view.x + c.z * aside.y;
-    return 1.0 - c.z * z + largest_product(slopes.before.x, slopes.after.x, by_x) +
-               largest_product(slopes.before.y, slopes.after.y, by_y) < 0.0;
+    vec2 change = change_by_slope(eye, pixel);
+    return 1.0 - eye.eye_own_axes.z * z + largest_product(slopes.before.x, slopes.after.x, change.x) +
+               largest_product(slopes.before.y, slopes.after.y, change.y) < 0.0;
 }
 
 /// 1 / distance = gradient . q along the plane at a pixel, for distances from the source's centre.

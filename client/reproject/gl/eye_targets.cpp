@@ -2,6 +2,7 @@
 
 #include "../eye_rays.h"
 
+#include <array>
 #include <cassert>
 
 namespace equistream::gl {
@@ -16,6 +17,14 @@ void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
     colour_ = make_layered_texture(size, eyes, GL_RGBA8);
     origin_ = make_layered_texture(size, eyes, GL_R8UI);
     depth_ = make_layered_texture(size, eyes, GL_R32F);
+    GLuint name = 0;
+    glCreateFramebuffers(1, &name);
+    framebuffer_ = Framebuffer(name);
+    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, colour_.name(), 0);
+    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT1, origin_.name(), 0);
+    constexpr std::array<GLenum, 2> both = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glNamedFramebufferDrawBuffers(name, both.size(), both.data());
+    require_complete(framebuffer_);
 }
 
 void EyeTargets::upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m) {

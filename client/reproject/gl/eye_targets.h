@@ -28,12 +28,14 @@ public:
     int eyes() const { return eyes_; }
     GLuint colour() const { return colour_.name(); }
     GLuint origin() const { return origin_.name(); }
+    GLuint framebuffer() const { return framebuffer_.name(); }  ///< draws to colour and origin, all layers
     EyeDepth depth() const { return {depth_.name(), 1}; }
 
 private:
     Size size_;
     int eyes_ = 0;
     Texture colour_, origin_, depth_;
+    Framebuffer framebuffer_;
 };
 
 }  // namespace equistream::gl

@@ -3,33 +3,99 @@
 #include <equistream_client/engine.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <string>
 #include <vector>
 
 namespace equistream::gl {
 
+namespace {
+
+/// What stands before the pixels, as look_up_list.glsl has it: work groups, and the count.
+using ListHead = std::array<GLuint, 4>;
+constexpr ListHead nothing_listed = {0, 1, 1, 0};
+
+std::vector<std::string> defines(bool surface) {
+    return {surface ? "BY_SURFACE true" : "BY_SURFACE false"};
+}
+
+VertexArray make_vertex_array() {
+    GLuint name = 0;
+    glCreateVertexArrays(1, &name);
+    return VertexArray(name);
+}
+
+Sampler make_linear_sampler() {
+    GLuint name = 0;
+    glCreateSamplers(1, &name);
+    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        glSamplerParameteri(name, filter, GL_LINEAR);
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+        glSamplerParameteri(name, wrap, GL_CLAMP_TO_EDGE);
+    return Sampler(name);
+}
+
+}  // namespace
+
 LookUp::LookUp(bool surface, double error_budget_px)
     : surface_(surface), error_budget_px_(error_budget_px),
-      program_({{GL_COMPUTE_SHADER, "look_up.glsl"}},
-               std::vector<std::string>{surface ? "BY_SURFACE true" : "BY_SURFACE false"}) {}
+      first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}}, defines(surface)),
+      groups_({{GL_COMPUTE_SHADER, "look_up_groups.glsl"}}),
+      listed_({{GL_COMPUTE_SHADER, "look_up.glsl"}}, defines(surface)), no_vertices_(make_vertex_array()),
+      linear_(make_linear_sampler()) {}
+
+void LookUp::size_for(const EyeTargets& targets) {
+    if (targets.size() == size_ && targets.eyes() == eye_count_)
+        return;
+    size_ = targets.size();
+    eye_count_ = targets.eyes();
+    const std::size_t pixels = std::size_t(size_.width) * std::size_t(size_.height) * std::size_t(eye_count_);
+    list_ = make_buffer(sizeof(ListHead) + pixels * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
+}
+
+void LookUp::draw_first(const EyeTargets& targets) const {
+    for (const GLenum off : {GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP,
+                             GL_RASTERIZER_DISCARD})
+        glDisable(off);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
+    glViewport(0, 0, size_.width, size_.height);
+    glBindVertexArray(no_vertices_.name());
+    glBindSampler(0, linear_.name());
+    first_.use();
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, eye_count_);
+    glBindSampler(0, 0);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+}
 
 void LookUp::reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
                        const EyeDepth& depth, const EyeTargets& targets) {
     assert(int(eyes.size()) == targets.eyes());
     assert(!surface_ || source.depth() != 0 ||
            std::ranges::all_of(eyes, [&](const EyeView& eye) { return same_position(view.pose, eye.pose); }));
+    size_for(targets);
     eyes_.set(view, eyes, error_budget_px_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
+    glNamedBufferSubData(list_.name(), 0, sizeof nothing_listed, nothing_listed.data());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_.name());
     glBindTextureUnit(0, source.colour());
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
-    if (surface_)
-        program_.set("inverse_depth_scale", depth.scale);
+    if (surface_) {
+        first_.set("eye_size", glm::ivec2(size_.width, size_.height));
+        for (const Program* program : {&first_, &listed_})
+            program->set("inverse_depth_scale", depth.scale);
+    }
+    draw_first(targets);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    groups_.dispatch({1, 1});
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    program_.dispatch(targets.size(), targets.eyes());
+    listed_.dispatch_indirect(list_.name(), 0);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
 }

@@ -1,6 +1,6 @@
-// Engines `sphere` and `surface`: each pixel of each eye takes its colour from the source, or is left a gap. The plain
-// implementation, line by line, is reference/surface.cpp; here one pixel is one invocation.
-layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
+// Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. The plain
+// implementation, line by line, is reference/surface.cpp; here one pixel of look_up_first.glsl's list is one invocation.
+layout(local_size_x = 256) in;  // LIST_GROUP
 
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
@@ -10,6 +10,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray eye_origin;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
+#include "look_up_list.glsl"
 
 /// Of samples up to two beyond the edges.
 float depth_around(ivec2 at) {
@@ -19,9 +20,9 @@ float depth_around(ivec2 at) {
 #include "depth_agreement.glsl"
 
 void main() {
-    ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)))
+    if (gl_GlobalInvocationID.x >= pixel_count)
         return;
+    ivec3 at = listed_pixel(gl_GlobalInvocationID.x);
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;
@@ -48,6 +49,7 @@ void main() {
         ivec2 corner = ivec2(floor(from_first));
         vec2 s = from_first - vec2(corner);
         vec3 gradient = moved ? inverse_distance_gradient(eye, at.xy, z, slopes) : vec3(0.0);
+        vec3 directions[4] = directions_around(corner);
         float reach = reach_of(distance_m), sum = 0.0;
         bool all_agree = true;
         for (int k = 0; k < 4; ++k) {
@@ -58,7 +60,7 @@ void main() {
                 float reach_sample = reach_of(sample_m);
                 bool agrees = sample_m > 0.0 && agree(reach, reach_sample);
                 if (!agrees && sample_m > 0.0) {
-                    float inverse = max(dot(gradient, direction_of(tap)), 1.0 / FAR_DISTANCE_M);
+                    float inverse = max(dot(gradient, directions[k]), 1.0 / FAR_DISTANCE_M);
                     agrees = lies_between(reach, reach_of(1.0 / inverse), reach_sample);
                 }
                 weight = agrees ? weight : 0.0;

@@ -20,10 +20,20 @@ public:
                    const EyeDepth& depth, const EyeTargets& targets);
 
 private:
+    void size_for(const EyeTargets& targets);
+    void draw_first(const EyeTargets& targets) const;
+
     bool surface_;
     double error_budget_px_;
-    Program program_;
+    Program first_;  ///< every pixel, where the rule is simple
+    Program groups_;
+    Program listed_;  ///< the others, by the whole rule
+    VertexArray no_vertices_;
+    Sampler linear_;
     EyeBlocks eyes_;
+    Size size_;
+    int eye_count_ = 0;
+    Buffer list_;
 };
 
 }  // namespace equistream::gl

@@ -61,6 +61,26 @@ ivec2 wrapped(ivec2 s) {
     return clamp(s, ivec2(0), source_size - 1);
 }
 
+/// Unit directions of the centres of a sample and those right of it, below it and both; they may lie beyond the edges as
+/// wrapped() has it. Few sines and cosines: beyond a pole those of the row alone come out on the other side.
+vec3[4] directions_around(ivec2 corner) {
+    ivec2 low = ivec2(source_closes != 0 ? -2 : 0, source_north_pole != 0 ? -2 : 0);
+    ivec2 high = source_size + ivec2(source_closes != 0 ? 1 : -1, source_south_pole != 0 ? 1 : -1);
+    vec2 first = vec2(clamp(corner, low, high)), second = vec2(clamp(corner + 1, low, high));
+    vec2 x = vec2(first.x, second.x) + 0.5 - 0.5 * float(source_size.x), y = vec2(first.y, second.y) + 0.5;
+    if (source_is_sphere == 0) {
+        x /= source_focal_px;
+        y = (0.5 * float(source_size.y) - y) / source_focal_px;
+        return vec3[4](normalize(vec3(x.x, y.x, -1.0)), normalize(vec3(x.y, y.x, -1.0)),
+                       normalize(vec3(x.x, y.y, -1.0)), normalize(vec3(x.y, y.y, -1.0)));
+    }
+    vec2 longitude = source_middle + x / columns_per_radian, latitude = source_top - y / rows_per_radian;
+    vec2 right = sin(longitude), ahead = cos(longitude), level = cos(latitude), up = sin(latitude);
+    return vec3[4](vec3(level.x * right.x, up.x, -level.x * ahead.x), vec3(level.x * right.y, up.x, -level.x * ahead.y),
+                   vec3(level.y * right.x, up.y, -level.y * ahead.x),
+                   vec3(level.y * right.y, up.y, -level.y * ahead.y));
+}
+
 /// Unit direction of a sample's centre.
 vec3 direction_of(ivec2 s) {
     if (source_is_sphere == 0) {

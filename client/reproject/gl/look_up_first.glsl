@@ -1,0 +1,62 @@
+// What look_up.glsl does, for pixels where that is simple: those that see nothing, and those where the depths of all
+// four samples around say the same as the eye's, whose colours a filter mixes. The others go on a list. Where lanes run
+// both sides of every branch, the whole rule would cost all pixels what few need.
+layout(binding = 0) uniform sampler2D source_colour;  // linear between samples
+layout(binding = 1) uniform sampler2D source_depth;
+layout(binding = 2) uniform sampler2DArray eye_depth;
+uniform float inverse_depth_scale;  // as eye_surface.glsl has it
+uniform ivec2 eye_size;
+
+flat in int eye_number;
+layout(location = 0) out vec4 colour;
+layout(location = 1) out uint origin;
+
+#include "source_grid.glsl"
+#include "eye_rays.glsl"
+#include "depth_reach.glsl"
+#include "look_up_list.glsl"
+
+/// Whether the source sees the front of what the eye sees through one neighbour along each axis, that of the two by two
+/// pixels around; shows_back takes the better of both, so that what is true here is never false there.
+bool shows_front(EyeRays eye, ivec2 pixel, float z) {
+    vec2 slope = vec2(dFdxFine(z), dFdyFine(z));
+    return 1.0 - eye.eye_own_axes.z * z + dot(slope, change_by_slope(eye, pixel)) >= 0.0;
+}
+
+bool all_agree(vec2 position, float distance_m) {
+    // At the corner that the four samples share, a gather finds those and no others.
+    vec4 samples_m = textureGather(source_depth, floor(position + 0.5) / vec2(source_size));
+    vec4 reach_samples = min(samples_m, FAR_DISTANCE_M);
+    reach_samples = max(reach_samples - box_radius_m, LEAST_REACH_SHARE * reach_samples);
+    float reach = reach_of(distance_m);
+    return all(lessThanEqual(box_radius_m * abs(reach - reach_samples), tolerance * (reach * reach_samples))) &&
+           all(greaterThan(reach_samples, vec4(0.0)));
+}
+
+void main() {
+    EyeRays eye = eyes[eye_number];
+    box_radius_m = eye.agreement.x;
+    tolerance = eye.agreement.y;
+    ivec3 at = ivec3(gl_FragCoord.xy, eye_number);
+    vec3 from_source = ray_of(eye, at.xy);
+    bool moved = BY_SURFACE && eye.view.w != 0.0, seen = true, simple = true;
+    float distance_m = FAR_DISTANCE_M;
+    if (moved) {
+        float z = inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
+        z = all(lessThan(at.xy, eye_size)) ? z : UNKNOWN;
+        seen = !isnan(z);
+        simple = !(z > 0.0) || shows_front(eye, at.xy, z);
+        from_source = z > 0.0 ? eye.eye.xyz + from_source / z : from_source;
+        distance_m = z > 0.0 ? length(from_source) : FAR_DISTANCE_M;
+    }
+    vec2 position = position_of(from_source);
+    seen = seen && is_covered(position);
+    // A filter does not go round.
+    simple = simple && all(greaterThanEqual(position, vec2(0.5))) &&
+             all(lessThan(position, vec2(source_size) - 0.5)) && (!moved || all_agree(position, distance_m));
+    vec3 mixed = textureLod(source_colour, position / vec2(source_size), 0.0).rgb;
+    colour = seen ? vec4(mixed, 1.0) : vec4(0.0);
+    origin = seen ? ORIGIN_SOURCE : ORIGIN_GAP;
+    if (seen && !simple)
+        append(at);
+}

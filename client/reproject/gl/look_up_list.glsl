@@ -1,0 +1,18 @@
+// Pixels that wait for the whole rule.
+
+const uint LIST_GROUP = 256u;
+
+layout(std430, binding = 0) buffer PixelList {
+    uint pixel_groups[3];  // of LIST_GROUP invocations
+    uint pixel_count;
+    uint pixels[];  // column, row and eye in 15, 15 and 2 bits
+};
+
+void append(ivec3 at) {
+    pixels[atomicAdd(pixel_count, 1u)] = uint(at.x) | uint(at.y) << 15 | uint(at.z) << 30;
+}
+
+ivec3 listed_pixel(uint index) {
+    uint pixel = pixels[index];
+    return ivec3(pixel & 0x7fffu, pixel >> 15 & 0x7fffu, pixel >> 30);
+}
