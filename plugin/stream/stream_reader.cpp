@@ -67,6 +67,7 @@ struct StreamReader::State {
     bool read_packet();
     void decode(ReadTrack& track, AVPacket& packet);
     bool may_be_cut(const ReadTrack& track) const;
+    bool begins_again() const;
     void end();
     std::optional<DecodedPicture> take();
     void refresh_summaries();
@@ -150,6 +151,10 @@ bool StreamReader::State::may_be_cut(const ReadTrack& track) const {
     return true;
 }
 
+bool StreamReader::State::begins_again() const {
+    return std::ranges::any_of(tracks, [](const auto& track) { return track->decoder.begins_again(); });
+}
+
 void StreamReader::State::end() {
     for (const auto& track : tracks) {
         if (track->decoder.is_left_out())
@@ -205,7 +210,7 @@ std::optional<DecodedPicture> StreamReader::next() {
             return picture;
         if (s.ended)
             break;
-        if (!s.read_packet())
+        if (s.begins_again() || !s.read_packet())
             s.end();
     }
     std::vector<TrackTally> tallies;

@@ -36,6 +36,19 @@ TEST_F(Serving, InfoAndPlayTakeTheAddressForTheFile) {
     }
 }
 
+TEST_F(Serving, ToOurProgramsALoopEndsWhereItBeginsAgain) {
+    record("a.mkv");
+    Server server(arguments("a.mkv", {"--loop"}), place());
+    const nlohmann::json json = nlohmann::json::parse(run("info --frames --json " + server.url()).output);
+    EXPECT_TRUE(json.at("whole")) << json.at("truncation");
+    EXPECT_EQ(json.at("tracks").size(), 2u);
+    for (const nlohmann::json& track : json.at("tracks")) {
+        EXPECT_EQ(track.at("pictures"), 12);
+        EXPECT_EQ(track.at("frames").front().at("index"), 5);
+        EXPECT_EQ(track.at("frames").back().at("index"), 16);
+    }
+}
+
 TEST_F(Serving, SignalsEndItInOrder) {
     record("a.mkv");
     for (const int signal_number : {SIGTERM, SIGINT}) {
