@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/stat.h>
+
 namespace equistream::test {
 namespace {
 
@@ -98,10 +100,11 @@ TEST_F(Serving, AFolderIsEncodedFirst) {
 }
 
 TEST_F(Serving, ASignalEndsTheEncodingToo) {
-    render("r/centre", 64, 64, 0, 40);
+    render("r/centre", 64, 64, 0, 2);
+    ASSERT_EQ(mkfifo(path("r/centre/frame.0003.exr").c_str(), 0600), 0) << "a frame that never comes";
     fs::create_directories(folder / "tmp");
     setenv("TMPDIR", path("tmp").c_str(), 1);
-    Server server(arguments("r", {"--", "--preset", "placebo"}), place());
+    Server server(arguments("r"), place());
     unsetenv("TMPDIR");
     ASSERT_TRUE(comes_true([&] { return !fs::is_empty(folder / "tmp"); }));
     EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
