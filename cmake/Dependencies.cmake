@@ -18,6 +18,13 @@ find_package(pugixml REQUIRED)
 find_package(meshoptimizer REQUIRED)
 find_package(glfw3 REQUIRED)
 
+# Headers alone, without a package file for CMake.
+find_path(EQUISTREAM_ASIO_INCLUDE asio.hpp REQUIRED)
+add_library(equistream_asio INTERFACE)
+target_include_directories(equistream_asio SYSTEM INTERFACE ${EQUISTREAM_ASIO_INCLUDE})
+target_compile_definitions(equistream_asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED)
+target_link_libraries(equistream_asio INTERFACE Threads::Threads)
+
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(ocio REQUIRED IMPORTED_TARGET OpenColorIO)

@@ -1,6 +1,7 @@
 #include "settings_file.h"
 
 #include <equistream/error.h>
+#include <equistream_cli/child_failed.h>
 #include <equistream_cli/program.h>
 
 #include <cstdio>
@@ -51,6 +52,8 @@ int run_program(int argc, char** argv, const ProgramText& text,
         if (std::fflush(stdout) != 0 || std::ferror(stdout))
             return report(name, "standard output: could not be written", exit_failed);
         return exit_done;
+    } catch (const ChildFailed& child) {
+        return child.exit_code;
     } catch (const InputError& e) {
         return report(name, e.what(), exit_usage);
     } catch (const std::bad_alloc&) {

@@ -22,6 +22,7 @@ struct Command {
 constexpr std::array commands = {
     Command{"render", "equistream-render-embree", "path trace a scene along a path: EXR sequences with AOVs"},
     Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
+    Command{"serve", "equistream-serve", "send a recorded stream to viewers over the network, in time"},
     Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
     Command{"view", "equistream-view", "look around in a stream, in a window"},
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
@@ -111,7 +112,8 @@ int main(int argc, char** argv) {
         print_help(stderr);
     else
         std::fprintf(
-            stderr, "equistream: expected a command (render, import, encode, play, compare, info, scene), found '%s'\n",
+            stderr,
+            "equistream: expected a command (render, import, encode, serve, play, compare, info, scene), found '%s'\n",
             argv[1]);
     return exit_usage;
 }

@@ -214,6 +214,14 @@ void TrackDecoder::note(const TaggedFrameInfo& tagged) {
     tally_.role = summary_.role = tagged.role;
 }
 
+bool TrackDecoder::is_repetition(const TrackPosition& position) {
+    const bool is_whole = accepted_.count > 0 && accepted_.ordinal >= accepted_.count;
+    begins_again_ = begins_again_ || (is_whole && position.ordinal < accepted_.ordinal);
+    accepted_.ordinal = position.ordinal + 1;
+    accepted_.count = std::max(accepted_.count, position.count);
+    return begins_again_;
+}
+
 void TrackDecoder::accept(av::Frame frame) {
     av::forget_unknown_colours(*frame);
     if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
@@ -238,6 +246,8 @@ void TrackDecoder::accept(av::Frame frame) {
         return;
     }
     version_is_known_ = version_is_known_ || tagged;
+    if (tagged && is_repetition(tagged->position))
+        return;
     const bool suspect = is_suspect(frame->reordered_opaque);
     ready_.push_back({std::move(frame), std::move(tagged), std::exchange(busy_ms_, 0), suspect});
 }

@@ -40,6 +40,8 @@ public:
     std::optional<TrackRole> known_role() const { return tally_.ours ? std::optional(tally_.role) : std::nullopt; }
     /// Nobody wants this track: what is left of it is not missing.
     void leave_out();
+    /// A whole track has been followed by its own beginning, which is left out, as is what comes behind it.
+    bool begins_again() const { return begins_again_; }
     bool is_left_out() const { return tally_.left_out; }
 
     const TrackTally& tally() const { return tally_; }
@@ -61,6 +63,7 @@ private:
     void give_colour(av::Frame frame, const StreamReadOptions& options, DecodedPicture& picture);
     void give_depth(const AVFrame& frame, DecodedPicture& picture);
     void note(const TaggedFrameInfo& tagged);
+    bool is_repetition(const TrackPosition& position);
 
     std::string source_;
     const AVStream& stream_;
@@ -71,6 +74,8 @@ private:
     StreamTrackSummary summary_;
     std::deque<Ready> ready_;
     double busy_ms_ = 0;
+    TrackPosition accepted_{};  ///< next ordinal, and the highest count, of the pictures that are ready or were given
+    bool begins_again_ = false;
     bool joined_anywhere_ = false;
     bool version_is_known_ = false;  ///< a picture's frame data could be read
 };

@@ -1,6 +1,7 @@
 #include "child_process.h"
 
 #include <equistream/error.h>
+#include <equistream_cli/own_folder.h>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -73,13 +74,8 @@ std::string complaint(std::string text) {
 
 }  // namespace
 
-std::filesystem::path own_folder() {
-    std::error_code error;
-    return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-}
-
 std::string run_beside(const std::string& program, const std::vector<std::string>& arguments) {
-    const std::string file = (own_folder() / program).string();
+    const std::string file = (cli::own_folder() / program).string();
     std::vector<char*> argv{const_cast<char*>(file.c_str())};
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));

@@ -1,6 +1,5 @@
 #pragma once
 /// Programs of ours that must not share a process with Mitsuba.
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -10,8 +9,5 @@ namespace equistream::mitsuba_host {
 /// fails, throws what it said on standard error: an InputError if it calls the input bad (exit status 2), else a
 /// WorkError.
 std::string run_beside(const std::string& program, const std::vector<std::string>& arguments);
-
-/// Folder of the running program.
-std::filesystem::path own_folder();
 
 }  // namespace equistream::mitsuba_host

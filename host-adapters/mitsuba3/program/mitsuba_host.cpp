@@ -8,6 +8,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream_cli/own_folder.h>
 
 #include <nlohmann/json.hpp>
 
@@ -31,7 +32,7 @@ std::uint64_t samples_of_a_pass(const std::string& variant) {
 /// Where plugins/ may lie: beside the folder of programs in a build tree and in a Python package, below lib where
 /// installed.
 fs::path find_plugin_root() {
-    const fs::path prefix = own_folder().parent_path();
+    const fs::path prefix = cli::own_folder().parent_path();
     std::string tried;
     std::error_code error;
     for (const fs::path& root :

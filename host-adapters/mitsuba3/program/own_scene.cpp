@@ -5,6 +5,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream_cli/own_folder.h>
 #include <equistream_scene/shading_model.h>
 
 #include <nlohmann/json.hpp>
@@ -93,7 +94,7 @@ void OwnScene::read_placements() {
 
 /// Kept below --out, because converting a large scene takes longer than reading what came of it.
 fs::path OwnScene::converted(const LoadContext& context) {
-    converter_ = content_fingerprint({own_folder() / "equistream-scene"}, "");
+    converter_ = content_fingerprint({cli::own_folder() / "equistream-scene"}, "");
     const fs::path folder = context.options.out / ".mitsuba" / (description_.fingerprint + "-" + converter_);
     const fs::path xml = folder / "scene.xml";
     std::error_code error;

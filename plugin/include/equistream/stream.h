@@ -190,7 +190,8 @@ struct StreamReadOptions {
 
 /// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's
 /// limits before anything is allocated, playlists are refused. A stream that was cut plays up to the cut; pictures
-/// that arrived damaged are left out. Throws InputError for what is no video, or of a version to come.
+/// that arrived damaged are left out. One that is sent over and over ends where it begins again. Throws InputError for
+/// what is no video, or of a version to come.
 class StreamReader {
 public:
     explicit StreamReader(const std::string& source, const StreamReadOptions& options = {});

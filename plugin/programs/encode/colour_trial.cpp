@@ -1,10 +1,9 @@
 #include "colour_trial.h"
 
-#include "scratch_folder.h"
-
 #include <equistream/colour.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream_cli/scratch_folder.h>
 
 #include <algorithm>
 #include <optional>
@@ -45,7 +44,7 @@ namespace {
 
 ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     const TrialRange range(sources.frames.size(), settings.gop);
-    const ScratchFolder scratch;
+    const cli::ScratchFolder scratch("encode");
     const DisplayTransform display;
     std::vector<ByteImage> pictures;
     std::optional<StreamWriter> writer;
@@ -61,7 +60,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
             StreamSettings tried = settings;
             tried.frames_per_second = frame->info.frames_per_second;
             tried.tracks = {{TrackRole::main, rgb.width(), rgb.height()}};
-            writer.emplace(scratch.file(), tried);
+            writer.emplace(scratch.file("trial.nut"), tried);
         }
         writer->write(TrackRole::main, rgb.view(), frame->info);
         pictures.push_back(std::move(rgb));
@@ -70,7 +69,7 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         return {};
     writer->finish();
     CodingLossMeter meter;
-    StreamReader reader(scratch.file());
+    StreamReader reader(scratch.file("trial.nut"));
     for (const ByteImage& picture : pictures) {
         const auto decoded = reader.next();
         if (!decoded || !same_size(decoded->rgb, picture))

@@ -1,10 +1,9 @@
 #include "depth_trial.h"
 
-#include "scratch_folder.h"
-
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
+#include <equistream_cli/scratch_folder.h>
 
 #include <algorithm>
 #include <cmath>
@@ -124,7 +123,7 @@ private:
         StreamSettings settings = settings_;
         const FloatImage& first = frames.distances_m.front();
         settings.tracks = {{frames.track.role, first.width(), first.height(), way.code, crf, way.halved}};
-        StreamWriter writer(scratch_.file(), settings);
+        StreamWriter writer(scratch_.file("trial.nut"), settings);
         for (std::size_t i = 0; i < frames.infos.size(); ++i) {
             FrameInfo info = frames.infos[i];
             info.depth_code = DepthCodeInfo{way.code, frames.ranges.of(frames.first + i, way), 0};
@@ -138,7 +137,7 @@ private:
     double share_within_budget() const {
         const TrialFrames& frames = frames_.front();
         const double budget_rad = error_budget_rad(default_focal_length_px);
-        StreamReader reader(scratch_.file());
+        StreamReader reader(scratch_.file("trial.nut"));
         std::int64_t within = 0, pixels = 0;
         for (const FloatImage& distances_m : frames.distances_m) {
             const auto decoded = reader.next();
@@ -155,7 +154,7 @@ private:
     }
 
     StreamSettings settings_;
-    ScratchFolder scratch_;
+    cli::ScratchFolder scratch_{"encode"};
     std::vector<TrialFrames> frames_;
     double colour_bytes_ = 0;
     int guess_ = 24;  ///< where to begin; then where the last way ended

@@ -149,6 +149,23 @@ std::string with_version(std::string bytes, char version, bool third_only) {
     return bytes;
 }
 
+TEST(StreamFaults, AStreamThatBeginsAgainHasEnded) {
+    for (const Codec codec : {Codec::h264, Codec::h265}) {
+        const synthetic::Folder folder;
+        synthetic::write(folder / "once.mkv", synthetic::small_stream(codec, true));
+        const std::string once = bytes_of(folder / "once.mkv");
+        put_bytes(folder / "twice.mkv", once + once);
+        StreamReader reader((folder / "twice.mkv").string());
+        std::map<TrackRole, std::vector<std::int64_t>> indices;
+        for (const DecodedPicture& picture : synthetic::read_all(reader))
+            indices[picture.role].push_back(picture.info->index);
+        const std::vector<std::int64_t> expected = {5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+        EXPECT_EQ(indices[TrackRole::main], expected);
+        EXPECT_EQ(indices[TrackRole::small], expected);
+        EXPECT_EQ(reader.truncation(), "");
+    }
+}
+
 TEST(StreamFaults, AVersionToComeIsNamedAndIsNoDamage) {
     for (const Codec codec : {Codec::h264, Codec::h265}) {
         synthetic::Folder folder;

@@ -1,21 +1,20 @@
-#include "scratch_folder.h"
-
 #include <equistream/error.h>
+#include <equistream_cli/scratch_folder.h>
 
 #include <cstdlib>
 
-namespace equistream {
+namespace equistream::cli {
 
 namespace fs = std::filesystem;
 
-ScratchFolder::ScratchFolder() {
+ScratchFolder::ScratchFolder(const std::string& program) {
     std::error_code problem;
     const fs::path parent = fs::temp_directory_path(problem);
     if (problem)
         throw WorkError("the folder for temporary files (TMPDIR): " + problem.message());
-    std::string name = (parent / "equistream-encode-XXXXXX").string();
+    std::string name = (parent / ("equistream-" + program + "-XXXXXX")).string();
     if (mkdtemp(name.data()) == nullptr)
-        throw WorkError(name + ": no folder for trials could be made there");
+        throw WorkError(name + ": no folder could be made there");
     path_ = name;
 }
 
@@ -24,4 +23,4 @@ ScratchFolder::~ScratchFolder() {
     fs::remove_all(path_, ignored);
 }
 
-}  // namespace equistream
+}  // namespace equistream::cli

@@ -1,0 +1,24 @@
+#pragma once
+/// Where files lie that only this process needs. The folder and all in it go with the object.
+#include <filesystem>
+#include <string>
+
+namespace equistream::cli {
+
+class ScratchFolder {
+public:
+    /// A new one among the system's temporary files (TMPDIR), named after the program. Throws WorkError where none can
+    /// be made.
+    explicit ScratchFolder(const std::string& program);
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+    std::string file(const std::string& name) const { return (path_ / name).string(); }
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+}  // namespace equistream::cli

@@ -1,0 +1,70 @@
+#include "source.h"
+
+#include <equistream/error.h>
+#include <equistream/send_times.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+namespace equistream {
+
+namespace {
+
+/// Later times are taken for this one, some three years.
+constexpr double latest_time_s = 1e8;
+
+struct Placed {
+    std::int64_t start;
+    double time_s;
+};
+
+double frame_duration_s(const AVFormatContext& format) {
+    for (unsigned i = 0; i < format.nb_streams; ++i)
+        if (const AVRational rate = format.streams[i]->avg_frame_rate; rate.num > 0 && rate.den > 0)
+            return 1 / av_q2d(rate);
+    return 1.0 / 30;
+}
+
+std::vector<Placed> read_packets(AVFormatContext& format) {
+    std::vector<Placed> packets;
+    const av::Packet packet = av::make_packet();
+    while (av_read_frame(&format, packet.get()) >= 0) {
+        const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
+        if (packet->pos >= 0 && time != AV_NOPTS_VALUE)
+            packets.push_back({packet->pos, double(time) * av_q2d(format.streams[packet->stream_index]->time_base)});
+        av_packet_unref(packet.get());
+    }
+    return packets;
+}
+
+}  // namespace
+
+SendTimes read_send_times(const std::string& file) {
+    av::silence_log();
+    const av::Demuxer format = open_source(file, {});
+    std::vector<Placed> packets = read_packets(*format);
+    if (packets.empty())
+        throw InputError(expected_found(file, "video whose packets say when and where they are", "none"));
+    std::ranges::sort(packets, {}, &Placed::start);
+    const double first_s = std::ranges::min(packets, {}, &Placed::time_s).time_s;
+    const double last_s = std::ranges::max(packets, {}, &Placed::time_s).time_s;
+
+    SendTimes times;
+    times.is_matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
+    times.duration_s = std::min(last_s - first_s, latest_time_s) + frame_duration_s(*format);
+    // From the back: no byte is due later than one behind it.
+    double due_s = latest_time_s;
+    std::int64_t end = std::int64_t(std::filesystem::file_size(file));
+    for (auto packet = packets.rbegin(); packet != packets.rend(); ++packet) {
+        const double before = due_s;
+        due_s = std::min(due_s, packet->time_s - first_s);
+        if (times.parts.empty() || due_s < before)
+            times.parts.push_back({end, due_s});
+        end = packet->start;
+    }
+    std::ranges::reverse(times.parts);
+    return times;
+}
+
+}  // namespace equistream

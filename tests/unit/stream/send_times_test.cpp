@@ -1,0 +1,92 @@
+/// When bytes are due, against what the pictures are and when they are shown.
+#include "synthetic.h"
+
+#include <equistream/error.h>
+#include <equistream/send_times.h>
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace equistream {
+namespace {
+
+struct Coded {
+    SendTimes times;
+    std::vector<DecodedPicture> pictures;
+    std::int64_t file_bytes;
+
+    explicit Coded(const std::filesystem::path& file)
+        : times(read_send_times(file.string())), file_bytes(std::int64_t(std::filesystem::file_size(file))) {
+        StreamReader reader(file.string());
+        pictures = synthetic::read_all(reader);
+    }
+    std::int64_t due_at(double time_s) const {
+        std::int64_t bytes = 0;
+        for (const DueBytes& part : times.parts)
+            if (part.time_s <= time_s)
+                bytes = part.end;
+        return bytes;
+    }
+    /// Coded bytes of the pictures of the first `count` frames.
+    std::int64_t bytes_of(std::int64_t count, std::int64_t first_index) const {
+        std::int64_t bytes = 0;
+        for (const DecodedPicture& picture : pictures)
+            bytes += picture.info->index < first_index + count ? picture.bytes : 0;
+        return bytes;
+    }
+};
+
+/// Containers' own clocks count whole milliseconds or finer.
+constexpr double clock_s = 1e-3;
+
+/// Pictures are coded at most so many before others that are shown earlier: three between references, and these.
+constexpr int most_reordered = 4;
+
+TEST(SendTimes, OfMatroskaEachFramesBytesAreDueAtItsTimeAndNoLaterOnes) {
+    const synthetic::Folder folder;
+    const synthetic::Made made = synthetic::small_stream(Codec::h264, true);
+    synthetic::write(folder / "a.mkv", made);
+    const Coded coded(folder / "a.mkv");
+    EXPECT_TRUE(coded.times.is_matroska);
+    EXPECT_EQ(coded.times.parts.front().time_s, 0);
+    EXPECT_GE(coded.times.parts.back().time_s, (made.pictures - 1 - most_reordered) / 30.0 - clock_s);
+    for (std::size_t i = 1; i < coded.times.parts.size(); ++i) {
+        EXPECT_GT(coded.times.parts[i].time_s, coded.times.parts[i - 1].time_s);
+        EXPECT_GT(coded.times.parts[i].end, coded.times.parts[i - 1].end);
+    }
+    EXPECT_EQ(coded.times.parts.back().end, coded.file_bytes);
+    EXPECT_NEAR(coded.times.duration_s, made.pictures / 30.0, 2 * clock_s);
+    const std::int64_t all = coded.bytes_of(made.pictures, made.first_index);
+    for (int frame = 0; frame < made.pictures; ++frame) {
+        const std::int64_t due = coded.due_at(frame / 30.0 + clock_s);
+        EXPECT_GE(due, coded.bytes_of(frame + 1, made.first_index)) << frame;
+        const std::int64_t later = all - coded.bytes_of(frame + 1 + most_reordered, made.first_index);
+        EXPECT_LE(due, coded.file_bytes - later) << frame;
+    }
+}
+
+/// A group's samples lie there one track behind the other: what is in front of a sample is due when it is.
+TEST(SendTimes, OfMp4NoFrameComesLateAndGroupsAfterEachOther) {
+    const synthetic::Folder folder;
+    const synthetic::Made made = synthetic::small_stream(Codec::h264, true);
+    synthetic::write(folder / "a.mp4", made);
+    const Coded coded(folder / "a.mp4");
+    EXPECT_FALSE(coded.times.is_matroska);
+    EXPECT_EQ(coded.times.parts.front().time_s, 0);
+    EXPECT_EQ(coded.times.parts.back().end, coded.file_bytes);
+    for (int frame = 0; frame < made.pictures; ++frame)
+        EXPECT_GE(coded.due_at(frame / 30.0 + clock_s), coded.bytes_of(frame + 1, made.first_index)) << frame;
+    const std::int64_t later = coded.bytes_of(made.pictures, 5) - coded.bytes_of(made.settings.gop, made.first_index);
+    EXPECT_LE(coded.due_at((made.settings.gop - 1) / 30.0 + clock_s), coded.file_bytes - later);
+}
+
+TEST(SendTimes, NothingElseHasTimes) {
+    const synthetic::Folder folder;
+    std::ofstream(folder / "notes.mkv") << "nothing to see\n";
+    EXPECT_THROW(read_send_times((folder / "notes.mkv").string()), InputError);
+    EXPECT_THROW(read_send_times((folder / "absent.mkv").string()), InputError);
+}
+
+}  // namespace
+}  // namespace equistream
