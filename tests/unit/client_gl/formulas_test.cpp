@@ -10,6 +10,7 @@
 #include <glm/vec4.hpp>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -58,6 +59,24 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID);
     if (all(lessThan(at, source_size)))
         directions[at.y * source_size.x + at.x] = vec4(direction_of(at), 0.0);
+}
+)glsl";
+
+const char* directions_around_probe = R"glsl(
+layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
+#include "source_grid.glsl"
+layout(std430, binding = 1) buffer Most { uint off_bits, corners; };
+
+void main() {
+    ivec2 corner = ivec2(gl_GlobalInvocationID) - 2;
+    if (any(greaterThan(corner, source_size)))
+        return;
+    vec3 directions[4] = directions_around(corner);
+    float off = 0.0;
+    for (int k = 0; k < 4; ++k)
+        off = max(off, distance(directions[k], direction_of(wrapped(corner + ivec2(k & 1, k >> 1)))));
+    atomicMax(off_bits, floatBitsToUint(off));
+    atomicAdd(corners, 1u);
 }
 )glsl";
 
@@ -170,6 +189,25 @@ TEST_F(Formulas, SamplesLookWhereTheContractHasThem) {
             worst = std::max(worst, glm::distance(direction_of(camera, x + 0.5, y + 0.5), glm::dvec3(directions[i])));
         }
         EXPECT_LT(worst, 2e-6) << width;
+    }
+}
+
+/// All corners of four samples, those around the edges too.
+TEST_F(Formulas, FourSamplesHaveTheirOwnDirections) {
+    const gl::Program program({{GL_COMPUTE_SHADER, "directions around", directions_around_probe}});
+    for (const Camera& camera : engine_sources(720)) {
+        gl::SourceTextures source;
+        source.describe(camera);
+        std::array<GLuint, 2> most{};
+        const gl::Buffer found = gl::make_buffer_of(std::span<const GLuint>(most));
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, found.name());
+        glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
+        const gl::Size corners{width_of(camera) + 3, height_of(camera) + 3};
+        program.dispatch(corners);
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        glGetNamedBufferSubData(found.name(), 0, sizeof most, most.data());
+        EXPECT_LT(std::bit_cast<float>(most[0]), 4e-6f) << width_of(camera);
+        EXPECT_EQ(most[1], GLuint(corners.width * corners.height));
     }
 }
 

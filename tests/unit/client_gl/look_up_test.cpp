@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <random>
 
 namespace equistream::test {
 namespace {
@@ -86,6 +88,48 @@ TEST_F(GlLookUp, FromTheSourcesOwnPlaceNeedsNoDepth) {
     view.depth_m = {};
     const std::array<Pose, 2> turned = {Pose{{0, 0, 0}, yaw_pitch(3, 0.4)}, Pose{{0, 0, 0}, yaw_pitch(-1, -1.5)}};
     expect_reference(true, view, hall, turned);
+}
+
+/// A thin wall between the source and the eyes: both see the same points, each from its side, and so finely that their
+/// depths agree.
+TEST_F(GlLookUp, BacksOfSurfacesAreGaps) {
+    const Distance thin_wall = [](const glm::dvec3& o, const glm::dvec3& d) {
+        const double wall = to_plane(o, d, {1, 0, 0}, 0.1);
+        return std::min(wall, to_plane(o, d, {0, 0, 1}, -4));
+    };
+    const Rendered source = render(thin_wall, smooth_colour, EquirectCamera{2880, 1440, {}}, Pose{});
+    const std::array<Pose, 2> beyond = {Pose{{0.14, 0, 0}, yaw_pitch(0.3, 0)}, Pose{{0.15, 0.01, 0}, yaw_pitch(0, 0)}};
+    expect_reference(true, source.source(0.15), thin_wall, beyond);
+}
+
+/// Colours of no two neighbours alike mix across the seam and the poles as everywhere.
+TEST_F(GlLookUp, MixesAcrossSeamAndPoles) {
+    std::mt19937 random(5);
+    ByteImage rgb(64, 32, 3);
+    for (std::uint8_t& sample : rgb.samples())
+        sample = std::uint8_t(random());
+    const SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{64, 32, {}}};
+    gl::SourceTextures textures;
+    textures.upload(view);
+    gl::LookUp look_up(false);
+    gl::EyeTargets targets;
+    targets.size_for(eye_camera, 2);
+    const auto reference = make_engine("sphere", {.reference = true});
+    reference->set_source(view);
+    for (const double pitch : {0.0, 1.5, -1.5}) {
+        const std::array<EyeView, 2> eyes = {EyeView{eye_camera, {{0, 0, 0}, yaw_pitch(pi, pitch)}, {}},
+                                             EyeView{eye_camera, {{0, 0, 0}, yaw_pitch(3, pitch)}, {}}};
+        look_up.reproject(view, textures, eyes, targets.depth(), targets);
+        for (int k = 0; k < 2; ++k) {
+            EyePicture expected, found;
+            reference->reproject(eyes[std::size_t(k)], expected);
+            targets.download(k, found);
+            int most = 0;
+            for (std::size_t i = 0; i < found.rgba.samples().size(); ++i)
+                most = std::max(most, std::abs(int(found.rgba.samples()[i]) - int(expected.rgba.samples()[i])));
+            EXPECT_LE(most, 4) << "pitch " << pitch << ", eye " << k << ": filters mix in 256 steps";
+        }
+    }
 }
 
 /// A view without depth does not look up by that of the view before; a pass that finds it starts from unknown.
