@@ -16,9 +16,9 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     std::optional<ReceivedFrame> frame = feed_->next();
     if (!frame)
         throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
-    first_ = std::make_shared<const ReceivedFrame>(std::move(*frame));
-    wanted_first_ = first_->main.info.index;
-    ready_.push_back({first_, feed_->fraction_done().value_or(0)});
+    first_ = frame->main.info;
+    wanted_first_ = first_.index;
+    ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
     thread_ = std::thread([this] { run(); });
 }
 
@@ -38,12 +38,19 @@ void FrameLoader::run() {
             changed_.wait(lock);
             continue;
         }
+        const unsigned seeks = seeks_;
+        const bool jumped = opened_for_ != seeks;
         try {
             read(lock);
         } catch (...) {
             if (!lock.owns_lock())
                 lock.lock();
-            failure_ = std::current_exception();
+            if (seeks != seeks_)
+                continue;  // nobody waits for what failed
+            // A folder has no frames there; a stream says so by its end.
+            ended_ = jumped && wanted_first_ > first_.index;
+            if (!ended_)
+                failure_ = std::current_exception();
         }
     }
 }
@@ -89,6 +96,11 @@ SharedFrame FrameLoader::due(double time_s) {
     if (found)
         changed_.notify_all();
     return found;
+}
+
+bool FrameLoader::is_ready() const {
+    const std::lock_guard lock(mutex_);
+    return !ready_.empty();
 }
 
 SharedFrame FrameLoader::next() {

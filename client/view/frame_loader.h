@@ -24,14 +24,18 @@ public:
     FrameLoader(const FrameLoader&) = delete;
     FrameLoader& operator=(const FrameLoader&) = delete;
 
-    const SharedFrame& first() const { return first_; }
+    /// Of the first frame.
+    const FrameInfo& first() const { return first_; }
 
     /// The newest frame that is due at `time_s` of the source's own time, those before it being dropped; null: none has
     /// come since. Throws what reading threw.
     SharedFrame due(double time_s);
+    /// Whether a frame is ready, due or not.
+    bool is_ready() const;
     /// The next frame, due or not; null: none is ready.
     SharedFrame next();
-    /// Starts again at a frame: what was read ahead is dropped. Sources that cannot be read again (pipes) stay.
+    /// Starts again at a frame: what was read ahead is dropped, and the source is opened anew. Where it has no frame
+    /// from there on it is at its end.
     void seek(std::int64_t frame);
 
     bool at_end() const;             ///< all has been read and taken
@@ -56,7 +60,7 @@ private:
     std::condition_variable changed_;
     std::unique_ptr<FrameFeed> feed_;
     std::deque<Ready> ready_;
-    SharedFrame first_;
+    FrameInfo first_;
     std::int64_t wanted_first_ = 0;
     unsigned seeks_ = 0;       ///< a frame that was read before the last does not count
     unsigned opened_for_ = 0;  ///< of seeks, what feed_ was opened for; the reading thread's own

@@ -54,32 +54,39 @@ std::string Recorder::start_or_stop_view() {
 }
 
 void Recorder::add_view(ImageView<const std::uint8_t> rgb) {
-    if (records_view())
-        write_picture(view_folder_ / frame_file_name(view_pictures_++, "png"), rgb);
+    if (!records_view())
+        return;
+    try {
+        write_picture(view_folder_ / frame_file_name(view_pictures_, "png"), rgb);
+        ++view_pictures_;
+    } catch (...) {
+        view_folder_.clear();
+        throw;
+    }
 }
 
 std::string Recorder::start_or_stop_head() {
     if (!records_head_) {
+        require_writable_folder(folder_);
         head_.clear();
         records_head_ = true;
         return "recording the head's path";
     }
+    if (!head_.empty()) {
+        const fs::path file = unused_name(folder_, "head", ".csv");
+        write_path_csv(file, PosePath(head_, file.string()));
+        records_head_ = false;
+        return "wrote " + std::to_string(head_.size()) + " poses to " + file.string();
+    }
     records_head_ = false;
-    if (head_.empty())
-        return "no path was recorded";
-    require_writable_folder(folder_);
-    const fs::path file = unused_name(folder_, "head", ".csv");
-    write_path_csv(file, PosePath(head_, file.string()));
-    return "wrote " + std::to_string(head_.size()) + " poses to " + file.string();
+    return "no path was recorded";
 }
 
 void Recorder::add_head(double time_s, const Pose& head) {
     if (!records_head_)
         return;
-    if (head_.empty())
-        head_began_s_ = time_s;
-    if (head_.empty() || time_s - head_began_s_ > head_.back().time_s)
-        head_.push_back({time_s - head_began_s_, head});
+    if (head_.empty() || time_s > head_.back().time_s)
+        head_.push_back({time_s, head});
 }
 
 }  // namespace equistream

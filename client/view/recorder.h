@@ -27,10 +27,10 @@ public:
     std::string start_or_stop_head();
 
     bool records_view() const { return !view_folder_.empty(); }
-    bool records_head() const { return records_head_; }
-    /// One refresh; does nothing unless it is being recorded.
+    /// One refresh; does nothing unless it is being recorded. A picture that cannot be written ends the recording.
     void add_view(ImageView<const std::uint8_t> rgb);
-    /// `time_s` on any clock; the path begins at 0.
+    /// `time_s` is the source's: play and render put the head there again. While it stands still or goes back nothing
+    /// is added.
     void add_head(double time_s, const Pose& head);
 
 private:
@@ -38,7 +38,6 @@ private:
     std::int64_t view_pictures_ = 0;
     bool records_head_ = false;
     std::vector<PosePath::Key> head_;
-    double head_began_s_ = 0;
 };
 
 }  // namespace equistream

@@ -18,15 +18,28 @@ namespace equistream {
 namespace {
 
 constexpr double message_s = 4, second_s = 1;
-constexpr double drag_rad_per_px = 0.0025;
 constexpr double zoom_step = 1.1, least_fov_deg = 10, most_fov_deg = 150;
 constexpr float split_step = 0.05f;
 /// After a pause of the whole program (a debugger, a closed lid) time goes on from where it was.
 constexpr double longest_step_s = 0.25;
 
+bool goes_on_by_repeats(Action action) {
+    constexpr std::array repeated = {Action::frame_back, Action::frame_on,   Action::second_back,
+                                     Action::second_on,  Action::split_left, Action::split_right};
+    return std::ranges::find(repeated, action) != repeated.end();
+}
+
 template <typename Enum, std::size_t n>
 Enum after(Enum value, const std::array<std::string_view, n>&) {
     return Enum((std::size_t(value) + 1) % n);
+}
+
+/// Main's depth comes from geometry or not at all, the second eye is drawn like the first, mirrors as if painted.
+TrackRoles unused_roles() {
+    TrackRoles roles;
+    for (const TrackRole role : {TrackRole::small, TrackRole::depth, TrackRole::images})
+        roles.set(std::size_t(role));
+    return roles;
 }
 
 double box_radius_m(const FrameInfo& info) {
@@ -36,8 +49,10 @@ double box_radius_m(const FrameInfo& info) {
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
-    : settings_(settings), loader_(settings.source, {.depth = true, .yuv = true}), recorder_(settings.out) {
-    const FrameInfo& first = loader_.first()->main.info;
+    : settings_(settings),
+      loader_(settings.source, {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }}),
+      recorder_(settings.out) {
+    const FrameInfo& first = loader_.first();
     window_ = Window::open("equistream: " + settings_.source, settings_.size, settings_.visible);
     renderer_ = std::make_unique<gl::EyeRenderer>(settings_.scene ? &*settings_.scene : nullptr, box_radius_m(first));
     display_.emplace();
@@ -63,7 +78,7 @@ bool Viewer::refresh(double since_last_s) {
     const Inputs inputs = window_->poll();
     for (const KeyPress& press : inputs.pressed)
         if (const KeyBinding* binding = binding_of(press.key, press.modifiers);
-            binding != nullptr && !is_held(binding->action))
+            binding != nullptr && !is_held(binding->action) && (!press.repeated || goes_on_by_repeats(binding->action)))
             act(binding->action);
     steer(inputs, seconds);
     const gl::Size window = window_->size();
@@ -76,11 +91,10 @@ bool Viewer::refresh(double since_last_s) {
         const double refresh_ms = 1e3 * since_last_s;
         if (settings_.times)
             panels_->add(times_.row(), refresh_ms);
-        recorder_.add_head(run_s_, head());
+        recorder_.add_head(time_s_, head());
         keep_what_is_asked_for();
         panels_->draw(status(), settings_.help, settings_.times);
         window_->show();
-        ++refreshes_;
     }
     const bool over = settings_.seconds > 0 && run_s_ >= settings_.seconds;
     return !(quit_ || over || window_->should_close());
@@ -109,9 +123,11 @@ void Viewer::steer(const Inputs& inputs, double seconds) {
     steering.move_x = sticks.move_x;
     steering.move_y = sticks.move_y;
     steering.move_z = sticks.move_z;
-    // What the mouse holds stays under it.
-    steering.drag_yaw_rad = inputs.drag_x * drag_rad_per_px;
-    steering.drag_pitch_rad = inputs.drag_y * drag_rad_per_px;
+    // What the mouse holds in the middle of a picture stays under it.
+    const double eye_px = std::max(1, gl::eye_size(settings_.layout, window_->size()).width);
+    const double rad_per_px = 2 * std::tan(settings_.fov_deg * pi / 360) / eye_px;
+    steering.drag_yaw_rad = inputs.drag_x * rad_per_px;
+    steering.drag_pitch_rad = inputs.drag_y * rad_per_px;
     navigator_.steer(steering, seconds);
     settings_.fov_deg =
         std::clamp(settings_.fov_deg * std::pow(zoom_step, -inputs.scroll), least_fov_deg, most_fov_deg);
@@ -120,29 +136,51 @@ void Viewer::steer(const Inputs& inputs, double seconds) {
 }
 
 void Viewer::advance(double seconds) {
-    const bool waits = stepping_;
-    if (waits)
-        if (SharedFrame frame = loader_.next()) {
-            time_s_ = frame->main.info.time_s;
-            show(std::move(frame));
-            stepping_ = false;
-        }
-    if (settings_.paused || stepping_)
-        return;
-    // Where decoding does not keep up, time goes slower rather than past frames that are not there.
+    try {
+        if (stepping_)
+            step();
+        else if (!settings_.paused)
+            play(seconds);
+    } catch (const std::exception& error) {
+        // What was shown last stays.
+        tell(error.what());
+        stepping_ = false;
+        settings_.paused = true;
+    }
+}
+
+void Viewer::step() {
+    if (SharedFrame frame = loader_.next()) {
+        time_s_ = frame->main.info.time_s;
+        show(std::move(frame));
+        stepping_ = false;
+    } else if (loader_.at_end()) {
+        end();
+    }
+}
+
+void Viewer::play(double seconds) {
     const FrameInfo& info = frame().main.info;
-    const double interval_s = 1 / std::max(1.0, info.frames_per_second);
-    time_s_ = std::min(time_s_ + seconds, info.time_s + interval_s + longest_step_s);
+    const double interval_s = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0;
+    time_s_ += seconds;
+    // Where decoding does not keep up, time waits for it.
+    if (!loader_.is_ready() && !loader_.at_end())
+        time_s_ = std::min(time_s_, info.time_s + interval_s);
     if (SharedFrame frame = loader_.due(time_s_))
         show(std::move(frame));
-    else if (loader_.at_end() && time_s_ >= info.time_s + interval_s) {
-        if (!loader_.truncation().empty() && message_until_s_ < run_s_)
-            tell(loader_.truncation());
-        if (settings_.loop)
-            act(Action::to_start);
-        else
-            settings_.paused = true;
-    }
+    else if (loader_.at_end() && time_s_ >= info.time_s + interval_s)
+        end();
+}
+
+void Viewer::end() {
+    stepping_ = false;
+    if (!loader_.truncation().empty())
+        tell(loader_.truncation());
+    // A server is not asked again and again: who comes back to its address begins anew.
+    if (settings_.loop && !settings_.paused && settings_.source.find("://") == std::string::npos)
+        seek(0);
+    else
+        settings_.paused = true;
 }
 
 void Viewer::show(SharedFrame frame) {
@@ -150,7 +188,7 @@ void Viewer::show(SharedFrame frame) {
 }
 
 void Viewer::seek(double time_s) {
-    const FrameInfo& first = loader_.first()->main.info;
+    const FrameInfo& first = loader_.first();
     const double wanted = std::max(time_s, first.time_s);
     loader_.seek(first.index + std::int64_t(std::llround((wanted - first.time_s) * first.frames_per_second)));
     time_s_ = wanted;
@@ -268,7 +306,7 @@ double Viewer::beyond_head_box() const {
     return head_box_fading(farthest_m, box_radius_m(info) + 1e-6);
 }
 
-void Viewer::look(gl::Size window) {
+void Viewer::draw_eyes(gl::Size window, bool splits) {
     const FrameInfo& info = frame().main.info;
     const gl::Size size = gl::eye_size(settings_.layout, window);
     const PerspectiveCamera camera{size.width, size.height, settings_.fov_deg * pi / 180};
@@ -280,7 +318,6 @@ void Viewer::look(gl::Size window) {
         eyes[std::size_t(i)] = {camera,
                                 {eye_position(head(), right ? Eye::right : Eye::left, ipd_m), head().orientation}};
     }
-    const bool splits = split_ < 1 && renderer_->has_depth();
     renderer_->look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
     const gl::RefreshOptions options{.surface = settings_.surface,
                                      .fill = settings_.fill,
@@ -288,11 +325,17 @@ void Viewer::look(gl::Size window) {
     renderer_->draw(options, targets_, times_);
     if (splits)
         renderer_->draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
+}
+
+void Viewer::look(gl::Size window) {
+    const bool splits = split_ < 1 && renderer_->has_depth();
+    if (settings_.layout != gl::DisplayLayout::sphere)
+        draw_eyes(window, splits);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     display_->draw({.eyes = &targets_,
                     .other = splits ? &other_targets_ : nullptr,
                     .depth = renderer_->depth(),
-                    .reliability = options.reliability ? renderer_->reliability() : 0,
+                    .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_->reliability() : 0,
                     .source = &renderer_->source()},
                    {.layout = settings_.layout,
                     .anaglyph = settings_.anaglyph,
@@ -327,11 +370,6 @@ StatusLine Viewer::status() const {
     else if (!renderer_->has_geometry())
         line.warning = "no --scene or --model: rotation only";
     return line;
-}
-
-ByteImage Viewer::snapshot() {
-    look(window_->size());
-    return read_back();
 }
 
 ByteImage Viewer::read_back() const {

@@ -46,20 +46,17 @@ public:
     bool refresh(double since_last_s);
     void act(Action action);
 
-    /// Draws what the window shows but for what is written over it, and gives it as RGB.
-    ByteImage snapshot();
-    const Navigator& navigator() const { return navigator_; }
-    const ReceivedFrame& frame() const { return renderer_->frame(); }
-    double time_s() const { return time_s_; }
-    const ViewerSettings& settings() const { return settings_; }
-    std::uint64_t refreshes() const { return refreshes_; }
-
 private:
     void steer(const Inputs& inputs, double seconds);
     void advance(double seconds);
+    void step();
+    void play(double seconds);
+    void end();
     void show(SharedFrame frame);
     void seek(double time_s);
     void look(gl::Size window);
+    void draw_eyes(gl::Size window, bool splits);
+    const ReceivedFrame& frame() const { return renderer_->frame(); }
     Pose head() const;
     double beyond_head_box() const;  ///< fading, 0 to 1
     StatusLine status() const;
@@ -84,7 +81,6 @@ private:
     bool quit_ = false, picture_wanted_ = false;
     std::string message_;  ///< what was written last
     double message_until_s_ = 0;
-    std::uint64_t refreshes_ = 0;
 };
 
 }  // namespace equistream

@@ -160,10 +160,6 @@ gl::Size Window::size() const {
     return glfwGetWindowAttrib(window_, GLFW_ICONIFIED) == GLFW_TRUE ? gl::Size{} : size;
 }
 
-void Window::set_title(const std::string& title) {
-    glfwSetWindowTitle(window_, title.c_str());
-}
-
 void Window::toggle_fullscreen() {
     if (glfwGetWindowMonitor(window_) != nullptr) {
         glfwSetWindowMonitor(window_, nullptr, left_, top_, width_, height_, GLFW_DONT_CARE);

@@ -45,7 +45,6 @@ public:
     bool should_close() const;
     /// Of the framebuffer, in pixels; 0 where it is minimised.
     gl::Size size() const;
-    void set_title(const std::string& title);
     void toggle_fullscreen();
     /// Shows what was drawn, at the display's next refresh.
     void show();

@@ -13,7 +13,8 @@ constexpr double widest_half_rad = 62 * pi / 180;
 constexpr double spare_samples = 3;
 /// Points on each side of an eye's picture whose rays are followed.
 constexpr int border_steps = 32;
-constexpr int least_side = 16;
+/// Sides are whole numbers of so many texels, so that a moving head rarely asks for storage of another size.
+constexpr int side_step = 64;
 
 /// Pixels per radian of the source.
 double density_px(const EquirectCamera& camera) {
@@ -22,7 +23,8 @@ double density_px(const EquirectCamera& camera) {
 
 PerspectiveCamera flat_camera(double half_x_rad, double half_y_rad, double focal_px) {
     const auto side = [focal_px](double half_rad) {
-        return std::max(least_side, int(std::ceil(2 * focal_px * std::tan(half_rad))));
+        const int texels = int(std::ceil(2 * focal_px * std::tan(half_rad)));
+        return (texels + side_step - 1) / side_step * side_step;
     };
     const int width = side(half_x_rad);
     return {width, side(half_y_rad), 2 * std::atan(width / (2 * focal_px))};

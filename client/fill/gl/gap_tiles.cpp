@@ -59,6 +59,8 @@ void GapTiles::size_for(const EyeTargets& targets) {
 void GapTiles::find(const EyeTargets& targets) {
     size_for(targets);
     static constexpr ListsHead nothing = nothing_listed();
+    // The last lists were written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glNamedBufferSubData(lists_.name(), 0, sizeof nothing, &nothing);
     bind();
     glBindTextureUnit(0, targets.origin());

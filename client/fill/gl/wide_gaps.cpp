@@ -35,6 +35,8 @@ void WideGaps::bind() const {
 void WideGaps::find(const GapTiles& gaps, const EyeTargets& targets, int side) {
     size_for(targets);
     const GLuint nobody = 0;
+    // A shader wrote what is there.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glClearNamedBufferData(wide_roots_.name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nobody);
     gaps.bind();
     bind();

@@ -1,6 +1,6 @@
 #pragma once
 /// Which moment of the stream to show at which display time, so that a late, jittering or silent server is seen as
-/// calmly as can be. Times are handed in, so the simulator, `play` and the viewer run the same clock; one thread.
+/// calmly as can be. Times are handed in, so that simulations and live players can run the same clock; one thread.
 ///
 /// Frames arrive at offsets (arrival less frame time). The least of the last seconds is the path's own delay; the
 /// play-out delay adds what on_time_share of the frames take beyond it, within bounds: the idea of the jitter buffers

@@ -1,6 +1,6 @@
 #pragma once
 /// A viewer of a late server, simulated: frames go through a network that does not exist (delivery_simulator.h) into
-/// the ring, the clock and the prediction that a real viewer has, and come out at the refreshes of a display that does
+/// the ring, the clock and the prediction of a live player, and come out at the refreshes of a display that does
 /// not exist either. One clock for all: a frame is sent at its frame time, and the head's path and the stalls count on
 /// it too. Refresh k is seen at k / refresh_hz, and made photon_s before that, of what has come and of how the head has
 /// moved by then.

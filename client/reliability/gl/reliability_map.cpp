@@ -122,7 +122,7 @@ void ReliabilityMap::find_fill_depth(const EyeTargets& targets) {
         write_to(*to, GL_R8UI);
         program->set("tile_grid", glm::ivec2(filled_.grid().width, filled_.grid().height));
         filled_.dispatch(*program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
-        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     }
 }
 
@@ -145,13 +145,14 @@ void ReliabilityMap::estimate(const SourceView& source, const SourceTextures& te
         program->set("inverse_depth_scale", judged.depth.scale);
     write_to(surroundings_, GL_RGBA8UI);
     surroundings_pass_.dispatch(size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     write_to(rows_, GL_RG16UI);
     rows_pass_.dispatch(size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     write_to(reliability_, GL_R8);
     map_pass_.dispatch(size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
+                    GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 void ReliabilityMap::download(int eye, EyePicture& picture) const {

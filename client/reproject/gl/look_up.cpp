@@ -79,6 +79,8 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
     eyes_.set(view, eyes, error_budget_px_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
+    // The last list was written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glNamedBufferSubData(list_.name(), 0, sizeof nothing_listed, nothing_listed.data());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_.name());
     glBindTextureUnit(0, source.colour());

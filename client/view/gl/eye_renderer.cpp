@@ -48,9 +48,9 @@ EyeRenderer::~EyeRenderer() = default;
 
 void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times) {
     const bool is_first = frames_[current_].frame() == nullptr;
-    if (!is_first)
-        current_ = 1 - current_;
-    current().upload(std::move(frame));
+    const std::size_t next = is_first ? current_ : 1 - current_;
+    frames_[next].upload(std::move(frame));
+    current_ = next;
     if (geometry_ != nullptr)
         geometry_->set_time(current().frame()->main.info.time_s);
     times.mark(RenderStage::upload);

@@ -32,7 +32,7 @@ struct RefreshOptions {
 
 class EyeRenderer {
 public:
-    /// Without a scene there is no depth but the frames' own. `box_radius_m` sizes what depth may be off by.
+    /// Without a scene eyes only turn. `box_radius_m` sizes what depth may be off by.
     EyeRenderer(const SceneDescription* scene, double box_radius_m);
     ~EyeRenderer();
 

@@ -1,6 +1,8 @@
 #include "frame_textures.h"
 
 #include <equistream/bound.h>
+#include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <utility>
 
@@ -24,6 +26,19 @@ ImageView<const float> plane_or_nothing(const FloatImage& plane) {
     return plane.empty() ? ImageView<const float>{} : plane.view();
 }
 
+/// Shaders fetch by what tags say.
+void require_tagged_size(const ReceivedPicture& picture, const char* track) {
+    const int width = picture_width(picture.info), height = picture_height(picture.info);
+    const auto is_whole = [&](const FloatImage& plane) {
+        return plane.empty() || (plane.width() == width && plane.height() == height);
+    };
+    if (picture.width() != width || picture.height() != height || !is_whole(picture.depth_m) ||
+        !is_whole(picture.specular) || !is_whole(picture.virtual_depth_m))
+        throw WorkError(expected_found(formatted("frame %lld, %s", static_cast<long long>(picture.info.index), track),
+                                       formatted("a picture of %dx%d, as it is tagged", width, height),
+                                       formatted("%dx%d", picture.width(), picture.height())));
+}
+
 void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
     to.view = source_view_of(picture);
     to.textures.upload(to.view);
@@ -43,11 +58,13 @@ SourceView source_view_of(const ReceivedPicture& picture) {
 }
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
+    require_tagged_size(frame->main, "main");
+    if (frame->hidden)
+        require_tagged_size(*frame->hidden, "hidden");
+    if (frame->patches)
+        require_tagged_size(*frame->patches, "patches");
     frame_ = std::move(frame);
     upload_picture(frame_->main, main_);
-    has_small_ = frame_->small.has_value();
-    if (has_small_)
-        upload_picture(*frame_->small, small_);
     has_hidden_ = frame_->hidden.has_value();
     if (has_hidden_)
         upload_picture(*frame_->hidden, hidden_);

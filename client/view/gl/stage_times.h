@@ -23,7 +23,6 @@ public:
     void mark(RenderStage stage);
 
     const Row& row() const { return row_; }
-    bool told_apart() const { return told_apart_; }
 
 private:
     bool told_apart_ = false;

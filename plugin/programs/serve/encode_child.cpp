@@ -47,7 +47,7 @@ bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<
     bool stopped = false;
     std::optional<int> status;
     stop.async_wait([&](const asio::error_code& error, int) {
-        if (error)
+        if (error || status)  // the child has ended, and its number may be another's
             return;
         stopped = true;
         kill(child, SIGTERM);

@@ -138,6 +138,8 @@ TEST_F(GlDisplay, FadingGoesToGrey) {
         EXPECT_GE(sample, 0.6 * 127);
         EXPECT_LE(sample, 255 - 0.6 * 127);
     }
+    for (int x = 0; x < window.width; ++x)
+        EXPECT_EQ(found.pixel(x, 20)[0], found.pixel(x, 20)[2]) << x;
 }
 
 }  // namespace

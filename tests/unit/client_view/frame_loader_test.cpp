@@ -51,7 +51,7 @@ protected:
 
 TEST_F(FrameLoaders, GivesEveryFrameInOrderAndThenItsEnd) {
     FrameLoader loader(folder.string(), {});
-    EXPECT_EQ(loader.first()->main.info.index, 0);
+    EXPECT_EQ(loader.first().index, 0);
     for (int index = 0; index < frame_count; ++index) {
         const SharedFrame frame = waited_for(loader);
         ASSERT_NE(frame, nullptr);
@@ -97,6 +97,15 @@ TEST_F(FrameLoaders, JumpsToAFrameFromTheMiddleAndFromTheEnd) {
     for (int i = 0; i < 50; ++i)  // faster than anything can be read
         loader.seek(i % frame_count);
     EXPECT_EQ(waited_for(loader)->main.info.index, 49 % frame_count);
+}
+
+TEST_F(FrameLoaders, BehindTheEndThereIsNothingAndBackIsPossible) {
+    FrameLoader loader(folder.string(), {});
+    loader.seek(frame_count + 5);
+    EXPECT_EQ(waited_for(loader), nullptr);
+    EXPECT_TRUE(loader.at_end());
+    loader.seek(frame_count - 1);
+    EXPECT_EQ(waited_for(loader)->main.info.index, frame_count - 1);
 }
 
 /// A frame in use stays whole when its loader is gone.

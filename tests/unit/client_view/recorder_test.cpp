@@ -42,7 +42,7 @@ TEST_F(Recordings, PicturesAreNumberedWhileItRecords) {
     EXPECT_FALSE(fs::exists(folder / "recording.0001" / "frame.0003.png"));
 }
 
-TEST_F(Recordings, PathsBeginAtZeroAndLeaveStandstillsOfTheClockOut) {
+TEST_F(Recordings, PathsAreInTheSourcesTimeAndLeaveStandstillsOut) {
     Recorder recorder(folder);
     recorder.add_head(1, {});
     recorder.start_or_stop_head();
@@ -51,8 +51,8 @@ TEST_F(Recordings, PathsBeginAtZeroAndLeaveStandstillsOfTheClockOut) {
     recorder.start_or_stop_head();
     const PosePath path = read_path_csv(folder / "head.0001.csv");
     ASSERT_EQ(path.keys().size(), 3u);
-    EXPECT_EQ(path.keys()[0].time_s, 0);
-    EXPECT_EQ(path.keys()[2].time_s, 1.25);
+    EXPECT_EQ(path.keys()[0].time_s, 5);
+    EXPECT_EQ(path.keys()[2].time_s, 6.25);
     EXPECT_EQ(path.keys()[2].pose.position_m.x, 6.25);
 }
 
