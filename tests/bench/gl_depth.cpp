@@ -36,6 +36,9 @@ struct Drawing {
         : description(scene), context(gl::make_offscreen_context()), pass(load_model(description, {.shading = false})),
           sphere_depth(head_box_radius_centre(description.lean_m, default_ipd_m),
                        default_budget_share * error_budget_rad(default_focal_length_px)) {}
+    ~Drawing() { context->make_current(); }  // where all that goes now lives
+    Drawing(const Drawing&) = delete;
+    Drawing& operator=(const Drawing&) = delete;
 
     SceneDescription description;
     std::unique_ptr<gl::Context> context;

@@ -16,6 +16,7 @@
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>
 
+#include <map>
 #include <memory>
 
 namespace {
@@ -43,6 +44,9 @@ struct GlEyes {
         for (int i = 0; i < 2; ++i)
             targets.upload_depth(i, bench::big_view, eyes[std::size_t(i)].depth_m);
     }
+    ~GlEyes() { context->make_current(); }  // where all that goes now lives
+    GlEyes(const GlEyes&) = delete;
+    GlEyes& operator=(const GlEyes&) = delete;
 
     void reproject() { look_up.reproject(source, textures, eyes, targets.depth(), targets); }
     void fill() {
@@ -57,25 +61,20 @@ struct GlEyes {
 
 enum class Part { all, look_up, fill, map, mesh_warp, backward_search };
 
-/// Of the scene that was asked for last; null, and the benchmark left out, where there is no such scene or no OpenGL.
+/// Each scene's, kept to the end; null, and the benchmark left out, where there is no such scene or no OpenGL.
 GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
-    static std::unique_ptr<GlEyes> eyes;
-    static std::string of;
-    if (of == name)
-        return eyes.get();
-    bench::BenchScene* scene = bench::bench_scene(name);
-    if (scene == nullptr) {
-        state.SkipWithError("EQUISTREAM_SCENES is not set");
-        return nullptr;
-    }
+    static std::map<std::string, std::unique_ptr<GlEyes>> all;
+    std::unique_ptr<GlEyes>& eyes = all[name];
     try {
-        eyes.reset();
-        eyes = std::make_unique<GlEyes>(*scene);
+        if (eyes)
+            eyes->context->make_current();  // other figures have contexts of their own
+        else if (bench::BenchScene* scene = bench::bench_scene(name))
+            eyes = std::make_unique<GlEyes>(*scene);
+        else
+            state.SkipWithError("EQUISTREAM_SCENES is not set");
     } catch (const InputError& error) {
         state.SkipWithError(error.what());
-        return nullptr;
     }
-    of = name;
     return eyes.get();
 }
 
