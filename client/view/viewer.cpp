@@ -1,9 +1,9 @@
 #include "viewer.h"
 
-#include <equistream/bound.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream_client/received_view.h>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -42,10 +42,6 @@ TrackRoles unused_roles() {
     return roles;
 }
 
-double box_radius_m(const FrameInfo& info) {
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
-}
-
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
@@ -53,8 +49,9 @@ Viewer::Viewer(const ViewerSettings& settings)
       loader_(settings.source, {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }}),
       recorder_(settings.out) {
     const FrameInfo& first = loader_.first();
-    window_ = Window::open("equistream: " + settings_.source, settings_.size, settings_.visible);
-    renderer_ = std::make_unique<gl::EyeRenderer>(settings_.scene ? &*settings_.scene : nullptr, box_radius_m(first));
+    window_ = Window::open("equistream: " + settings_.source, settings_.size);
+    renderer_ =
+        std::make_unique<gl::EyeRenderer>(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(first));
     display_.emplace();
     panels_.emplace(*window_);
     time_s_ = first.time_s;
@@ -303,7 +300,7 @@ double Viewer::beyond_head_box() const {
     for (const Eye eye : {Eye::left, Eye::right})
         farthest_m = std::max(farthest_m, glm::distance(eye_position(head(), eye, settings_.ipd_m.value_or(info.ipd_m)),
                                                         info.camera_pose.position_m));
-    return head_box_fading(farthest_m, box_radius_m(info) + 1e-6);
+    return head_box_fading(farthest_m, head_box_radius(info) + 1e-6);
 }
 
 void Viewer::draw_eyes(gl::Size window, bool splits) {
@@ -364,7 +361,7 @@ StatusLine Viewer::status() const {
         line.warning = message_;
     else if (const double fading = beyond_head_box(); fading > 0)
         line.warning = formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
-                                 100 * box_radius_m(info));
+                                 100 * head_box_radius(info));
     else if (!frame().posed)
         line.warning = "ordinary video: rotation only";
     else if (!renderer_->has_geometry())

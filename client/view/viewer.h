@@ -31,7 +31,6 @@ struct ViewerSettings {
     const Anaglyph* anaglyph = &anaglyphs().front();
     std::filesystem::path out = ".";  ///< of pictures and recordings
     double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
-    bool visible = true;
 };
 
 class Viewer {

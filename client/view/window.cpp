@@ -79,7 +79,7 @@ double beyond_dead_zone(float x) {
 
 struct Window::Pointer : Pointed {};
 
-std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size, bool visible) {
+std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size) {
     if (glfwInit() != GLFW_TRUE)
         throw InputError(
             expected_found("view", "a display to open a window on (DISPLAY or WAYLAND_DISPLAY)", last_error()));
@@ -87,7 +87,6 @@ std::unique_ptr<Window> Window::open(const std::string& title, gl::Size size, bo
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
-    glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
     GLFWwindow* window = glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
     if (window == nullptr) {
         const std::string reason = last_error();

@@ -32,7 +32,7 @@ class Window : public gl::Context {
 public:
     /// Current when it returns. Throws InputError in one line where there is no display, or no OpenGL 4.5 with what is
     /// drawn with on it.
-    static std::unique_ptr<Window> open(const std::string& title, gl::Size size, bool visible = true);
+    static std::unique_ptr<Window> open(const std::string& title, gl::Size size);
     ~Window() override;
 
     void make_current() override;

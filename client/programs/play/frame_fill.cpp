@@ -1,9 +1,9 @@
 #include "frame_fill.h"
 
-#include <equistream/bound.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
+#include <equistream_client/received_view.h>
 
 #include <algorithm>
 #include <utility>
@@ -36,17 +36,6 @@ void require_whole(const ReceivedPicture& picture, const std::string& what, int 
 
 bool has_rung(const FillLadder& ladder, std::string_view name) {
     return std::ranges::any_of(ladder, [&](const auto& rung) { return rung->name() == name; });
-}
-
-SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
-    return {.rgb = picture.rgb.view(),
-            .yuv = picture.yuv.planes,
-            .camera = picture.info.camera,
-            .pose = picture.info.camera_pose,
-            .depth_m = view_of(depth_m),
-            .specular = view_of(picture.specular),
-            .virtual_depth_m = view_of(picture.virtual_depth_m),
-            .box_radius_m = head_box_radius(picture.info.eye, picture.info.lean_m, picture.info.ipd_m)};
 }
 
 FrameFill::FrameFill(const std::string& rungs, GeometryColour* geometry)

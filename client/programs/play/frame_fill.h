@@ -19,9 +19,6 @@ struct SourceDepths {
     FloatImage main, small, patches;
 };
 
-/// A received picture as engines and rungs take it. Borrows both.
-SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m);
-
 bool has_rung(const FillLadder& ladder, std::string_view name);
 
 class FrameFill {

@@ -2,13 +2,13 @@
 
 #include "view_writer.h"
 
-#include <equistream/bound.h>
 #include <equistream/depth_code.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/ray_colour.h>
+#include <equistream_client/received_view.h>
 #include <equistream_client/reliability.h>
 
 #include <tbb/parallel_invoke.h>
@@ -24,14 +24,9 @@ namespace equistream::play {
 
 namespace {
 
-/// The head box around a source's centre (bound.h).
-double box_radius_m(const FrameInfo& info) {
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
-}
-
 /// Beyond rounding of poses that lie on the ball, as an eye at rest does.
 bool leaves_head_box(const FrameInfo& eye, const FrameInfo& source) {
-    return glm::distance(eye.camera_pose.position_m, source.camera_pose.position_m) > box_radius_m(source) + 1e-6;
+    return glm::distance(eye.camera_pose.position_m, source.camera_pose.position_m) > head_box_radius(source) + 1e-6;
 }
 
 void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
@@ -134,7 +129,7 @@ void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& d
     if (is_drawn(depth)) {
         const auto start = Clock::now();
         auto drawn = std::make_unique<GlDepth>(
-            *scene_, GlDepthOptions{.cube = depth == "gl-cube", .box_radius_m = box_radius_m(first)});
+            *scene_, GlDepthOptions{.cube = depth == "gl-cube", .box_radius_m = head_box_radius(first)});
         report.gl_driver = drawn->driver();
         depth_ = std::move(drawn);
         report.scene_load_ms = milliseconds_since(start);
@@ -144,7 +139,8 @@ void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& d
     if (scene_) {
         const auto start = Clock::now();
         const bool reuse = settings_.depth_reuse && std::holds_alternative<EquirectCamera>(first.camera);
-        ray = std::make_unique<RayDepth>(*scene_, RayDepthOptions{.reuse = reuse, .box_radius_m = box_radius_m(first)});
+        ray = std::make_unique<RayDepth>(*scene_,
+                                         RayDepthOptions{.reuse = reuse, .box_radius_m = head_box_radius(first)});
         ray_ = ray.get();
         report.depth_reuse = reuse && depth == "ray";
         report.scene_load_ms = milliseconds_since(start);

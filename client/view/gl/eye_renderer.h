@@ -1,7 +1,7 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry, engine, gaps and reliability, all on the GPU; nothing is allocated or compiled once a frame of
-/// each kind was drawn. The context it was made in is current in every call.
+/// scene's geometry, engine, gaps and reliability, all on the GPU; shaders are compiled when it is made, storage
+/// there grows with what is asked for and is kept. The context it was made in is current in every call.
 #include "frame_textures.h"
 #include "stage_times.h"
 

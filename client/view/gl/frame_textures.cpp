@@ -1,30 +1,14 @@
 #include "frame_textures.h"
 
-#include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream_client/received_view.h>
 
 #include <utility>
 
 namespace equistream::gl {
 
 namespace {
-
-double box_radius_m(const FrameInfo& info) {
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
-}
-
-ImageView<const std::uint8_t> rgb_of(const ReceivedPicture& picture) {
-    return picture.yuv.empty() ? picture.rgb.view() : ImageView<const std::uint8_t>{};
-}
-
-YuvView yuv_of(const ReceivedPicture& picture) {
-    return picture.yuv.empty() ? YuvView{} : picture.yuv.planes;
-}
-
-ImageView<const float> plane_or_nothing(const FloatImage& plane) {
-    return plane.empty() ? ImageView<const float>{} : plane.view();
-}
 
 /// Shaders fetch by what tags say.
 void require_tagged_size(const ReceivedPicture& picture, const char* track) {
@@ -40,22 +24,11 @@ void require_tagged_size(const ReceivedPicture& picture, const char* track) {
 }
 
 void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
-    to.view = source_view_of(picture);
+    to.view = source_view(picture, picture.depth_m);
     to.textures.upload(to.view);
 }
 
 }  // namespace
-
-SourceView source_view_of(const ReceivedPicture& picture) {
-    return {.rgb = rgb_of(picture),
-            .yuv = yuv_of(picture),
-            .camera = picture.info.camera,
-            .pose = picture.info.camera_pose,
-            .depth_m = plane_or_nothing(picture.depth_m),
-            .specular = plane_or_nothing(picture.specular),
-            .virtual_depth_m = plane_or_nothing(picture.virtual_depth_m),
-            .box_radius_m = box_radius_m(picture.info)};
-}
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     require_tagged_size(frame->main, "main");
@@ -73,12 +46,13 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
         patch_atlas_problem(*frame_->patches->info.patches))
         return;
     const ReceivedPicture& patches = *frame_->patches;
-    patches_ = PatchesView{.rgb = rgb_of(patches),
-                           .yuv = yuv_of(patches),
-                           .depth_m = patches.depth_m.view(),
+    const SourceView pixels = source_view(patches, patches.depth_m);
+    patches_ = PatchesView{.rgb = pixels.rgb,
+                           .yuv = pixels.yuv,
+                           .depth_m = pixels.depth_m,
                            .atlas = &*patches.info.patches,
-                           .pose = patches.info.camera_pose,
-                           .box_radius_m = box_radius_m(patches.info)};
+                           .pose = pixels.pose,
+                           .box_radius_m = pixels.box_radius_m};
     patch_textures_.upload(*patches_);
 }
 

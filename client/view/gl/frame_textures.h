@@ -39,7 +39,4 @@ private:
     std::optional<PatchesView> patches_;
 };
 
-/// A picture as engines take it, with the head box that its frame tells of.
-SourceView source_view_of(const ReceivedPicture& picture);
-
 }  // namespace equistream::gl
