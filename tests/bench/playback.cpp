@@ -2,11 +2,9 @@
 /// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Read ahead and with the eyes
 /// side by side, as `equistream play` does. Both use every core, and the clock runs from opening the file to the last
 /// picture: libav decodes on threads of its own while eyes are filled, so that the ratio is that of all work done.
-#include "bench_scene.h"
-#include "big_views.h"
 #include "coded_sphere.h"
+#include "two_eyes_stage.h"
 
-#include <equistream/bound.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/receive.h>
@@ -40,23 +38,9 @@ ByteImage picture(int index) {
     return rgb;
 }
 
-/// Where the source and the eyes are, and their depths.
+/// The stage's eyes, of whatever is decoded.
 class Eyes {
 public:
-    Eyes() {
-        bench::BenchScene& scene = *bench::bench_scene("pavilion");
-        const Pose head = scene.description.camera_path.at(0);
-        source_.camera = bench::big_sphere;
-        source_.pose = {head.position_m, {1, 0, 0, 0}};
-        source_.box_radius_m = head_box_radius_centre(0, default_ipd_m);
-        scene.depth.cast(source_.camera, source_.pose, source_depth_m_.view());
-        source_.depth_m = source_depth_m_.view();
-        for (int i = 0; i < 2; ++i) {
-            const Pose pose{eye_position(head, i == 0 ? Eye::left : Eye::right, default_ipd_m), head.orientation};
-            scene.depth.cast(bench::big_view, pose, eye_depths_m_[i].view());
-            eyes_[i] = {bench::big_view, pose, eye_depths_m_[i].view()};
-        }
-    }
     void see(const YuvView& planes) {
         source_.yuv = planes;
         engine_->set_source(source_);
@@ -65,8 +49,8 @@ public:
         for (const auto& rung : ladder_)
             rung->set_frame(inputs);
         tbb::parallel_for(0, 2, [&](int i) {
-            engine_->reproject(eyes_[i], pictures_[i]);
-            fill_gaps(ladder_, eyes_[i], pictures_[i]);
+            engine_->reproject(stage_.eye(std::size_t(i)), pictures_[i]);
+            fill_gaps(ladder_, stage_.eye(std::size_t(i)), pictures_[i]);
         });
         benchmark::DoNotOptimize(pictures_[1].rgba.samples().data());
     }
@@ -74,11 +58,8 @@ public:
 private:
     std::unique_ptr<Engine> engine_ = make_engine("surface");
     FillLadder ladder_ = make_fill_ladder("pushpull");
-    SourceView source_;
-    EyeView eyes_[2];
-    FloatImage source_depth_m_{bench::big_sphere.width, bench::big_sphere.height, 1};
-    FloatImage eye_depths_m_[2] = {{bench::big_view.width, bench::big_view.height, 1},
-                                   {bench::big_view.width, bench::big_view.height, 1}};
+    bench::TwoEyesStage stage_{*bench::bench_scene("pavilion")};
+    SourceView source_ = stage_.source_of_depth();
     EyePicture pictures_[2];
 };
 

@@ -1,6 +1,7 @@
 /// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `sphere` engine on RGBA, on RGB
 /// and on a decoder's planes, against FFmpeg's v360 (its map fixed, and rebuilt each frame as a moving head needs),
 /// against OpenCV's remap (opencv.cpp) and against a copy of the view.
+#include "agreement.h"
 #include "big_views.h"
 #include "memory_copy.h"
 
@@ -31,12 +32,14 @@ void ours(benchmark::State& state, const SourceView& source) {
     engine->set_source(source);
     EyePicture picture;
     double yaw = 0;
+    EyeView eye{.camera = bench::big_view, .pose = {}};
     for (auto _ : state) {
         yaw += 0.02;
-        const Pose pose{{}, glm::angleAxis(yaw, glm::dvec3(0, 1, 0))};
-        engine->reproject({.camera = bench::big_view, .pose = pose}, picture);
+        eye.pose.orientation = glm::angleAxis(yaw, glm::dvec3(0, 1, 0));
+        engine->reproject(eye, picture);
         benchmark::DoNotOptimize(picture.rgba.samples().data());
     }
+    state.SetLabel(bench::agreement_label("sphere", source, eye, picture));
 }
 
 void rgba(benchmark::State& state) {

@@ -1,6 +1,7 @@
 /// Two 1920x1080 eyes, an IPD apart around the centre of a 3840x1920 sphere: the `surface` engine with its gap masks,
 /// both eyes side by side as `equistream play` has them, all depths given, against two of OpenCV's remaps (opencv.cpp)
 /// and against a copy of both eyes' pictures.
+#include "agreement.h"
 #include "memory_copy.h"
 #include "two_eyes_stage.h"
 
@@ -32,6 +33,7 @@ void two_eyes(benchmark::State& state, const char* name, bool planes) {
         tbb::parallel_for(0, 2, [&](int i) { engine->reproject(stage->eye(std::size_t(i)), pictures[i]); });
         benchmark::DoNotOptimize(pictures[1].rgba.samples().data());
     }
+    state.SetLabel(bench::agreement_label("surface", source, stage->eye(1), pictures[1]));
 }
 
 void copy(benchmark::State& state) {

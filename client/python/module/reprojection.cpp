@@ -128,8 +128,8 @@ public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors,
                 bool reference)
         : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
-          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {
-    }
+          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)),
+          reference_(reference) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
@@ -151,15 +151,17 @@ public:
             const FillViews views(source, from);
             engine_->set_source(views.main());
             engine_->reproject(eye, picture);
-            specular = rework_specular(views.main(), eye, picture,
-                                       {.error_budget_px = error_budget_px_, .treatment = mirrors_});
+            specular =
+                rework_specular(views.main(), eye, picture,
+                                {.error_budget_px = error_budget_px_, .treatment = mirrors_, .reference = reference_});
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs());
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
                                              .coding_loss = assess.coding_loss,
-                                             .specular_reworked = mirrors_ != MirrorTreatment::surface};
+                                             .specular_reworked = mirrors_ != MirrorTreatment::surface,
+                                             .reference = reference_};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
             if (assess.risks) {
@@ -197,6 +199,7 @@ private:
     FillLadder ladder_;
     double error_budget_px_;
     MirrorTreatment mirrors_;
+    bool reference_;
 };
 
 }  // namespace

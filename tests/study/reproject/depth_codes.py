@@ -20,7 +20,7 @@ from steps import provenance, run_as_program, write_whole  # noqa: E402
 
 CRF = 16
 REFERENCE = "lossless"
-# Name -> code, codec, and CRF where it is not looked for.
+# Name -> code, codec, CRF where it is not looked for, and what `encode` is told besides.
 SYSTEMS = {
     REFERENCE: ("lossless", "h264", None),
     "auto": ("auto", "h264", None),
@@ -28,6 +28,9 @@ SYSTEMS = {
     "w10": ("w10", "h264", None),
     "w12": ("w12", "h264", None),
     "w10-h265": ("w10", "h265", None),
+    "w10-h265-whole": ("w10", "h265", None, "--depth-scale", 1),
+    "w12-whole": ("w12", "h264", None, "--depth-scale", 1),
+    "w12-half": ("w12", "h264", None, "--depth-scale", 2),
     "pece420": ("pece420", "h264", None),
     "pece444": ("pece444", "h264", None),
     "pece420-crf16": ("pece420", "h264", CRF),
@@ -61,12 +64,13 @@ class DepthCodes:
         }
 
     def encode(self, name, seed):
-        code, codec, crf = SYSTEMS[name]
+        code, codec, crf, *further = SYSTEMS[name]
         stream = f"streams/depth-{name}-{seed}.mkv"
         (self.work / "streams").mkdir(exist_ok=True)
         quality = ["--depth-crf", crf] if crf is not None else ["--depth-share", self.options.share]
         record = self.steps.run(f"encode-depth-{name}-{seed}", "encode", f"renders/{self.options.source}-{seed}", "--out", stream, "--crf", CRF,
-                                "--codec", codec, "--frames", self.renders.frame, "--fill", "none", "--depth", code, *quality, "--json", "--progress", "none")
+                                "--codec", codec, "--frames", self.renders.frame, "--fill", "none", "--depth", code, *quality, *further,
+                                "--json", "--progress", "none")
         tracks = {t["name"]: t for t in json.loads(self.steps.output_of(f"encode-depth-{name}-{seed}"))["tracks"]}
         return stream, {"command": record["command"], "colour_bytes": tracks["main"]["bytes"], "depth_bytes": tracks["depth"]["bytes"],
                         "share": tracks["depth"]["bytes"] / tracks["main"]["bytes"], "codec": tracks["depth"].get("codec"), **tracks["depth"]["depth_code"]}

@@ -158,6 +158,7 @@ private:
                 view.depth_m = depths[k].view();
                 view.atlas = &plans[k].atlas;
                 view.pose = eyes_.centre;
+                view.box_radius_m = eyes_.box_radius_m;
                 FillInputs inputs;
                 inputs.main = &main_.view;
                 inputs.patches = &view;
