@@ -15,7 +15,8 @@ struct Pixel {
 
 constexpr std::array<Pixel, 8> around = {{{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
 
-/// Depths whose ratio is below about 1.1 are one surface.
+/// Depths whose ratio is below about 1.1 are one surface, whatever the head box: what colours come from is a guess
+/// anyway, which the bound says nothing of.
 constexpr float same_surface_likeness = 0.1f;
 
 /// One layer after the other: the colours of a layer come from the layers before it only, so the result does not

@@ -2,26 +2,31 @@
 /// What a headset would ask for: a 3840x1920 sphere and 1920x1080 eyes, with pictures of no scene.
 #include <equistream_client/view.h>
 
+#include <random>
+
 namespace equistream::bench {
 
 inline constexpr EquirectCamera big_sphere{3840, 1920, {}};
 inline constexpr PerspectiveCamera big_view{1920, 1080, pi / 2};
 
-/// Ramps that no two neighbouring samples share.
-inline ByteImage big_picture(int channels) {
-    ByteImage picture(big_sphere.width, big_sphere.height, channels);
-    for (int y = 0; y < big_sphere.height; ++y)
-        for (int x = 0; x < big_sphere.width; ++x)
-            for (int c = 0; c < channels; ++c)
-                picture.pixel(x, y)[c] = static_cast<std::uint8_t>(x * (c + 1) + y);
+/// White noise: the hardest to interpolate.
+inline ByteImage noise(int width, int height, int channels) {
+    ByteImage picture(width, height, channels);
+    std::minstd_rand random(1);
+    for (std::uint8_t& sample : picture.samples())
+        sample = static_cast<std::uint8_t>(random() >> 16);
     return picture;
+}
+
+inline ByteImage big_picture(int channels) {
+    return noise(big_sphere.width, big_sphere.height, channels);
 }
 
 /// A decoder's planes.
 struct BigPlanes {
-    ByteImage y{big_sphere.width, big_sphere.height, 1, 100};
-    ByteImage cb{big_sphere.width / 2, big_sphere.height / 2, 1, 120};
-    ByteImage cr{big_sphere.width / 2, big_sphere.height / 2, 1, 140};
+    ByteImage y = big_picture(1);
+    ByteImage cb = noise(big_sphere.width / 2, big_sphere.height / 2, 1);
+    ByteImage cr = noise(big_sphere.width / 2, big_sphere.height / 2, 1);
 
     YuvView view() const { return {y.view(), cb.view(), cr.view()}; }
 };

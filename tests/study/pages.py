@@ -7,8 +7,9 @@ def cell(value, digits=2, missing="-"):
     return missing if value is None else f"{value:.{digits}f}"
 
 
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < 2 else "--:" for i in range(len(head))) + "|"]
+def table(head, rows, labels=2):
+    """The first `labels` columns are words, the others figures."""
+    lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < labels else "--:" for i in range(len(head))) + "|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 

@@ -44,7 +44,7 @@ def draw_panel(axes, result, head):
         entry = results.find(result, "systems", system, head)
         if entry is None:
             continue
-        ms = results.client_ms(entry)
+        ms = results.reprojection_ms(entry)
         left, right, both = eye_decibels(entry)
         points.append((ms, both))
         axes.plot([ms, ms], [left, right], color=colour, linewidth=1, zorder=2)
@@ -74,7 +74,7 @@ def main():
         for row, head in enumerate(HEADS):
             draw_panel(panels[row][column], result, head)
             panels[row][0].set_ylabel("noise-free dB, linear, both eyes")
-        panels[-1][column].set_xlabel("client, ms a frame (both eyes)")
+        panels[-1][column].set_xlabel("reprojection and fill, ms a frame (both eyes)")
     first = next(iter(found.values()))
     settings = first["settings"]
     figure.suptitle(f"Accuracy against time: {settings['spheres']['centre']} spheres, {settings['eye_size']} eyes, {settings['spp']} samples per pixel, "

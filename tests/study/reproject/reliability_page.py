@@ -79,7 +79,7 @@ def main():
     left_out = result["left_out"]
     for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["uncoded_fit"])),
                        ("groups", groups_table(left_out)), ("bins", bins_table(left_out)),
-                       ("path-traced", scenes_table(result["path_traced"]) if result.get("path_traced") else "not measured"),
+                       *([("path-traced", scenes_table(result["path_traced"]))] if result["path_traced"] else []),
                        ("weights", weights_table(result["weights"])),
                        ("made", f"`{result['command']}`, {result['made']}, commit {result['commit']}, {result['machine']['cpu']}, {result['machine']['cores']} cores.")):
         page = place(page, "reliability-" + name, "all", text)

@@ -40,7 +40,7 @@ def summary(found, head, kind="systems"):
     for system in systems:
         entries = [results.find(result, kind, system, head) for result in found.values()]
         rows.append([results.NAMES.get(system, system)] + ["-" if entry is None else eyes_cell(entry, results.error) for entry in entries])
-    return table(["system", *found], rows)
+    return table(["system", *found], rows, labels=1)
 
 
 def ceiling_row(result, head, worst_is_noise_free):
@@ -64,8 +64,8 @@ def accuracy(result, head):
             row += [noise_free_text(results.error(entry, eye, "linear")), noise_free_short(results.error(entry, eye, "display")),
                     one_eye(entry, eye, results.gap_error), cell(noisy["psnr_db"]), cell(noisy["ssim"], 4), worst]
         gaps = entry["against_other_seed"]["eyes"]["right"].get("gaps")
-        rows.append([*row, cell(100 * gaps["fraction"]) if gaps else "-", cell(results.client_ms(entry), 1)])
-    return table(["system"] + [f"{column} {eye}" for eye in results.EYES for column in columns] + ["gaps %, right", "client ms"], rows)
+        rows.append([*row, cell(100 * gaps["fraction"]) if gaps else "-", cell(results.reprojection_ms(entry), 1)])
+    return table(["system"] + [f"{column} {eye}" for eye in results.EYES for column in columns] + ["gaps %, right", "reproject + fill, ms"], rows)
 
 
 def coded(found):
@@ -88,24 +88,25 @@ def lead(better, worse, digits=2):
     return (text if float(text) else text[1:]) + ("?" if better["only_bounded"] or worse["only_bounded"] else "")
 
 
-def lead_cell(entry, rival, is_rival):
+def lead_cell(result, entry, rival, is_rival):
     """Of both eyes together; the rival's own dB in its row."""
     if entry is None or rival is None:
         return "-"
     found, against = ({scale: results.both_eyes(e, scale) for scale in results.SCALES} for e in (entry, rival))
     own = {scale: "?" if figure["db"] is None else f"{figure['db']:.2f}" + "?" * figure["only_bounded"] for scale, figure in found.items()}
-    return both_scales(own if is_rival else {scale: lead(found[scale], against[scale]) for scale in results.SCALES})
+    other_version = "" if results.commit_of(result, entry) == results.commit_of(result, rival) else "*"
+    return both_scales(own if is_rival else {scale: lead(found[scale], against[scale]) for scale in results.SCALES}) + other_version
 
 
 def ahead(found):
-    """Both eyes together: the paper's method, and how far each other system that was measured is ahead of it."""
+    """Both eyes together: the paper's method, and how far each other system that was measured is ahead of it; `*` where another version was."""
     rivals = [("paper", "systems", ("paper-gaps", "ours", "ours-left")), ("paper-coded", "coded", [name for name in results.CODED if name != "paper-coded"])]
     rows = []
     for head, head_name in HEAD_NAMES.items():
         for paper, kind, ours in rivals:
             for system in (paper, *ours):
-                pairs = [[results.find(result, kind, name, head) for name in (system, paper)] for result in found.values()]
-                if any(entry for entry, _ in pairs):
+                pairs = [(result, *(results.find(result, kind, name, head) for name in (system, paper))) for result in found.values()]
+                if any(entry for _, entry, _ in pairs):
                     rows.append([head_name, results.NAMES[system]] + [lead_cell(*pair, system == paper) for pair in pairs])
     return table(["head", "system", *found], rows)
 
@@ -160,7 +161,7 @@ def ladders(found, head):
     for fill in fills:
         entries = [next((e for e in result.get("rungs", []) if e["fill"] == fill and e["head"] == head), None) for result in found.values()]
         rows.append([fill] + ["-" if entry is None else eyes_cell(entry, results.gap_error) for entry in entries])
-    return table(["fill", *found], rows)
+    return table(["fill", *found], rows, labels=1)
 
 
 def model(found):
@@ -199,9 +200,9 @@ def speed(result):
     said = dict(note.split(": ", 1) for note in result["notes"] if ": " in note)
     rows = []
     for figure in result["figures"]:
-        ours, peer = said.get(f"{figure['name']}/ours"), said.get(f"{figure['name']}/{figure['peer']}")
+        ours, peer = said.get(f"{figure['name']}/ours", "-"), said.get(f"{figure['name']}/{figure['peer']}")
         rows.append([figure["name"], figure["peer"], cell(figure["ms"], 3), "-" if figure["ratio"] is None else f"{figure['ratio']:.2f}",
-                     f"{ours}; the peer's: {peer}" if ours and peer else "-"])
+                     f"{ours}; the peer's: {peer}" if peer else ours])
     return table(["figure", "peer", "ours, ms", "peer's time / ours", "pictures"], rows)
 
 
@@ -215,9 +216,10 @@ def depth_codes(found):
             lost = [both_scales({scale: lead(reference[method]["noise_free"]["right"][scale], score["noise_free"]["right"][scale])
                                  for scale in results.SCALES}) for method, score in system["scores"].items()]
             crf = ", ".join("-" if record["crf"] is None else f"{record['crf']:g}" for record in encoded)
-            rows.append([scene, system["system"], encoded[0]["code"], results.depth_codec(system, encoded[0]), crf,
-                         cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1), *lost])
-    return table(["scene", "asked for", "code", "codec", "depth's CRF by seed", "% of the colour's bits", *(f"dB lost, {method}" for method in reference)], rows)
+            within = [record["trial"]["pixels_within_budget"] for record in encoded if "trial" in record]
+            rows.append([scene, system["system"], encoded[0]["code"], results.depth_codec(system, encoded[0]), "half" if encoded[0]["scale"] == 2 else "whole", crf,
+                         cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1), cell(100 * sum(within) / len(within), 1) if within else "-", *lost])
+    return table(["scene", "asked for", "code", "codec", "size", "depth's CRF by seed", "% of the colour's bits", "% of pixels within e", *(f"dB lost, {method}" for method in reference)], rows)
 
 
 def main():

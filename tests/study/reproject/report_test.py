@@ -24,6 +24,10 @@ def entry(system, left, right, worst=None):
             "against_other_seed": {"eyes": {"left": noisy, "right": noisy}}, "played": [{"milliseconds": {}}]}
 
 
+def measured(systems):
+    return {"systems": systems, "versions": {"commit": "abc"}}
+
+
 def row_of(text, start):
     return next([cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith(f"| {start} |"))
 
@@ -43,17 +47,22 @@ class Tables(unittest.TestCase):
     def test_who_is_ahead_by_how_much_and_where_nothing_can_be_said(self):
         rival, ours = entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))
         unsure = entry("ours-left", figure(0.01), figure(0.01, 0.03))
-        text = report.ahead({"scene": {"systems": [rival, ours, unsure]}})
+        text = report.ahead({"scene": measured([rival, ours, unsure])})
         rows = {line.split("|")[2].strip(): line.split("|")[3].strip() for line in text.splitlines() if line.startswith("| 63 mm")}
         self.assertEqual(rows[results.NAMES["paper"]], "20.00 (13.98)")
         self.assertEqual(rows[results.NAMES["ours"]], "+3.01 (+3.01)")
         self.assertEqual(rows[results.NAMES["ours-left"]], "0.00? (0.00?)")
 
     def test_who_was_not_measured_has_no_row(self):
-        found = {"scene": {"systems": [entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))]}}
+        found = {"scene": measured([entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))])}
         self.assertNotIn(results.NAMES["paper-gaps"], report.ahead(found))
         found["scene"]["systems"].append(entry("paper-gaps", figure(0.02), figure(0.02)))
         self.assertIn("| 63 mm stereo | the paper's method, mirrors as gaps | -3.01 (-3.01) |", report.ahead(found))
+
+    def test_a_lead_over_what_another_version_measured_says_so(self):
+        rival, ours = entry("paper", figure(0.01), figure(0.01)), entry("ours", figure(0.005), figure(0.005))
+        found = {"scene": measured([rival, {**ours, "measured": {"versions": {"commit": "def"}}}])}
+        self.assertIn("| +3.01 (+3.01)* |", report.ahead(found))
 
     def test_mirrors_by_what_becomes_of_them(self):
         systems = [entry(system, figure(0.01 * i), figure(0.001)) for i, system in enumerate(("paper", "paper-gaps", "ours-surface", "ours"), start=1)]

@@ -45,6 +45,11 @@ def find(result, kind, system, head):
     return next((entry for entry in result.get(kind, []) if entry["system"] == system and entry["head"] == head), None)
 
 
+def commit_of(result, entry):
+    """Of the version that a row was measured with."""
+    return entry.get("measured", result)["versions"]["commit"]
+
+
 def error(entry, eye, scale):
     """Noise-free over the whole view, on `linear` or `display` values (docs/compare.md)."""
     return entry["noise_free"]["eyes"][eye]["noise_free"][scale]
@@ -92,10 +97,10 @@ def depth_codec(system, record):
     return record.get("codec") or ("h265" if record["code"] in ONLY_H265 else system["codec"])
 
 
-def client_ms(entry):
-    """Depth, reprojection and fill of both eyes, medians of the faster seed's run."""
+def reprojection_ms(entry):
+    """Of both eyes, fill with it, medians of the faster seed's run. Without depth: some systems cast rays and some are given the AOV."""
     def total(run):
-        return sum(run["milliseconds"].get(stage, {}).get("p50", 0) for stage in ("depth", "reproject", "fill"))
+        return sum(run["milliseconds"].get(stage, {}).get("p50", 0) for stage in ("reproject", "fill"))
     return min(total(run) for run in entry["played"])
 
 

@@ -76,7 +76,7 @@ const double most_not_at_edge = part_of(31);
 class DepthReuseTest : public testing::TestWithParam<const char*> {};
 
 /// A walk of the scene's own; each frame is carried on from frames that were carried themselves.
-TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalk) {
+TEST_P(DepthReuseTest, StaysWithinTheBoundAlongAWalkButAtEdges) {
     const ScratchFolder folder("depth-reuse");
     const SceneDescription scene = load_scene(write_scene(make_scene(find_generator(GetParam())), folder.path()));
     RayDepth plain(scene), carrying(scene, {.reuse = true});

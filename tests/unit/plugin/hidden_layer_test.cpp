@@ -74,7 +74,7 @@ protected:
     double box_radius_m() const { return settings.lean_m + settings.ipd_m / 2; }
 };
 
-TEST_F(HiddenLayerTest, what_eyes_uncover_is_there_and_what_none_does_is_not) {
+TEST_F(HiddenLayerTest, WhatEyesUncoverIsThereAndWhatNoneDoesIsNot) {
     const Frame frame = rendered();
     const FloatImage &depth = frame.planes.at("depth"), &colour = frame.planes.at("colour");
     std::mt19937 random(3);
@@ -135,7 +135,7 @@ TEST_F(HiddenLayerTest, what_eyes_uncover_is_there_and_what_none_does_is_not) {
     EXPECT_LT(found, 3 * uncovered) << "half a pixel more all round, no larger a box";
 }
 
-TEST_F(HiddenLayerTest, the_sky_behind_an_edge_is_infinitely_far_and_colour_goes_on_where_nothing_is) {
+TEST_F(HiddenLayerTest, TheSkyBehindAnEdgeIsInfinitelyFarAndColourGoesOnWhereNothingIs) {
     settings.lean_m = 0.3;
     const Frame frame = rendered();
     const FloatImage &depth = frame.planes.at("depth"), &colour = frame.planes.at("colour");
@@ -158,7 +158,7 @@ TEST_F(HiddenLayerTest, the_sky_behind_an_edge_is_infinitely_far_and_colour_goes
     EXPECT_GT(most, 0.5f) << "the room's blue goes on";
 }
 
-TEST_F(HiddenLayerTest, threads_and_tiles_change_nothing) {
+TEST_F(HiddenLayerTest, ThreadsAndTilesChangeNothing) {
     settings.width = 128;
     settings.height = 64;
     const Frame one = rendered();
@@ -172,7 +172,7 @@ TEST_F(HiddenLayerTest, threads_and_tiles_change_nothing) {
     EXPECT_TRUE(same(one.planes.at("colour"), large.planes.at("colour")));
 }
 
-TEST_F(HiddenLayerTest, from_a_single_point_nothing_is_hidden) {
+TEST_F(HiddenLayerTest, FromASinglePointNothingIsHidden) {
     settings.width = 64;
     settings.height = 32;
     settings.lean_m = settings.ipd_m = 0;
@@ -183,7 +183,7 @@ TEST_F(HiddenLayerTest, from_a_single_point_nothing_is_hidden) {
         ASSERT_EQ(c, 0);
 }
 
-TEST_F(HiddenLayerTest, a_flat_view_has_one_too) {
+TEST_F(HiddenLayerTest, AFlatViewHasOneToo) {
     settings.camera = ES_PERSPECTIVE;
     settings.width = settings.height = 96;
     const Frame frame = rendered();
@@ -194,13 +194,13 @@ TEST_F(HiddenLayerTest, a_flat_view_has_one_too) {
     EXPECT_LT(found, 96 * 96 / 4);
 }
 
-TEST_F(HiddenLayerTest, other_layers_frames_are_not_added_to) {
+TEST_F(HiddenLayerTest, OtherLayersFramesAreNotAddedTo) {
     es_sequence_close(open());
     settings.layer = ES_LAYER_FIRST;
     EXPECT_NE(refusal().find("expected fingerprint"), std::string::npos) << refusal();
 }
 
-TEST_F(HiddenLayerTest, misuse_is_told_when_the_frame_ends) {
+TEST_F(HiddenLayerTest, MisuseIsToldWhenTheFrameEnds) {
     es_sequence* sequence = open();
     const auto problem = [&](auto&& misuse) {
         es_frame* frame = begin(sequence, at(0));
