@@ -87,6 +87,7 @@ public:
 private:
     /// Rows that one pixel may come to cover, each way: what comes nearer by more is no longer seen well anyway.
     static constexpr double largest_half_height = 16;
+    static constexpr double farthest_m = 1e9;
 
     struct After {
         glm::dvec2 pixel;
@@ -108,7 +109,9 @@ private:
         const glm::dvec3 to = forward_(double(before_m) * direction_of(camera_, pixel.x, pixel.y));
         const double distance_m = glm::length(to);
         const glm::dvec2 at = pixel_of(camera_, to);
-        if (!(distance_m > 0 && std::isfinite(at.x) && std::isfinite(at.y)))
+        // Streams may say anything, and a flat view has no end: neither may leave the numbers that pixels are.
+        if (!(distance_m > 0 && distance_m < farthest_m && std::abs(at.x) < 4.0 * width_ &&
+              std::abs(at.y) < 4.0 * height_))
             return std::nullopt;
         return After{at, distance_m};
     }

@@ -225,6 +225,20 @@ TEST(CarryOn, NothingIsDoneWhereNothingMovesOrNoTimePasses) {
     EXPECT_FALSE(can_carry_on(picture.received, 0.1));
 }
 
+TEST(CarryOn, MotionOfAnySizeIsSurvived) {
+    PictureCarrier carrier;
+    CarriedPicture carried;
+    for (const Camera& camera : {Camera(EquirectCamera{96, 48, {}}), Camera(PerspectiveCamera{96, 72, 1.4})})
+        for (const double v : {1e3, 1e12, 3e38})
+            for (const double w : {0.0, 1e3, 3e38}) {
+                Picture picture = look({camera, {}, {{0, 0, -2}}}, 0);
+                picture.received.info.moving[0].motion = {{{v, -v, v / 3}, {w, w / 2, -w}}, {{-v, 0, 0}, {0, w, 0}}};
+                carrier.carry_on(picture.received, picture.depth_m, 0.2, carried);
+                EXPECT_LE(carried.moved_pixels + carried.uncovered_pixels, 96 * 72);
+                EXPECT_GT(carried.moved_pixels + carried.uncovered_pixels, 0);
+            }
+}
+
 TEST(CarryOn, ADecodersPlanesGiveWhatTheirColoursGive) {
     const Scene scene{sphere, turned, {{0.3, 0.2, -1.9}, 0.5, {1.2, 0.4, -0.5}, {0.5, 2, -1}}};
     Picture coloured = look(scene, 0);
