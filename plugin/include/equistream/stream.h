@@ -55,6 +55,11 @@ struct TaggedFrameInfo {
 };
 std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> payload);
 
+/// Bytes that FrameInfo::moving takes in a main picture's frame data, which hold no more than largest_motion_bytes.
+/// Throws InputError for regions that are not sound.
+std::size_t motion_bytes(const FrameInfo& info);
+inline constexpr std::size_t largest_motion_bytes = 32768;
+
 enum class Codec { h264, h265 };
 
 /// Encoders refuse smaller tracks.
