@@ -46,7 +46,8 @@ TrackRoles unused_roles() {
 
 Viewer::Viewer(const ViewerSettings& settings)
     : settings_(settings),
-      loader_(settings.source, {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }}),
+      loader_(settings.source,
+              {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }, .poses = &poses_}),
       recorder_(settings.out) {
     const FrameInfo& first = loader_.first();
     window_ = Window::open("equistream: " + settings_.source, settings_.size);
@@ -84,6 +85,7 @@ bool Viewer::refresh(double since_last_s) {
     } else {
         times_.start(settings_.times);
         advance(seconds);
+        lead();
         look(window);
         const double refresh_ms = 1e3 * since_last_s;
         if (settings_.times)
@@ -132,6 +134,13 @@ void Viewer::steer(const Inputs& inputs, double seconds) {
         split_ = float(std::clamp(inputs.click_x, 0.0, 0.999));
 }
 
+/// A head that only turns leaves the server its own path: a sphere has all directions.
+void Viewer::lead() {
+    const bool has_moved = navigator_.offset_m() != glm::dvec3(0);
+    if ((has_moved || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
+        followed_.sent(head());
+}
+
 void Viewer::advance(double seconds) {
     try {
         if (stepping_)
@@ -160,12 +169,18 @@ void Viewer::play(double seconds) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0;
     time_s_ += seconds;
-    // Where decoding does not keep up, time waits for it.
-    if (!loader_.is_ready() && !loader_.at_end())
-        time_s_ = std::min(time_s_, info.time_s + interval_s);
-    if (SharedFrame frame = loader_.due(time_s_))
-        show(std::move(frame));
-    else if (loader_.at_end() && time_s_ >= info.time_s + interval_s)
+    // Where frames do not come in time, it waits for them, and goes on from the next one's.
+    const bool is_missing = !loader_.is_ready() && !loader_.at_end();
+    if (is_missing && time_s_ > info.time_s + interval_s) {
+        time_s_ = info.time_s + interval_s;
+        waits_ = true;
+    }
+    SharedFrame next = waits_ ? loader_.next() : loader_.due(time_s_);
+    if (next) {
+        time_s_ = std::max(time_s_, next->main.info.time_s);
+        waits_ = false;
+        show(std::move(next));
+    } else if (loader_.at_end() && time_s_ >= info.time_s + interval_s)
         end();
 }
 
@@ -181,6 +196,7 @@ void Viewer::end() {
 }
 
 void Viewer::show(SharedFrame frame) {
+    followed_.show(frame->main.info.head);
     renderer_->show(std::move(frame), times_);
 }
 
@@ -289,7 +305,7 @@ void Viewer::act(Action action) {
 }
 
 Pose Viewer::head() const {
-    return navigator_.head(frame().main.info.head);
+    return navigator_.head(followed_.around());
 }
 
 double Viewer::beyond_head_box() const {
@@ -350,11 +366,12 @@ StatusLine Viewer::status() const {
     const std::string_view layout = gl::display_layout_names[std::size_t(settings_.layout)];
     const std::string_view overlay = gl::overlay_names[std::size_t(settings_.overlay)];
     line.text = formatted(
-        "%s frame %lld  %.2f s  |  yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm  |  %.*s, %s%s%s%.*s  |  h: keys",
+        "%s frame %lld  %.2f s%s  |  yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm  |  %.*s, %s%s%s%.*s  |  h: keys",
         settings_.paused ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
-        navigator_.yaw_rad() * 180 / pi, navigator_.pitch_rad() * 180 / pi, offset.x, offset.y, offset.z,
-        int(layout.size()), layout.data(), settings_.surface && renderer_->has_depth() ? "surface" : "sphere",
-        settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
+        followed_.is_followed() ? ", the server follows" : "", navigator_.yaw_rad() * 180 / pi,
+        navigator_.pitch_rad() * 180 / pi, offset.x, offset.y, offset.z, int(layout.size()), layout.data(),
+        settings_.surface && renderer_->has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
+        settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
     line.fraction_done = loader_.fraction_done();
     if (run_s_ < message_until_s_)
