@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace equistream {
@@ -169,19 +170,17 @@ void Viewer::play(double seconds) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0;
     time_s_ += seconds;
-    // Where frames do not come in time, it waits for them, and goes on from the next one's.
-    const bool is_missing = !loader_.is_ready() && !loader_.at_end();
-    if (is_missing && time_s_ > info.time_s + interval_s) {
-        time_s_ = info.time_s + interval_s;
-        waits_ = true;
-    }
-    SharedFrame next = waits_ ? loader_.next() : loader_.due(time_s_);
-    if (next) {
+    // Where decoding does not keep up, time waits for it.
+    if (!loader_.is_ready() && !loader_.at_end())
+        time_s_ = std::min(time_s_, info.time_s + interval_s);
+    // A server that leaves frames out renders them while they are watched: the newest is the one to see.
+    const bool is_live = is_served() && loader_.has_gaps();
+    if (SharedFrame next = loader_.due(is_live ? std::numeric_limits<double>::infinity() : time_s_)) {
         time_s_ = std::max(time_s_, next->main.info.time_s);
-        waits_ = false;
         show(std::move(next));
-    } else if (loader_.at_end() && time_s_ >= info.time_s + interval_s)
+    } else if (loader_.at_end() && time_s_ >= info.time_s + interval_s) {
         end();
+    }
 }
 
 void Viewer::end() {
@@ -189,7 +188,7 @@ void Viewer::end() {
     if (!loader_.truncation().empty())
         tell(loader_.truncation());
     // A server is not asked again and again: who comes back to its address begins anew.
-    if (settings_.loop && !settings_.paused && settings_.source.find("://") == std::string::npos)
+    if (settings_.loop && !settings_.paused && !is_served())
         seek(0);
     else
         settings_.paused = true;

@@ -49,6 +49,7 @@ public:
 private:
     void steer(const Inputs& inputs, double seconds);
     void lead();
+    bool is_served() const { return settings_.source.find("://") != std::string::npos; }
     void advance(double seconds);
     void step();
     void play(double seconds);
@@ -80,7 +81,6 @@ private:
     double time_s_ = 0;      ///< of the source
     double run_s_ = 0;       ///< since the viewer began
     bool stepping_ = false;  ///< the next frame is shown whenever it comes
-    bool waits_ = false;     ///< time stands until the next frame comes
     float split_ = 1;
     bool quit_ = false, picture_wanted_ = false;
     std::string message_;  ///< what was written last

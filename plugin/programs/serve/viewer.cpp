@@ -21,6 +21,9 @@ constexpr double received_bytes_per_second = 65536;
 /// itself.
 constexpr int looks = 4;
 
+/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
+constexpr int most_unsent_bytes = 1 << 17;
+
 Clock::duration in_clock(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
@@ -38,6 +41,7 @@ void Viewer::start(Gone gone) {
     // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour.
     const auto patience_ms = unsigned(patience_s_ * 1000);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes, sizeof most_unsent_bytes);
     start_ = Clock::now();
     receive();
     watch();

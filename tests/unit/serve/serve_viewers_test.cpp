@@ -119,7 +119,7 @@ TEST_F(Serving, WhoeverReadsButStaysBehindIsDropped) {
     Server server(arguments("a.mkv", {"--patience", "0.5"}), place());
     Viewer slow(server.port(), 4096);
     EXPECT_TRUE(comes_true([&] {
-        slow.read(slow.arrivals().empty() ? 100 : std::size_t(slow.arrivals().back().bytes) + 4096);
+        slow.read(slow.arrivals().empty() ? 100 : std::size_t(slow.arrivals().back().bytes) + 32768);
         return server.lines_with("stayed more than 0.5 s behind") == 1;
     })) << server.log();
     EXPECT_LT(slow.read().size(), stream.size());
