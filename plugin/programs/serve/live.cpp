@@ -151,9 +151,6 @@ private:
         if (change == Pace::Change::fewer)
             note(formatted("a sphere takes %.2f s with %u samples a pixel: %u from here on, for %s", sphere_s,
                            spp_before, pace_.spp(), rate.c_str()));
-        else if (change == Pace::Change::more)
-            note(formatted("a sphere takes %.2f s with %u samples a pixel: %u from here on", sphere_s, spp_before,
-                           pace_.spp()));
         else if (change == Pace::Change::cannot_keep_up)
             note(
                 formatted("a sphere takes %.2f s even with 1 sample a pixel, too long for %s", sphere_s, rate.c_str()));

@@ -206,16 +206,23 @@ class Embree(Live):
                 self.assertIn("viewers served 1, refused 0, dropped 0; ", printed)
                 self.assertEqual([p for p in self.folder.iterdir() if p.is_dir()], [])
 
-    def test_fewer_samples_where_it_does_not_keep_up(self):
+    def test_samples_rise_where_there_is_time(self):
+        server = self.serve("--rate", 0.02, spp=4)
+        viewer = Viewer(server)
+        viewer.wait_for_more(12)
+        server.end()
+        viewer.wait_for_end()
+        samples = [frame["samples_per_pixel"] for frame in self.received(viewer).frames]
+        self.assertEqual(samples[:6], [1, 1, 2, 2, 4, 4])
+        self.assertEqual(samples[-1], 4)
+
+    def test_it_says_where_one_sample_is_too_slow(self):
         server = self.serve("--rate", 1000, spp=64)
         viewer = Viewer(server)
         wait_for(lambda: "even with 1 sample a pixel, too long for --rate 1000" in server.log.read_text(), "it to say so")
         server.end()
         viewer.wait_for_end()
-        samples = [frame["samples_per_pixel"] for frame in self.received(viewer).frames]
-        self.assertEqual(samples[0], 64)
-        self.assertEqual(samples[-1], 1)
-        self.assertEqual(sorted(samples, reverse=True), samples)
+        self.assertEqual({frame["samples_per_pixel"] for frame in self.received(viewer).frames}, {1})
 
     def test_bad_usage_is_one_line(self):
         def refused(*words):
