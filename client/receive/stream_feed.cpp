@@ -1,5 +1,6 @@
 #include "feeds.h"
 #include "guided_depth.h"
+#include "server_connection.h"
 
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
@@ -31,12 +32,14 @@ constexpr int pictures_to_judge_by = 4;
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
-        : source_(source), reader_(source, {.rgb = true,
-                                            .yuv = options.yuv,
-                                            .depth = options.depth,
-                                            .images = options.specular,
-                                            .left_out = asked_to_leave_out(options),
-                                            .interrupted = options.interrupted}),
+        : source_(source), connection_(connect(source, options)),
+          reader_(source, {.rgb = true,
+                           .yuv = options.yuv,
+                           .depth = options.depth,
+                           .images = options.specular,
+                           .left_out = asked_to_leave_out(options),
+                           .interrupted = options.interrupted,
+                           .read = reading_from(connection_.get())}),
           options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
@@ -77,6 +80,17 @@ public:
     }
 
 private:
+    static std::unique_ptr<ServerConnection> connect(const std::string& source, const FeedOptions& options) {
+        if (options.poses == nullptr || !is_server_address(source))
+            return nullptr;
+        return std::make_unique<ServerConnection>(source, *options.poses, options.interrupted);
+    }
+    static std::function<std::size_t(std::span<std::uint8_t>)> reading_from(ServerConnection* connection) {
+        if (connection == nullptr)
+            return nullptr;
+        return [connection](std::span<std::uint8_t> bytes) { return connection->read(bytes); };
+    }
+
     /// What has come of one frame, by role.
     struct Partial {
         std::array<std::optional<DecodedPicture>, track_role_count> pictures;
@@ -287,6 +301,7 @@ private:
     }
 
     std::string source_;
+    std::unique_ptr<ServerConnection> connection_;  // null: the reader opens the source
     StreamReader reader_;
     FeedOptions options_;
     TrackRoles left_out_;

@@ -18,6 +18,7 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
         throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
     first_ = frame->main.info;
     wanted_first_ = first_.index;
+    last_index_ = first_.index;
     ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
     thread_ = std::thread([this] { run(); });
 }
@@ -60,7 +61,8 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
     FeedOptions options = options_;
     options.first_frame = wanted_first_;
     lock.unlock();
-    if (opened_for_ != seeks) {
+    const bool jumped = opened_for_ != seeks;
+    if (jumped) {
         feed_.reset();
         feed_ = open_feed(source_, options);
         opened_for_ = seeks;
@@ -74,6 +76,9 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
         truncation_ = feed_->truncation();
         return;
     }
+    const std::int64_t index = frame->main.info.index;
+    has_gaps_ = has_gaps_ || (!jumped && index > last_index_ + 1);
+    last_index_ = index;
     ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
 }
 
@@ -128,6 +133,11 @@ void FrameLoader::seek(std::int64_t frame) {
         failure_ = nullptr;
     }
     changed_.notify_all();
+}
+
+bool FrameLoader::has_gaps() const {
+    const std::lock_guard lock(mutex_);
+    return has_gaps_;
 }
 
 bool FrameLoader::at_end() const {

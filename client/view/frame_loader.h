@@ -38,6 +38,8 @@ public:
     /// from there on it is at its end.
     void seek(std::int64_t frame);
 
+    /// Whether any two frames that followed each other so far were not neighbours.
+    bool has_gaps() const;
     bool at_end() const;             ///< all has been read and taken
     double fraction_done() const;    ///< of what was taken, 0 to 1; 0 where the end is not known
     std::string truncation() const;  ///< FrameFeed's, after the end
@@ -62,8 +64,10 @@ private:
     std::deque<Ready> ready_;
     FrameInfo first_;
     std::int64_t wanted_first_ = 0;
-    unsigned seeks_ = 0;       ///< a frame that was read before the last does not count
-    unsigned opened_for_ = 0;  ///< of seeks, what feed_ was opened for; the reading thread's own
+    unsigned seeks_ = 0;           ///< a frame that was read before the last does not count
+    unsigned opened_for_ = 0;      ///< of seeks, what feed_ was opened for; the reading thread's own
+    std::int64_t last_index_ = 0;  ///< of the frame that was read last
+    bool has_gaps_ = false;
     double fraction_done_ = 0;
     std::string truncation_;
     bool ended_ = false, stopping_ = false;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace equistream {
@@ -46,7 +47,8 @@ TrackRoles unused_roles() {
 
 Viewer::Viewer(const ViewerSettings& settings)
     : settings_(settings),
-      loader_(settings.source, {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }}),
+      loader_(settings.source,
+              {.depth = true, .yuv = true, .left_out = [] { return unused_roles(); }, .poses = &poses_}),
       recorder_(settings.out) {
     const FrameInfo& first = loader_.first();
     window_ = Window::open("equistream: " + settings_.source, settings_.size);
@@ -84,6 +86,7 @@ bool Viewer::refresh(double since_last_s) {
     } else {
         times_.start(settings_.times);
         advance(seconds);
+        lead();
         look(window);
         const double refresh_ms = 1e3 * since_last_s;
         if (settings_.times)
@@ -132,6 +135,13 @@ void Viewer::steer(const Inputs& inputs, double seconds) {
         split_ = float(std::clamp(inputs.click_x, 0.0, 0.999));
 }
 
+/// A head that only turns leaves the server its own path: a sphere has all directions.
+void Viewer::lead() {
+    const bool has_moved = navigator_.offset_m() != glm::dvec3(0);
+    if ((has_moved || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
+        followed_.sent(head());
+}
+
 void Viewer::advance(double seconds) {
     try {
         if (stepping_)
@@ -163,10 +173,14 @@ void Viewer::play(double seconds) {
     // Where decoding does not keep up, time waits for it.
     if (!loader_.is_ready() && !loader_.at_end())
         time_s_ = std::min(time_s_, info.time_s + interval_s);
-    if (SharedFrame frame = loader_.due(time_s_))
-        show(std::move(frame));
-    else if (loader_.at_end() && time_s_ >= info.time_s + interval_s)
+    // A server that leaves frames out renders them while they are watched: the newest is the one to see.
+    const bool is_live = is_served() && loader_.has_gaps();
+    if (SharedFrame next = loader_.due(is_live ? std::numeric_limits<double>::infinity() : time_s_)) {
+        time_s_ = std::max(time_s_, next->main.info.time_s);
+        show(std::move(next));
+    } else if (loader_.at_end() && time_s_ >= info.time_s + interval_s) {
         end();
+    }
 }
 
 void Viewer::end() {
@@ -174,13 +188,14 @@ void Viewer::end() {
     if (!loader_.truncation().empty())
         tell(loader_.truncation());
     // A server is not asked again and again: who comes back to its address begins anew.
-    if (settings_.loop && !settings_.paused && settings_.source.find("://") == std::string::npos)
+    if (settings_.loop && !settings_.paused && !is_served())
         seek(0);
     else
         settings_.paused = true;
 }
 
 void Viewer::show(SharedFrame frame) {
+    followed_.show(frame->main.info.head);
     renderer_->show(std::move(frame), times_);
 }
 
@@ -289,7 +304,7 @@ void Viewer::act(Action action) {
 }
 
 Pose Viewer::head() const {
-    return navigator_.head(frame().main.info.head);
+    return navigator_.head(followed_.around());
 }
 
 double Viewer::beyond_head_box() const {
@@ -350,11 +365,12 @@ StatusLine Viewer::status() const {
     const std::string_view layout = gl::display_layout_names[std::size_t(settings_.layout)];
     const std::string_view overlay = gl::overlay_names[std::size_t(settings_.overlay)];
     line.text = formatted(
-        "%s frame %lld  %.2f s  |  yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm  |  %.*s, %s%s%s%.*s  |  h: keys",
+        "%s frame %lld  %.2f s%s  |  yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm  |  %.*s, %s%s%s%.*s  |  h: keys",
         settings_.paused ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
-        navigator_.yaw_rad() * 180 / pi, navigator_.pitch_rad() * 180 / pi, offset.x, offset.y, offset.z,
-        int(layout.size()), layout.data(), settings_.surface && renderer_->has_depth() ? "surface" : "sphere",
-        settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
+        followed_.is_followed() ? ", the server follows" : "", navigator_.yaw_rad() * 180 / pi,
+        navigator_.pitch_rad() * 180 / pi, offset.x, offset.y, offset.z, int(layout.size()), layout.data(),
+        settings_.surface && renderer_->has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
+        settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
     line.fraction_done = loader_.fraction_done();
     if (run_s_ < message_until_s_)

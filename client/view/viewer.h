@@ -1,5 +1,6 @@
 #pragma once
 /// The viewer: frames as they come, the head as it is steered, and what the window shows of both, refresh by refresh.
+#include "followed_head.h"
 #include "frame_loader.h"
 #include "gl/display.h"
 #include "gl/eye_renderer.h"
@@ -47,6 +48,8 @@ public:
 
 private:
     void steer(const Inputs& inputs, double seconds);
+    void lead();
+    bool is_served() const { return settings_.source.find("://") != std::string::npos; }
     void advance(double seconds);
     void step();
     void play(double seconds);
@@ -64,6 +67,7 @@ private:
     ByteImage read_back() const;
 
     ViewerSettings settings_;
+    PoseSender poses_;
     FrameLoader loader_;
     std::unique_ptr<Window> window_;
     std::unique_ptr<gl::EyeRenderer> renderer_;
@@ -73,6 +77,7 @@ private:
     Recorder recorder_;
     gl::StageTimes times_;
     Navigator navigator_;
+    FollowedHead followed_;
     double time_s_ = 0;      ///< of the source
     double run_s_ = 0;       ///< since the viewer began
     bool stepping_ = false;  ///< the next frame is shown whenever it comes

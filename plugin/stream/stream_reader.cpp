@@ -74,7 +74,7 @@ struct StreamReader::State {
 
     std::string source;
     StreamReadOptions options;
-    av::Demuxer format;
+    Source format;
     bool holds_back;  ///< files only: on a live stream it would cost a picture's time
     std::string container;
     std::vector<std::unique_ptr<ReadTrack>> tracks;
@@ -86,9 +86,7 @@ struct StreamReader::State {
 };
 
 StreamReader::State::State(const std::string& source_name, const StreamReadOptions& read_options)
-    : source(source_name), options(read_options), holds_back(!av::is_url(source_name)) {
-    av::silence_log();
-    format = open_source(source, options.interrupted);
+    : source(source_name), options(read_options), format(source, options), holds_back(!av::is_url(source_name)) {
     container = format->iformat->long_name;
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];

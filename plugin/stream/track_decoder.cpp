@@ -53,6 +53,9 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source) {
         throw std::bad_alloc();
     codec->pkt_timebase = stream.time_base;
     codec->thread_count = 0;
+    // Decoders that work on several pictures at once give each one only when the next ones have come.
+    if (av::is_url(source) && parameters.video_delay == 0)
+        codec->thread_type = FF_THREAD_SLICE;
     codec->max_pixels = max_image_pixels;
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)

@@ -4,6 +4,7 @@
 #include <equistream/frame.h>
 #include <equistream/stream.h>
 #include <equistream/yuv_picture.h>
+#include <equistream_client/pose_sender.h>
 
 #include <cstdint>
 #include <functional>
@@ -75,6 +76,8 @@ struct FeedOptions {
     /// those before; 0: read when asked for. Frames, their order and what next() throws are the same.
     std::size_t frames_ahead = 0;
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
+    /// Of a stream that comes from tcp://HOST:PORT: what is sent with it goes there. Borrowed.
+    PoseSender* poses = nullptr;
 };
 
 /// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.

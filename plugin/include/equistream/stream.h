@@ -102,10 +102,21 @@ struct StreamSettings {
     /// says that it is the last.
     std::uint32_t pictures = 0;
     int threads = 4;  ///< the coded bytes depend on it, so it does not follow the machine
+    /// Pictures that are made while others are watched: each one's bytes come as soon as it is written (nothing is
+    /// reordered, nothing looked ahead for), key frames stand where begin_group() asks for them and no `pictures` are
+    /// known. When it is finished each track's last picture comes once more, one frame later, to say that it is the
+    /// last.
+    bool live = false;
 };
 /// Throws InputError naming the first of crf, gop, threads and preset that cannot be used, with `before_names` before
 /// its name: a program's options have dashes. Looks at nothing else; StreamWriter checks all settings by itself.
 void check_coding(const StreamSettings& settings, const std::string& before_names = "");
+
+/// Takes bytes as they are written; called by whoever calls StreamWriter.
+struct StreamTap {
+    std::function<void(std::span<const std::uint8_t>)> take;
+    bool alone = true;  ///< no file is written
+};
 
 /// Encodes display-referred sRGB pictures (8-bit RGB) and depth to `target`: a path ending in .mp4, .mkv, .ts, .nut,
 /// .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same
@@ -115,6 +126,8 @@ void check_coding(const StreamSettings& settings, const std::string& before_name
 class StreamWriter {
 public:
     StreamWriter(const std::string& target, const StreamSettings& settings);
+    /// The same bytes go to `tap` too, or alone. `target` says the container and stands in errors all the same.
+    StreamWriter(const std::string& target, const StreamSettings& settings, StreamTap tap);
     ~StreamWriter();
     StreamWriter(const StreamWriter&) = delete;
     StreamWriter& operator=(const StreamWriter&) = delete;
@@ -125,6 +138,10 @@ public:
     /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
     /// `halved` is the track's.
     void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info);
+    /// Of a live stream: whoever has the header can join at the next picture of each track.
+    void begin_group();
+    /// Hands over what was written of a live stream, in Matroska as a cluster of its own.
+    void flush();
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
@@ -191,6 +208,9 @@ struct StreamReadOptions {
     }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};
+    /// Where the source's bytes come from, if it is not opened by its name: fills as much of the span as there is,
+    /// waiting for at least one byte, and says how much; 0: they have ended.
+    std::function<std::size_t(std::span<std::uint8_t>)> read{};
 };
 
 /// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's

@@ -109,6 +109,22 @@ TEST_F(FrameLoaders, BehindTheEndThereIsNothingAndBackIsPossible) {
 }
 
 /// A frame in use stays whole when its loader is gone.
+TEST_F(FrameLoaders, GapsAreWhatTheSourceLeavesOutAndNotWhatIsJumped) {
+    {
+        FrameLoader loader(folder.string(), {});
+        EXPECT_EQ(waited_for(loader)->main.info.index, 0);
+        loader.seek(7);
+        EXPECT_EQ(waited_for(loader)->main.info.index, 7);
+        EXPECT_EQ(waited_for(loader)->main.info.index, 8);
+        EXPECT_FALSE(loader.has_gaps());
+    }
+    fs::remove(folder / "centre" / frame_file_name(5));
+    FrameLoader loader(folder.string(), {});
+    while (waited_for(loader)) {
+    }
+    EXPECT_TRUE(loader.has_gaps());
+}
+
 TEST_F(FrameLoaders, FramesOutliveIt) {
     SharedFrame frame;
     {
