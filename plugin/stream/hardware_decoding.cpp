@@ -31,6 +31,9 @@ void HardwareDecoding::look_for(const AVCodecParameters& parameters) {
         const AVCodecHWConfig* config = avcodec_get_hw_config(decoder, i);
         if (config == nullptr)
             return;
+        // VDPAU's library complains on stderr where its drivers are missing.
+        if (config->device_type == AV_HWDEVICE_TYPE_VDPAU)
+            continue;
         if ((config->methods & AV_CODEC_HW_CONFIG_METHOD_HW_DEVICE_CTX) != 0 &&
             av_hwdevice_ctx_create(&device_, config->device_type, nullptr, nullptr, 0) >= 0) {
             type_ = config->device_type;

@@ -1,5 +1,5 @@
 #pragma once
-/// Decoding by whatever hardware libavcodec finds (VAAPI, VDPAU, CUDA, ...), pictures fetched into ordinary memory.
+/// Decoding by whatever hardware libavcodec finds (VAAPI, CUDA, ...), pictures fetched into ordinary memory.
 /// Where there is none, or it does not take this stream, nothing is said and the decoder works by itself.
 #include "libav.h"
 

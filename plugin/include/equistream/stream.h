@@ -150,7 +150,7 @@ struct DecodedPicture {
     FloatImage depth_m;
     /// When it is shown, after main's first picture; nothing where the container does not say.
     std::optional<double> time_s;
-    std::string_view decoder;  ///< "software", or libavutil's name of the hardware: "vaapi", "cuda", "vdpau"
+    std::string_view decoder;  ///< "software", or libavutil's name of the hardware: "vaapi", "cuda"
     double decode_ms = 0;      ///< time spent waiting for the decoder since this track's last picture
     double convert_ms = 0;     ///< YUV to RGB, or samples to depth
     std::int64_t bytes = 0;    ///< coded
