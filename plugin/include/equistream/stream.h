@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace equistream {
@@ -169,9 +170,12 @@ struct DecodedPicture {
     /// Radial, +inf for a miss, NaN where the track holds no surface. Where info->depth_code is `halved`, each coded
     /// sample stands in its four pixels.
     FloatImage depth_m;
-    double decode_ms = 0;    ///< time spent waiting for the decoder since this track's last picture
-    double convert_ms = 0;   ///< YUV to RGB, or samples to depth
-    std::int64_t bytes = 0;  ///< coded
+    /// When it is shown, after main's first picture; nothing where the container does not say.
+    std::optional<double> time_s;
+    std::string_view decoder;  ///< "software", or libavutil's name of the hardware: "vaapi", "cuda"
+    double decode_ms = 0;      ///< time spent waiting for the decoder since this track's last picture
+    double convert_ms = 0;     ///< YUV to RGB, or samples to depth
+    std::int64_t bytes = 0;    ///< coded
 };
 
 struct StreamTrackSummary {
@@ -200,6 +204,9 @@ struct StreamReadOptions {
     bool depth = true;      ///< false: depth tracks are not decoded beyond their first picture, nor given
     bool images = true;     ///< the same for the track of mirrors and glass
     TrackRoles left_out{};  ///< the same for these; never main
+    /// Decode colour by hardware where there is some that can, without a word by software else. The standards of the
+    /// codecs leave no choice: both give the same pictures.
+    bool hardware = false;
 
     bool wants(TrackRole role) const {
         if (role != TrackRole::main && left_out[std::size_t(role)])
@@ -226,11 +233,20 @@ public:
 
     const std::vector<StreamTrackSummary>& tracks() const;
     const std::string& container() const;  ///< libav's long name
+    /// Whether it comes from a server at that server's pace: an address in which nobody can seek, no pipe. Any thread.
+    bool is_live() const;
     /// The next picture of any track, in presentation order within each and side by side as far as they are
     /// interleaved; nothing at the end.
     std::optional<DecodedPicture> next();
+    /// From here on next() gives pictures of each track from its last key frame on that is shown no later than so long
+    /// after main's first picture, which must have been given; nothing before that key frame is decoded. Found by the
+    /// container's index where it has one that leads there, else by reading packets from the beginning. False where
+    /// neither can be (live sources, containers that keep no times): the reader is of no further use then.
+    bool seek(double seconds);
     /// From here on as if StreamReadOptions::left_out had them too.
     void leave_out(TrackRoles roles);
+    /// How far into a file it was read, in bytes; 0 for what has no such place.
+    std::int64_t position() const;
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").
     const std::string& truncation() const;
 
