@@ -114,15 +114,18 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     SourceRenders renders(request.sources);
     renders.check(pictures);
     ColourTrials trials(request.sources, request.settings);
-    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), request.motion};
-    if (!plan.depth.tracks.empty() || plan.motion)
+    std::vector<std::string> for_motion;
+    if (request.motion)
+        for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
+    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion};
+    if (!plan.depth.tracks.empty() || request.motion)
         pictures = read_frame(request.sources, plan, frames.front(), display);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
     report.trial = plan.depth.trial;
     report.images_left_out_share = plan.depth.images_left_out_share;
     report.first = pictures.front().info;
-    if (plan.motion)
+    if (request.motion)
         report.motion.emplace();
     DepthWriter depths(plan.depth, frames, request.settings.gop);
     StreamWriter writer(request.target, report.settings);

@@ -15,33 +15,32 @@ struct Neighbour {
 };
 constexpr Neighbour neighbours[] = {{-1, "backward"}, {1, "forward"}};
 
-const FloatImage& plane_of(const Frame& frame, const std::string& name, const std::filesystem::path& file) {
-    const auto plane = frame.planes.find(name);
-    if (plane == frame.planes.end())
-        throw InputError(
-            expected_found(file.string(), "plane '" + name + "' for --motion (render --aovs depth,motion)", "none"));
-    return plane->second;
-}
-
 }  // namespace
 
-std::vector<std::string> motion_planes() {
-    return {"depth", "backward", "forward", "object_id"};
+std::vector<std::string> motion_planes(const std::filesystem::path& file) {
+    const Frame frame = read_exr(file);
+    std::vector<std::string> planes = {"depth", "backward", "forward"};
+    for (const std::string& plane : planes)
+        if (!frame.planes.contains(plane))
+            throw InputError(expected_found(file.string(),
+                                            "plane '" + plane + "' for --motion (render --aovs depth,motion)", "none"));
+    if (frame.ids.contains("object_id"))
+        planes.emplace_back("object_id");
+    return planes;
 }
 
 FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame, std::int64_t index) {
-    const std::filesystem::path file = folder / frame_file_name(index);
-    MotionPlanes planes{frame.info.camera, frame.info.camera_pose, plane_of(frame, "depth", file).view(), {}, {}};
+    MotionPlanes planes{frame.info.camera, frame.info.camera_pose, frame.planes.at("depth").view(), {}, {}};
     if (const auto ids = frame.ids.find("object_id"); ids != frame.ids.end())
         planes.object_id = ids->second.view();
     for (const auto& [step, name] : neighbours) {
-        const ImageView<const float> motion_px = plane_of(frame, name, file).view();
         const std::filesystem::path beside = folder / frame_file_name(index + step);
         if (index + step < 0 || !std::filesystem::exists(beside))
             continue;
         // Where there is no frame, motion was made with a camera that rests, or with one that nobody knows.
         const FrameInfo there = read_exr_info(beside);
-        planes.neighbours.push_back({there.camera_pose, there.time_s - frame.info.time_s, motion_px});
+        planes.neighbours.push_back(
+            {there.camera_pose, there.time_s - frame.info.time_s, frame.planes.find(name)->second.view()});
     }
     return planes.neighbours.empty() ? FoundMotion{} : find_moving_regions(planes);
 }

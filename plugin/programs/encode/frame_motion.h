@@ -11,11 +11,12 @@
 
 namespace equistream {
 
-/// Planes that motion is found in.
-std::vector<std::string> motion_planes();
+/// Planes that motion is found in, of those that frames as this one have. Throws InputError naming the file and what it
+/// lacks.
+std::vector<std::string> motion_planes(const std::filesystem::path& file);
 
-/// `frame` is the one of that index in the folder, read with motion_planes(). Its neighbours are there or not: of those
-/// that are, poses are read. Throws InputError naming the file and what it lacks.
+/// `frame` is the one of that index in the folder, read with motion_planes. Its neighbours are there or not: of those
+/// that are, poses are read.
 FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame, std::int64_t index);
 
 /// Of a whole sequence.

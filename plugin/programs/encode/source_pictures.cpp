@@ -29,14 +29,14 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     auto start = Clock::now();
     std::vector<std::string> planes = {"colour"};
     const std::vector<const DepthTrack*> tracks = distances_of(plan.depth, track.role);
-    const bool finds_motion = plan.motion && track.role == TrackRole::main;
+    const bool finds_motion = !plan.motion_planes.empty() && track.role == TrackRole::main;
     for (const DepthTrack* distances : tracks)
         for (std::string& plane : planes_of(distances->role))
             planes.push_back(std::move(plane));
     if (finds_motion)
-        for (std::string& plane : motion_planes())
+        for (const std::string& plane : plan.motion_planes)
             if (std::ranges::find(planes, plane) == planes.end())
-                planes.push_back(std::move(plane));
+                planes.push_back(plane);
     Frame frame = read_exr(file, planes);
     picture.read_ms = milliseconds_since(start);
     const auto colour = frame.planes.find("colour");

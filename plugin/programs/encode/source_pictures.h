@@ -7,6 +7,7 @@
 #include <equistream/sequence.h>
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,7 @@ struct Picture {
 /// What is read of frames beside their colour.
 struct ReadPlan {
     DepthPlan depth;
-    bool motion = false;
+    std::vector<std::string> motion_planes;  ///< of main; none: motion is not asked for
 };
 
 /// Every track's, main's first, with what the plan wants beside it. Throws InputError naming the file.
