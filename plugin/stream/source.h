@@ -19,6 +19,7 @@ public:
     Source& operator=(const Source&) = delete;
 
     AVFormatContext* operator->() const { return format_.get(); }
+    AVFormatContext& operator*() const { return *format_; }
     AVFormatContext* get() const { return format_.get(); }
 
 private:
