@@ -7,11 +7,9 @@ import json
 import os
 import pathlib
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import unittest
 
@@ -271,42 +269,6 @@ class Viewer(unittest.TestCase):
         ahead = viewer.picture()
         viewer.hold("Left", 0.8)
         self.assertLess(psnr(viewer.picture(), ahead), 30)
-
-    def test_a_server_that_goes_and_comes_back(self):
-        bytes_sent = self.stream.read_bytes()
-        listening = socket.create_server(("127.0.0.1", 0))
-        self.addCleanup(listening.close)
-        viewers = []
-
-        def serve(part):
-            viewers.append(listening.accept()[0])
-            viewers[-1].sendall(part)
-
-        first = threading.Thread(target=serve, args=[bytes_sent[: len(bytes_sent) * 15 // 16]])
-        first.start()
-        viewer = self.by_geometry("--json", source=f"tcp://127.0.0.1:{listening.getsockname()[1]}", paused=False)
-        first.join()
-        shown = viewer.picture()
-        self.assertLess(psnr(shown, self.played()), float("inf"))
-        viewers.pop().close()
-        viewer.hold("Left", 0.8)  # with nobody there one looks around all the same
-        self.assertLess(psnr(viewer.resting_picture(), shown), 30)
-        serve(bytes_sent)
-        viewers.pop().close()
-        viewer.press("c")
-        last = pathlib.Path(tempfile.mkdtemp(dir=self.root))
-        PROGRAMS.run("play", self.stream, "--scene", self.scene, "--depth", "gl", "--size", f"{WIDTH}x{HEIGHT}", "--frames", "3", "--progress", "none", "--out",
-                     last)
-        expected = np.asarray(Image.open(last / "left" / "frame.0003.png").convert("RGB")).astype(float)
-        wait_for(lambda: psnr(viewer.picture(), expected) > SAME_DB, "the last frame of who came back")
-        viewer.press("Escape")
-        status, said = viewer.end()
-        self.assertEqual(status, 0)
-        lines = said.splitlines()
-        self.assertEqual(len(lines), 2, said)
-        self.assertIn("the connection was lost", lines[0])
-        self.assertIn("connected again", lines[1])
-        self.assertGreater(json.loads(viewer.printed)["playout_delay_ms"], 0)
 
     def test_it_ends_by_itself(self):
         viewer = self.by_geometry("--seconds", "1")
