@@ -40,6 +40,8 @@ public:
     std::string truncation() const override { return given_.truncation; }
     std::vector<FeedTrack> tracks() const override { return given_.tracks; }
     std::optional<double> fraction_done() const override { return given_.fraction_done; }
+    bool is_live() const override { return feed_->is_live(); }
+    bool seek(std::int64_t) override { return false; }
 
 private:
     struct State {

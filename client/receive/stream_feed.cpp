@@ -1,5 +1,6 @@
 #include "feeds.h"
 #include "guided_depth.h"
+#include "server_connection.h"
 
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
@@ -31,12 +32,15 @@ constexpr int pictures_to_judge_by = 4;
 class StreamFeed : public FrameFeed {
 public:
     StreamFeed(const std::string& source, const FeedOptions& options)
-        : source_(source), reader_(source, {.rgb = true,
-                                            .yuv = options.yuv,
-                                            .depth = options.depth,
-                                            .images = options.specular,
-                                            .left_out = asked_to_leave_out(options),
-                                            .interrupted = options.interrupted}),
+        : source_(source), connection_(connect(source, options)),
+          reader_(source, {.rgb = true,
+                           .yuv = options.yuv,
+                           .depth = options.depth,
+                           .images = options.specular,
+                           .left_out = asked_to_leave_out(options),
+                           .hardware = options.hardware,
+                           .interrupted = options.interrupted,
+                           .read = reading_from(connection_.get())}),
           options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {
         std::error_code error;
         const auto size = std::filesystem::file_size(source, error);
@@ -70,13 +74,37 @@ public:
         return given;
     }
     std::optional<double> fraction_done() const override {
-        double bytes = 0;
-        for (const StreamTrackSummary& track : reader_.tracks())
-            bytes += double(track.bytes);
-        return file_bytes_ > 0 ? std::optional(std::min(1.0, bytes / file_bytes_)) : std::nullopt;
+        return file_bytes_ > 0 ? std::optional(std::min(1.0, double(reader_.position()) / file_bytes_)) : std::nullopt;
+    }
+    bool is_live() const override { return reader_.is_live(); }
+    bool seek(std::int64_t frame) override {
+        if (!begun_ || !reader_.seek(double(frame - begun_->index) / begun_->frames_per_second))
+            return false;
+        options_.first_frame = frame;
+        waiting_.clear();
+        unjudged_.clear();
+        last_given_ = frame - 1;
+        foreign_index_ = std::nullopt;
+        ended_ = false;
+        for (Track& track : tracks_) {
+            track.last = -1;
+            track.is_past = false;
+        }
+        return true;
     }
 
 private:
+    static std::unique_ptr<ServerConnection> connect(const std::string& source, const FeedOptions& options) {
+        if (options.poses == nullptr || !is_server_address(source))
+            return nullptr;
+        return std::make_unique<ServerConnection>(source, *options.poses, options.interrupted);
+    }
+    static std::function<std::size_t(std::span<std::uint8_t>)> reading_from(ServerConnection* connection) {
+        if (connection == nullptr)
+            return nullptr;
+        return [connection](std::span<std::uint8_t> bytes) { return connection->read(bytes); };
+    }
+
     /// What has come of one frame, by role.
     struct Partial {
         std::array<std::optional<DecodedPicture>, track_role_count> pictures;
@@ -178,6 +206,8 @@ private:
     void keep(DecodedPicture picture, bool posed) {
         Track& track = tracks_[picture.track];
         const std::int64_t index = picture.info->index;
+        if (!begun_ && track.role == TrackRole::main)
+            begun_ = {index, std::max(1.0, picture.info->frames_per_second)};
         track.last = std::max(track.last, index);
         if (index > options_.last_frame) {
             track.is_past = true;
@@ -194,10 +224,12 @@ private:
     /// Video without our data is taken for a full sphere, its pictures numbered as they come.
     FrameInfo foreign_info(const DecodedPicture& picture) {
         FrameInfo info;
-        info.index = foreign_index_++;
         const auto& tracks = reader_.tracks();
         if (!tracks.empty() && tracks.front().frames_per_second > 0)
             info.frames_per_second = tracks.front().frames_per_second;
+        if (!foreign_index_)
+            foreign_index_ = std::llround(picture.time_s.value_or(0) * info.frames_per_second);
+        info.index = (*foreign_index_)++;
         info.time_s = double(info.index) / info.frames_per_second;
         info.camera = EquirectCamera{picture.width, picture.height, {}};
         return info;
@@ -226,6 +258,7 @@ private:
         picture.info = std::move(*colour->info);
         picture.rgb = std::move(colour->rgb);
         picture.yuv = std::move(colour->yuv);
+        picture.decoder = colour->decoder;
         picture.decode_ms = colour->decode_ms;
         picture.convert_ms = colour->convert_ms;
         const auto depth_role = depth_role_of(role);
@@ -287,14 +320,20 @@ private:
     }
 
     std::string source_;
+    std::unique_ptr<ServerConnection> connection_;  // null: the reader opens the source
     StreamReader reader_;
     FeedOptions options_;
     TrackRoles left_out_;
     std::map<std::int64_t, Partial> waiting_;
     std::int64_t last_given_ = -1;
-    std::vector<Track> tracks_;             // as the reader's
-    std::vector<DecodedPicture> unjudged_;  // of the main track
-    std::int64_t foreign_index_ = 0;
+    std::vector<Track> tracks_;                      // as the reader's
+    std::vector<DecodedPicture> unjudged_;           // of the main track
+    std::optional<std::int64_t> foreign_index_ = 0;  // of the next picture; nothing: after a jump, its time says
+    struct Beginning {
+        std::int64_t index;
+        double frames_per_second;
+    };
+    std::optional<Beginning> begun_;  // with main's first picture
     double file_bytes_ = 0;
     bool ended_ = false;
 };

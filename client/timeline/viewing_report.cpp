@@ -33,6 +33,7 @@ Json refresh_json(const ViewedRefresh& refresh) {
     json["rate"] = refresh.rate;
     json["age_ms"] = 1e3 * refresh.age_s();
     json["carried_on_ms"] = 1e3 * refresh.carried_on_s;
+    json["ahead_ms"] = 1e3 * refresh.ahead_s;
     json["error_deg"] = refresh.error_deg();
     json["error_m"] = refresh.error_m();
     json["unreprojected_error_deg"] = refresh.unreprojected_error_deg();

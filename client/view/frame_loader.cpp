@@ -2,12 +2,29 @@
 
 #include <equistream/error.h>
 
+#include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace equistream {
 
+namespace {
+
+/// Of a recorded source; the ring has room for them while it keeps what is shown.
+constexpr std::size_t most_ahead = 3;
+/// As many as a play-out delay takes, and some: a quarter of a second at 30 frames/s.
+constexpr FrameRingOptions ring_options{.kept = 1, .capacity = 12};
+
+/// Before the nth attempt to reach a server again.
+std::chrono::duration<double> pause_before(int attempt) {
+    constexpr double first_s = 0.25, longest_s = 4;
+    return std::chrono::duration<double>(std::min(longest_s, first_s * double(1 << std::min(attempt - 1, 10))));
+}
+
+}  // namespace
+
 FrameLoader::FrameLoader(std::string source, FeedOptions options)
-    : source_(std::move(source)), options_(std::move(options)) {
+    : source_(std::move(source)), options_(std::move(options)), reel_(std::make_shared<FrameReel>(ring_options)) {
     options_.interrupted = [this] {
         const std::lock_guard lock(mutex_);
         return stopping_;
@@ -16,9 +33,10 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     std::optional<ReceivedFrame> frame = feed_->next();
     if (!frame)
         throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
+    is_live_ = feed_->is_live();
     first_ = frame->main.info;
     wanted_first_ = first_.index;
-    ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
+    deliver(std::move(*frame));
     thread_ = std::thread([this] { run(); });
 }
 
@@ -31,118 +49,126 @@ FrameLoader::~FrameLoader() {
     thread_.join();
 }
 
+bool FrameLoader::may_read() const {
+    return !ended_ && !failure_ && (is_live_ || ahead_ < most_ahead);
+}
+
 void FrameLoader::run() {
     std::unique_lock lock(mutex_);
     while (!stopping_) {
-        if (ended_ || failure_ || ready_.size() >= most_ready) {
+        if (!may_read()) {
             changed_.wait(lock);
             continue;
         }
         const unsigned seeks = seeks_;
-        const bool jumped = opened_for_ != seeks;
         try {
             read(lock);
         } catch (...) {
             if (!lock.owns_lock())
                 lock.lock();
-            if (seeks != seeks_)
-                continue;  // nobody waits for what failed
-            // A folder has no frames there; a stream says so by its end.
-            ended_ = jumped && wanted_first_ > first_.index;
-            if (!ended_)
-                failure_ = std::current_exception();
+            if (seeks == seeks_)  // else nobody waits for what failed
+                fail(lock);
         }
     }
+}
+
+void FrameLoader::fail(std::unique_lock<std::mutex>& lock) {
+    if (is_live_)
+        wait_to_try_again(lock);
+    else
+        failure_ = std::current_exception();
+}
+
+void FrameLoader::wait_to_try_again(std::unique_lock<std::mutex>& lock) {
+    ++attempts_;
+    const unsigned seeks = seeks_;
+    lock.unlock();  // who closes may ask whether to stop
+    feed_.reset();
+    lock.lock();
+    changed_.wait_for(lock, pause_before(attempts_), [&] { return stopping_ || seeks != seeks_; });
+}
+
+/// Takes the frame into the reel; locks nothing.
+void FrameLoader::deliver(ReceivedFrame frame) {
+    const FrameInfo& info = frame.main.info;
+    const FrameStamp stamp{info.index, info.time_s, info.head, now_s()};
+    reel_->writable() = {std::make_shared<const ReceivedFrame>(std::move(frame)), feed_->fraction_done().value_or(0)};
+    reel_->deliver(stamp);
+    newest_ = stamp.number;
+    ++ahead_;
 }
 
 void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
     const unsigned seeks = seeks_;
     FeedOptions options = options_;
-    options.first_frame = wanted_first_;
+    if (!is_live_)
+        options.first_frame = wanted_first_;
     lock.unlock();
-    if (opened_for_ != seeks) {
+    if (!feed_ || (opened_for_ != seeks && (is_live_ || !feed_->seek(options.first_frame)))) {
         feed_.reset();
         feed_ = open_feed(source_, options);
-        opened_for_ = seeks;
     }
+    opened_for_ = seeks;
     std::optional<ReceivedFrame> frame = feed_->next();
     lock.lock();
-    if (seeks != seeks_)
+    if (seeks != seeks_ || stopping_)
         return;
-    if (!frame) {
+    if (frame) {
+        // A server that came back goes on where it is by now, or begins anew.
+        if (std::exchange(attempts_, 0) > 0 && frame->main.info.index <= newest_)
+            reel_ = std::make_shared<FrameReel>(ring_options);
+        deliver(std::move(*frame));
+        return;
+    }
+    truncation_ = feed_->truncation();
+    if (is_live_ && (attempts_ > 0 || !truncation_.empty()))
+        wait_to_try_again(lock);
+    else
         ended_ = true;
-        truncation_ = feed_->truncation();
-        return;
-    }
-    ready_.push_back({std::make_shared<const ReceivedFrame>(std::move(*frame)), feed_->fraction_done().value_or(0)});
 }
 
-void FrameLoader::rethrow() const {
-    if (failure_ && ready_.empty())
-        std::rethrow_exception(failure_);
-}
-
-SharedFrame FrameLoader::due(double time_s) {
-    SharedFrame found;
-    {
-        const std::lock_guard lock(mutex_);
-        rethrow();
-        while (!ready_.empty() && ready_.front().frame->main.info.time_s <= time_s) {
-            found = std::move(ready_.front().frame);
-            fraction_done_ = ready_.front().fraction_done;
-            ready_.pop_front();
-        }
-    }
-    if (found)
-        changed_.notify_all();
-    return found;
-}
-
-bool FrameLoader::is_ready() const {
+LoaderState FrameLoader::state() const {
     const std::lock_guard lock(mutex_);
-    return !ready_.empty();
+    return {reel_, ended_, attempts_, failure_ != nullptr};
 }
 
-SharedFrame FrameLoader::next() {
-    SharedFrame found;
+void FrameLoader::passed(const FrameReel& reel, std::size_t frames) {
     {
         const std::lock_guard lock(mutex_);
-        rethrow();
-        if (ready_.empty())
-            return nullptr;
-        found = std::move(ready_.front().frame);
-        fraction_done_ = ready_.front().fraction_done;
-        ready_.pop_front();
+        if (&reel != reel_.get())
+            return;
+        ahead_ -= std::min(ahead_, frames);
     }
     changed_.notify_all();
-    return found;
 }
 
 void FrameLoader::seek(std::int64_t frame) {
     {
         const std::lock_guard lock(mutex_);
         wanted_first_ = frame;
-        ready_.clear();
+        reel_ = std::make_shared<FrameReel>(ring_options);
+        ahead_ = 0;
         ++seeks_;
         ended_ = false;
         failure_ = nullptr;
+        attempts_ = 0;
     }
     changed_.notify_all();
-}
-
-bool FrameLoader::at_end() const {
-    const std::lock_guard lock(mutex_);
-    return ended_ && ready_.empty();
-}
-
-double FrameLoader::fraction_done() const {
-    const std::lock_guard lock(mutex_);
-    return fraction_done_;
 }
 
 std::string FrameLoader::truncation() const {
     const std::lock_guard lock(mutex_);
     return truncation_;
+}
+
+void FrameLoader::rethrow() const {
+    std::exception_ptr failure;
+    {
+        const std::lock_guard lock(mutex_);
+        failure = failure_;
+    }
+    if (failure)
+        std::rethrow_exception(failure);
 }
 
 }  // namespace equistream

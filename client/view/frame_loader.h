@@ -1,10 +1,14 @@
 #pragma once
-/// Frames of a source in time, read and decoded by a thread of their own: the display never waits for one.
+/// Frames of a source, read and decoded by a thread of their own into the ring of a player: the display never waits for
+/// one. A recorded source (a folder, a file) is read a few frames ahead and waits to be shown; a live one comes at its
+/// server's pace, is read as it comes, and is asked for again when its connection is lost.
+#include <equistream_client/frame_ring.h>
 #include <equistream_client/receive.h>
+
+#include <equistream/elapsed.h>
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -15,56 +19,72 @@ namespace equistream {
 
 using SharedFrame = std::shared_ptr<const ReceivedFrame>;
 
+struct LoadedFrame {
+    SharedFrame frame;
+    double fraction_done = 0;  ///< of the source, 0 to 1; 0 where its end is not known
+};
+
+/// Frames whose numbers ascend: from one jump in time to the next.
+using FrameReel = FrameRing<LoadedFrame>;
+
+/// How reading stands.
+struct LoaderState {
+    std::shared_ptr<FrameReel> reel;  ///< another one after each jump, and where a server began anew
+    bool ended = false;               ///< all there is is in the reel
+    int attempts = 0;                 ///< to reach a server that was lost, so far; 0: it is there
+    bool failed = false;              ///< so are all that could be read: rethrow() says why there are no more
+};
+
 class FrameLoader {
 public:
-    /// Opens the source and waits for its first frame. Throws InputError as open_feed does, and where there is none.
-    /// `options` without frames_ahead, first_frame and interrupted.
+    /// Opens the source and waits for its first frame, which is in the reel then. Throws InputError as open_feed does,
+    /// and where there is none. `options` without frames_ahead, first_frame and interrupted.
     FrameLoader(std::string source, FeedOptions options);
     ~FrameLoader();
     FrameLoader(const FrameLoader&) = delete;
     FrameLoader& operator=(const FrameLoader&) = delete;
 
+    // Any thread.
     /// Of the first frame.
     const FrameInfo& first() const { return first_; }
+    bool is_live() const { return is_live_; }
+    /// On the clock of FrameStamp::arrival_s.
+    double now_s() const { return seconds_since(began_); }
 
-    /// The newest frame that is due at `time_s` of the source's own time, those before it being dropped; null: none has
-    /// come since. Throws what reading threw.
-    SharedFrame due(double time_s);
-    /// Whether a frame is ready, due or not.
-    bool is_ready() const;
-    /// The next frame, due or not; null: none is ready.
-    SharedFrame next();
-    /// Starts again at a frame: what was read ahead is dropped, and the source is opened anew. Where it has no frame
-    /// from there on it is at its end.
+    // The displaying thread.
+    LoaderState state() const;
+    /// So many frames of this reel were shown, or passed over: as many more may be read.
+    void passed(const FrameReel& reel, std::size_t frames);
+    /// Starts again at a frame, in another reel. Where the source has no frame from there on it is at its end. A live
+    /// one is connected to anew and comes as its server sends it.
     void seek(std::int64_t frame);
-
-    bool at_end() const;             ///< all has been read and taken
-    double fraction_done() const;    ///< of what was taken, 0 to 1; 0 where the end is not known
     std::string truncation() const;  ///< FrameFeed's, after the end
-
-private:
-    struct Ready {
-        SharedFrame frame;
-        double fraction_done = 0;
-    };
-
-    void run();
-    void read(std::unique_lock<std::mutex>& lock);
+    /// Throws what reading threw.
     void rethrow() const;
 
-    static constexpr std::size_t most_ready = 3;
+private:
+    void run();
+    bool may_read() const;
+    void read(std::unique_lock<std::mutex>& lock);
+    void fail(std::unique_lock<std::mutex>& lock);
+    void wait_to_try_again(std::unique_lock<std::mutex>& lock);
+    void deliver(ReceivedFrame frame);
 
     std::string source_;
     FeedOptions options_;
+    Clock::time_point began_ = Clock::now();
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     std::unique_ptr<FrameFeed> feed_;
-    std::deque<Ready> ready_;
     FrameInfo first_;
+    bool is_live_ = false;
+    std::shared_ptr<FrameReel> reel_;
+    std::int64_t newest_ = -1;  ///< number in the reel; the reading thread's own
+    std::size_t ahead_ = 0;     ///< of them, not yet passed
     std::int64_t wanted_first_ = 0;
     unsigned seeks_ = 0;       ///< a frame that was read before the last does not count
     unsigned opened_for_ = 0;  ///< of seeks, what feed_ was opened for; the reading thread's own
-    double fraction_done_ = 0;
+    int attempts_ = 0;
     std::string truncation_;
     bool ended_ = false, stopping_ = false;
     std::exception_ptr failure_;

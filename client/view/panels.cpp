@@ -4,7 +4,6 @@
 
 #include <equistream/formatted.h>
 
-#include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
@@ -66,19 +65,16 @@ void draw_status(const StatusLine& status) {
 
 }  // namespace
 
-Panels::Panels(Window& window) {
+Panels::Panels() {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
     ImGui::StyleColorsDark();
-    // The window's own callbacks are kept: nothing here takes keys.
-    ImGui_ImplGlfw_InitForOpenGL(window.handle(), false);
     ImGui_ImplOpenGL3_Init("#version 450 core");
 }
 
 Panels::~Panels() {
     ImGui_ImplOpenGL3_Shutdown();
-    ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
 }
 
@@ -96,9 +92,10 @@ void Panels::add(const gl::StageTimes::Row& row, double refresh_ms) {
     refreshes_ms_[newest_] = refresh_ms;
 }
 
-void Panels::draw(const StatusLine& status, bool with_help, bool with_times) {
+void Panels::draw(const StatusLine& status, gl::Size window, bool with_help, bool with_times) {
     ImGui_ImplOpenGL3_NewFrame();
-    ImGui_ImplGlfw_NewFrame();
+    // Nothing here takes keys, and events are another thread's.
+    ImGui::GetIO().DisplaySize = {float(window.width), float(window.height)};
     ImGui::NewFrame();
     draw_status(status);
     if (with_help)

@@ -1,8 +1,9 @@
 #pragma once
 /// What is written over the picture: keys, frame times by stage, and a line on where in time and space the viewer is.
-/// By Dear ImGui, in the window's context.
+/// By Dear ImGui, in the context in which it is made.
 #include "gl/stage_times.h"
-#include "window.h"
+
+#include <gl/objects.h>
 
 #include <cstddef>
 #include <string>
@@ -15,11 +16,13 @@ struct StatusLine {
     std::string text;
     double fraction_done = 0;  ///< of the source, 0 to 1
     std::string warning;       ///< above it; empty: none
+
+    bool operator==(const StatusLine&) const = default;
 };
 
 class Panels {
 public:
-    explicit Panels(Window& window);
+    Panels();
     ~Panels();
     Panels(const Panels&) = delete;
     Panels& operator=(const Panels&) = delete;
@@ -27,7 +30,7 @@ public:
     /// One refresh's times, told apart by stage; `refresh_ms` from the one before to it.
     void add(const gl::StageTimes::Row& row, double refresh_ms);
 
-    void draw(const StatusLine& status, bool with_help, bool with_times);
+    void draw(const StatusLine& status, gl::Size window, bool with_help, bool with_times);
 
 private:
     static constexpr std::size_t most_rows = 180;

@@ -70,6 +70,10 @@ void on_button(GLFWwindow* window, int button, int action, int) {
     inputs_of(window)->click_x = width > 0 ? x / width : -1;
 }
 
+void on_damage(GLFWwindow* window) {
+    inputs_of(window)->is_damaged = true;
+}
+
 double beyond_dead_zone(float x) {
     const double size = std::abs(double(x));
     return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), double(x));
@@ -105,9 +109,14 @@ Window::Window(GLFWwindow* window) : window_(window), pointer_(std::make_unique<
     glfwSetCursorPosCallback(window_, on_cursor);
     glfwSetScrollCallback(window_, on_scroll);
     glfwSetMouseButtonCallback(window_, on_button);
+    glfwSetWindowRefreshCallback(window_, on_damage);
     make_current();
     glfwSwapInterval(1);
     glfwGetCursorPos(window_, &pointer_->x, &pointer_->y);
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    if (const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+        mode != nullptr && mode->refreshRate > 0)
+        refresh_hz_ = mode->refreshRate;
 }
 
 Window::~Window() {
@@ -125,8 +134,7 @@ void Window::release() {
     glfwMakeContextCurrent(nullptr);
 }
 
-Inputs Window::poll() {
-    glfwPollEvents();
+Inputs Window::take_inputs() {
     return std::exchange(pointer_->inputs, {});
 }
 
@@ -179,6 +187,10 @@ void Window::show() {
 
 void Window::wait(double seconds) {
     glfwWaitEventsTimeout(seconds);
+}
+
+void Window::wake() {
+    glfwPostEmptyEvent();
 }
 
 }  // namespace equistream

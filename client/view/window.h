@@ -1,5 +1,8 @@
 #pragma once
-/// A window with an OpenGL 4.5 core context, by GLFW. One at a time, and in the main thread alone.
+/// A window with an OpenGL 4.5 core context, by GLFW. One at a time, and in the main thread alone but for its context
+/// and what says so.
+#include "input_box.h"
+
 #include <gl/context.h>
 #include <gl/objects.h>
 
@@ -21,11 +24,7 @@ struct Inputs {
     double drag_x = 0, drag_y = 0;  ///< of the mouse with its left button down, in window pixels
     double scroll = 0;              ///< steps; up is positive
     double click_x = -1;            ///< 0 to 1 along the window where a right button went down; else negative
-};
-
-/// A gamepad's sticks and triggers, -1 to 1, dead zones cut out; all 0 where there is none.
-struct Sticks {
-    double turn_x = 0, turn_y = 0, move_x = 0, move_z = 0, move_y = 0;
+    bool is_damaged = false;        ///< what it showed has to be shown again
 };
 
 class Window : public gl::Context {
@@ -35,22 +34,25 @@ public:
     static std::unique_ptr<Window> open(const std::string& title, gl::Size size);
     ~Window() override;
 
+    // Any thread, one at a time.
     void make_current() override;
     void release() override;
+    /// Shows what was drawn, at the display's next refresh. Where the context is current.
+    void show();
+    /// wait() returns.
+    void wake();
+    double refresh_hz() const { return refresh_hz_; }
 
-    /// Handles what the system has to say.
-    Inputs poll();
+    /// Handles what the system has to say, which is waited for, at most so long.
+    void wait(double seconds);
+    /// What it said since it was asked for last.
+    Inputs take_inputs();
     bool is_down(int key) const;
     Sticks sticks() const;
     bool should_close() const;
     /// Of the framebuffer, in pixels; 0 where it is minimised.
     gl::Size size() const;
     void toggle_fullscreen();
-    /// Shows what was drawn, at the display's next refresh.
-    void show();
-    /// Sleeps until something happens, at most so long.
-    void wait(double seconds);
-    GLFWwindow* handle() const { return window_; }
 
 private:
     explicit Window(GLFWwindow* window);
@@ -59,6 +61,7 @@ private:
 
     GLFWwindow* window_;
     std::unique_ptr<Pointer> pointer_;
+    double refresh_hz_ = 60;
     int left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< before it went full screen
 };
 

@@ -1,5 +1,6 @@
 #include <equistream_render/render_program.h>
 
+#include "follow.h"
 #include "report.h"
 #include "sequence_renderer.h"
 
@@ -32,6 +33,13 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     const Timeline timeline = make_timeline(options, scene);
     host.load(options, timeline);
     report.load_s = seconds_since(start);
+    if (options.follow) {
+        host.begin();
+        std::signal(SIGINT, note_interrupt);
+        std::signal(SIGTERM, note_interrupt);
+        const RenderRecord record{host.record(), host.tile_side(), command};
+        return follow({options, scene, timeline, record, interrupted}, host);
+    }
     std::vector<Stream> streams;
     if (host.wants_frames())
         streams = open_streams(options, scene, timeline.path, {host.record(), host.tile_side(), command});

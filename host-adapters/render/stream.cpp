@@ -77,17 +77,20 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     settings.command = record.command.c_str();
     std::vector<Stream> streams;
     for (const es_eye eye : options.eyes)
-        streams.push_back(open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs}));
+        streams.push_back(
+            open_stream(settings, options.out, {eye_name(eye), eye, options.size, options.aovs, options.spp}));
     if (options.layers)
-        streams.push_back(open_stream(settings, options.out,
-                                      {"hidden", options.eyes.front(), options.size, "depth", ES_LAYER_HIDDEN}));
+        streams.push_back(
+            open_stream(settings, options.out,
+                        {"hidden", options.eyes.front(), options.size, "depth", options.spp, ES_LAYER_HIDDEN}));
     if (options.patches)
         streams.push_back(open_stream(settings, options.out,
-                                      {"patches", options.eyes.front(), options.size, "depth", ES_LAYER_FIRST,
-                                       empty_atlas(patch_settings(options, scene.lean_m))}));
+                                      {"patches", options.eyes.front(), options.size, "depth", options.spp,
+                                       ES_LAYER_FIRST, empty_atlas(patch_settings(options, scene.lean_m))}));
     if (options.small_eye) {
         const cli::Size quarter{options.size.width / 4, options.size.height / 4};
-        streams.push_back(open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none"}));
+        streams.push_back(
+            open_stream(settings, options.out, {"small", *options.small_eye, quarter, "none", options.spp}));
     }
     return streams;
 }

@@ -22,7 +22,7 @@ struct Command {
 constexpr std::array commands = {
     Command{"render", "equistream-render-embree", "path trace a scene along a path: EXR sequences with AOVs"},
     Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
-    Command{"serve", "equistream-serve", "send a recorded stream to viewers over the network, in time"},
+    Command{"serve", "equistream-serve", "send a recorded stream, or a scene as it is rendered, to viewers"},
     Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
     Command{"view", "equistream-view", "look around in a stream, in a window"},
     Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},

@@ -1,3 +1,4 @@
+#include "motion_table.h"
 #include "patch_table.h"
 
 #include <equistream/error.h>
@@ -224,6 +225,17 @@ std::optional<PatchAtlas> get_patches(Reader& in, const Camera& camera) {
     return unpack_patch_table(bytes, *sphere);
 }
 
+std::vector<std::uint8_t> pack_motion(const FrameInfo& info) {
+    return pack_motion_table(info.moving, width_of(info.camera), height_of(info.camera));
+}
+
+std::vector<MovingRegion> get_moving(Reader& in, TrackRole role, const Camera& camera) {
+    const auto bytes = in.take(in.get<std::uint16_t>());
+    if (!bytes.empty() && role != TrackRole::main)
+        damaged("motion with main's pictures alone", track_name(role));
+    return unpack_motion_table(bytes, width_of(camera), height_of(camera));
+}
+
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
@@ -267,6 +279,8 @@ TaggedFrameInfo read_fields(Reader& in) {
         info.crf = get_crf(in);
     if (!in.at_end())
         info.coding_loss = get_coding_loss(in);
+    if (!in.at_end())
+        info.moving = get_moving(in, tagged.role, info.camera);
     return tagged;
 }
 
@@ -302,6 +316,10 @@ std::optional<TrackRole> depth_role_of(TrackRole colour) {
     }
 }
 
+std::size_t motion_bytes(const FrameInfo& info) {
+    return pack_motion(info).size();
+}
+
 std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& info, TrackPosition position) {
     const bool perspective = std::holds_alternative<PerspectiveCamera>(info.camera);
     Writer fields;
@@ -335,6 +353,12 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put(static_cast<std::uint8_t>(info.depth_code && info.depth_code->halved));
     fields.put(info.crf.value_or(no_crf));
     put_coding_loss(fields, info.coding_loss);
+    const auto moving = role == TrackRole::main ? pack_motion(info) : std::vector<std::uint8_t>();
+    if (moving.size() > largest_motion_bytes)
+        throw InputError(expected_found("motion", "at most " + std::to_string(largest_motion_bytes) + " bytes",
+                                        std::to_string(moving.size())));
+    fields.put(static_cast<std::uint16_t>(moving.size()));
+    fields.append(moving);
 
     Writer payload;
     payload.append(payload_uuid);

@@ -27,19 +27,34 @@ bool exists_and_is_no_file(const std::string& path) {
 
 int Output::write_bytes(void* self, std::uint8_t* bytes, int size) {
     auto& output = *static_cast<Output*>(self);
+    if (output.file_ >= 0) {
+        output.write_to_file(bytes, size);
+        if (output.first_errno_ != 0)
+            return AVERROR(output.first_errno_);
+    }
+    try {  // nothing may be thrown through libav
+        if (output.tap_)
+            output.tap_->take({bytes, std::size_t(size)});
+    } catch (const std::exception&) {
+        output.first_errno_ = ENOMEM;
+        return AVERROR(ENOMEM);
+    }
+    return size;
+}
+
+void Output::write_to_file(const std::uint8_t* bytes, int size) {
     for (int done = 0; done < size;) {
-        const auto written = write(output.file_, bytes + done, static_cast<std::size_t>(size - done));
+        const auto written = write(file_, bytes + done, static_cast<std::size_t>(size - done));
         if (written < 0 && errno == EINTR)
             continue;
         if (written < 0) {
-            if (output.first_errno_ == 0)
-                output.first_errno_ = errno;
-            return AVERROR(errno);
+            if (first_errno_ == 0)
+                first_errno_ = errno;
+            return;
         }
         done += static_cast<int>(written);
-        output.has_bytes_ = true;
+        has_bytes_ = true;
     }
-    return size;
 }
 
 /// What an earlier run left there is overwritten, once it is certain that nobody is writing it now.
@@ -54,41 +69,48 @@ void Output::open_aside() {
 }
 
 void Output::make_io() {
-    if (file_ < 0)
-        throw InputError(expected_found(target_, "a place that can be written", std::strerror(errno)));
     auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
     // No seek function: what libav writes is what a socket would get.
     io_ = buffer ? avio_alloc_context(buffer, buffer_bytes, 1, this, nullptr, &Output::write_bytes, nullptr) : nullptr;
     if (!io_) {
         av_free(buffer);
-        close(file_);
+        if (file_ >= 0)
+            close(file_);
         throw std::bad_alloc();
     }
 }
 
-Output::Output(const std::string& target) : target_(target) {
+Output::Output(const std::string& target, std::optional<StreamTap> tap) : target_(target), tap_(std::move(tap)) {
+    if (tap_ && tap_->alone) {
+        make_io();
+        return;
+    }
     if (av::is_url(target)) {
         const int code = avio_open2(&io_, target.c_str(), AVIO_FLAG_WRITE, nullptr, nullptr);
         if (code < 0)
             throw InputError(expected_found(target, "an address that can be written", av::error_text(code)));
         io_->seekable = 0;
-    } else if (exists_and_is_no_file(target)) {
-        file_ = open(target.c_str(), O_WRONLY | O_CLOEXEC);
-        make_io();
-    } else {
-        open_aside();
-        make_io();
+        return;
     }
+    if (exists_and_is_no_file(target))
+        file_ = open(target.c_str(), O_WRONLY | O_CLOEXEC);
+    else
+        open_aside();
+    if (file_ < 0)
+        throw InputError(expected_found(target_, "a place that can be written", std::strerror(errno)));
+    make_io();
 }
 
 Output::~Output() {
-    if (file_ < 0) {
+    if (file_ < 0 && !tap_) {
         avio_closep(&io_);
         return;
     }
     avio_flush(io_);
     av_freep(&io_->buffer);
     avio_context_free(&io_);
+    if (file_ < 0)
+        return;
     if (!has_bytes_ && !aside_.empty())
         unlink(aside_.c_str());
     close(file_);

@@ -3,15 +3,18 @@
 /// locked while it is written, so that two processes never mix in it.
 #include "libav.h"
 
-#include <memory>
+#include <equistream/stream.h>
+
+#include <optional>
 #include <string>
 
 namespace equistream {
 
 class Output {
 public:
-    /// Opens NAME.part for a path, the path itself for a device or pipe, or the URL. Throws InputError.
-    explicit Output(const std::string& target);
+    /// Opens NAME.part for a path, the path itself for a device or pipe, or the URL; nothing for a tap that is alone.
+    /// Throws InputError.
+    Output(const std::string& target, std::optional<StreamTap> tap);
     ~Output();
     Output(const Output&) = delete;
     Output& operator=(const Output&) = delete;
@@ -32,7 +35,10 @@ private:
     void make_io();
     [[noreturn]] void fail() const;
 
+    void write_to_file(const std::uint8_t* bytes, int size);
+
     std::string target_;
+    std::optional<StreamTap> tap_;
     std::string aside_;
     AVIOContext* io_ = nullptr;
     int file_ = -1;

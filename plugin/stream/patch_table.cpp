@@ -1,5 +1,7 @@
 #include "patch_table.h"
 
+#include "bits.h"
+
 #include <equistream/error.h>
 
 #include <bit>
@@ -18,42 +20,6 @@ using Slot = PatchAtlas::Slot;
 int bits_of(std::size_t count) {
     return static_cast<int>(std::bit_width(count - 1));
 }
-
-/// The lowest bit of each byte first.
-class BitWriter {
-public:
-    explicit BitWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
-
-    void put(std::uint32_t value, int bits) {
-        for (int i = 0; i < bits; ++i, ++count_) {
-            if (count_ % 8 == 0)
-                bytes_.push_back(0);
-            bytes_.back() = static_cast<std::uint8_t>(bytes_.back() | ((value >> i & 1u) << count_ % 8));
-        }
-    }
-
-private:
-    std::vector<std::uint8_t>& bytes_;
-    unsigned count_ = 0;
-};
-
-class BitReader {
-public:
-    explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-
-    std::uint32_t get(int bits) {
-        if (at_ + static_cast<std::size_t>(bits) > bytes_.size() * 8)
-            throw WorkError(expected_found(place, "more bytes", std::to_string(bytes_.size())));
-        std::uint32_t value = 0;
-        for (int i = 0; i < bits; ++i, ++at_)
-            value |= (bytes_[at_ / 8] >> at_ % 8 & 1u) << i;
-        return value;
-    }
-
-private:
-    std::span<const std::uint8_t> bytes_;
-    std::size_t at_ = 0;
-};
 
 /// The patch that is cheapest to name: in vertical silhouettes one lies below the other.
 Slot below(Slot slot) {
@@ -129,7 +95,7 @@ PatchAtlas unpack_patch_table(std::span<const std::uint8_t> bytes, const Equirec
     // Before slots are read, because the sphere's size decides how wide their fields are.
     if (const auto problem = patch_atlas_problem(atlas))
         throw WorkError(std::string(place) + ": " + *problem);
-    BitReader bits(bytes.subspan(head_bytes + offset_count * offset_bytes));
+    BitReader bits(bytes.subspan(head_bytes + offset_count * offset_bytes), place);
     Slot last;
     for (Slot& slot : atlas.slots) {
         if (bits.get(1) == 1) {

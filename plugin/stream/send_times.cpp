@@ -41,9 +41,9 @@ std::vector<Placed> read_packets(AVFormatContext& format) {
 }  // namespace
 
 SendTimes read_send_times(const std::string& file) {
-    av::silence_log();
-    const av::Demuxer format = open_source(file, {});
-    std::vector<Placed> packets = read_packets(*format);
+    const StreamReadOptions options;
+    const Source format(file, options);
+    std::vector<Placed> packets = read_packets(*format.get());
     if (packets.empty())
         throw InputError(expected_found(file, "video whose packets say when and where they are", "none"));
     std::ranges::sort(packets, {}, &Placed::start);
@@ -52,7 +52,7 @@ SendTimes read_send_times(const std::string& file) {
 
     SendTimes times;
     times.is_matroska = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
-    times.duration_s = std::min(last_s - first_s, latest_time_s) + frame_duration_s(*format);
+    times.duration_s = std::min(last_s - first_s, latest_time_s) + frame_duration_s(*format.get());
     // From the back: no byte is due later than one behind it.
     double due_s = latest_time_s;
     std::int64_t end = std::int64_t(std::filesystem::file_size(file));

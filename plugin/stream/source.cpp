@@ -3,8 +3,10 @@
 #include <equistream/error.h>
 #include <equistream/image.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <new>
+#include <span>
 #include <vector>
 
 namespace equistream {
@@ -39,14 +41,40 @@ int answer_interrupt(void* interrupted) {
     return (*static_cast<const std::function<bool()>*>(interrupted))() ? 1 : 0;
 }
 
+constexpr int buffer_bytes = 1 << 16;
+
+/// `read` is StreamReadOptions::read.
+int read_bytes(void* read, std::uint8_t* bytes, int size) {
+    try {  // nothing may be thrown through libav
+        const auto& from = *static_cast<const std::function<std::size_t(std::span<std::uint8_t>)>*>(read);
+        const std::size_t count = from({bytes, std::size_t(size)});
+        return count == 0 ? AVERROR_EOF : int(count);
+    } catch (const std::exception&) {
+        return AVERROR(EIO);
+    }
+}
+
+AVIOContext* make_io(const StreamReadOptions& options) {
+    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
+    auto* read = const_cast<std::function<std::size_t(std::span<std::uint8_t>)>*>(&options.read);
+    AVIOContext* io =
+        buffer ? avio_alloc_context(buffer, buffer_bytes, 0, read, &read_bytes, nullptr, nullptr) : nullptr;
+    if (io == nullptr) {
+        av_free(buffer);
+        throw std::bad_alloc();
+    }
+    return io;
+}
+
 }  // namespace
 
-av::Demuxer open_source(const std::string& source, const std::function<bool()>& interrupted) {
-    const bool url = av::is_url(source);
-    if (!url && !std::filesystem::exists(source))
-        throw InputError(source + ": no such file");
-    if (!url && std::filesystem::is_directory(source))
-        throw InputError(expected_found(source, "a video file", "a folder"));
+Source::Source(const std::string& name, const StreamReadOptions& read_options) {
+    av::silence_log();
+    const bool url = av::is_url(name);
+    if (!url && !std::filesystem::exists(name))
+        throw InputError(name + ": no such file");
+    if (!url && std::filesystem::is_directory(name))
+        throw InputError(expected_found(name, "a video file", "a folder"));
     av::Options options;
     options.set("format_whitelist", accepted_formats);
     options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
@@ -55,15 +83,20 @@ av::Demuxer open_source(const std::string& source, const std::function<bool()>& 
     AVFormatContext* opened = avformat_alloc_context();
     if (opened == nullptr)
         throw std::bad_alloc();
-    if (interrupted)
-        opened->interrupt_callback = {answer_interrupt, const_cast<std::function<bool()>*>(&interrupted)};
-    const int code = avformat_open_input(&opened, (url ? source : "file:" + source).c_str(), nullptr, options.taken());
+    format_.reset(opened);
+    if (read_options.interrupted)
+        opened->interrupt_callback = {answer_interrupt, const_cast<std::function<bool()>*>(&read_options.interrupted)};
+    if (read_options.read) {
+        io_.reset(make_io(read_options));
+        opened->pb = io_.get();
+    }
+    format_.release();  // which is freed where opening fails
+    const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
     if (code < 0)
-        throw InputError(expected_found(source, "a video", av::error_text(code)));
-    av::Demuxer format(opened);
-    StreamOptions stream_options(*format);
-    avformat_find_stream_info(format.get(), stream_options.data());
-    return format;
+        throw InputError(expected_found(name, "a video", av::error_text(code)));
+    format_.reset(opened);
+    StreamOptions stream_options(*format_);
+    avformat_find_stream_info(format_.get(), stream_options.data());
 }
 
 }  // namespace equistream

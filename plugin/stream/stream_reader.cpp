@@ -1,3 +1,4 @@
+#include "packet_search.h"
 #include "source.h"
 #include "track_decoder.h"
 #include "truncation.h"
@@ -6,6 +7,7 @@
 #include <equistream/stream.h>
 
 #include <algorithm>
+#include <deque>
 #include <limits>
 
 namespace equistream {
@@ -20,6 +22,11 @@ constexpr int most_failures_in_a_row = 1000;
 
 bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
+}
+
+bool comes_at_its_own_pace(const std::string& source, const AVFormatContext& format) {
+    return av::is_url(source) && !source.starts_with("pipe:") &&
+           (format.pb == nullptr || (format.pb->seekable & AVIO_SEEKABLE_NORMAL) == 0);
 }
 
 /// Until a track's pictures say: as the container calls it; where that keeps no names, main comes first.
@@ -50,8 +57,8 @@ bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
 }
 
 struct ReadTrack {
-    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source)
-        : index(stream.index), decoder(stream, role, source) {}
+    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source, bool hardware)
+        : index(stream.index), decoder(stream, role, source, hardware) {}
 
     int index;
     TrackDecoder decoder;
@@ -65,6 +72,8 @@ struct StreamReader::State {
 
     ReadTrack* track_at(int index);
     bool read_packet();
+    bool next_packet();
+    bool seek(double seconds);
     void decode(ReadTrack& track, AVPacket& packet);
     bool may_be_cut(const ReadTrack& track) const;
     bool begins_again() const;
@@ -74,22 +83,24 @@ struct StreamReader::State {
 
     std::string source;
     StreamReadOptions options;
-    av::Demuxer format;
+    Source format;
     bool holds_back;  ///< files only: on a live stream it would cost a picture's time
+    bool is_live = false;
     std::string container;
     std::vector<std::unique_ptr<ReadTrack>> tracks;
     std::vector<StreamTrackSummary> summaries;
     av::Packet packet = av::make_packet();
+    std::deque<av::Packet> searched;  ///< by a seek, to come before what is read
+    std::optional<double> origin_s;   ///< when main's first picture is shown
     std::string read_error;
     std::string truncation;
     bool ended = false;
 };
 
 StreamReader::State::State(const std::string& source_name, const StreamReadOptions& read_options)
-    : source(source_name), options(read_options), holds_back(!av::is_url(source_name)) {
-    av::silence_log();
-    format = open_source(source, options.interrupted);
+    : source(source_name), options(read_options), format(source, options), holds_back(!av::is_url(source_name)) {
     container = format->iformat->long_name;
+    is_live = comes_at_its_own_pace(source, *format);
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];
         if (!is_video(stream) || tracks.size() == most_tracks) {
@@ -97,7 +108,8 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             continue;
         }
         av::forget_unknown_colours(*stream.codecpar);
-        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source));
+        tracks.push_back(
+            std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options.hardware));
         if (holds_back)
             tracks.back()->held = av::make_packet();
         else
@@ -123,15 +135,45 @@ void StreamReader::State::decode(ReadTrack& track, AVPacket& incoming) {
     av_packet_move_ref(track.held.get(), &incoming);
 }
 
-bool StreamReader::State::read_packet() {
+bool StreamReader::State::next_packet() {
+    if (!searched.empty()) {
+        packet = std::move(searched.front());
+        searched.pop_front();
+        return true;
+    }
     int code = AVERROR_INVALIDDATA;
     for (int failures = 0; code == AVERROR_INVALIDDATA && failures < most_failures_in_a_row; ++failures)
         code = av_read_frame(format.get(), packet.get());
-    if (code < 0) {
-        if (code != AVERROR_EOF)
-            read_error = av::error_text(code);
+    if (code < 0 && code != AVERROR_EOF)
+        read_error = av::error_text(code);
+    return code >= 0;
+}
+
+bool StreamReader::State::seek(double seconds) {
+    if (!origin_s || is_live)
         return false;
+    std::vector<int> wanted;
+    for (const auto& track : tracks)
+        if (!track->decoder.is_left_out())
+            wanted.push_back(track->index);
+    auto packets = find_packets(*format, wanted, *origin_s + seconds);
+    if (!packets)
+        return false;
+    searched = std::move(*packets);
+    for (const auto& track : tracks) {
+        track->decoder.jump();
+        if (track->held)
+            av_packet_unref(track->held.get());
     }
+    ended = false;
+    read_error.clear();
+    truncation.clear();
+    return true;
+}
+
+bool StreamReader::State::read_packet() {
+    if (!next_packet())
+        return false;
     if (ReadTrack* track = track_at(packet->stream_index); track != nullptr && !track->decoder.is_left_out()) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0)
             track->decoder.count_damaged_packet();
@@ -177,6 +219,10 @@ std::optional<DecodedPicture> StreamReader::State::take() {
         if (!picture)
             return std::nullopt;
         picture->track = std::size_t(earliest - tracks.begin());
+        if (!origin_s && earliest == tracks.begin())
+            origin_s = picture->time_s;
+        if (picture->time_s)
+            picture->time_s = origin_s ? std::optional(*picture->time_s - *origin_s) : std::nullopt;
         const bool is_wanted = !decoder.known_role() || options.wants(*decoder.known_role());
         if (!is_wanted) {
             decoder.leave_out();
@@ -227,6 +273,19 @@ const std::vector<StreamTrackSummary>& StreamReader::tracks() const {
 
 const std::string& StreamReader::container() const {
     return state_->container;
+}
+
+bool StreamReader::seek(double seconds) {
+    return state_->seek(seconds);
+}
+
+std::int64_t StreamReader::position() const {
+    const AVIOContext* file = state_->format->pb;
+    return file == nullptr ? 0 : std::max<std::int64_t>(0, avio_tell(const_cast<AVIOContext*>(file)));
+}
+
+bool StreamReader::is_live() const {
+    return state_->is_live;
 }
 
 const std::string& StreamReader::truncation() const {

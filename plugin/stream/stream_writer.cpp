@@ -27,8 +27,9 @@ struct WrittenTrack {
     std::int64_t bytes = 0;
     std::uint32_t pictures = 0;  ///< handed to the encoder
     std::optional<std::int64_t> last_index;
-    av::Frame held;  ///< the newest picture, while the track's length is not known
+    av::Frame held;  ///< the newest picture, while the track's length is not known: of a live stream coded already
     FrameInfo held_info;
+    bool begins_group = false;  ///< with the next picture
 };
 
 void tag_as_equirect(AVStream& stream) {
@@ -69,7 +70,7 @@ void check_fits(const std::string& target, const Container& container, const Str
 }  // namespace
 
 struct StreamWriter::State {
-    State(const std::string& target_name, const StreamSettings& stream_settings);
+    State(const std::string& target_name, const StreamSettings& stream_settings, std::optional<StreamTap> tap);
     ~State();
 
     void open_format();
@@ -80,7 +81,9 @@ struct StreamWriter::State {
     /// The track that takes this frame next.
     WrittenTrack& start_picture(TrackRole role, const FrameInfo& info);
     void take(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
+    void take_live(WrittenTrack& track, av::Frame picture, const FrameInfo& info);
     void encode(WrittenTrack& track, av::Frame picture, const FrameInfo& info, std::uint32_t count);
+    void end_track(WrittenTrack& track, bool whole);
     void write_packet(WrittenTrack& track, AVPacket& packet);
     /// `whole`: the last pictures may say that they are the last.
     void end_tracks(bool whole);
@@ -97,7 +100,8 @@ struct StreamWriter::State {
     bool over = false;  ///< finished or failed: nothing more may be written
 };
 
-StreamWriter::State::State(const std::string& target_name, const StreamSettings& stream_settings)
+StreamWriter::State::State(const std::string& target_name, const StreamSettings& stream_settings,
+                           std::optional<StreamTap> tap)
     : target(target_name), settings(stream_settings), container(choose_container(target_name)) {
     av::silence_log();
     check_stream_settings(settings);
@@ -108,7 +112,7 @@ StreamWriter::State::State(const std::string& target_name, const StreamSettings&
             std::make_unique<WrittenTrack>(settings, track, (format->oformat->flags & AVFMT_GLOBALHEADER) != 0));
         add_stream(*tracks.back());
     }
-    output = std::make_unique<Output>(target);
+    output = std::make_unique<Output>(target, std::move(tap));
     format->pb = output->io();
     write_header();
 }
@@ -204,18 +208,28 @@ void StreamWriter::State::encode(WrittenTrack& track, av::Frame picture, const F
                          [&](AVPacket& packet) { write_packet(track, packet); });
 }
 
-void StreamWriter::State::end_tracks(bool whole) {
-    for (const auto& track : tracks) {
-        if (track->held)
-            encode(*track, std::move(track->held), track->held_info, whole ? track->pictures + 1 : 0);
-        track->encoder.drain([&](AVPacket& packet) { write_packet(*track, packet); });
+void StreamWriter::State::end_track(WrittenTrack& track, bool whole) {
+    if (settings.live) {
+        ++track.held_info.index;
+        track.held_info.time_s += 1 / settings.frames_per_second;
     }
+    if (track.held && (whole || !settings.live))
+        encode(track, std::move(track.held), track.held_info, whole ? track.pictures + 1 : 0);
+    track.encoder.drain([&](AVPacket& packet) { write_packet(track, packet); });
+}
+
+void StreamWriter::State::end_tracks(bool whole) {
+    for (const auto& track : tracks)
+        end_track(*track, whole);
     check(av_write_trailer(format.get()), "ending");
     over = true;
 }
 
 StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings)
-    : state_(std::make_unique<State>(target, settings)) {}
+    : state_(std::make_unique<State>(target, settings, std::nullopt)) {}
+
+StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings, StreamTap tap)
+    : state_(std::make_unique<State>(target, settings, std::move(tap))) {}
 
 StreamWriter::~StreamWriter() = default;
 
@@ -233,12 +247,23 @@ WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo
 }
 
 void StreamWriter::State::take(WrittenTrack& track, av::Frame picture, const FrameInfo& info) {
+    if (settings.live)
+        return take_live(track, std::move(picture), info);
     if (settings.pictures > 0)
         return encode(track, std::move(picture), info, settings.pictures);
     std::swap(track.held, picture);
     const FrameInfo previous = std::exchange(track.held_info, info);
     if (picture)
         encode(track, std::move(picture), previous, 0);
+}
+
+void StreamWriter::State::take_live(WrittenTrack& track, av::Frame picture, const FrameInfo& info) {
+    track.held.reset(av_frame_clone(picture.get()));
+    if (!track.held)
+        throw std::bad_alloc();
+    track.held_info = info;
+    picture->pict_type = std::exchange(track.begins_group, false) ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
+    encode(track, std::move(picture), info, 0);
 }
 
 void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info) {
@@ -253,6 +278,19 @@ void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, c
     FrameInfo counted = info;
     av::Frame picture = track.encoder.convert(depth_m, *counted.depth_code);
     state_->take(track, std::move(picture), counted);
+}
+
+void StreamWriter::begin_group() {
+    for (const auto& track : state_->tracks)
+        track->begins_group = true;
+}
+
+void StreamWriter::flush() {
+    State& s = *state_;
+    s.check(av_interleaved_write_frame(s.format.get(), nullptr), "writing what waits for other tracks");
+    s.check(av_write_frame(s.format.get(), nullptr), "ending a cluster");
+    avio_flush(s.output->io());
+    s.check(0, "writing");
 }
 
 void StreamWriter::finish() {

@@ -42,7 +42,7 @@ void check_size(const std::string& source, int width, int height) {
                                         std::to_string(width) + "x" + std::to_string(height)));
 }
 
-av::Codec open_decoder(const AVStream& stream, const std::string& source) {
+av::Codec open_decoder(const AVStream& stream, const std::string& source, HardwareDecoding& hardware) {
     const AVCodecParameters& parameters = *stream.codecpar;
     const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
     if (!decoder)
@@ -53,7 +53,11 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source) {
         throw std::bad_alloc();
     codec->pkt_timebase = stream.time_base;
     codec->thread_count = 0;
+    // Decoders that work on several pictures at once give each one only when the next ones have come.
+    if (av::is_url(source) && parameters.video_delay == 0)
+        codec->thread_type = FF_THREAD_SLICE;
     codec->max_pixels = max_image_pixels;
+    hardware.offer_to(*codec);
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)
         throw InputError(source + ": " + decoder->name + ": " + av::error_text(code));
@@ -145,10 +149,12 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
 
 }  // namespace
 
-TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source)
+TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source, bool hardware)
     : source_(source), stream_(stream) {
     check_size(source, stream.codecpar->width, stream.codecpar->height);
-    codec_ = open_decoder(stream, source);
+    if (hardware && !is_depth(assumed_role))
+        hardware_.look_for(*stream.codecpar);
+    codec_ = open_decoder(stream, source, hardware_);
     summary_ = summarise(stream, assumed_role);
     tally_.role = assumed_role;
 }
@@ -163,16 +169,30 @@ void TrackDecoder::drain() {
     send(nullptr);
     // If a track is not complete with a packet that may have been cut short, that packet's picture cannot be trusted:
     // half a picture may well decode.
-    std::int64_t count = tally_.count;
-    for (const Ready& ready : ready_)
-        if (ready.tagged)
-            count = std::max<std::int64_t>(count, ready.tagged->position.count);
+    std::int64_t count = tally_.count, given = tally_.pictures;
+    bool jumped = jumping_;
+    for (const Ready& ready : ready_) {
+        if (!ready.tagged)
+            continue;
+        count = std::max<std::int64_t>(count, ready.tagged->position.count);
+        if (std::exchange(jumped, false))
+            given = ready.tagged->position.ordinal;
+    }
     const auto suspect =
         std::find_if(ready_.begin(), ready_.end(), [](const Ready& ready) { return ready.suspect && ready.tagged; });
-    if (suspect == ready_.end() || tally_.pictures + std::ssize(ready_) == count)
+    if (suspect == ready_.end() || given + std::ssize(ready_) == count)
         return;
     ready_.erase(suspect);
     ++tally_.unreadable;
+}
+
+void TrackDecoder::jump() {
+    avcodec_flush_buffers(codec_.get());
+    ready_.clear();
+    busy_ms_ = 0;
+    accepted_.ordinal = 0;
+    begins_again_ = false;
+    jumping_ = tally_.jumped = true;
 }
 
 void TrackDecoder::send(const AVPacket* packet) {
@@ -205,7 +225,9 @@ void TrackDecoder::receive() {
 
 void TrackDecoder::note(const TaggedFrameInfo& tagged) {
     const std::uint32_t ordinal = tagged.position.ordinal;
-    if (ordinal > tally_.expected && (tally_.ours || !joined_anywhere_))
+    if (std::exchange(jumping_, false))
+        tally_.pictures = std::int64_t{ordinal} + 1;
+    else if (ordinal > tally_.expected && (tally_.ours || !joined_anywhere_))
         tally_.missing += ordinal - tally_.expected;
     tally_.ours = true;
     tally_.expected = ordinal + 1;
@@ -223,6 +245,11 @@ bool TrackDecoder::is_repetition(const TrackPosition& position) {
 }
 
 void TrackDecoder::accept(av::Frame frame) {
+    const std::string_view decoder = hardware_.name_of(*frame);
+    if (!hardware_.fetch(frame)) {
+        ++tally_.unreadable;
+        return;
+    }
     av::forget_unknown_colours(*frame);
     if (is_damaged(*frame) || !is_acceptable_size(frame->width, frame->height)) {
         ++tally_.unreadable;
@@ -249,15 +276,18 @@ void TrackDecoder::accept(av::Frame frame) {
     if (tagged && is_repetition(tagged->position))
         return;
     const bool suspect = is_suspect(frame->reordered_opaque);
-    ready_.push_back({std::move(frame), std::move(tagged), std::exchange(busy_ms_, 0), suspect});
+    ready_.push_back({std::move(frame), std::move(tagged), decoder, std::exchange(busy_ms_, 0), suspect});
 }
 
 std::optional<double> TrackDecoder::next_time_s() const {
     if (ready_.empty())
         return std::nullopt;
-    const std::int64_t pts = ready_.front().frame->best_effort_timestamp;
-    return pts == AV_NOPTS_VALUE ? std::numeric_limits<double>::lowest()
-                                 : static_cast<double>(pts) * av_q2d(stream_.time_base);
+    return time_of_s(ready_.front().frame->best_effort_timestamp).value_or(std::numeric_limits<double>::lowest());
+}
+
+std::optional<double> TrackDecoder::time_of_s(std::int64_t timestamp) const {
+    return timestamp == AV_NOPTS_VALUE ? std::nullopt
+                                       : std::optional(static_cast<double>(timestamp) * av_q2d(stream_.time_base));
 }
 
 void TrackDecoder::give_colour(av::Frame frame, const StreamReadOptions& options, DecodedPicture& picture) {
@@ -289,8 +319,10 @@ std::optional<DecodedPicture> TrackDecoder::take(const StreamReadOptions& option
     picture.role = tally_.role;
     picture.width = ready.frame->width;
     picture.height = ready.frame->height;
+    picture.decoder = ready.decoder;
     picture.decode_ms = ready.decode_ms;
     picture.bytes = bytes_in(ready.frame->reordered_opaque);
+    picture.time_s = time_of_s(ready.frame->best_effort_timestamp);
     ++tally_.pictures;
     ++summary_.pictures;
     if (ready.tagged) {

@@ -1,5 +1,6 @@
 #pragma once
 /// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
+#include "hardware_decoding.h"
 #include "picture_converter.h"
 
 #include <equistream/depth_code.h>
@@ -20,6 +21,7 @@ struct TrackTally {
     std::optional<std::int64_t> last_index;
     bool ours = false;
     bool left_out = false;  ///< not wanted
+    bool jumped = false;    ///< not all before the last picture was asked for
 
     bool whole() const { return left_out || (ours && count > 0 && expected >= count && missing == 0); }
 };
@@ -27,13 +29,17 @@ struct TrackTally {
 class TrackDecoder {
 public:
     /// Throws InputError for a codec that is not there or a size beyond image.h's limits.
-    TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source);
+    TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source, bool hardware = false);
 
     /// `suspect`: the last packet of a track that may have been cut short.
     void decode(const AVPacket& packet, bool suspect = false);
     void drain();
+    /// A key frame comes next, from anywhere in the track: what is held goes, what lies between is not missing.
+    void jump();
     /// When the next picture that is ready is shown; nothing where none is, the past where it does not say.
     std::optional<double> next_time_s() const;
+    /// By the track's own clock; nothing for AV_NOPTS_VALUE.
+    std::optional<double> time_of_s(std::int64_t timestamp) const;
     /// The next picture that is ready, given as `options` ask.
     std::optional<DecodedPicture> take(const StreamReadOptions& options);
     /// What it holds, once a picture of ours has said so.
@@ -54,6 +60,7 @@ private:
     struct Ready {
         av::Frame frame;
         std::optional<TaggedFrameInfo> tagged;
+        std::string_view decoder;
         double decode_ms;
         bool suspect;
     };
@@ -67,6 +74,7 @@ private:
 
     std::string source_;
     const AVStream& stream_;
+    HardwareDecoding hardware_;
     av::Codec codec_;
     YuvToRgb converter_;
     std::unique_ptr<DepthCode> depth_code_;
@@ -77,6 +85,7 @@ private:
     TrackPosition accepted_{};  ///< next ordinal, and the highest count, of the pictures that are ready or were given
     bool begins_again_ = false;
     bool joined_anywhere_ = false;
+    bool jumping_ = false;           ///< no picture was given since
     bool version_is_known_ = false;  ///< a picture's frame data could be read
 };
 

@@ -22,6 +22,8 @@ constexpr const char* presets[] = {"ultrafast", "superfast", "veryfast", "faster
                                    "medium",    "slow",      "slower",   "veryslow", "placebo"};
 constexpr int most_threads = 64;
 constexpr std::int64_t longest_reordering = 2;
+/// Of live streams, whose groups end where they are asked to.
+constexpr int endless_group = 1 << 24;
 
 void check_whole_number(const std::string& what, int value, int low, int high) {
     if (value < low || value > high)
@@ -88,6 +90,10 @@ void set_encoder_options(const StreamSettings& settings, const TrackSettings& tr
     options.set("preset", settings.preset);
     options.set("udu_sei", "1");
     options.set("crf", formatted("%g", track.crf.value_or(settings.crf)));
+    if (settings.live) {
+        options.set("tune", "zerolatency");
+        options.set("forced-idr", "1");
+    }
     if (track.codec(settings.codec) == Codec::h264) {
         options.set("sc_threshold", "0");
         std::string more = depth ? "aq-mode=0:psy=0:no-deblock=1" : "";
@@ -121,7 +127,7 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     codec->framerate = frame_rate_of(settings);
     codec->time_base = av_inv_q(codec->framerate);
     codec->sample_aspect_ratio = {1, 1};
-    codec->gop_size = settings.gop;
+    codec->gop_size = settings.live ? endless_group : settings.gop;
     codec->thread_count = settings.threads;
     set_colour_tags(*codec, depth);
     if (global_header)
@@ -171,6 +177,8 @@ void check_stream_settings(const StreamSettings& settings) {
             expected_found("frames per second", "0.01 to 1000", std::to_string(settings.frames_per_second)));
     if (settings.tracks.empty())
         throw InputError(expected_found("stream", "at least one track", "none"));
+    if (settings.live && settings.pictures > 0)
+        throw InputError(expected_found("live stream", "no number of pictures", std::to_string(settings.pictures)));
     for (const TrackSettings& track : settings.tracks) {
         check_track(track);
         if (std::count_if(settings.tracks.begin(), settings.tracks.end(),

@@ -27,7 +27,7 @@ std::string describe_foreign(const SourceEnd& end, const TrackTally& track) {
     const std::string played = pictures(track.pictures);
     if (!end.read_error.empty())
         return "was cut or damaged after " + played + " (" + end.read_error + ")";
-    if (end.announced_pictures > track.pictures + track.missing)
+    if (!track.jumped && end.announced_pictures > track.pictures + track.missing)
         return "was cut after " + played + " of " + std::to_string(end.announced_pictures);
     if (track.unreadable > 0)
         return "is damaged: " + pictures(track.unreadable) + " could not be decoded, " +

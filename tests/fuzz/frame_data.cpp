@@ -32,8 +32,12 @@ Seeds seeds() {
     view.lock = AxisLock::path;
     FrameInfo depth = sphere;
     depth.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 0.4, true}, 12};
-    return {encode_frame_info(TrackRole::main, sphere, {7, 90}), encode_frame_info(TrackRole::small, view),
-            encode_frame_info(TrackRole::depth, depth, {3, 0})};
+    FrameInfo moving = sphere;
+    moving.moving = {
+        {{{{1, 0, -2}, {0, 3, 0}}, {{0, 9, 0}, {0, 0, 0}}}, 0.8f, 1.5f, {{7, 940, 960}, {8, 0, 12}, {8, 900, 960}}},
+        {{}, 2, 2, {{470, 3, 4}}}};
+    return {encode_frame_info(TrackRole::main, moving, {8, 90}), encode_frame_info(TrackRole::main, sphere, {7, 90}),
+            encode_frame_info(TrackRole::small, view), encode_frame_info(TrackRole::depth, depth, {3, 0})};
 }
 
 }  // namespace

@@ -43,6 +43,30 @@ def test_feed_of_a_folder_is_the_display_transform(sphere):
     assert es.open_feed(sphere, first_frame=1, last_frame=1).__next__().main.info.index == 1
 
 
+def test_motion_carries_points_to_where_they_will_be(run, sphere, tmp_path):
+    run("encode", sphere, "--fill", "none", "--motion", "auto", "--out", tmp_path / "moving.mp4")
+    main = [p for p in es.open_stream(tmp_path / "moving.mp4") if p.role == "main"]
+    frame = es.read_frame(sphere / "left" / "frame.0001.exr")
+    camera, pose, ids = frame.info.camera, frame.info.camera_pose, frame["object_id"]
+    assert len(main[1].info.moving) == 2 and repr(main[1].info.moving[0]).startswith("MovingRegion(")
+    later = es.read_frame_info(sphere / "left" / "frame.0002.exr").camera_pose
+    for body in main[1].info.moving:
+        mask = body.mask(camera.width, camera.height) == 1
+        assert mask.sum() == body.pixels and len(np.unique(ids[mask])) == 1
+        points = pose.to_world(camera.directions())[mask] * frame["depth"][mask][:, None]
+        moved = np.c_[points, np.ones(len(points))] @ np.array(body.movement(1 / 30)).T
+        seen = moved + np.array(pose.position_m) - np.array(later.position_m)
+        flow = frame["forward"][mask]
+        centres = np.stack(np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5), -1)[mask] + flow
+        longitude, latitude = 2 * np.pi * (centres[:, 0] / camera.width - 0.5), np.pi * (0.5 - centres[:, 1] / camera.height)
+        expected = np.stack([np.cos(latitude) * np.sin(longitude), np.sin(latitude), -np.cos(latitude) * np.cos(longitude)], -1)
+        off = np.linalg.norm(seen / np.linalg.norm(seen, axis=1, keepdims=True) - later.to_world(expected), axis=1)
+        assert np.percentile(off, 95) < 1e-4
+    with pytest.raises(es.InputError, match="MovingRegion.mask: .* in a moving region of 8x8 pixels"):
+        main[1].info.moving[0].mask(8, 8)
+    assert es.FrameInfo().moving == []
+
+
 def test_feed_seeks_by_number(stream):
     found = [f.main.info.index for f in es.open_feed(stream, first_frame=1)]
     assert found == [1, 2]

@@ -38,7 +38,7 @@ SphereDepth::SphereDepth(double box_radius_m, double error_rad)
 
 void SphereDepth::resolve(const DepthPass& pass, int first_layer, const SphereViews& views, const Pose& source_pose,
                           SourceTextures& source) {
-    assert(!views.views.empty() && views.views.size() <= most_views);
+    assert(views.views.size() > 0 && views.views.size() <= most_views);
     std::array<FlatView, most_views> blocks;
     for (std::size_t i = 0; i < views.views.size(); ++i) {
         const DepthViewpoint& view = views.views[i];

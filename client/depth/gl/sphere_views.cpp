@@ -194,7 +194,10 @@ SphereViews cube_views(const EquirectCamera& camera, const Pose& pose) {
 }
 
 SphereViews flat_source_views(const PerspectiveCamera& camera, const Pose& pose) {
-    return {{{camera, pose}}, {0, 0, camera.width, camera.height}};
+    SphereViews all;
+    all.views.push_back({camera, pose});
+    all.samples = {0, 0, camera.width, camera.height};
+    return all;
 }
 
 }  // namespace equistream::gl

@@ -4,8 +4,10 @@
 
 #include <equistream_client/view.h>
 
+#include <array>
+#include <cassert>
+#include <cstddef>
 #include <span>
-#include <vector>
 
 namespace equistream::gl {
 
@@ -14,9 +16,28 @@ struct SampleRange {
     int first_column = 0, first_row = 0, columns = 0, rows = 0;
 };
 
+/// As many as a cube has faces at most, and no memory of its own: it is made anew at every refresh.
+class SourceViewpoints {
+public:
+    void push_back(const DepthViewpoint& view) {
+        assert(count_ < views_.size());
+        views_[count_++] = view;
+    }
+    std::size_t size() const { return count_; }
+    const DepthViewpoint* data() const { return views_.data(); }
+    const DepthViewpoint* begin() const { return data(); }
+    const DepthViewpoint* end() const { return data() + count_; }
+    const DepthViewpoint& front() const { return views_[0]; }
+    const DepthViewpoint& operator[](std::size_t i) const { return views_[i]; }
+
+private:
+    std::array<DepthViewpoint, 6> views_{};
+    std::size_t count_ = 0;
+};
+
 struct SphereViews {
-    std::vector<DepthViewpoint> views;  ///< world poses
-    SampleRange samples;                ///< all that lie in one of them, and more
+    SourceViewpoints views;  ///< world poses
+    SampleRange samples;     ///< all that lie in one of them, and more
 };
 
 /// Surfaces that are nearer to the source's centre than this may be looked up beyond what is shown; eyes that are

@@ -4,12 +4,14 @@
 #include <equistream/frame.h>
 #include <equistream/stream.h>
 #include <equistream/yuv_picture.h>
+#include <equistream_client/pose_sender.h>
 
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace equistream {
@@ -22,8 +24,9 @@ struct ReceivedPicture {
     FloatImage depth_m;  ///< where it was asked for and is there: the renderer's AOV, or the depth track's; else empty
     /// Mirrors and glass (SourceView): of the main picture, where they were asked for and are there.
     FloatImage specular, virtual_depth_m;
-    double decode_ms = 0;   ///< of colour and depth
-    double convert_ms = 0;  ///< the same
+    std::string_view decoder;  ///< of colour: DecodedPicture's; empty where nothing was coded
+    double decode_ms = 0;      ///< of colour and depth
+    double convert_ms = 0;     ///< the same
 
     int width() const { return yuv.empty() ? rgb.width() : yuv.planes.y.width; }
     int height() const { return yuv.empty() ? rgb.height() : yuv.planes.y.height; }
@@ -58,11 +61,18 @@ public:
     virtual std::vector<FeedTrack> tracks() const = 0;
     /// From 0 to 1; nothing where the end is not known.
     virtual std::optional<double> fraction_done() const = 0;
+    /// Whether frames come at their server's pace, as StreamReader::is_live; else they wait to be asked for.
+    virtual bool is_live() const = 0;
+    /// From here on next() gives the frames from this one on, not before FeedOptions::first_frame; of a stream no more
+    /// is decoded for that than the group of pictures it is in. False where that cannot be done (StreamReader::seek,
+    /// before the first frame, with frames_ahead): the feed is of no further use then.
+    virtual bool seek(std::int64_t frame) = 0;
 };
 
 struct FeedOptions {
-    bool depth = false;  ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
-    bool yuv = false;    ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
+    bool depth = false;     ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
+    bool hardware = false;  ///< as in StreamReadOptions
+    bool yuv = false;  ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
     /// Fill ReceivedPicture::specular and virtual_depth_m of the main picture: from the track of mirrors and glass,
     /// or those AOVs of folders.
     bool specular = false;
@@ -75,6 +85,8 @@ struct FeedOptions {
     /// those before; 0: read when asked for. Frames, their order and what next() throws are the same.
     std::size_t frames_ahead = 0;
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
+    /// Of a stream that comes from tcp://HOST:PORT: what is sent with it goes there. Borrowed.
+    PoseSender* poses = nullptr;
 };
 
 /// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.

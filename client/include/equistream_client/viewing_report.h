@@ -22,9 +22,12 @@ struct ViewedRefresh {
     std::optional<FrameStamp> frame;     ///< shown; nothing: none had come
     std::optional<FrameStamp> previous;  ///< the newest before it that is still there to fill from
     double carried_on_s = 0;             ///< by which moving objects are later than in the frame
+    double ahead_s = 0;                  ///< and by which they may be later still, to be where they are by now
     double rate = 0;                     ///< of the frames' time
     ClockState state = ClockState::starting;
 
+    /// By which moving objects are later than in the frame where they are carried on.
+    double moved_on_s() const { return carried_on_s + ahead_s; }
     /// Of what is seen.
     double age_s() const { return display_s - frame->frame_time_s; }
     double error_deg() const;

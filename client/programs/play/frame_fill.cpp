@@ -62,8 +62,8 @@ bool FrameFill::wants_depth() const {
     return std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
 }
 
-void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths) {
-    main_ = source_view(frame.main, depths.main);
+void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown) {
+    main_ = shown.main;
     small_.reset();
     hidden_.reset();
     patches_.reset();
@@ -90,7 +90,7 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     for (const Earlier& earlier : earlier_)
         earlier_views_.push_back(source_view(earlier.picture, earlier.depth_m));
     if (geometry_)
-        geometry_->set_time(frame.main.info.time_s);
+        geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
     set_frame_ms_.clear();
     for (const auto& rung : ladder_) {

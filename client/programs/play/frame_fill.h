@@ -31,8 +31,13 @@ public:
     bool wants_depth() const;
     bool has(std::string_view rung) const;
     bool takes_small() const;
+    /// The main picture as eyes see it: its own, or carried on to a later time.
+    struct Shown {
+        SourceView main;
+        double time_s = 0;
+    };
     /// Takes what there is of a frame, borrowed until the next one.
-    void set_frame(const ReceivedFrame& frame, const SourceDepths& depths);
+    void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);
     std::vector<std::string> names() const;  ///< of its rungs
     FilledCounts fill(const EyeView& eye, EyePicture& picture, std::span<double> rung_ms) const {
         return fill_gaps(ladder_, eye, picture, rung_ms);

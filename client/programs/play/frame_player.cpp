@@ -234,6 +234,9 @@ void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
         depth_->cast(camera, pose, depth_m.view());
     };
     DepthNeeds needs;
+    const double later_s = played.figures.moved_on_s;
+    if (later_s > 0)
+        depth_->set_time(frame.main.info.time_s + later_s);
     for (PlayedEye* eye : {&played.left, &played.right}) {
         const DepthNeeds own = engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose);
         if (own.eye)
@@ -242,6 +245,8 @@ void FramePlayer::cast_depths(const ReceivedFrame& frame, PlayedFrame& played) {
             eye->depth_m = {};
         needs = {needs.source || own.source, needs.eye || own.eye};
     }
+    if (later_s > 0)
+        set_frame_time(frame);
     if (!needs.any())
         return;
     if (needs.source) {
@@ -281,7 +286,7 @@ void FramePlayer::cast_patches(const ReceivedPicture& patches, FloatImage& depth
 
 void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played) {
     auto start = Clock::now();
-    const SourceView source = source_view(frame.main, depths.main);
+    const SourceView source = main_view(frame, played);
     engine_->set_source(source);
     for_both_eyes(played, [&](PlayedEye& eye, EyeFigures& figures) {
         engine_->reproject(eye.view(), eye.picture);
@@ -298,7 +303,7 @@ void FramePlayer::reproject_and_fill(const ReceivedFrame& frame, const SourceDep
     });
 
     start = Clock::now();
-    fill_->set_frame(frame, depths);
+    fill_->set_frame(frame, depths, {source, frame.main.info.time_s + played.figures.moved_on_s});
     std::vector<double> left_ms(fill_->names().size()), right_ms(left_ms);
     for_both_eyes(played, [&](PlayedEye& eye, EyeFigures& figures) {
         figures.filled = fill_->fill(eye.view(), eye.picture, &eye == &played.left ? left_ms : right_ms);
@@ -334,6 +339,7 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
     played.figures.has_small = frame.small.has_value();
     played.figures.outside_head_box = frame.posed && (leaves_head_box(played.left.info, frame.main.info) ||
                                                       leaves_head_box(played.right.info, frame.main.info));
+    played.figures.moved_on_s = carried_s(frame, played, refresh);
     StageTimes& times = played.figures.milliseconds;
     double decode_ms = frame.main.decode_ms, convert_ms = frame.main.convert_ms;
     for (const auto* other : {&frame.small, &frame.hidden, &frame.patches})
@@ -360,12 +366,40 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
     }
 }
 
-void FramePlayer::take_depths(const ReceivedFrame& frame, PlayedFrame& played) {
-    if (takes_depth())
-        depth_->set_time(frame.main.info.time_s);
+double FramePlayer::carried_s(const ReceivedFrame& frame, const PlayedFrame& played,
+                              const RefreshMoment* refresh) const {
+    if (refresh == nullptr || !can_carry_on(frame.main, refresh->moved_on_s) || !takes_depth())
+        return 0;
+    for (const PlayedEye* eye : {&played.left, &played.right}) {
+        const DepthNeeds needs = engine_->needs_depth(frame.main.info.camera_pose, eye->info.camera_pose);
+        // Without geometry eyes have depth of the frame's own time alone.
+        if (!needs.source || (needs.eye && !scene_))
+            return 0;
+    }
+    return refresh->moved_on_s;
+}
+
+void FramePlayer::set_frame_time(const ReceivedFrame& frame) {
+    depth_->set_time(frame.main.info.time_s);
     if (takes_planes())
         offer_exact_depth(frame);
+}
+
+void FramePlayer::take_depths(const ReceivedFrame& frame, PlayedFrame& played) {
+    if (takes_depth())
+        set_frame_time(frame);
     cast_depths(frame, played);
+    FrameFigures& figures = played.figures;
+    if (figures.moved_on_s == 0)
+        return;
+    carrier_.carry_on(frame.main, depths_.main, figures.moved_on_s, carried_);
+    figures.moved_pixels = carried_.moved_pixels;
+    figures.uncovered_pixels = carried_.uncovered_pixels;
+}
+
+SourceView FramePlayer::main_view(const ReceivedFrame& frame, const PlayedFrame& played) const {
+    return played.figures.moved_on_s > 0 ? source_view(carried_.picture, carried_.depth_m)
+                                         : source_view(frame.main, depths_.main);
 }
 
 void FramePlayer::remember(ReceivedFrame&& frame) {

@@ -5,6 +5,7 @@
 #include "report.h"
 #include "settings.h"
 
+#include <equistream_client/carry_on.h>
 #include <equistream_client/depth_source.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/ray_depth.h>
@@ -48,6 +49,7 @@ struct RefreshMoment {
     double display_s = 0;
     double refresh_hz = 0;
     Pose head;
+    double moved_on_s = 0;  ///< what moves is shown so much later than in the frame, where the frame says how
 };
 
 class FramePlayer {
@@ -66,7 +68,7 @@ public:
     /// Whether patches came whose depth neither the stream had nor OpenGL drew.
     bool missed_patch_depth() const { return missed_patch_depth_; }
     /// `played` keeps its memory from the frame before. At a refresh: of its number and time; what the frame shows
-    /// stays as it was at the frame's own time.
+    /// stays as it was at the frame's own time, but for what moves.
     void play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr);
     /// Where the head is, by the path that was given; there must be one.
     Pose head_at(double time_s) const { return head_path_.at(time_s); }
@@ -100,13 +102,19 @@ private:
     void check_scene(const FrameInfo& first, Report& report) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
-    /// Of the frame, by whoever gives depth at its time.
+    /// How much later than the frame shows them moving things are to be seen: 0 where nothing moves, or no depth says
+    /// what they pass before.
+    double carried_s(const ReceivedFrame& frame, const PlayedFrame& played, const RefreshMoment* refresh) const;
+    /// Of the frame, by whoever gives depth at its time; of eyes so much later.
     void take_depths(const ReceivedFrame& frame, PlayedFrame& played);
+    void set_frame_time(const ReceivedFrame& frame);
     void offer_exact_depth(const ReceivedFrame& frame);
     void cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
     /// Of an atlas that came without; empty where no geometry is known.
     void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
     void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
+    /// The main picture, or what it was carried on to.
+    SourceView main_view(const ReceivedFrame& frame, const PlayedFrame& played) const;
 
     /// All parts of plan_: decoding as it was timed, the others 0 so far.
     PartTimes parts_with_decoding(const ReceivedFrame& frame) const;
@@ -135,6 +143,8 @@ private:
     FrameFill* fill_ = nullptr;                                ///< the one in use
     bool missed_patch_depth_ = false;
     SourceDepths depths_;  ///< of the frame that was played last
+    PictureCarrier carrier_;
+    CarriedPicture carried_;  ///< of that frame, where it was carried on
 };
 
 }  // namespace equistream::play

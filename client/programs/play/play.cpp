@@ -66,6 +66,8 @@ void choose_layout(Arguments& arguments, const CLI::App& app) {
             "files for --format exr, which keeps each eye's camera", layout);
 }
 
+constexpr double longest_carry_s = 1;
+
 void choose_refreshes(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     settings.conditions = parse_network(settings.network, "--network");
@@ -76,6 +78,8 @@ void choose_refreshes(Arguments& arguments, const CLI::App& app) {
     require(!settings.head.empty(), app.count("--refresh") > 0 ? "--refresh" : "--network",
             "--head CSV beside it, of a head that moves on while frames are late", "none");
     settings.refresh_hz = arguments.refresh_hz;
+    require(settings.carry_s >= 0 && settings.carry_s <= longest_carry_s, "--carry", "0 to 1 s",
+            in_words(settings.carry_s));
 }
 
 void complete(Arguments& arguments, const CLI::App& app) {
@@ -195,6 +199,11 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "Write what is seen at each refresh of a display of so many Hz, of the frames that have come by then "
         "and of where --head is foretold to be; default: 90 with --network, else one picture a frame");
     app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
+    app.add_option(
+           "--carry", settings.carry_s,
+           "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
+           "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it")
+        ->capture_default_str();
     app.add_flag("--json", settings.json, "Print the report as JSON instead of a table");
     app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
     app.add_option("--out", settings.out, "Folder for left/, right/, gaps/ and report.json")->required();

@@ -197,9 +197,10 @@ private:
 
     void all_refreshes() {
         report_.viewing.emplace();
-        viewing_ = std::make_unique<Simulation>(report_.settings.conditions,
-                                                ViewingOptions{.refresh_hz = *report_.settings.refresh_hz},
-                                                [this](double time_s) { return player_->head_at(time_s); });
+        viewing_ = std::make_unique<Simulation>(
+            report_.settings.conditions,
+            ViewingOptions{.refresh_hz = *report_.settings.refresh_hz, .carry_s = report_.settings.carry_s},
+            [this](double time_s) { return player_->head_at(time_s); });
         PlayedFrame played;
         std::shared_ptr<ReceivedFrame> shown;
         for (;;) {
@@ -219,8 +220,9 @@ private:
                 shown = viewing_->shown();
             }
             player_->rechoose(played, refresh->number, report_);
+            const double moved_on_s = report_.settings.carry_s > 0 ? refresh->moved_on_s() : 0;
             const RefreshMoment moment{refresh->number, refresh->display_s, *report_.settings.refresh_hz,
-                                       refresh->predicted_head};
+                                       refresh->predicted_head, moved_on_s};
             player_->play(*shown, played, &moment);
             write(played);
             progress_.step(feed_->fraction_done().value_or(0), "refresh " + std::to_string(refresh->number));

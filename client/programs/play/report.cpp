@@ -159,6 +159,7 @@ Json settings_json(const Settings& settings) {
     json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
     json["refresh_hz"] = settings.refresh_hz ? Json(*settings.refresh_hz) : Json();
     json["network"] = settings.network;
+    json["carry_s"] = settings.carry_s;
     json["format"] = settings.format == Format::png ? "png" : settings.format == Format::exr ? "exr" : "mp4";
     return json;
 }
@@ -201,6 +202,10 @@ Json Report::json() const {
         for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
             if (!frame.milliseconds[stage].empty())
                 entry["milliseconds"][stage_names[stage]] = mean(frame.milliseconds[stage]);
+        if (frame.moved_on_s > 0)
+            entry["moved_on"] = {{"ms", 1e3 * frame.moved_on_s},
+                                 {"pixels", frame.moved_pixels},
+                                 {"uncovered_pixels", frame.uncovered_pixels}};
         entry["left"] = shares(frame.left);
         entry["right"] = shares(frame.right);
         json["frames"].push_back(std::move(entry));
@@ -240,6 +245,11 @@ std::string Report::table() const {
             out += formatted("   reliability %.4f", *eye.reliability);
         out += "\n";
     }
+    if (const auto moved = std::ranges::count_if(frames, [](const FrameFigures& f) { return f.moved_on_s > 0; });
+        moved > 0)
+        out +=
+            formatted("what moves was carried on in %lld refreshes, by up to %.1f ms\n", static_cast<long long>(moved),
+                      1e3 * std::ranges::max(frames, {}, &FrameFigures::moved_on_s).moved_on_s);
     for (const FeedTrack& track : tracks)
         out += formatted("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
                          static_cast<long long>(track.pictures));

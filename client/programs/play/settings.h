@@ -1,5 +1,6 @@
 #pragma once
 /// What `equistream play` was asked to do.
+#include <equistream/object_motion.h>
 #include <equistream_cli/program.h>
 #include <equistream_client/delivery_simulator.h>
 #include <equistream_client/fill.h>
@@ -43,6 +44,7 @@ struct Settings {
     std::optional<double> refresh_hz;  ///< set: one picture per refresh of a display, of what has come by then
     std::string network;               ///< as given, for reports
     NetworkConditions conditions;      ///< what it says
+    double carry_s = carry_horizon_s;  ///< what moves is carried on so much beyond the clock at most; 0: held
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
     std::filesystem::path out;

@@ -5,9 +5,13 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace {
@@ -17,9 +21,10 @@ using namespace equistream;
 struct Arguments {
     ViewerSettings settings;
     std::filesystem::path scene, model;
-    std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on";
+    std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
+                      decode = "auto", predict = "auto";
     double fov_deg = 90, ipd_m = 0;
-    bool keys = false;
+    bool keys = false, json = false;
 };
 
 template <typename Enum, std::size_t n>
@@ -34,7 +39,24 @@ Enum parse_word(const char* option, const std::string& word, const std::array<st
     return Enum(found - names.begin());
 }
 
-constexpr std::array<std::string_view, 2> methods = {"sphere", "surface"}, switches = {"off", "on"};
+constexpr std::array<std::string_view, 2> methods = {"sphere", "surface"}, switches = {"off", "on"},
+                                          decoders = {"software", "auto"};
+
+/// HeadPredictor looks no further ahead.
+constexpr double most_predicted_ms = 150;
+
+std::optional<double> parse_prediction(const std::string& text) {
+    if (text == "auto")
+        return std::nullopt;
+    if (text == "off")
+        return 0.0;
+    double ms = 0;
+    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), ms);
+    if (problem != std::errc{} || end != text.data() + text.size() || !(ms >= 0 && ms <= most_predicted_ms))
+        throw InputError(expected_found(
+            "--predict", "auto, off or milliseconds from 0 to " + in_words(most_predicted_ms), "'" + text + "'"));
+    return 1e-3 * ms;
+}
 
 void complete(Arguments& arguments, const CLI::App& app) {
     ViewerSettings& settings = arguments.settings;
@@ -43,6 +65,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.surface = parse_word<int>("--method", arguments.method, methods) == 1;
     settings.fill = parse_word<int>("--fill", arguments.fill, switches) == 1;
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
+    settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
+    settings.predict_s = parse_prediction(arguments.predict);
     if (app.count("--anaglyph") > 0)
         settings.anaglyph = &find_anaglyph(arguments.anaglyph);
     if (app.count("--size") > 0) {
@@ -64,6 +88,26 @@ void complete(Arguments& arguments, const CLI::App& app) {
         settings.scene = load_scene(scene);
 }
 
+nlohmann::ordered_json json_of(const ViewerReport& report) {
+    nlohmann::ordered_json json;
+    json["command"] = "view";
+    json["version"] = EQUISTREAM_VERSION;
+    json["seconds"] = report.seconds;
+    json["refreshes"] = report.refreshes;
+    json["frames"] = report.frames;
+    json["latency_ms"] = 1e3 * report.latency_s;
+    json["playout_delay_ms"] = nullptr;
+    if (report.playout_delay_s)
+        json["playout_delay_ms"] = 1e3 * *report.playout_delay_s;
+    json["decoder"] = nullptr;
+    if (!report.decoder.empty())
+        json["decoder"] = report.decoder;
+    json["stages_ms"] = nullptr;
+    for (std::size_t stage = 0; report.stages_ms && stage < report.stages_ms->size(); ++stage)
+        json["stages_ms"][std::string(gl::render_stage_names[stage])] = (*report.stages_ms)[stage];
+    return json;
+}
+
 void run(Arguments& arguments, const CLI::App& app) {
     if (arguments.keys) {
         std::fputs(key_help().c_str(), stdout);
@@ -73,7 +117,9 @@ void run(Arguments& arguments, const CLI::App& app) {
         throw InputError(expected_found("view", "a stream or a folder to show", "none"));
     complete(arguments, app);
     Viewer viewer(arguments.settings);
-    viewer.run();
+    const ViewerReport report = viewer.run();
+    if (arguments.json)
+        std::printf("%s\n", json_of(report).dump(2).c_str());
 }
 
 std::function<void()> set_up(CLI::App& app) {
@@ -95,10 +141,16 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
+    app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
+        ->capture_default_str();
+    app.add_option("--predict", arguments->predict,
+                   "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
+        ->capture_default_str();
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
     app.add_option("--out", settings.out, "Folder for pictures, recordings and paths")->capture_default_str();
+    app.add_flag("--json", arguments->json, "Print figures as JSON at the end (docs/guide.md)");
     app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
     return [arguments, &app] { run(*arguments, app); };
 }

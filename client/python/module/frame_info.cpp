@@ -11,6 +11,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <array>
@@ -177,6 +178,9 @@ void bind_frame_info(nb::module_& m) {
             nb::for_setter(nb::arg("value").none()),
             "What that took from the colours as the encoder measured it: shares of pixels that are off by more than "
             "RELIABILITY_TOLERANCE, where the decoded picture's texture is CODING_TEXTURES; None: nobody said.")
+        .def_ro(
+            "moving", &FrameInfo::moving, nb::rv_policy::copy,
+            "List of MovingRegion: what of a stream's main picture moves by itself; empty: nothing, or nobody said.")
         .def_ro("patches", &FrameInfo::patches, nb::rv_policy::copy,
                 "PatchAtlas of an atlas' picture, which then has the pose of the sphere that its patches are beside; "
                 "else None.")

@@ -16,6 +16,7 @@ NB_MODULE(_core, m) {
         "Work had begun and could not be finished: a full disk, a stream that was cut, an interrupted wait.";
     equistream::python::bind_cameras(m);
     equistream::python::bind_patches(m);
+    equistream::python::bind_motion(m);
     equistream::python::bind_frame_info(m);
     equistream::python::bind_frames(m);
     equistream::python::bind_streams(m);

@@ -6,6 +6,7 @@ namespace equistream::python {
 
 void bind_cameras(nanobind::module_& m);
 void bind_patches(nanobind::module_& m);
+void bind_motion(nanobind::module_& m);
 void bind_frame_info(nanobind::module_& m);
 void bind_frames(nanobind::module_& m);
 void bind_streams(nanobind::module_& m);

@@ -176,10 +176,10 @@ void MitsubaHost::render_planes(const FrameTask& task) {
     const auto most =
         static_cast<std::uint32_t>(std::max<std::uint64_t>(1, samples_of_a_pass(engine_->variant()) / stream.pixels()));
     std::uint32_t pass = 0;
-    for (std::uint32_t done = 0; done < options_.spp; ++pass) {
+    for (std::uint32_t done = 0; done < stream.spp; ++pass) {
         if (*task.stop)
             return;
-        const std::uint32_t samples = std::min(most, options_.spp - done);
+        const std::uint32_t samples = std::min(most, stream.spp - done);
         const auto start = Clock::now();
         const bool geometry = pass == 0 && stream.wants_geometry();
         const PassResult result = source_->scene().render(

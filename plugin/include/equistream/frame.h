@@ -4,12 +4,14 @@
 #include <equistream/coding_loss.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/image.h>
+#include <equistream/object_motion.h>
 #include <equistream/patches.h>
 
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace equistream {
 
@@ -44,6 +46,9 @@ struct FrameInfo {
     std::optional<float> crf;
     /// What that took from the track's colours, where the encoder measured it. Not written to EXR files.
     std::optional<CodingLoss> coding_loss;
+    /// What of a main picture moves by itself, where somebody found out (`encode --motion`); empty: nothing, or not
+    /// said. Not written to EXR files.
+    std::vector<MovingRegion> moving;
 };
 
 /// As measured, else as usual at its CRF; nothing where that is not said.

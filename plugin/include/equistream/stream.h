@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace equistream {
@@ -54,6 +55,11 @@ struct TaggedFrameInfo {
     TrackPosition position;
 };
 std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> payload);
+
+/// Bytes that FrameInfo::moving takes in a main picture's frame data, which hold no more than largest_motion_bytes.
+/// Throws InputError for regions that are not sound.
+std::size_t motion_bytes(const FrameInfo& info);
+inline constexpr std::size_t largest_motion_bytes = 32768;
 
 enum class Codec { h264, h265 };
 
@@ -97,10 +103,21 @@ struct StreamSettings {
     /// says that it is the last.
     std::uint32_t pictures = 0;
     int threads = 4;  ///< the coded bytes depend on it, so it does not follow the machine
+    /// Pictures that are made while others are watched: each one's bytes come as soon as it is written (nothing is
+    /// reordered, nothing looked ahead for), key frames stand where begin_group() asks for them and no `pictures` are
+    /// known. When it is finished each track's last picture comes once more, one frame later, to say that it is the
+    /// last.
+    bool live = false;
 };
 /// Throws InputError naming the first of crf, gop, threads and preset that cannot be used, with `before_names` before
 /// its name: a program's options have dashes. Looks at nothing else; StreamWriter checks all settings by itself.
 void check_coding(const StreamSettings& settings, const std::string& before_names = "");
+
+/// Takes bytes as they are written; called by whoever calls StreamWriter.
+struct StreamTap {
+    std::function<void(std::span<const std::uint8_t>)> take;
+    bool alone = true;  ///< no file is written
+};
 
 /// Encodes display-referred sRGB pictures (8-bit RGB) and depth to `target`: a path ending in .mp4, .mkv, .ts, .nut,
 /// .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same
@@ -110,6 +127,8 @@ void check_coding(const StreamSettings& settings, const std::string& before_name
 class StreamWriter {
 public:
     StreamWriter(const std::string& target, const StreamSettings& settings);
+    /// The same bytes go to `tap` too, or alone. `target` says the container and stands in errors all the same.
+    StreamWriter(const std::string& target, const StreamSettings& settings, StreamTap tap);
     ~StreamWriter();
     StreamWriter(const StreamWriter&) = delete;
     StreamWriter& operator=(const StreamWriter&) = delete;
@@ -120,6 +139,10 @@ public:
     /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
     /// `halved` is the track's.
     void write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info);
+    /// Of a live stream: whoever has the header can join at the next picture of each track.
+    void begin_group();
+    /// Hands over what was written of a live stream, in Matroska as a cluster of its own.
+    void flush();
     /// Flushes the encoders and ends the file; throws WorkError if the disk was full, and so on.
     void finish();
     /// Coded bytes so far, per track in the order of StreamSettings::tracks.
@@ -147,9 +170,12 @@ struct DecodedPicture {
     /// Radial, +inf for a miss, NaN where the track holds no surface. Where info->depth_code is `halved`, each coded
     /// sample stands in its four pixels.
     FloatImage depth_m;
-    double decode_ms = 0;    ///< time spent waiting for the decoder since this track's last picture
-    double convert_ms = 0;   ///< YUV to RGB, or samples to depth
-    std::int64_t bytes = 0;  ///< coded
+    /// When it is shown, after main's first picture; nothing where the container does not say.
+    std::optional<double> time_s;
+    std::string_view decoder;  ///< "software", or libavutil's name of the hardware: "vaapi", "cuda"
+    double decode_ms = 0;      ///< time spent waiting for the decoder since this track's last picture
+    double convert_ms = 0;     ///< YUV to RGB, or samples to depth
+    std::int64_t bytes = 0;    ///< coded
 };
 
 struct StreamTrackSummary {
@@ -178,6 +204,9 @@ struct StreamReadOptions {
     bool depth = true;      ///< false: depth tracks are not decoded beyond their first picture, nor given
     bool images = true;     ///< the same for the track of mirrors and glass
     TrackRoles left_out{};  ///< the same for these; never main
+    /// Decode colour by hardware where there is some that can, without a word by software else. The standards of the
+    /// codecs leave no choice: both give the same pictures.
+    bool hardware = false;
 
     bool wants(TrackRole role) const {
         if (role != TrackRole::main && left_out[std::size_t(role)])
@@ -186,6 +215,9 @@ struct StreamReadOptions {
     }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};
+    /// Where the source's bytes come from, if it is not opened by its name: fills as much of the span as there is,
+    /// waiting for at least one byte, and says how much; 0: they have ended.
+    std::function<std::size_t(std::span<std::uint8_t>)> read{};
 };
 
 /// Decodes a file or URL, any ordinary video included. Sources are treated as hostile: sizes are held to image.h's
@@ -201,11 +233,20 @@ public:
 
     const std::vector<StreamTrackSummary>& tracks() const;
     const std::string& container() const;  ///< libav's long name
+    /// Whether it comes from a server at that server's pace: an address in which nobody can seek, no pipe. Any thread.
+    bool is_live() const;
     /// The next picture of any track, in presentation order within each and side by side as far as they are
     /// interleaved; nothing at the end.
     std::optional<DecodedPicture> next();
+    /// From here on next() gives pictures of each track from its last key frame on that is shown no later than so long
+    /// after main's first picture, which must have been given; nothing before that key frame is decoded. Found by the
+    /// container's index where it has one that leads there, else by reading packets from the beginning. False where
+    /// neither can be (live sources, containers that keep no times): the reader is of no further use then.
+    bool seek(double seconds);
     /// From here on as if StreamReadOptions::left_out had them too.
     void leave_out(TrackRoles roles);
+    /// How far into a file it was read, in bytes; 0 for what has no such place.
+    std::int64_t position() const;
     /// After the end: empty, or one line on how the stream ended early ("cut after frame 5 ...").
     const std::string& truncation() const;
 

@@ -26,6 +26,7 @@ struct Options {
     std::optional<double> depth_crf, fill_crf;
     std::string depth_scale = "auto";
     std::string mirrors = "auto";
+    std::string motion = "none";
     std::string progress = "auto";
     double crf = StreamSettings{}.crf;
     int gop = StreamSettings{}.gop;
@@ -70,6 +71,7 @@ StereoPacking packing_of(const Options& options) {
     refuse(options.fill != "auto" && options.fill != "none", "--fill " + options.fill);
     refuse(options.depth != "none", "--depth " + options.depth);
     refuse(options.mirrors == "always", "--mirrors always");
+    refuse(options.motion != "none", "--motion " + options.motion);
     return options.stereo == "top-bottom" ? StereoPacking::top_bottom : StereoPacking::side_by_side;
 }
 
@@ -90,6 +92,7 @@ EncodeRequest request_of(const Options& options) {
     sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.depth = depth_request_of(options);
+    request.motion = options.motion == "auto";
     check_crf("--fill-crf", options.fill_crf);
     request.fill_crf = options.fill_crf;
     return request;
@@ -163,6 +166,38 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
     return text;
 }
 
+nlohmann::json motion_json(const EncodeReport& report) {
+    if (!report.motion)
+        return nullptr;
+    const MotionTotals& motion = *report.motion;
+    return {{"frames", motion.frames},
+            {"most_regions", motion.most_regions},
+            {"regions_left_out", motion.left_out},
+            {"bytes", motion.bytes},
+            {"share_of_colour", double(motion.bytes) / double(report.tracks.front().bytes)},
+            {"horizon_s", carry_horizon_s},
+            {"mean_motion_px", motion.mean_motion_px},
+            {"mean_error_px", motion.mean_error_px},
+            {"worst_p95_error_px", motion.worst_p95_error_px}};
+}
+
+std::string motion_text(const EncodeReport& report) {
+    const MotionTotals& motion = *report.motion;
+    if (motion.frames == 0)
+        return "  nothing moves by itself, or nobody can tell: no motion\n";
+    std::string text = formatted(
+        "  motion of up to %lld bodies in %lld frames: %.0f bytes a frame, %s of the colour's\n"
+        "        of %.1f px that they move in %g s, %.3f px are left on average (at a focal length of %g px)\n",
+        static_cast<long long>(motion.most_regions), static_cast<long long>(motion.frames),
+        double(motion.bytes) / report.settings.pictures,
+        percent_text(double(motion.bytes) / double(report.tracks.front().bytes)).c_str(), motion.mean_motion_px,
+        carry_horizon_s, motion.mean_error_px, default_focal_length_px);
+    if (motion.left_out > 0)
+        text +=
+            formatted("        %lld bodies found no room in their frames\n", static_cast<long long>(motion.left_out));
+    return text;
+}
+
 nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
@@ -204,8 +239,10 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
             {"tracks", tracks},
             {"mirrors_left_out_share",
              report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
+            {"motion", motion_json(report)},
             {"ms_per_frame",
              {{"read", report.read_ms / count},
+              {"motion", report.motion_ms / count},
               {"display", report.display_ms / count},
               {"encode", report.encode_ms / count},
               {"wall", report.wall_ms / count}}}};
@@ -231,6 +268,8 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
         if (track.settings.depth_code)
             std::fputs(depth_text(track, report).c_str(), out);
     }
+    if (report.motion)
+        std::fputs(motion_text(report).c_str(), out);
     if (!report.not_measured.empty())
         std::fprintf(out, "  what coding takes was not measured, so that clients go by the CRF: %s\n",
                      report.not_measured.c_str());
@@ -312,6 +351,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "A track of how far away what main's mirrors and glass show is: auto (where it takes no more of the "
                    "colour's bits than --depth-share), always or none")
         ->check(CLI::IsMember({"auto", "always", "none"}))
+        ->capture_default_str();
+    app.add_option("--motion", options.motion,
+                   "auto: what moves by itself, by more than the error bound, with main's pictures, from the AOVs "
+                   "backward, forward and depth, so that clients can carry it on while frames are late; or none")
+        ->check(CLI::IsMember({"auto", "none"}))
         ->capture_default_str();
     app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
     app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();

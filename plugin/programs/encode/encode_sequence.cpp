@@ -114,15 +114,20 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     SourceRenders renders(request.sources);
     renders.check(pictures);
     ColourTrials trials(request.sources, request.settings);
-    const DepthPlan plan = plan_depth(request.depth, {request.sources, request.settings, trials});
-    if (!plan.tracks.empty())
+    std::vector<std::string> for_motion;
+    if (request.motion)
+        for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
+    const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion};
+    if (!plan.depth.tracks.empty() || request.motion)
         pictures = read_frame(request.sources, plan, frames.front(), display);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
-    report.trial = plan.trial;
-    report.images_left_out_share = plan.images_left_out_share;
+    report.trial = plan.depth.trial;
+    report.images_left_out_share = plan.depth.images_left_out_share;
     report.first = pictures.front().info;
-    DepthWriter depths(plan, frames, request.settings.gop);
+    if (request.motion)
+        report.motion.emplace();
+    DepthWriter depths(plan.depth, frames, request.settings.gop);
     StreamWriter writer(request.target, report.settings);
     const std::string kept =
         writer.unfinished_file().empty() ? "" : "; what was coded so far is kept in " + writer.unfinished_file();
@@ -139,11 +144,14 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
             FrameInfo info = picture.info;
             if (picture.role == TrackRole::main)
                 info.coding_loss = report.colour.loss;
+            if (picture.motion)
+                report.motion->add(*picture.motion, info);
             writer.write(picture.role, picture.rgb.view(), info);
             depths.write(writer, picture, i);
             report.encode_ms += milliseconds_since(coding);
             report.read_ms += picture.read_ms;
             report.display_ms += picture.display_ms;
+            report.motion_ms += picture.motion_ms;
             report.not_finite_samples += picture.not_finite_samples;
         }
         progress(i + 1);
@@ -160,10 +168,11 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
     report.encode_ms += milliseconds_since(ending);
     for (std::size_t i = 0; i < report.settings.tracks.size(); ++i) {
         const TrackSettings& track = report.settings.tracks[i];
-        const auto distances = std::ranges::find(plan.tracks, track.role, &DepthTrack::role);
+        const auto distances = std::ranges::find(plan.depth.tracks, track.role, &DepthTrack::role);
         const auto source = std::ranges::find(request.sources.tracks, track.role, &SourceTrack::role);
-        report.tracks.push_back(
-            {track, distances != plan.tracks.end() ? distances->source.folder : source->folder, writer.bytes()[i]});
+        report.tracks.push_back({track,
+                                 distances != plan.depth.tracks.end() ? distances->source.folder : source->folder,
+                                 writer.bytes()[i]});
         depths.report(report.tracks.back());
     }
     report.sphere_tag = writer.tags_sphere();

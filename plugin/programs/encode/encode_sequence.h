@@ -1,6 +1,7 @@
 #pragma once
 /// EXR sequences through the display transform into a stream.
 #include "depth_tracks.h"
+#include "frame_motion.h"
 
 #include <equistream/stream.h>
 
@@ -19,6 +20,7 @@ struct EncodeRequest {
     Sources sources;
     std::string target;
     DepthRequest depth;
+    bool motion = false;             ///< what moves by itself goes with main's pictures
     std::optional<double> fill_crf;  ///< of the gap filling tracks' colour; nothing: as default_fill_crf
     StreamSettings settings;         ///< tracks, frame rate, scene, sphere and length are filled from the frames
 };
@@ -41,9 +43,11 @@ struct EncodeReport {
     FrameInfo first;                              ///< the main track's first frame
     std::optional<DepthTrial> trial;              ///< of main's depth, where its CRF was looked for
     std::optional<double> images_left_out_share;  ///< as DepthPlan has it
+    std::optional<MotionTotals> motion;           ///< where it was asked for
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;  ///< sums over all pictures
     double display_ms = 0;
+    double motion_ms = 0;
     double encode_ms = 0;
     double wall_ms = 0;
 };

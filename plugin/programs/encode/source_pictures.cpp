@@ -21,22 +21,33 @@ std::vector<const DepthTrack*> distances_of(const DepthPlan& plan, TrackRole col
     return tracks;
 }
 
-Picture read_picture(const SourceTrack& track, std::int64_t index, const DepthPlan& plan,
+Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPlan& plan,
                      const DisplayTransform& display) {
     Picture picture;
     picture.role = track.role;
     const auto file = track.folder / frame_file_name(index);
     auto start = Clock::now();
     std::vector<std::string> planes = {"colour"};
-    for (const DepthTrack* distances : distances_of(plan, track.role))
+    const std::vector<const DepthTrack*> tracks = distances_of(plan.depth, track.role);
+    const bool finds_motion = !plan.motion_planes.empty() && track.role == TrackRole::main;
+    for (const DepthTrack* distances : tracks)
         for (std::string& plane : planes_of(distances->role))
             planes.push_back(std::move(plane));
+    if (finds_motion)
+        for (const std::string& plane : plan.motion_planes)
+            if (std::ranges::find(planes, plane) == planes.end())
+                planes.push_back(plane);
     Frame frame = read_exr(file, planes);
     picture.read_ms = milliseconds_since(start);
     const auto colour = frame.planes.find("colour");
     if (colour == frame.planes.end())
         throw InputError(expected_found(file.string(), "channels R, G and B", "none"));
-    for (const DepthTrack* distances : distances_of(plan, track.role))
+    if (finds_motion) {
+        start = Clock::now();
+        picture.motion = find_motion(track.folder, frame, index);
+        picture.motion_ms = milliseconds_since(start);
+    }
+    for (const DepthTrack* distances : tracks)
         picture.distances_m.emplace_back(distances, distances_to_code(*distances, frame, file));
     picture.info = frame.info;
     picture.info.index = index;  // a foreign file has its number in its name only
@@ -73,7 +84,7 @@ void check_companion(const std::filesystem::path& main_folder, const FrameInfo& 
 }  // namespace
 
 /// The main folder's picture and, where both eyes are packed, the other eye's after it.
-std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
+std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, std::int64_t index,
                                 const DisplayTransform& display) {
     std::vector<Picture> pictures;
     for (const SourceTrack& track : sources.tracks)

@@ -1,11 +1,13 @@
 #pragma once
 /// Rendered frames as pictures to be coded, and whether they belong together.
 #include "depth_tracks.h"
+#include "frame_motion.h"
 
 #include <equistream/colour.h>
 #include <equistream/sequence.h>
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,13 +21,21 @@ struct Picture {
     ByteImage rgb;
     /// Of the tracks that go with its own, in their order.
     std::vector<std::pair<const DepthTrack*, FloatImage>> distances_m;
+    std::optional<FoundMotion> motion;  ///< of main, where it was asked for
     std::int64_t not_finite_samples = 0;
     double read_ms = 0;
     double display_ms = 0;
+    double motion_ms = 0;
 };
 
-/// Every track's, main's first, with the distances that the plan wants. Throws InputError naming the file.
-std::vector<Picture> read_frame(const Sources& sources, const DepthPlan& plan, std::int64_t index,
+/// What is read of frames beside their colour.
+struct ReadPlan {
+    DepthPlan depth;
+    std::vector<std::string> motion_planes;  ///< of main; none: motion is not asked for
+};
+
+/// Every track's, main's first, with what the plan wants beside it. Throws InputError naming the file.
+std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, std::int64_t index,
                                 const DisplayTransform& display);
 
 /// What can be seen before the first picture is coded, with the folder's name in front.

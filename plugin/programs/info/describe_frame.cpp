@@ -90,6 +90,21 @@ std::string depth_code_text(const DepthCodeInfo& depth_code) {
     return text + "\n";
 }
 
+nlohmann::json moving_json(const std::vector<MovingRegion>& regions) {
+    const auto vector = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
+    const auto twist = [&](const Twist& t) {
+        return nlohmann::json{{"velocity_m_s", vector(t.velocity_m_s)}, {"angular_rad_s", vector(t.angular_rad_s)}};
+    };
+    nlohmann::json json = nlohmann::json::array();
+    for (const MovingRegion& region : regions)
+        json.push_back({{"twist", twist(region.motion.twist)},
+                        {"twist_per_second", twist(region.motion.twist_per_second)},
+                        {"near_m", region.near_m},
+                        {"far_m", region.far_m},
+                        {"pixels", region.pixels()}});
+    return json;
+}
+
 /// Of CodingLoss::textures, as an example of much.
 constexpr std::size_t textured = 4;
 
@@ -123,7 +138,8 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"geometry_fingerprint", info.geometry_fingerprint},
             {"depth_code", depth_code_json(info)},
             {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()},
-            {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()}};
+            {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()},
+            {"moving", moving_json(info.moving)}};
 }
 
 std::string shared_text(const FrameInfo& info) {

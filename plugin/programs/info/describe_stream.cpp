@@ -2,6 +2,7 @@
 
 #include <equistream/stream.h>
 
+#include <algorithm>
 #include <map>
 
 namespace equistream {
@@ -34,6 +35,32 @@ double bytes_a_picture(const StreamTrackSummary& track) {
     return track.pictures > 0 ? static_cast<double>(track.bytes) / static_cast<double>(track.pictures) : 0;
 }
 
+/// What main's pictures say of what moves.
+struct Moving {
+    std::size_t pictures = 0, most_regions = 0, bytes = 0;
+
+    explicit Moving(const std::vector<FrameInfo>& frames) {
+        for (const FrameInfo& frame : frames) {
+            pictures += !frame.moving.empty();
+            most_regions = std::max(most_regions, frame.moving.size());
+            bytes += motion_bytes(frame);
+        }
+    }
+};
+
+std::string moving_text(const std::vector<FrameInfo>& frames) {
+    const Moving moving(frames);
+    if (moving.pictures == 0)
+        return "";
+    return formatted("  motion     in %zu pictures, of up to %zu bodies: %s a picture\n", moving.pictures,
+                     moving.most_regions, bytes_text(double(moving.bytes) / double(frames.size())).c_str());
+}
+
+nlohmann::json moving_json(const std::vector<FrameInfo>& frames) {
+    const Moving moving(frames);
+    return {{"pictures", moving.pictures}, {"most_regions", moving.most_regions}, {"bytes", moving.bytes}};
+}
+
 std::string track_text(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {
     std::string text = formatted(
         "track %s: %s, %dx%d %s, %.3f frames/s, %lld pictures, %s (%s a picture)\n",
@@ -51,7 +78,7 @@ std::string track_text(const StreamTrackSummary& track, const std::vector<FrameI
         return text + "  no frame data of equistream's: an ordinary video, which can be shown but only turned\n";
     text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
                       static_cast<long long>(frames.front().index), static_cast<long long>(frames.back().index));
-    text += range_text(frames) + shared_text(frames.front());
+    text += range_text(frames) + shared_text(frames.front()) + moving_text(frames);
     if (each_frame)
         for (const FrameInfo& frame : frames)
             text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
@@ -72,6 +99,7 @@ nlohmann::json track_json(const StreamTrackSummary& track, const std::vector<Fra
                            {"equirect", track.equirect},
                            {"stereo", stereo_name(track.stereo)},
                            {"range", range_json(frames)},
+                           {"motion", moving_json(frames)},
                            {"first_frame", frames.empty() ? nlohmann::json() : frame_json(frames.front())}};
     if (each_frame)
         for (const FrameInfo& frame : frames)

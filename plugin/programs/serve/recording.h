@@ -1,24 +1,27 @@
 #pragma once
-/// A recorded stream that is open for all viewers.
+/// A recorded stream that is open for all viewers, each of which gets it from its beginning.
+#include "feed.h"
+
 #include <equistream/send_times.h>
 
-#include <cstddef>
-#include <span>
-#include <string>
+#include <cstdint>
 
 namespace equistream::serve {
 
-class Recording {
+class Recording : public Programme {
 public:
-    /// Throws InputError for what cannot be read or is no video with times.
-    explicit Recording(const std::string& file);
-    ~Recording();
+    /// `loop`: over and over. Throws InputError for what cannot be read or is no video with times.
+    Recording(const std::string& file, bool loop);
+    ~Recording() override;
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
+
+    std::unique_ptr<Feed> open_feed() override;
 
     std::int64_t bytes() const { return times_.parts.back().end; }
     double duration_s() const { return times_.duration_s; }
     bool is_matroska() const { return times_.is_matroska; }
+    bool loops() const { return loop_; }
     /// Where the bytes end that are due at this time.
     std::int64_t due_at(double time_s) const;
     /// When the byte at this offset, of those there are, is due.
@@ -29,6 +32,7 @@ public:
 
 private:
     SendTimes times_;
+    bool loop_;
     int file_ = -1;
 };
 

@@ -1,6 +1,8 @@
-/// equistream serve: a recorded stream to viewers over the network.
+/// equistream serve: a recorded stream, or a scene as it is rendered, to viewers over the network.
 #include "encode_child.h"
 #include "listen_address.h"
+#include "live_options.h"
+#include "recording.h"
 #include "server.h"
 
 #include <equistream/error.h>
@@ -25,27 +27,22 @@ constexpr double most_patience_s = 86400;
 
 struct Options {
     std::string source, listen;
-    std::vector<std::string> encode;
+    std::vector<std::string> more;  ///< behind --
+    LiveOptions live;
     ServerSettings server;
     std::string progress = "auto";
-    bool json = false;
+    bool loop = false, json = false;
 };
 
 void check(const Options& options) {
-    if (!(options.server.viewer.patience_s >= 0.1 && options.server.viewer.patience_s <= most_patience_s))
-        throw InputError(expected_found("--patience", "0.1 to 86400 s", in_words(options.server.viewer.patience_s)));
+    if (!(options.server.patience_s >= 0.1 && options.server.patience_s <= most_patience_s))
+        throw InputError(expected_found("--patience", "0.1 to 86400 s", in_words(options.server.patience_s)));
     if (options.server.most_viewers < 1)
         throw InputError(expected_found("--viewers", "at least 1", std::to_string(options.server.most_viewers)));
     if (!std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
-    if (!options.encode.empty() && !std::filesystem::is_directory(options.source))
+    if (!options.more.empty() && !is_scene(options.source) && !std::filesystem::is_directory(options.source))
         throw InputError(expected_found(options.source, "a folder, to encode with what follows --", "a file"));
-}
-
-void check_loop(const Recording& recording, const Options& options) {
-    if (options.server.viewer.loop && !recording.is_matroska())
-        throw InputError(expected_found(
-            options.source, "Matroska for --loop, which can be read end to end again and again", "another container"));
 }
 
 /// For scripts that wait for it.
@@ -55,77 +52,133 @@ void say_listening(const std::string& url, bool json) {
         throw WorkError("standard output: could not be written");
 }
 
+nlohmann::json as_json(const ServerFigures& figures) {
+    return {{"viewers", figures.viewers},
+            {"refused", figures.refused},
+            {"dropped", figures.dropped},
+            {"bytes_sent", figures.bytes_sent}};
+}
+
 void report(const ServerFigures& figures, bool json) {
     if (json)
-        std::printf("%s\n", nlohmann::json{{"viewers", figures.viewers},
-                                           {"refused", figures.refused},
-                                           {"dropped", figures.dropped},
-                                           {"bytes_sent", figures.bytes_sent}}
-                                .dump()
-                                .c_str());
+        std::printf("%s\n", as_json(figures).dump().c_str());
     else
         std::printf("viewers served %d, refused %d, dropped %d; %lld bytes sent\n", figures.viewers, figures.refused,
                     figures.dropped, static_cast<long long>(figures.bytes_sent));
 }
 
-void run(const Options& options) {
-    check(options);
+void report(const LiveFigures& figures, bool json) {
+    if (json) {
+        nlohmann::json line = as_json(figures.server);
+        line["live"] = {{"spheres", figures.spheres}, {"spheres_per_s", figures.spheres_per_s},
+                        {"spp", figures.spp},         {"render_s", figures.render_s},
+                        {"write_s", figures.write_s}, {"encode_s", figures.encode_s},
+                        {"age_s", figures.age_s},     {"poses", figures.poses}};
+        std::printf("%s\n", line.dump().c_str());
+        return;
+    }
+    report(figures.server, false);
+    std::printf("%lld spheres, %.2f a second, at last with %u samples a pixel; %lld poses heard\n"
+                "ms a sphere: render %.0f, hand over %.0f, encode %.0f; %.0f from its pose to its bytes\n",
+                static_cast<long long>(figures.spheres), figures.spheres_per_s, figures.spp,
+                static_cast<long long>(figures.poses), 1e3 * figures.render_s, 1e3 * figures.write_s,
+                1e3 * figures.encode_s, 1e3 * figures.age_s);
+}
+
+/// Where viewers may come, and what ends it.
+struct Door {
     asio::io_context io{1};
-    asio::ip::tcp::acceptor acceptor = bind_to(io, parse_listen_address(options.listen, "--listen"), "--listen");
-    asio::signal_set stop(io, SIGINT, SIGTERM);
+    asio::ip::tcp::acceptor acceptor;
+    asio::signal_set stop;
+
+    explicit Door(const std::string& listen)
+        : acceptor(bind_to(io, parse_listen_address(listen, "--listen"), "--listen")), stop(io, SIGINT, SIGTERM) {}
+
+    /// Returns the address.
+    std::string open(const std::string& listen) {
+        asio::error_code error;
+        acceptor.listen(asio::socket_base::max_listen_connections, error);
+        if (error)
+            throw InputError(expected_found("--listen " + listen, "an address that is free", error.message()));
+        return url_of(acceptor.local_endpoint());
+    }
+};
+
+/// What the child leaves there goes with the rest, however it ends.
+cli::ScratchFolder& make_scratch(std::optional<cli::ScratchFolder>& scratch) {
+    scratch.emplace("serve");
+    setenv("TMPDIR", scratch->path().c_str(), 1);
+    return *scratch;
+}
+
+void run_recorded(const Options& options) {
+    Door door(options.listen);
     std::string file = options.source;
     std::optional<cli::ScratchFolder> scratch;
     if (std::filesystem::is_directory(options.source)) {
-        scratch.emplace("serve");
-        file = scratch->file("stream.mkv");
-        setenv("TMPDIR", scratch->path().c_str(), 1);  // the child's trials go with the rest, however it ends
+        file = make_scratch(scratch).file("stream.mkv");
         std::vector<std::string> arguments{options.source, "--out", file, "--progress", options.progress};
-        arguments.insert(arguments.end(), options.encode.begin(), options.encode.end());
-        if (!run_encode(io, stop, arguments))
-            return;
+        arguments.insert(arguments.end(), options.more.begin(), options.more.end());
+        if (!run_encode(door.io, door.stop, arguments))
+            return report(ServerFigures{}, options.json);
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
-    const Recording recording(file);
-    check_loop(recording, options);
-    asio::error_code error;
-    acceptor.listen(asio::socket_base::max_listen_connections, error);
-    if (error)
-        throw InputError(expected_found("--listen " + options.listen, "an address that is free", error.message()));
-    const std::string url = url_of(acceptor.local_endpoint());
-    Server server(std::move(acceptor), recording, options.server);
-    stop.async_wait([&](const asio::error_code& cancelled, int) {
+    Recording recording(file, options.loop);
+    const std::string url = door.open(options.listen);
+    Server server(std::move(door.acceptor), recording, options.server);
+    door.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
     });
     server.start();
     say_listening(url, options.json);
-    io.run();
+    door.io.run();
     report(server.figures(), options.json);
 }
 
+void run_live(const Options& options) {
+    if (options.loop)
+        throw InputError(expected_found("--loop: " + options.source, "a recorded stream", "a scene"));
+    Door door(options.listen);
+    std::signal(SIGPIPE, SIG_IGN);
+    std::optional<cli::ScratchFolder> scratch;
+    LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
+    settings.server = options.server;
+    const std::string url = door.open(options.listen);
+    report(
+        serve_live(door.io, door.stop, std::move(door.acceptor), settings, [&] { say_listening(url, options.json); }),
+        options.json);
+}
+
 std::function<void()> set_up(CLI::App& app, Options& options) {
-    app.add_option(
-           "SOURCE", options.source,
-           "A recorded stream (.mkv or .mp4 as encode writes them), or a render's folder, which is encoded first")
+    app.add_option("SOURCE", options.source,
+                   "A recorded stream (.mkv or .mp4 as encode writes them), a render's folder, which is encoded first, "
+                   "or a scene (.json, or .xml of Mitsuba), which is rendered while it is watched")
         ->required();
-    app.add_option("ENCODE_OPTIONS", options.encode,
-                   "After --: what equistream encode is told about the folder, --depth auto for example");
+    app.add_option("MORE", options.more,
+                   "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
+                   "render about the scene");
     app.add_option("--listen", options.listen,
                    "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
                    "free")
         ->required();
     app.add_option("--viewers", options.server.most_viewers, "At a time; more are refused")->capture_default_str();
-    app.add_option("--patience", options.server.viewer.patience_s,
-                   "Seconds after which a viewer that does not read is dropped")
+    app.add_option("--patience", options.server.patience_s,
+                   "Seconds after which a viewer that does not read, or stays as far behind, is dropped")
         ->capture_default_str();
-    app.add_flag("--loop", options.server.viewer.loop, "Each viewer gets the stream over and over (.mkv only)");
+    app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
     app.add_flag("--json", options.json, "The address, and a report at the end, as a line of JSON each");
     app.add_option("--progress", options.progress,
                    "auto: viewers' coming and going in words; json: as lines of JSON; none")
         ->capture_default_str();
-    return [&options] {
+    add_live_options(app, options.live);
+    return [&options, &app] {
         options.server.log = cli::parse_progress(options.progress);
-        run(options);
+        check(options);
+        if (is_scene(options.source))
+            return run_live(options);
+        require_live_options_unused(app, options.source);
+        run_recorded(options);
     };
 }
 
@@ -137,7 +190,8 @@ int main(int argc, char** argv) {
     equistream::serve::Options options;
     return equistream::cli::run_program(
         argc, argv,
-        {"serve", "Send a recorded stream to viewers over the network, in time",
-         "equistream serve sponza.mkv --listen tcp://:9000    # and: equistream view tcp://127.0.0.1:9000"},
+        {"serve", "Send a recorded stream to viewers over the network, in time, or a scene as it is rendered",
+         "equistream serve pavilion.json --listen tcp://:9000    # and: equistream view tcp://127.0.0.1:9000 --scene "
+         "pavilion.json"},
         [&](CLI::App& app) { return equistream::serve::set_up(app, options); });
 }

@@ -20,8 +20,8 @@ std::string peer_of(const asio::ip::tcp::socket& socket) {
 
 }  // namespace
 
-Server::Server(asio::ip::tcp::acceptor acceptor, const Recording& recording, const ServerSettings& settings)
-    : acceptor_(std::move(acceptor)), retry_(acceptor_.get_executor()), recording_(recording), settings_(settings) {}
+Server::Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings)
+    : acceptor_(std::move(acceptor)), retry_(acceptor_.get_executor()), programme_(programme), settings_(settings) {}
 
 void Server::accept() {
     acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
@@ -52,7 +52,7 @@ void Server::welcome(asio::ip::tcp::socket socket) {
         return;
     }
     const int number = ++figures_.viewers;
-    const auto viewer = std::make_shared<Viewer>(std::move(socket), recording_, settings_.viewer);
+    const auto viewer = std::make_shared<Viewer>(std::move(socket), programme_.open_feed(), settings_.patience_s);
     viewers_.emplace(number, viewer);
     log_event(settings_.log, {"came", number, address, 0, ""});
     viewer->start([this, number, address](const std::string& how, const std::string& detail) {
@@ -67,10 +67,21 @@ void Server::count_out(int number, const std::string& address, const std::string
     log_event(settings_.log, {how, number, address, viewer->bytes_sent(), detail});
 }
 
-void Server::stop() {
+/// Over a copy: who is woken may leave.
+void Server::wake() {
+    const auto all = viewers_;
+    for (const auto& [number, viewer] : all)
+        viewer->wake();
+}
+
+void Server::stop_accepting() {
     asio::error_code ignored;
     acceptor_.close(ignored);
     retry_.cancel();
+}
+
+void Server::stop() {
+    stop_accepting();
     for (const auto& [number, viewer] : viewers_) {
         figures_.bytes_sent += viewer->bytes_sent();
         viewer->stop();

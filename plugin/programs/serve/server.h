@@ -1,5 +1,6 @@
 #pragma once
 /// Lets viewers in, up to a limit, and keeps count. One thread: that of the io_context.
+#include "feed.h"
 #include "server_log.h"
 #include "viewer.h"
 
@@ -8,8 +9,8 @@
 namespace equistream::serve {
 
 struct ServerSettings {
-    ViewerSettings viewer;
     int most_viewers = 8;
+    double patience_s = 10;  ///< with one that does not read, or not fast enough
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
 };
 
@@ -22,10 +23,14 @@ struct ServerFigures {
 
 class Server {
 public:
-    /// `acceptor` listens; `recording` must outlive it.
-    Server(asio::ip::tcp::acceptor acceptor, const Recording& recording, const ServerSettings& settings);
+    /// `acceptor` listens; `programme` must outlive it.
+    Server(asio::ip::tcp::acceptor acceptor, Programme& programme, const ServerSettings& settings);
 
     void start() { accept(); }
+    /// There may be more to send to each.
+    void wake();
+    std::size_t viewers() const { return viewers_.size(); }
+    void stop_accepting();
     /// Closes everything, so that the io_context runs out of work.
     void stop();
     const ServerFigures& figures() const { return figures_; }
@@ -38,7 +43,7 @@ private:
 
     asio::ip::tcp::acceptor acceptor_;
     asio::steady_timer retry_;
-    const Recording& recording_;
+    Programme& programme_;
     ServerSettings settings_;
     ServerFigures figures_;
     std::map<int, std::shared_ptr<Viewer>> viewers_;

@@ -28,4 +28,13 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event) {
     std::fputs((line + "\n").c_str(), stderr);
 }
 
+void log_note(cli::ProgressStyle style, const std::string& text) {
+    if (style == cli::ProgressStyle::none)
+        return;
+    const std::string line = style == cli::ProgressStyle::json
+                                 ? nlohmann::json{{"event", "note"}, {"detail", text}}.dump()
+                                 : "equistream serve: " + text;
+    std::fputs((line + "\n").c_str(), stderr);
+}
+
 }  // namespace equistream::serve

@@ -17,5 +17,7 @@ struct ViewerEvent {
 
 /// In words, as JSON, or not at all, by the same option as progress.
 void log_event(cli::ProgressStyle style, const ViewerEvent& event);
+/// What else there is to tell.
+void log_note(cli::ProgressStyle style, const std::string& text);
 
 }  // namespace equistream::serve

@@ -6,7 +6,7 @@
 
 #include <netinet/tcp.h>
 
-#include <algorithm>
+#include <span>
 
 namespace equistream::serve {
 
@@ -17,35 +17,50 @@ using Clock = std::chrono::steady_clock;
 /// What a viewer may send; more waits in its own system.
 constexpr double received_bytes_per_second = 65536;
 
+/// Within the patience. Patience is counted in looks and not on the clock, which goes on where this process was halted
+/// itself.
+constexpr int looks = 4;
+
+/// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
+constexpr int most_unsent_bytes = 1 << 17;
+
 Clock::duration in_clock(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 }  // namespace
 
-Viewer::Viewer(asio::ip::tcp::socket socket, const Recording& recording, const ViewerSettings& settings)
-    : socket_(std::move(socket)), due_(socket_.get_executor()), patience_(socket_.get_executor()),
-      listening_(socket_.get_executor()), recording_(recording), settings_(settings) {}
+Viewer::Viewer(asio::ip::tcp::socket socket, std::unique_ptr<Feed> feed, double patience_s)
+    : socket_(std::move(socket)), due_(socket_.get_executor()), watch_(socket_.get_executor()),
+      listening_(socket_.get_executor()), feed_(std::move(feed)), patience_s_(patience_s) {}
 
 void Viewer::start(Gone gone) {
     gone_ = std::move(gone);
     asio::error_code ignored;
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
     // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour.
-    const auto patience_ms = unsigned(settings_.patience_s * 1000);
+    const auto patience_ms = unsigned(patience_s_ * 1000);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes, sizeof most_unsent_bytes);
     start_ = Clock::now();
     receive();
+    watch();
     send_due();
 }
 
 void Viewer::stop() {
     is_gone_ = true;
     due_.cancel();
-    patience_.cancel();
+    watch_.cancel();
     listening_.cancel();
     asio::error_code ignored;
     socket_.close(ignored);
+    feed_.reset();
+}
+
+void Viewer::wake() {
+    if (!sends_ && !has_all_ && !is_gone_)
+        send_due();
 }
 
 double Viewer::elapsed_s() const {
@@ -53,21 +68,19 @@ double Viewer::elapsed_s() const {
 }
 
 void Viewer::send_due() {
-    if (position_ == recording_.bytes()) {
-        if (!settings_.loop)
-            return finish();
-        position_ = 0;
-        round_start_s_ += recording_.duration_s();
+    const Portion portion = feed_->next(block_, elapsed_s());
+    if (!portion.problem.empty())
+        return leave("cannot be served further", portion.problem);
+    if (portion.ended)
+        return finish();
+    if (portion.bytes == 0) {
+        if (portion.again_s)
+            wait_for(*portion.again_s);
+        return;
     }
-    const std::int64_t due = recording_.due_at(elapsed_s() - round_start_s_);
-    if (due <= position_)
-        return wait_for(round_start_s_ + recording_.time_of(position_));
-    const auto wanted = std::min(std::size_t(due - position_), block_.size());
-    const std::size_t count = recording_.read(position_, std::span(block_).first(wanted));
-    if (count == 0)
-        return leave("cannot be served further", "the file has become shorter or cannot be read");
-    position_ += std::int64_t(count);
-    write(0, count);
+    block_due_s_ = portion.due_s;
+    sends_ = true;
+    write(0, portion.bytes);
 }
 
 void Viewer::wait_for(double time_s) {
@@ -79,29 +92,35 @@ void Viewer::wait_for(double time_s) {
 }
 
 void Viewer::write(std::size_t begin, std::size_t end) {
-    be_patient();
     socket_.async_write_some(asio::buffer(block_.data() + begin, end - begin),
                              [self = shared_from_this(), begin, end](const asio::error_code& error, std::size_t count) {
                                  if (self->is_gone_)
                                      return;
-                                 // Not only cancelled: a wait that is over already sees that it is not meant.
-                                 self->patience_.expires_at(Clock::time_point::max());
+                                 self->idle_looks_ = 0;
                                  self->bytes_sent_ += std::int64_t(count);
                                  if (error)
-                                     self->leave_with(error);
-                                 else if (begin + count < end)
-                                     self->write(begin + count, end);
-                                 else
-                                     self->send_due();
+                                     return self->leave_with(error);
+                                 if (begin + count < end)
+                                     return self->write(begin + count, end);
+                                 self->sends_ = false;
+                                 self->send_due();
                              });
 }
 
-void Viewer::be_patient() {
-    patience_.expires_after(in_clock(settings_.patience_s));
-    patience_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-        if (error || self->is_gone_ || self->patience_.expiry() > Clock::now())
+void Viewer::watch() {
+    watch_.expires_after(in_clock(patience_s_ / looks));
+    watch_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+        if (error || self->is_gone_)
             return;
-        self->drop();
+        const bool waits_for_it = self->sends_ || self->has_all_;
+        const bool late = self->sends_ && self->elapsed_s() - self->block_due_s_ > self->patience_s_;
+        self->idle_looks_ = waits_for_it ? self->idle_looks_ + 1 : 0;
+        self->late_looks_ = late ? self->late_looks_ + 1 : 0;
+        if (self->idle_looks_ > looks)
+            return self->drop_idle();
+        if (self->late_looks_ > looks)
+            return self->leave("dropped", formatted("stayed more than %g s behind", self->patience_s_));
+        self->watch();
     });
 }
 
@@ -118,6 +137,7 @@ void Viewer::receive() {
                                         self->leave("has all");
                                     return;
                                 }
+                                self->feed_->hear(std::span(self->received_).first(count));
                                 self->listening_.expires_after(in_clock(double(count) / received_bytes_per_second));
                                 self->listening_.async_wait([self](const asio::error_code& cancelled) {
                                     if (!cancelled && !self->is_gone_)
@@ -129,25 +149,25 @@ void Viewer::receive() {
 /// Closing while something the viewer sent is unread would take back what it has not read yet: it goes first.
 void Viewer::finish() {
     has_all_ = true;
+    idle_looks_ = 0;
     if (has_ended_)
         return leave("has all");
     asio::error_code ignored;
     socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
-    be_patient();
 }
 
 void Viewer::leave_with(const asio::error_code& error) {
     if (error == asio::error::timed_out)
-        drop();
+        drop_idle();
     else
         leave(has_all_ ? "has all" : "left");
 }
 
-void Viewer::drop() {
+void Viewer::drop_idle() {
     if (has_all_)
-        leave("dropped", formatted("did not hang up for %g s after the end", settings_.patience_s));
+        leave("dropped", formatted("did not hang up for %g s after the end", patience_s_));
     else
-        leave("dropped", formatted("did not read for %g s", settings_.patience_s));
+        leave("dropped", formatted("did not read for %g s", patience_s_));
 }
 
 void Viewer::leave(const std::string& how, const std::string& detail) {

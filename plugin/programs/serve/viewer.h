@@ -1,33 +1,30 @@
 #pragma once
-/// One viewer: a connection on which a recording is sent in time. Holds one block of it at most, reads what the viewer
-/// sends at a bounded rate and drops it, and gives up on a viewer that does not read.
-#include "recording.h"
+/// One viewer: a connection on which it is sent what its feed gives. Holds one block of it at most, reads what the
+/// viewer sends at a bounded rate, and gives up on a viewer that does not read, or not fast enough.
+#include "feed.h"
 
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
 namespace equistream::serve {
 
-struct ViewerSettings {
-    bool loop = false;
-    double patience_s = 10;
-};
-
 class Viewer : public std::enable_shared_from_this<Viewer> {
 public:
     /// How it went: "left", "has all", "dropped", ..., and details where there are some.
     using Gone = std::function<void(const std::string& how, const std::string& detail)>;
 
-    /// `recording` must outlive it.
-    Viewer(asio::ip::tcp::socket socket, const Recording& recording, const ViewerSettings& settings);
+    Viewer(asio::ip::tcp::socket socket, std::unique_ptr<Feed> feed, double patience_s);
 
     /// Sends from now on; `gone` is called once, when the connection has been closed.
     void start(Gone gone);
+    /// There may be more to send.
+    void wake();
     /// Closes the connection, and `gone` is not called any more.
     void stop();
     std::int64_t bytes_sent() const { return bytes_sent_; }
@@ -39,20 +36,21 @@ private:
     void write(std::size_t begin, std::size_t end);
     void receive();
     void finish();
-    void be_patient();
+    void watch();
     void leave(const std::string& how, const std::string& detail = "");
     void leave_with(const asio::error_code& error);
-    void drop();
+    void drop_idle();
 
     asio::ip::tcp::socket socket_;
-    asio::steady_timer due_, patience_, listening_;
-    const Recording& recording_;
-    ViewerSettings settings_;
+    asio::steady_timer due_, watch_, listening_;
+    std::unique_ptr<Feed> feed_;
+    double patience_s_;
     Gone gone_;
     std::chrono::steady_clock::time_point start_;
-    double round_start_s_ = 0;   // of this repetition
-    std::int64_t position_ = 0;  // in the recording
     std::int64_t bytes_sent_ = 0;
+    double block_due_s_ = 0;
+    int idle_looks_ = 0, late_looks_ = 0;  // in a row
+    bool sends_ = false;                   // a block is on its way
     bool is_gone_ = false;
     bool has_all_ = false;
     bool has_ended_ = false;  // the viewer's own sending

@@ -47,8 +47,8 @@ class ViewerProcess:
 
     def __init__(self, display, program, out, *words):
         self.display, self.out, self.pictures = display, pathlib.Path(out), 0
-        self.process = subprocess.Popen([str(word) for word in [program, "view", *words, "--out", out]], env=display.environment, stderr=subprocess.PIPE,
-                                        text=True)
+        self.process = subprocess.Popen([str(word) for word in [program, "view", *words, "--out", out]], env=display.environment,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.window = wait_for(self.find_window, "the viewer's window")
         # Without a window manager the keyboard is whose the pointer is over.
         display.tool("mousemove", 20, 20)
@@ -77,6 +77,16 @@ class ViewerProcess:
         wait_for(file.exists, file)
         return np.asarray(Image.open(file).convert("RGB")).astype(float)
 
+    def resting_picture(self):
+        """Once the head, which is foretold to go on for a moment, stays where it is."""
+        seen = [self.picture()]
+
+        def same_again():
+            seen.append(self.picture())
+            return seen[-1] if seen[-1].shape == seen[-2].shape and (seen[-1] == seen[-2]).all() else None
+
+        return wait_for(same_again, "a view that rests")
+
     def screen(self):
         """What is on the display."""
         width, height = (int(n) for n in self.display.tool("getdisplaygeometry"))
@@ -85,8 +95,8 @@ class ViewerProcess:
         return np.frombuffer(raw.stdout, np.uint8).reshape(height, width, 3).astype(float)
 
     def end(self):
-        """Exit status and what was said on stderr."""
-        _, said = self.process.communicate(timeout=PATIENCE_S)
+        """Exit status and what was said on stderr; what was printed is in `printed`."""
+        self.printed, said = self.process.communicate(timeout=PATIENCE_S)
         return self.process.returncode, said
 
     def close(self):

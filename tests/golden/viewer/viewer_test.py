@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -112,10 +113,39 @@ class Viewer(unittest.TestCase):
             self.display.tool("mousemove", x, 90)
         self.display.tool("mouseup", 1)
         # What the mouse held went with it: the view looks to the left now, and shows what was left of here farther right.
-        moved = wait_for(lambda: (lambda p: p if psnr(p, ahead) < 30 else None)(viewer.picture()), "a turned view")
+        wait_for(lambda: psnr(viewer.picture(), ahead) < 30, "a turned view")
+        moved = viewer.resting_picture()
         shifts = [psnr(moved[60:120, 130:190], ahead[60:120, 130 - s : 190 - s]) for s in range(-96, 97, 4)]
         # 80 pixels of 320 at 90 degrees; a view that turns stretches what leaves its middle.
         self.assertAlmostEqual(list(range(-96, 97, 4))[int(np.argmax(shifts))], 80, delta=12)
+
+    def report_of(self, viewer):
+        """Ends a viewer that was started with --json."""
+        viewer.press("Escape")
+        status, said = viewer.end()
+        self.assertEqual((status, said), (0, ""))
+        return json.loads(viewer.printed)
+
+    def test_what_stays_as_it_is_is_drawn_once(self):
+        viewer = self.by_geometry("--json")
+        time.sleep(2)
+        still = self.report_of(viewer)
+        self.assertEqual(still["frames"], 1)
+        # Drawn when it comes up, and again where the display asks for that; two seconds have a hundred refreshes.
+        self.assertLessEqual(still["refreshes"], 6)
+        viewer = self.view("--json", size="64x48")
+        viewer.hold("Left", 2)
+        turning = self.report_of(viewer)
+        self.assertEqual(turning["frames"], 1)
+        self.assertGreater(turning["refreshes"], still["refreshes"] + 2)
+        self.assertEqual(turning["decoder"], "software")  # there is no other here, and nobody complains
+
+    def test_frames_are_drawn_as_they_come_with_a_still_head(self):
+        viewer = self.by_geometry("--json", "--loop", "off", "--predict", "off", "--decode", "software", paused=False)
+        time.sleep(2)  # of a source of 0.8 s
+        report = self.report_of(viewer)
+        self.assertGreater(report["frames"], 0)
+        self.assertLessEqual(report["refreshes"], report["frames"] + 6)
 
     def test_a_moving_head_sees_parallax_by_depth_alone(self):
         viewer = self.by_geometry()
@@ -255,6 +285,8 @@ class Viewer(unittest.TestCase):
         self.assertIn("DISPLAY", self.refused({**here, "DISPLAY": ""}, self.stream))
         self.assertIn("OpenGL 4.5", self.refused({**here, "MESA_GL_VERSION_OVERRIDE": "3.3"}, self.stream))
         self.assertIn("--layout: expected left, right, sbs", self.refused(here, self.stream, "--layout", "upside-down"))
+        self.assertIn("--predict: expected auto, off or milliseconds", self.refused(here, self.stream, "--predict", "soon"))
+        self.assertIn("--decode: expected software, auto", self.refused(here, self.stream, "--decode", "hardware"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
         self.assertIn("a stream or a folder", self.refused(here))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}

@@ -117,6 +117,56 @@ TEST_F(StreamFeeds, TheLastFrameAloneCanBeAskedFor) {
     EXPECT_EQ(feed->truncation(), "");
 }
 
+TEST_F(StreamFeeds, JumpsBringWholeFrames) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts"}) {
+        const auto feed = open_feed(write(name, true).string());
+        EXPECT_FALSE(feed->is_live());
+        ASSERT_TRUE(feed->next());
+        for (const std::int64_t wanted : {11, 6, 13, 5, 9}) {
+            SCOPED_TRACE(std::string(name) + " to " + std::to_string(wanted));
+            ASSERT_TRUE(feed->seek(wanted));
+            std::int64_t expected = wanted;
+            while (const auto frame = feed->next()) {
+                EXPECT_EQ(frame->main.info.index, expected);
+                EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(expected), 3);
+                ASSERT_TRUE(frame->small);
+                EXPECT_EQ(frame->small->info.index, expected);
+                ++expected;
+            }
+            EXPECT_EQ(expected, first_index + frame_count);
+            EXPECT_EQ(feed->truncation(), "");
+        }
+        ASSERT_TRUE(feed->seek(first_index + frame_count));
+        EXPECT_FALSE(feed->next());
+    }
+}
+
+/// Frames of foreign video are numbered as they are shown, wherever one jumps to.
+TEST_F(StreamFeeds, JumpsInForeignVideoCountOn) {
+    const fs::path file = write("a.mkv", true);
+    disown(file, {TrackRole::main, TrackRole::small});
+    const auto feed = open_feed(file.string());
+    ASSERT_EQ(feed->next()->main.info.index, 0);
+    for (const std::int64_t wanted : {6, 2, 0, 8}) {
+        ASSERT_TRUE(feed->seek(wanted));
+        for (std::int64_t expected = wanted; expected < frame_count; ++expected) {
+            const auto frame = feed->next();
+            ASSERT_TRUE(frame) << wanted;
+            EXPECT_EQ(frame->main.info.index, expected);
+            EXPECT_NEAR(frame->main.info.time_s, double(expected) / 30, 1e-6);
+            EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(first_index + expected), 4);
+        }
+        EXPECT_FALSE(feed->next());
+        EXPECT_EQ(feed->truncation(), "");
+    }
+}
+
+TEST_F(StreamFeeds, NoJumpsWhileAThreadReadsAhead) {
+    const auto feed = open_feed(write("a.mkv", true).string(), {.frames_ahead = 2});
+    ASSERT_TRUE(feed->next());
+    EXPECT_FALSE(feed->seek(7));
+}
+
 TEST_F(StreamFeeds, MirrorsComeWithTheMainPictureWhereAskedFor) {
     const fs::path file = folder_ / "mirrors.mkv";
     StreamSettings settings;

@@ -109,6 +109,7 @@ TEST_F(Serving, ASignalEndsTheEncodingToo) {
     ASSERT_TRUE(comes_true([&] { return !fs::is_empty(folder / "tmp"); }));
     EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
     EXPECT_TRUE(fs::is_empty(folder / "tmp"));
+    EXPECT_EQ(server.output(), "viewers served 0, refused 0, dropped 0; 0 bytes sent\n");
 }
 
 TEST_F(Serving, BadUsageIsOneLine) {

@@ -104,12 +104,25 @@ TEST_F(Serving, GarbageIsReadSlowlyAndDropped) {
 
 TEST_F(Serving, WhoeverDoesNotReadIsDroppedAndOthersGoOn) {
     const std::string stream = record_large("a.mkv");
-    Server server(arguments("a.mkv", {"--patience", "0.3"}), place());
+    Server server(arguments("a.mkv", {"--patience", "2"}), place());
     Viewer idle(server.port(), 4096);
     Viewer reading(server.port());
     EXPECT_TRUE(reading.read() == stream) << reading.read().size();
-    EXPECT_TRUE(comes_true([&] { return server.lines_with("did not read for 0.3 s") == 1; })) << server.log();
+    EXPECT_TRUE(comes_true([&] { return server.lines_with("did not read for 2 s") == 1; })) << server.log();
     EXPECT_LT(idle.read().size(), stream.size());
+    EXPECT_EQ(server.end_by(SIGTERM), 0);
+    EXPECT_NE(server.output().find("dropped 1;"), std::string::npos) << server.output();
+}
+
+TEST_F(Serving, WhoeverReadsButStaysBehindIsDropped) {
+    const std::string stream = record_large("a.mkv");
+    Server server(arguments("a.mkv", {"--patience", "0.5"}), place());
+    Viewer slow(server.port(), 4096);
+    EXPECT_TRUE(comes_true([&] {
+        slow.read(slow.arrivals().empty() ? 100 : std::size_t(slow.arrivals().back().bytes) + 32768);
+        return server.lines_with("stayed more than 0.5 s behind") == 1;
+    })) << server.log();
+    EXPECT_LT(slow.read().size(), stream.size());
     EXPECT_EQ(server.end_by(SIGTERM), 0);
     EXPECT_NE(server.output().find("dropped 1;"), std::string::npos) << server.output();
 }

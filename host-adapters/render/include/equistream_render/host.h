@@ -29,6 +29,7 @@ struct StreamSettings {
     es_eye eye = ES_EYE_CENTRE;
     cli::Size size;
     std::string aovs;  ///< "none": colour alone is wanted
+    std::uint32_t spp = 64;
     es_layer layer = ES_LAYER_FIRST;
     /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
     std::optional<PatchAtlas> patches{};

@@ -34,6 +34,7 @@ struct RenderOptions {
     unsigned threads = 0;  ///< 0: one per processor
     std::string aovs = "all";
     bool overwrite = false, single_part = false, json = false;
+    bool follow = false;  ///< frames as standard input asks for them
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
 };
 

@@ -1,0 +1,103 @@
+#include "server_connection.h"
+
+#include <equistream/error.h>
+
+#include <asio/buffer.hpp>
+#include <asio/connect.hpp>
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+namespace equistream {
+
+namespace {
+
+using asio::ip::tcp;
+
+constexpr std::string_view scheme = "tcp://";
+constexpr std::chrono::milliseconds between_questions{50};
+
+}  // namespace
+
+bool is_server_address(const std::string& source) {
+    const auto colon = source.rfind(':');
+    return source.starts_with(scheme) && colon > scheme.size() && colon + 1 < source.size() &&
+           std::all_of(source.begin() + std::ptrdiff_t(colon) + 1, source.end(),
+                       [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+ServerConnection::ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted)
+    : poses_(poses), interrupted_(std::move(interrupted)) {
+    const auto colon = address.rfind(':');
+    std::string host = address.substr(scheme.size(), colon - scheme.size());
+    if (host.starts_with('[') && host.ends_with(']'))
+        host = host.substr(1, host.size() - 2);
+    asio::error_code problem;
+    tcp::resolver resolver(io_);
+    const auto found = resolver.resolve(host, address.substr(colon + 1), problem);
+    if (!problem) {
+        bool done = false;
+        asio::async_connect(socket_, found, [&](const asio::error_code& error, const tcp::endpoint&) {
+            problem = error;
+            done = true;
+        });
+        wait_until(done);
+    }
+    if (problem)
+        throw InputError(expected_found(address, "a server", problem.message()));
+    asio::error_code ignored;
+    socket_.set_option(tcp::no_delay(true), ignored);
+    poses_.use([this](std::span<const std::uint8_t> bytes) { return send(bytes); });
+}
+
+ServerConnection::~ServerConnection() {
+    poses_.use(nullptr);
+}
+
+/// False: interrupted, and what was waited for has been given up.
+bool ServerConnection::wait_until(const bool& done) {
+    while (!done) {
+        io_.restart();
+        io_.run_for(between_questions);
+        if (!done && interrupted_ && interrupted_()) {
+            asio::error_code ignored;
+            socket_.close(ignored);
+            io_.restart();
+            io_.run();
+            return false;
+        }
+    }
+    return true;
+}
+
+std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
+    bool done = false;
+    std::size_t got = 0;
+    socket_.async_read_some(asio::buffer(bytes.data(), bytes.size()),
+                            [&](const asio::error_code& error, std::size_t count) {
+                                got = error ? 0 : count;
+                                done = true;
+                            });
+    wait_until(done);
+    return got;
+}
+
+/// Directly, beside a read that waits in another thread: a message is small, and one that finds no room is lost.
+bool ServerConnection::send(std::span<const std::uint8_t> bytes) {
+    const auto send_some = [this](std::span<const std::uint8_t> some) {
+        const ssize_t count = ::send(socket_.native_handle(), some.data(), some.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+        return std::size_t(std::max<ssize_t>(count, 0));
+    };
+    unsent_.erase(unsent_.begin(), unsent_.begin() + std::ptrdiff_t(send_some(unsent_)));
+    if (!unsent_.empty())
+        return false;
+    const std::size_t count = send_some(bytes);
+    if (count > 0)
+        unsent_.assign(bytes.begin() + std::ptrdiff_t(count), bytes.end());
+    return count > 0;
+}
+
+}  // namespace equistream

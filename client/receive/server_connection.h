@@ -1,0 +1,43 @@
+#pragma once
+/// A connection to a server, on which a stream comes and poses go.
+#include <equistream_client/pose_sender.h>
+
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace equistream {
+
+/// tcp://HOST:PORT and nothing behind it.
+bool is_server_address(const std::string& source);
+
+/// One thread, but for what `poses` sends.
+class ServerConnection {
+public:
+    /// Connects; `poses` sends there until it is closed. `interrupted` (may be empty) is asked while there is nothing
+    /// to do but wait. Throws InputError where nobody answers.
+    ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted);
+    ~ServerConnection();
+    ServerConnection(const ServerConnection&) = delete;
+    ServerConnection& operator=(const ServerConnection&) = delete;
+
+    /// As StreamReadOptions::read.
+    std::size_t read(std::span<std::uint8_t> bytes);
+
+private:
+    bool wait_until(const bool& done);
+    bool send(std::span<const std::uint8_t> bytes);
+
+    PoseSender& poses_;
+    std::function<bool()> interrupted_;
+    asio::io_context io_{1};
+    asio::ip::tcp::socket socket_{io_};
+    std::vector<std::uint8_t> unsent_;  // the rest of a message of which some has gone; used by whoever sends
+};
+
+}  // namespace equistream

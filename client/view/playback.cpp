@@ -1,0 +1,161 @@
+#include "playback.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+/// After a pause of the whole program (a debugger, a closed lid) a recorded source goes on from where it was.
+constexpr double longest_step_s = 0.25;
+
+/// Clocks and frame times are sums of doubles.
+constexpr double same_time_s = 1e-6;
+
+/// Nothing of a recorded source comes late.
+constexpr MediaClockOptions recorded_options{.start_delay_s = 0, .start_frames = 1};
+
+}  // namespace
+
+Playback::Playback(FrameLoader& loader, bool paused) : loader_(loader), paused_(paused) {
+    time_s_ = loader.first().time_s;
+}
+
+double Playback::interval_s() const {
+    return 1 / std::max(1.0, loader_.first().frames_per_second);
+}
+
+double Playback::overdue_s() const {
+    const bool is_late = is_live() && (state_ == ClockState::late || state_ == ClockState::stalled);
+    return is_late ? std::max(0.0, *now_s_ - newest_arrival_s_ - clock_.frame_interval_s()) : 0;
+}
+
+void Playback::play() {
+    if (over_ && is_live()) {
+        loader_.seek(loader_.first().index);
+        forget_reel();
+    } else if (over_) {
+        seek(loader_.first().time_s);
+    }
+    paused_ = false;
+}
+
+void Playback::seek(double time_s) {
+    const FrameInfo& first = loader_.first();
+    time_s_ = std::max(time_s, first.time_s);
+    loader_.seek(first.index + std::int64_t(std::llround((time_s_ - first.time_s) * first.frames_per_second)));
+    forget_reel();
+}
+
+void Playback::forget_reel() {
+    reel_ = nullptr;
+    waiting_.clear();
+    clock_ = MediaClock(is_live() ? MediaClockOptions{} : recorded_options);
+    clock_runs_ = over_ = false;
+    stepping_ = true;
+    shown_number_ = -1;
+}
+
+void Playback::take_arrivals() {
+    while (const std::optional<FrameStamp> stamp = reel_->next_arrival()) {
+        newest_s_ = clock_runs_ ? std::max(newest_s_, stamp->frame_time_s) : stamp->frame_time_s;
+        newest_arrival_s_ = stamp->arrival_s;
+        if (is_live()) {
+            clock_.arrived(stamp->frame_time_s, stamp->arrival_s);
+            clock_runs_ = true;
+            continue;
+        }
+        waiting_.push_back(*stamp);
+        if (clock_runs_)
+            clock_.arrived(stamp->frame_time_s, stamp->frame_time_s + due_s_);
+    }
+}
+
+Playback::Moment Playback::refresh(double now_s) {
+    const double elapsed_s = std::clamp(now_s - now_s_.value_or(now_s), 0.0, longest_step_s);
+    now_s_ = now_s;
+    // Asked before arrivals are: of what has ended, all have come.
+    LoaderState loaded = loader_.state();
+    attempts_ = loaded.attempts;
+    if (loaded.reel != reel_) {
+        forget_reel();
+        reel_ = std::move(loaded.reel);
+    }
+    take_arrivals();
+    if (!is_moving())
+        return {};
+    if (loaded.failed && waiting_.empty()) {
+        paused_ = true;
+        stepping_ = false;
+        loader_.rethrow();
+    }
+    return is_live() ? refresh_live(loaded.ended) : refresh_recorded(loaded.ended, elapsed_s);
+}
+
+Playback::Moment Playback::refresh_live(bool ended) {
+    if (ended)
+        clock_.end();
+    const std::optional<MediaTime> time = clock_.at(*now_s_);
+    if (!time)
+        return {};
+    state_ = time->state;
+    Moment moment = show(time->frame_time_s);
+    stepping_ = false;
+    if (state_ == ClockState::ended && !over_)
+        moment.is_over = over_ = true;
+    return moment;
+}
+
+/// The clock starts with the next frame that waits.
+void Playback::begin_at_next() {
+    clock_ = MediaClock(recorded_options);
+    due_s_ = base_s_ - recorded_options.min_delay_s - waiting_.front().frame_time_s;
+    for (const FrameStamp& stamp : waiting_)
+        clock_.arrived(stamp.frame_time_s, stamp.frame_time_s + due_s_);
+    clock_runs_ = true;
+    stepping_ = false;
+}
+
+Playback::Moment Playback::refresh_recorded(bool ended, double elapsed_s) {
+    if (stepping_ && waiting_.empty())
+        return ended ? finish() : Moment{};
+    if (stepping_) {
+        begin_at_next();
+    } else {
+        const double room_s = ended ? std::numeric_limits<double>::infinity() : newest_s_ + interval_s() - time_s_;
+        base_s_ += std::min(elapsed_s, std::max(0.0, room_s));
+    }
+    const MediaTime time = *clock_.at(base_s_);
+    state_ = time.state;
+    Moment moment = show(time.frame_time_s);
+    if (!moment.frame && ended && waiting_.empty() && time_s_ >= shown_s_ + interval_s() - same_time_s)
+        return finish();
+    return moment;
+}
+
+Playback::Moment Playback::finish() {
+    stepping_ = false;
+    return {nullptr, !std::exchange(over_, true)};
+}
+
+Playback::Moment Playback::show(double frame_time_s) {
+    time_s_ = frame_time_s;
+    const auto frames = reel_->show(frame_time_s);
+    if (frames.empty() || frames[0].stamp().number == shown_number_)
+        return {};
+    shown_number_ = frames[0].stamp().number;
+    shown_s_ = frames[0].stamp().frame_time_s;
+    const auto passed = std::erase_if(waiting_, [&](const FrameStamp& stamp) { return stamp.number <= shown_number_; });
+    loader_.passed(*reel_, passed);
+    // Taken out of the ring: nobody else keeps a frame that is no longer shown.
+    LoadedFrame loaded = std::exchange(frames[0].payload(), {});
+    assert(loaded.frame != nullptr);
+    fraction_done_ = loaded.fraction_done;
+    return {std::move(loaded.frame), false};
+}
+
+}  // namespace equistream

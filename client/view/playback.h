@@ -1,0 +1,81 @@
+#pragma once
+/// Which frame a viewer shows when: from the ring that a FrameLoader fills, by a MediaClock. No wall clock: callers say
+/// what time it is, on FrameLoader::now_s(). One thread.
+///
+/// A live source is shown behind the play-out delay that the clock chooses, with all that the clock does while frames
+/// are late, do not come, or come again; pausing stops the picture and not the stream, and who plays on is where the
+/// stream is by then. Frames of a recorded source are handed to the same clock as if each had come exactly when it was
+/// due, on a time that stands still while it is paused and while reading does not keep up, so that nothing is rushed
+/// after that.
+#include "frame_loader.h"
+
+#include <equistream_client/media_clock.h>
+
+#include <optional>
+#include <vector>
+
+namespace equistream {
+
+class Playback {
+public:
+    struct Moment {
+        SharedFrame frame;     ///< to be shown from now on; null: the one before stays
+        bool is_over = false;  ///< the last frame was shown for its time, or there is none; once
+    };
+
+    /// A paused one shows the first frame.
+    explicit Playback(FrameLoader& loader, bool paused = false);
+
+    /// At a refresh; these ascend. The first has the first frame. Once all that could be read was shown, throws what
+    /// reading the next threw, and is paused.
+    Moment refresh(double now_s);
+
+    void pause() { paused_ = true; }
+    /// From the beginning where it is over; a server is asked anew.
+    void play();
+    bool is_paused() const { return paused_; }
+    /// Recorded sources: the next frame is shown as soon as it is there, paused or not.
+    void step() { stepping_ = true; }
+    /// Recorded sources: from the first frame at `time_s` on.
+    void seek(double time_s);
+
+    bool is_live() const { return loader_.is_live(); }
+    double time_s() const { return time_s_; }  ///< of the source
+    double fraction_done() const { return fraction_done_; }
+    ClockState state() const { return state_; }
+    /// Of a live source: for how long the next frame has been overdue; 0: it is not.
+    double overdue_s() const;
+    /// To reach a server that was lost; 0: it is there.
+    int attempts() const { return attempts_; }
+    double playout_delay_s() const { return clock_.playout_delay_s(); }
+    /// Whether a later refresh may have something new although nothing is done here.
+    bool is_moving() const { return !paused_ || stepping_; }
+
+private:
+    void take_arrivals();
+    void begin_at_next();
+    Moment refresh_live(bool ended);
+    Moment refresh_recorded(bool ended, double elapsed_s);
+    Moment show(double frame_time_s);
+    Moment finish();
+    void forget_reel();
+    double interval_s() const;
+
+    FrameLoader& loader_;
+    std::shared_ptr<FrameReel> reel_;
+    MediaClock clock_;
+    bool paused_, stepping_ = true, over_ = false;
+    bool clock_runs_ = false;  ///< a frame of this reel has come
+    std::optional<double> now_s_;
+    double base_s_ = 0;                ///< of a recorded source: what the clock is told; stands still at times
+    double due_s_ = 0;                 ///< on base_s_: frames are due so long after their own time
+    std::vector<FrameStamp> waiting_;  ///< of a recorded source: came, and not passed
+    std::int64_t shown_number_ = -1;
+    double shown_s_ = 0, newest_s_ = 0;  ///< frame times
+    double newest_arrival_s_ = 0;
+    double time_s_ = 0, fraction_done_ = 0;
+    ClockState state_ = ClockState::starting;
+    int attempts_ = 0;
+};
+
+}  // namespace equistream

@@ -1,0 +1,270 @@
+#include "presenter.h"
+
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream_client/engine.h>
+#include <equistream_client/received_view.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+constexpr double zoom_step = 1.1, least_fov_deg = 10, most_fov_deg = 150;
+/// Without anything to show; what happens meanwhile ends it.
+constexpr double longest_idle_s = 0.5;
+/// A refresh that took longer made something for the first time.
+constexpr double longest_latency_s = 0.25;
+/// Of a display's interval: swaps of one that waits for its refreshes keep the pace by themselves, of others this does.
+constexpr double least_interval = 0.9;
+
+}  // namespace
+
+Presenter::Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box,
+                     Window& window)
+    : settings_(settings), loader_(loader), poses_(poses), box_(box), window_(window),
+      playback_(loader, settings.paused),
+      renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first())),
+      recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
+    advance(now_s_);
+}
+
+Presenter::~Presenter() = default;
+
+bool Presenter::is_over() const {
+    return quit_ || inputs_.is_closed || (settings_.seconds > 0 && now_s_ - began_s_ >= settings_.seconds);
+}
+
+void Presenter::run() {
+    while (!is_over()) {
+        const bool drew = refresh();
+        rest(drew);
+    }
+}
+
+/// Whether there was anything to draw.
+bool Presenter::refresh() {
+    now_s_ = loader_.now_s();
+    box_.take(inputs_);
+    for (const Action action : inputs_.pressed)
+        act(action);
+    steer(now_s_);
+    if (inputs_.window.width == 0 || inputs_.window.height == 0)
+        return false;  // minimised: nobody sees anything
+    times_.start(settings_.times);
+    const bool is_new = advance(now_s_);
+    lead();
+    seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
+    recorder_.add_head(playback_.time_s(), head());
+    StatusLine status = this->status();
+    if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() &&
+        same_pose(seen_head_, drawn_head_) && status == drawn_status_)
+        return false;
+    draw(status);
+    drawn_head_ = seen_head_;
+    drawn_status_ = std::move(status);
+    return true;
+}
+
+void Presenter::draw(const StatusLine& status) {
+    look(inputs_.window);
+    const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
+    if (settings_.times) {
+        panels_.add(times_.row(), 1e3 * since_last_s);
+        report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
+        for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
+            (*report_.stages_ms)[stage] += times_.row()[stage];
+    }
+    keep_what_is_asked_for();
+    panels_.draw(status, inputs_.window, settings_.help, settings_.times);
+    window_.show();
+    ++report_.refreshes;
+    if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
+        latency_.measured(latency_s);
+}
+
+/// Until the next refresh may have something to draw.
+void Presenter::rest(bool drew) {
+    if (!drew && !playback_.is_moving() && motion_.is_resting()) {
+        box_.wait(longest_idle_s);
+        return;
+    }
+    const double left_s = least_interval / window_.refresh_hz() - (loader_.now_s() - now_s_);
+    if (left_s > 0)
+        std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+}
+
+void Presenter::steer(double now_s) {
+    // What the mouse holds in the middle of a picture stays under it.
+    const double eye_px = std::max(1, gl::eye_size(settings_.layout, inputs_.window).width);
+    const double rad_per_px = 2 * std::tan(settings_.fov_deg * pi / 360) / eye_px;
+    for (const InputSample& sample : inputs_.samples) {
+        steering_.drag_yaw_rad = sample.drag_x * rad_per_px;
+        steering_.drag_pitch_rad = sample.drag_y * rad_per_px;
+        motion_.steer(steering_, sample.time_s);
+        steering_ = {.held = sample.held,
+                     .turn_x = sample.sticks.turn_x,
+                     .turn_y = sample.sticks.turn_y,
+                     .move_x = sample.sticks.move_x,
+                     .move_y = sample.sticks.move_y,
+                     .move_z = sample.sticks.move_z};
+    }
+    motion_.steer(steering_, now_s);
+    settings_.fov_deg =
+        std::clamp(settings_.fov_deg * std::pow(zoom_step, -inputs_.scroll), least_fov_deg, most_fov_deg);
+    if (inputs_.click_x >= 0 && split_ < 1)
+        split_ = float(std::clamp(inputs_.click_x, 0.0, 0.999));
+}
+
+/// Whether another frame is shown.
+bool Presenter::advance(double now_s) {
+    bool is_new = false;
+    try {
+        const Playback::Moment moment = playback_.refresh(now_s);
+        if (moment.frame) {
+            followed_.show(moment.frame->main.info.head);
+            renderer_.show(moment.frame, times_);
+            ++report_.frames;
+            is_new = true;
+        }
+        if (moment.is_over)
+            end();
+    } catch (const std::exception& error) {
+        // What was shown last stays.
+        tell(error.what());
+        playback_.pause();
+    }
+    log_connection();
+    return is_new;
+}
+
+void Presenter::end() {
+    if (!loader_.truncation().empty())
+        tell(loader_.truncation());
+    if (settings_.loop && !playback_.is_paused() && !playback_.is_live())
+        playback_.seek(loader_.first().time_s);
+    else
+        playback_.pause();
+}
+
+/// One line when a server is lost, and one when it is there again.
+void Presenter::log_connection() {
+    const bool is_lost = playback_.attempts() > 0;
+    if (is_lost != std::exchange(was_lost_, is_lost))
+        std::fprintf(stderr, "%s: %s\n", settings_.source.c_str(),
+                     is_lost ? "the connection was lost; trying again" : "connected again");
+}
+
+void Presenter::keep_what_is_asked_for() {
+    try {
+        if (std::exchange(picture_wanted_, false))
+            tell(recorder_.keep_picture(read_back().view()));
+        if (recorder_.records_view())
+            recorder_.add_view(read_back().view());
+    } catch (const std::exception& error) {
+        tell(error.what());
+    }
+}
+
+/// A head that only turns leaves the server its own path: a sphere has all directions.
+void Presenter::lead() {
+    const bool has_moved = motion_.navigator().offset_m() != glm::dvec3(0);
+    if ((has_moved || followed_.is_followed()) && poses_.send({frame().main.info.time_s, head()}))
+        followed_.sent(head());
+}
+
+Pose Presenter::head() const {
+    return composed(followed_.around(), motion_.head());
+}
+
+Pose Presenter::foretold_head() const {
+    return composed(followed_.around(), seen_head_);
+}
+
+double Presenter::beyond_head_box() const {
+    const FrameInfo& info = frame().main.info;
+    if (!frame().posed)
+        return 0;
+    double farthest_m = 0;
+    for (const Eye eye : {Eye::left, Eye::right})
+        farthest_m =
+            std::max(farthest_m, glm::distance(eye_position(foretold_head(), eye, settings_.ipd_m.value_or(info.ipd_m)),
+                                               info.camera_pose.position_m));
+    return head_box_fading(farthest_m, head_box_radius(info) + 1e-6);
+}
+
+void Presenter::draw_eyes(gl::Size window, bool splits) {
+    const FrameInfo& info = frame().main.info;
+    const gl::Size size = gl::eye_size(settings_.layout, window);
+    const PerspectiveCamera camera{size.width, size.height, settings_.fov_deg * pi / 180};
+    const double ipd_m = settings_.ipd_m.value_or(info.ipd_m);
+    const Pose head = foretold_head();
+    std::array<EyeView, gl::most_eyes> eyes;
+    const int count = gl::eyes_of(settings_.layout);
+    for (int i = 0; i < count; ++i) {
+        const bool right = count == 1 ? settings_.layout == gl::DisplayLayout::right : i == 1;
+        eyes[std::size_t(i)] = {camera, {eye_position(head, right ? Eye::right : Eye::left, ipd_m), head.orientation}};
+    }
+    renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
+    const gl::RefreshOptions options{.surface = settings_.surface,
+                                     .fill = settings_.fill,
+                                     .reliability = settings_.overlay == gl::Overlay::reliability};
+    renderer_.draw(options, targets_, times_);
+    if (splits)
+        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
+}
+
+void Presenter::look(gl::Size window) {
+    const bool splits = split_ < 1 && renderer_.has_depth();
+    if (settings_.layout != gl::DisplayLayout::sphere)
+        draw_eyes(window, splits);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    display_.draw({.eyes = &targets_,
+                   .other = splits ? &other_targets_ : nullptr,
+                   .depth = renderer_.depth(),
+                   .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
+                   .source = &renderer_.source()},
+                  {.layout = settings_.layout,
+                   .anaglyph = settings_.anaglyph,
+                   .overlay = settings_.overlay,
+                   .fading = float(beyond_head_box()),
+                   .split = split_},
+                  window);
+    times_.mark(gl::RenderStage::display);
+}
+
+ByteImage Presenter::read_back() const {
+    const gl::Size size = inputs_.window;
+    ByteImage rows_up(size.width, size.height, 3), picture(size.width, size.height, 3);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glReadBuffer(GL_BACK);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, size.width, size.height, GL_RGB, GL_UNSIGNED_BYTE, rows_up.samples().data());
+    for (int y = 0; y < size.height; ++y)
+        std::copy_n(rows_up.pixel(0, size.height - 1 - y), std::size_t(3) * std::size_t(size.width),
+                    picture.pixel(0, y));
+    return picture;
+}
+
+ViewerReport Presenter::report() const {
+    ViewerReport report = report_;
+    report.seconds = now_s_ - began_s_;
+    report.latency_s = latency_.seconds();
+    if (playback_.is_live())
+        report.playout_delay_s = playback_.playout_delay_s();
+    report.decoder = frame().main.decoder;
+    if (report.stages_ms)
+        for (double& stage_ms : *report.stages_ms)
+            stage_ms /= double(std::max<std::int64_t>(1, report.refreshes));
+    return report;
+}
+
+}  // namespace equistream

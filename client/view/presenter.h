@@ -1,0 +1,86 @@
+#pragma once
+/// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
+/// the displaying thread. Nothing is drawn that would look the same.
+#include "followed_head.h"
+#include "frame_loader.h"
+#include "gl/display.h"
+#include "gl/eye_renderer.h"
+#include "head_motion.h"
+#include "input_box.h"
+#include "panels.h"
+#include "playback.h"
+#include "recorder.h"
+#include "viewer_settings.h"
+#include "window.h"
+
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+class Presenter {
+public:
+    /// In the window's context, which is current wherever this is called; all else outlives it.
+    Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box, Window& window);
+    ~Presenter();
+    Presenter(const Presenter&) = delete;
+    Presenter& operator=(const Presenter&) = delete;
+
+    /// Until the window is closed, or it was told to end.
+    void run();
+    ViewerReport report() const;
+
+private:
+    bool refresh();
+    void rest(bool drew);
+    void steer(double now_s);
+    bool advance(double now_s);
+    void lead();
+    void end();
+    void log_connection();
+    void draw(const StatusLine& status);
+    void look(gl::Size window);
+    void draw_eyes(gl::Size window, bool splits);
+    void act(Action action);
+    void seek(double time_s);
+    const ReceivedFrame& frame() const { return renderer_.frame(); }
+    Pose head() const;               ///< in the world, where it is now
+    Pose foretold_head() const;      ///< in the world, where it is foretold to be
+    double beyond_head_box() const;  ///< fading, 0 to 1
+    std::string lateness() const;
+    StatusLine status() const;
+    void tell(std::string message);
+    void keep_what_is_asked_for();
+    ByteImage read_back() const;
+    bool is_over() const;
+
+    ViewerSettings settings_;
+    FrameLoader& loader_;
+    PoseSender& poses_;
+    InputBox& box_;
+    Window& window_;
+    TakenInputs inputs_;
+    Playback playback_;
+    gl::EyeRenderer renderer_;
+    gl::Display display_;
+    Panels panels_;
+    gl::EyeTargets targets_, other_targets_;
+    Recorder recorder_;
+    gl::StageTimes times_;
+    Steering steering_;  ///< as it was told last
+    HeadMotion motion_;
+    FollowedHead followed_;
+    DisplayLatency latency_;
+    Pose seen_head_;   ///< in the axes of what it is moved around, foretold
+    Pose drawn_head_;  ///< these two as they were drawn last
+    StatusLine drawn_status_;
+    double began_s_, now_s_, drawn_s_ = 0;  ///< on the loader's clock
+    bool was_lost_ = false;
+    float split_ = 1;
+    bool quit_ = false, picture_wanted_ = false;
+    std::string message_;  ///< what was written last
+    double message_until_s_ = 0;
+    ViewerReport report_;
+};
+
+}  // namespace equistream

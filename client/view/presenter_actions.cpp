@@ -1,0 +1,170 @@
+#include "presenter.h"
+
+#include <equistream/formatted.h>
+#include <equistream_client/received_view.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+constexpr double message_s = 4, second_s = 1;
+constexpr float split_step = 0.05f;
+/// What is less late shows itself by nothing but pictures that come late.
+constexpr double longest_unsaid_s = 0.5;
+
+template <typename Enum, std::size_t n>
+Enum after(Enum value, const std::array<std::string_view, n>&) {
+    return Enum((std::size_t(value) + 1) % n);
+}
+
+}  // namespace
+
+void Presenter::tell(std::string message) {
+    message_ = std::move(message);
+    message_until_s_ = now_s_ + message_s;
+}
+
+void Presenter::seek(double time_s) {
+    if (playback_.is_live())
+        tell("there are no jumps in time in what comes live");
+    else
+        playback_.seek(time_s);
+}
+
+void Presenter::act(Action action) {
+    const FrameInfo& info = frame().main.info;
+    const double interval_s = 1 / std::max(1.0, info.frames_per_second);
+    try {
+        switch (action) {
+        case Action::centre:
+            motion_.centre();
+            break;
+        case Action::play_pause:
+            if (playback_.is_paused())
+                playback_.play();
+            else
+                playback_.pause();
+            break;
+        case Action::frame_back:
+            playback_.pause();
+            seek(info.time_s - interval_s);
+            break;
+        case Action::frame_on:
+            playback_.pause();
+            playback_.step();
+            break;
+        case Action::second_back:
+            seek(info.time_s - second_s);
+            break;
+        case Action::second_on:
+            seek(info.time_s + second_s);
+            break;
+        case Action::to_start:
+            seek(0);
+            break;
+        case Action::loop:
+            settings_.loop = !settings_.loop;
+            tell(settings_.loop ? "starts again at the end" : "stays at the end");
+            break;
+        case Action::next_layout:
+            settings_.layout = after(settings_.layout, gl::display_layout_names);
+            break;
+        case Action::next_anaglyph: {
+            const auto kinds = anaglyphs();
+            const auto at = std::size_t(settings_.anaglyph - kinds.data());
+            settings_.anaglyph = &kinds[(at + 1) % kinds.size()];
+            tell("anaglyph: " + std::string(settings_.anaglyph->name));
+            break;
+        }
+        case Action::next_overlay:
+            settings_.overlay = after(settings_.overlay, gl::overlay_names);
+            break;
+        case Action::next_method:
+            settings_.surface = !settings_.surface;
+            break;
+        case Action::fill:
+            settings_.fill = !settings_.fill;
+            break;
+        case Action::split:
+            split_ = split_ < 1 ? 1.0f : 0.5f;
+            break;
+        case Action::split_left:
+            split_ = std::max(0.0f, split_ - split_step);
+            break;
+        case Action::split_right:
+            split_ = std::min(0.999f, split_ + split_step);
+            break;
+        case Action::picture:
+            picture_wanted_ = true;
+            break;
+        case Action::record_view:
+            tell(recorder_.start_or_stop_view());
+            break;
+        case Action::record_head:
+            tell(recorder_.start_or_stop_head());
+            break;
+        case Action::times:
+            settings_.times = !settings_.times;
+            break;
+        case Action::help:
+            settings_.help = !settings_.help;
+            break;
+        case Action::fullscreen:
+            box_.ask_for_fullscreen_toggle();
+            window_.wake();
+            break;
+        case Action::quit:
+            quit_ = true;
+            break;
+        default:
+            break;  // held: steer's
+        }
+    } catch (const std::exception& error) {
+        tell(error.what());
+    }
+}
+
+/// What is to be said of a server that is late; empty: it is not.
+std::string Presenter::lateness() const {
+    if (playback_.attempts() > 0)
+        return formatted("the connection was lost: trying again (%d)", playback_.attempts());
+    if (const double overdue_s = playback_.overdue_s(); overdue_s > longest_unsaid_s)
+        return formatted("waiting for the server since %.0f s", overdue_s);
+    return "";
+}
+
+StatusLine Presenter::status() const {
+    const FrameInfo& info = frame().main.info;
+    const glm::dvec3 offset = 100.0 * motion_.navigator().offset_m();
+    StatusLine line;
+    const std::string_view layout = gl::display_layout_names[std::size_t(settings_.layout)];
+    const std::string_view overlay = gl::overlay_names[std::size_t(settings_.overlay)];
+    line.text = formatted(
+        "%s frame %lld  %.2f s%s  |  yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm  |  %.*s, %s%s%s%.*s  |  h: keys",
+        playback_.is_paused() ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
+        followed_.is_followed() ? ", the server follows" : "", motion_.navigator().yaw_rad() * 180 / pi,
+        motion_.navigator().pitch_rad() * 180 / pi, offset.x, offset.y, offset.z, int(layout.size()), layout.data(),
+        settings_.surface && renderer_.has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
+        settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
+        settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
+    line.fraction_done = playback_.fraction_done();
+    if (const std::string late = lateness(); !late.empty())
+        line.warning = late;
+    else if (now_s_ < message_until_s_)
+        line.warning = message_;
+    else if (const double fading = beyond_head_box(); fading > 0)
+        line.warning = formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
+                                 100 * head_box_radius(info));
+    else if (!frame().posed)
+        line.warning = "ordinary video: rotation only";
+    else if (!renderer_.has_geometry())
+        line.warning = "no --scene or --model: rotation only";
+    return line;
+}
+
+}  // namespace equistream

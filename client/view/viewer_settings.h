@@ -1,0 +1,42 @@
+#pragma once
+/// What a viewer is asked for, and what it says of itself in the end.
+#include "gl/display.h"
+#include "gl/stage_times.h"
+
+#include <equistream_scene/scene.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+struct ViewerSettings {
+    std::string source;                     ///< file, URL or folder
+    std::optional<SceneDescription> scene;  ///< whose geometry gives depth
+    gl::Size size{1280, 720};
+    double fov_deg = 90;
+    std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
+    bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
+    bool hardware = true;  ///< decode by it where there is some
+    gl::DisplayLayout layout = gl::DisplayLayout::left;
+    gl::Overlay overlay = gl::Overlay::none;
+    const Anaglyph* anaglyph = &anaglyphs().front();
+    std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
+    std::filesystem::path out = ".";  ///< of pictures and recordings
+    double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
+};
+
+struct ViewerReport {
+    double seconds = 0;
+    std::int64_t refreshes = 0;  ///< that were drawn: a still picture is drawn once
+    std::int64_t frames = 0;     ///< that were shown
+    double latency_s = 0;        ///< from the last look at what steers until the buffers were swapped, on average
+    std::optional<double> playout_delay_s;  ///< of a live source, in the end
+    std::string decoder;                    ///< of the last frame; empty: it was not coded
+    /// Of all refreshes, in milliseconds; nothing unless stages were told apart.
+    std::optional<gl::StageTimes::Row> stages_ms;
+};
+
+}  // namespace equistream

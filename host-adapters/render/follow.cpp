@@ -1,0 +1,144 @@
+#include "follow.h"
+
+#include "line_input.h"
+
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+#include <equistream/sequence.h>
+
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <map>
+#include <optional>
+
+namespace equistream::render_command {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t highest_frame = 1'000'000'000;
+constexpr std::uint32_t most_samples = 1 << 20;
+
+struct Order {
+    std::int64_t frame = 0;
+    std::uint32_t spp = 1;
+    std::optional<Pose> head;  ///< nothing: where the path has it
+};
+
+std::optional<Pose> pose_in(const json& order) {
+    if (!order.contains("position_m"))
+        return std::nullopt;
+    const auto p = order.at("position_m").get<std::array<double, 3>>();
+    const auto q = order.at("orientation_wxyz").get<std::array<double, 4>>();
+    return Pose{{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+/// What a pose may be is checked where the frame begins.
+Order parse_order(const std::string& line, std::int64_t after) {
+    Order order;
+    try {
+        const json parsed = json::parse(line);
+        order.frame = parsed.at("frame").get<std::int64_t>();
+        const auto spp = parsed.at("spp").get<std::int64_t>();
+        if (order.frame > after && order.frame <= highest_frame && spp >= 1 && spp <= most_samples) {
+            order.spp = static_cast<std::uint32_t>(spp);
+            order.head = pose_in(parsed);
+            return order;
+        }
+    } catch (const json::exception&) {  // said below
+    }
+    throw WorkError(expected_found("standard input",
+                                   "a line {\"frame\": above " + std::to_string(after) +
+                                       ", \"spp\": N, \"position_m\": [x, y, z], \"orientation_wxyz\": [w, x, y, z]}",
+                                   "'" + line + "'"));
+}
+
+void answer(const json& line) {
+    std::printf("%s\n", line.dump().c_str());
+    if (std::fflush(stdout) != 0)
+        throw WorkError("standard output: could not be written");
+}
+
+class Follower {
+public:
+    Follower(const FollowJob& job, RenderHost& host) : job_(job), host_(host), input_(STDIN_FILENO, job.interrupted) {}
+
+    void run() {
+        answer({{"frames_per_second", job_.timeline.frames_per_second}});
+        for (std::int64_t last = -1; const auto line = input_.next();) {
+            const Order order = parse_order(*line, last);
+            last = order.frame;
+            if (!make(order))
+                return;
+        }
+    }
+
+private:
+    /// A sequence has one number of samples: each number gets its own.
+    const Stream& stream_of(std::uint32_t spp) {
+        std::vector<Stream>& streams = streams_[spp];
+        if (streams.empty()) {
+            RenderOptions options = job_.options;
+            options.spp = spp;
+            options.out /= "spp-" + std::to_string(spp);
+            streams = open_streams(options, job_.scene, job_.timeline.path, job_.record);
+        }
+        return streams.front();
+    }
+
+    /// False: it was told to stop in the middle.
+    bool make(const Order& order) {
+        const Stream& stream = stream_of(order.spp);
+        const double time_s = job_.timeline.time_s(order.frame);
+        FrameTask task;
+        task.stream = &stream.settings;
+        task.index = order.frame;
+        task.head = order.head.value_or(job_.timeline.path.at(time_s));
+        task.head_previous = task.head_next = task.head;
+        task.stop = &stop_;
+        task.paths_traced = [this](std::uint64_t) { stop_ = stop_ || input_.has_ended(); };
+        const auto start = Clock::now();
+        host_.move_to({order.frame, time_s, time_s, time_s});
+        FramePointer frame = begin_frame(stream, task, {time_s});
+        task.frame = frame.get();
+        host_.render(task);
+        if (stop_)
+            return false;
+        const double render_s = seconds_since(start);
+        const auto writing = Clock::now();
+        end_frame(std::move(frame));
+        const auto file = job_.options.out / ("spp-" + std::to_string(order.spp)) / stream.settings.name /
+                          frame_file_name(order.frame);
+        answer({{"frame", order.frame},
+                {"file", file.string()},
+                {"render_s", render_s},
+                {"write_s", seconds_since(writing)}});
+        return true;
+    }
+
+    const FollowJob& job_;
+    RenderHost& host_;
+    LineInput input_;
+    std::atomic<bool> stop_ = false;
+    std::map<std::uint32_t, std::vector<Stream>> streams_;
+};
+
+}  // namespace
+
+void follow(const FollowJob& job, RenderHost& host) {
+    const RenderOptions& options = job.options;
+    if (options.eyes.size() > 1 || options.layers || options.patches || options.small_eye || options.frames)
+        throw InputError(expected_found("--follow", "frames of one eye, as they are asked for",
+                                        options.eyes.size() > 1 ? "--eye both"
+                                        : options.layers        ? "--layers"
+                                        : options.patches       ? "--patches"
+                                        : options.small_eye     ? "--small"
+                                                                : "--frames"));
+    Follower(job, host).run();
+}
+
+}  // namespace equistream::render_command

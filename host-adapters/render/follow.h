@@ -1,0 +1,28 @@
+#pragma once
+/// `equistream render --follow`: single frames, each when and where it is asked for, of a scene that stays loaded.
+///
+/// Standard input has an order a line, standard output an answer a line, both JSON. First of all comes
+///     {"frames_per_second": 30}
+/// then for each order, before which there is no other,
+///     {"frame": 17, "spp": 4, "position_m": [x, y, z], "orientation_wxyz": [w, x, y, z]}
+/// at what time (frame / frames_per_second) and from where the head is (left out: where the path has it then), the
+/// answer, once its file is whole:
+///     {"frame": 17, "file": "DIR/spp-4/centre/frame.0017.exr", "render_s": 0.21, "write_s": 0.01}
+/// Frames ascend. The asker removes the files. It ends where standard input does, in the middle of a frame too.
+#include "stream.h"
+
+namespace equistream::render_command {
+
+/// Borrowed until follow() returns.
+struct FollowJob {
+    const RenderOptions& options;
+    const SceneDescription& scene;
+    const Timeline& timeline;
+    const RenderRecord& record;
+    const std::atomic<bool>& interrupted;
+};
+
+/// Throws InputError for options that it cannot do, WorkError for what is no order.
+void follow(const FollowJob& job, RenderHost& host);
+
+}  // namespace equistream::render_command

@@ -1,0 +1,243 @@
+#include "live.h"
+
+#include "live_stream.h"
+#include "pace.h"
+#include "render_child.h"
+
+#include <equistream/elapsed.h>
+#include <equistream/formatted.h>
+
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <asio/thread_pool.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace equistream::serve {
+
+namespace {
+
+constexpr double note_interval_s = 10;
+/// For viewers to take what is left, once it ends.
+constexpr std::chrono::seconds time_to_take_the_rest{2};
+
+class Live {
+public:
+    Live(asio::io_context& io, asio::signal_set& stop, asio::ip::tcp::acceptor acceptor, const LiveSettings& settings)
+        : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
+          server_(std::move(acceptor), stream_, settings.server), encoder_(settings.coding),
+          pace_(settings.most_spp, settings.spheres_per_s), timer_(io),
+          child_(io, settings.program, settings.arguments,
+                 {[this](double rate) { start(rate); }, [this](const RenderedFrame& frame) { take(frame); },
+                  [this](std::exception_ptr problem) { end(problem); }}) {}
+    ~Live() {
+        server_.stop();  // before what its viewers are fed from goes
+        worker_.join();
+    }
+    Live(const Live&) = delete;
+    Live& operator=(const Live&) = delete;
+
+    LiveFigures run(std::function<void()> listening) {
+        listening_ = std::move(listening);
+        stop_.async_wait([this](const asio::error_code& error, int) {
+            if (!error)
+                end(nullptr);
+        });
+        io_.run();
+        if (problem_)
+            std::rethrow_exception(problem_);
+        return figures();
+    }
+
+private:
+    /// Whoever tells of a change may be in the middle of it.
+    void look_soon() {
+        asio::post(io_, [this] { look(); });
+    }
+
+    void look() {
+        if (is_ending_) {
+            if (has_ended_ && server_.viewers() == 0)
+                close();
+            return;
+        }
+        if (stream_.viewers() == 0)
+            was_idle_ = true;
+        else if (is_ready_ && !is_rendering_ && coding_ <= 1)
+            order_next();
+    }
+
+    void start(double frames_per_second) {
+        frames_per_second_ = frames_per_second;
+        is_ready_ = true;
+        server_.start();
+        listening_();
+    }
+
+    /// Scene time goes on with the clock while somebody watches, and stands while nobody does.
+    void order_next() {
+        const auto now = Clock::now();
+        const auto in_clock = [](double seconds) {
+            return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+        };
+        if (was_idle_)
+            time_zero_ = now - in_clock(double(last_frame_ + 1) / frames_per_second_);
+        const double time_s = std::chrono::duration<double>(now - time_zero_).count();
+        const auto frame = std::int64_t(std::floor(time_s * frames_per_second_ + 1e-6));
+        if (frame <= last_frame_) {  // quicker than the scene's own frames
+            timer_.expires_at(time_zero_ + in_clock(double(last_frame_ + 1) / frames_per_second_));
+            timer_.async_wait([this](const asio::error_code& error) {
+                if (!error)
+                    look();
+            });
+            return;
+        }
+        if (!std::exchange(was_idle_, false)) {
+            busy_s_ += seconds_since(ordered_);
+            ++intervals_;
+        }
+        last_frame_ = frame;
+        ordered_ = now;
+        is_rendering_ = true;
+        child_.order({frame, pace_.spp(), stream_.steering()});
+    }
+
+    void take(const RenderedFrame& frame) {
+        is_rendering_ = false;
+        figures_.render_s += frame.render_s;
+        figures_.write_s += frame.write_s;
+        const std::uint32_t spp = pace_.spp();
+        tell(pace_.took(seconds_since(ordered_)), spp, seconds_since(ordered_));
+        ++coding_;
+        asio::post(worker_, [this, file = frame.file, begin_group = stream_.take_joined(), ordered = ordered_] {
+            encode(file, begin_group, ordered);
+        });
+        look();
+    }
+
+    /// In the worker's thread.
+    void encode(const std::string& file, bool begin_group, Clock::time_point ordered) {
+        const auto start = Clock::now();
+        try {
+            auto coded = encoder_.encode(file, begin_group);
+            asio::post(io_, [this, coded = std::move(coded), took_s = seconds_since(start), ordered] {
+                publish(coded, took_s, ordered);
+            });
+        } catch (...) {
+            asio::post(io_, [this, problem = std::current_exception()] { end(problem); });
+        }
+    }
+
+    void publish(const LiveEncoder::Coded& coded, double took_s, Clock::time_point ordered) {
+        --coding_;
+        ++figures_.spheres;
+        figures_.encode_s += took_s;
+        figures_.age_s += seconds_since(ordered);
+        if (!coded.header.empty())
+            stream_.set_header(coded.header);
+        stream_.publish(coded.bytes, coded.begins_group);
+        server_.wake();
+        if (seconds_since(noted_) >= note_interval_s && intervals_ > 0) {
+            noted_ = Clock::now();
+            note(formatted("%.2f spheres/s with %u samples a pixel", double(intervals_) / busy_s_, pace_.spp()));
+        }
+        look();
+    }
+
+    void tell(Pace::Change change, std::uint32_t spp_before, double sphere_s) const {
+        const std::string rate = formatted("--rate %g", settings_.spheres_per_s);
+        if (change == Pace::Change::fewer)
+            note(formatted("a sphere takes %.2f s with %u samples a pixel: %u from here on, for %s", sphere_s,
+                           spp_before, pace_.spp(), rate.c_str()));
+        else if (change == Pace::Change::cannot_keep_up)
+            note(
+                formatted("a sphere takes %.2f s even with 1 sample a pixel, too long for %s", sphere_s, rate.c_str()));
+    }
+
+    void note(const std::string& text) const { log_note(settings_.server.log, text); }
+
+    /// At a signal, or at what cannot be gone on with. The worker ends what it has; then viewers get the stream's end.
+    void end(std::exception_ptr problem) {
+        if (!problem_)
+            problem_ = problem;
+        if (std::exchange(is_ending_, true))
+            return;
+        child_.end();
+        timer_.cancel();
+        server_.stop_accepting();
+        asio::post(worker_, [this] {
+            std::string rest;
+            try {
+                rest = encoder_.finish();
+            } catch (...) {
+                asio::post(io_, [this, trouble = std::current_exception()] { end(trouble); });
+            }
+            asio::post(io_, [this, rest] { part(rest); });
+        });
+    }
+
+    void part(const std::string& rest) {
+        stream_.publish(rest, false);
+        stream_.end();
+        has_ended_ = true;
+        server_.wake();
+        timer_.expires_after(time_to_take_the_rest);
+        timer_.async_wait([this](const asio::error_code& error) {
+            if (!error)
+                close();
+        });
+        look();
+    }
+
+    void close() {
+        timer_.cancel();
+        server_.stop();
+        asio::error_code ignored;
+        stop_.cancel(ignored);
+    }
+
+    LiveFigures figures() const {
+        LiveFigures sums = figures_;
+        const double count = double(std::max<std::int64_t>(1, sums.spheres));
+        for (double* sum : {&sums.render_s, &sums.write_s, &sums.encode_s, &sums.age_s})
+            *sum /= count;
+        sums.spheres_per_s = busy_s_ > 0 ? double(intervals_) / busy_s_ : 0;
+        sums.spp = pace_.spp();
+        sums.poses = stream_.poses_heard();
+        sums.server = server_.figures();
+        return sums;
+    }
+
+    asio::io_context& io_;
+    asio::signal_set& stop_;
+    const LiveSettings& settings_;
+    LiveStream stream_;
+    Server server_;
+    LiveEncoder encoder_;  // the worker's
+    Pace pace_;
+    asio::steady_timer timer_;
+    LiveFigures figures_;  // sums
+    std::function<void()> listening_;
+    double frames_per_second_ = 30;
+    Clock::time_point time_zero_, ordered_, noted_ = Clock::now();
+    std::int64_t last_frame_ = -1;
+    double busy_s_ = 0;
+    std::int64_t intervals_ = 0;
+    int coding_ = 0;  // frames that the worker has not coded yet
+    bool is_ready_ = false, is_rendering_ = false, was_idle_ = true;
+    bool is_ending_ = false, has_ended_ = false;
+    std::exception_ptr problem_;
+    asio::thread_pool worker_{1};
+    RenderChild child_;  // last: it tells the others
+};
+
+}  // namespace
+
+LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, asio::ip::tcp::acceptor acceptor,
+                       const LiveSettings& settings, const std::function<void()>& listening) {
+    return Live(io, stop, std::move(acceptor), settings).run(listening);
+}
+
+}  // namespace equistream::serve

@@ -1,0 +1,96 @@
+#include <equistream/viewer_message.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace equistream {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "fields are copied as they lie in memory");
+
+constexpr std::array<std::uint8_t, 4> magic = {'E', 'Q', 'V', 'M'};
+constexpr std::uint16_t version = 1;
+constexpr std::uint16_t pose_kind = 1;
+constexpr std::uint32_t longest_body = 4096;
+
+struct Header {
+    std::array<std::uint8_t, 4> magic = equistream::magic;
+    std::uint16_t version = equistream::version;
+    std::uint16_t kind = pose_kind;
+    std::uint32_t body_bytes = 0;
+};
+static_assert(sizeof(Header) == 12);
+
+using PoseBody = std::array<double, 8>;
+static_assert(sizeof(PoseBody) == 64);
+
+constexpr double farthest_m = 1e9;
+constexpr double longest_off_unit = 1e-6;
+
+std::optional<ViewerPose> pose_of(const PoseBody& body) {
+    ViewerPose pose{body[0], {{body[1], body[2], body[3]}, {body[4], body[5], body[6], body[7]}}};
+    const bool finite = std::ranges::all_of(body, [](double value) { return std::isfinite(value); });
+    const bool near = std::ranges::all_of(std::array{body[1], body[2], body[3]},
+                                          [](double value) { return std::abs(value) <= farthest_m; });
+    if (!finite || !near || !(std::abs(glm::length(pose.head.orientation) - 1) <= longest_off_unit))
+        return std::nullopt;
+    return pose;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_viewer_pose(const ViewerPose& pose) {
+    const glm::dvec3& p = pose.head.position_m;
+    const glm::dquat& q = pose.head.orientation;
+    const PoseBody body = {pose.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+    Header header;
+    header.body_bytes = sizeof body;
+    std::vector<std::uint8_t> bytes(sizeof header + sizeof body);
+    std::memcpy(bytes.data(), &header, sizeof header);
+    std::memcpy(bytes.data() + sizeof header, &body, sizeof body);
+    return bytes;
+}
+
+/// Drops what cannot begin a message. True: a header is there.
+bool ViewerMessageReader::at_message() {
+    for (;;) {
+        const auto begin = std::ranges::search(read_, magic).begin();
+        if (begin == read_.end()) {  // of the magic's beginning the rest may come
+            read_.erase(read_.begin(), read_.end() - std::min<std::ptrdiff_t>(std::ssize(read_), magic.size() - 1));
+            return false;
+        }
+        read_.erase(read_.begin(), begin);
+        if (read_.size() < sizeof(Header))
+            return false;
+        Header header;
+        std::memcpy(&header, read_.data(), sizeof header);
+        if (header.body_bytes <= longest_body)
+            return true;
+        read_.erase(read_.begin());  // no message of ours is so long
+    }
+}
+
+std::optional<ViewerPose> ViewerMessageReader::take(std::span<const std::uint8_t> bytes) {
+    std::optional<ViewerPose> last;
+    read_.insert(read_.end(), bytes.begin(), bytes.end());
+    while (at_message()) {
+        Header header;
+        std::memcpy(&header, read_.data(), sizeof header);
+        if (read_.size() < sizeof header + header.body_bytes)
+            break;
+        PoseBody body;
+        if (header.version == version && header.kind == pose_kind && header.body_bytes >= sizeof body) {
+            std::memcpy(&body, read_.data() + sizeof header, sizeof body);
+            if (const auto pose = pose_of(body))
+                last = pose;
+        }
+        read_.erase(read_.begin(), read_.begin() + std::ptrdiff_t(sizeof header + header.body_bytes));
+    }
+    return last;
+}
+
+}  // namespace equistream

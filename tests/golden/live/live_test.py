@@ -1,0 +1,275 @@
+"""`equistream serve SCENE`: bytes, joining, poses, and how it ends.
+
+usage: live_test.py BIN_DIR [test ...]
+"""
+
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from independent import *  # noqa: E402,F403
+from live_server import LiveServer, PATIENCE_S, Received, Viewer, is_alive, pose_message, turned, wait_for  # noqa: E402
+
+PROGRAMS = Programs(sys.argv.pop(1))
+WIDTH, HEIGHT = 128, 64
+
+
+class Live(unittest.TestCase):
+    host = "embree"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_live_"))
+        cls.scene = PROGRAMS.scene("pavilion", cls.root)
+        description = json.loads(cls.scene.read_text())
+        cls.begin = np.array(description["camera"]["keys"][0]["position_m"])
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    def serve(self, *words, spp=1):
+        server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--host", self.host, "--size", f"{WIDTH}x{HEIGHT}", "--spp", spp, *words)
+        self.addCleanup(server.close)
+        return server
+
+    def received(self, viewer):
+        return Received(PROGRAMS, viewer.bytes, self.folder)
+
+    def wait_to_see(self, viewer, place):
+        """Until a sphere's centre is there."""
+
+        def seen():
+            viewer.wait_for_more(2)
+            return np.allclose(self.received(viewer).heads()[-1], place, atol=1e-6, rtol=0)
+
+        wait_for(seen, f"a sphere at {place}")
+
+    def assert_depth_follows(self, received, low, high):
+        """The lowest row looks down past half a pixel: to the floor, which is farther by what the head rose."""
+        below = {tuple(np.round(head, 6)): depth[-1].mean() for head, depth in zip(received.heads(), received.depths_m(), strict=True)}
+        rise = below[tuple(np.round(high, 6))] - below[tuple(np.round(low, 6))]
+        self.assertAlmostEqual(rise, high[1] - low[1], delta=0.05 * (high[1] - low[1]))
+
+
+class Embree(Live):
+    def test_the_file_has_what_a_viewer_gets(self):
+        out = self.folder / "all.mkv"
+        server = self.serve("--out", out, "--json")
+        viewer = Viewer(server)
+        viewer.wait_for_more(6)
+        status, printed = server.end()
+        viewer.wait_for_end()
+        self.assertEqual(status, 0, server.log.read_text())
+        self.assertEqual(viewer.bytes, out.read_bytes())
+        received = self.received(viewer)
+        self.assertTrue(received.whole, received.truncation)
+        report = json.loads(printed)
+        self.assertEqual(report["bytes_sent"], len(viewer.bytes))
+        # The last one comes once more, to say so.
+        self.assertEqual([len(t["frames"]) for t in received.tracks.values()], 2 * [report["live"]["spheres"] + 1])
+        self.assertEqual(received.frames[-1]["index"], received.frames[-2]["index"] + 1)
+
+    def test_it_begins_when_somebody_comes_and_plays_the_scenes_path(self):
+        server = self.serve()
+        first = Viewer(server)
+        first.wait_for_more(3)
+        first.leave()
+        wait_for(lambda: "viewer 1" in server.log.read_text() and " left" in server.log.read_text(), "the viewer's leaving")
+        second = Viewer(server)
+        second.wait_for_more(3)
+        server.end()
+        second.wait_for_end()
+        frames = self.received(first).frames
+        np.testing.assert_allclose(frames[0]["head"]["position_m"], self.begin, atol=1e-12)
+        self.assertEqual(frames[0]["index"], 0)
+        path = PROGRAMS.folder / "equistream"
+        out = self.folder / "frames"
+        last = frames[-1]
+        subprocess.run([path, "render", self.scene, "--frames", str(last["index"]), "--size", "64x64", "--spp", "1", "--aovs", "none", "--out", out], check=True,
+                       capture_output=True)
+        rendered = json.loads(PROGRAMS.run("info", "--json", out / "centre" / f"frame.{last['index']:04}.exr"))
+        self.assertEqual(last["head"], rendered["frame"]["head"])
+
+    def test_who_comes_later_joins_at_a_key_frame(self):
+        server = self.serve()
+        first = Viewer(server)
+        first.wait_for_more(4)
+        second = Viewer(server)
+        wait_for(lambda: second.clusters() >= 3, "the second viewer's pictures")
+        server.end()
+        for viewer in (first, second):
+            viewer.wait_for_end()
+        header = first.bytes[: first.bytes.index(b"\x1f\x43\xb6\x75")]
+        self.assertTrue(second.bytes.startswith(header))
+        rest = second.bytes[len(header) :]
+        self.assertGreater(len(rest), 1000)
+        self.assertTrue(first.bytes.endswith(rest))
+        whole = {track: self.received(first).hashes(track) for track in (0, 1)}
+        joined = self.received(second)
+        for track in (0, 1):
+            hashes = joined.hashes(track)
+            self.assertGreaterEqual(len(hashes), 3)
+            self.assertEqual(hashes, whole[track][-len(hashes) :])
+
+    def test_a_pose_is_the_next_spheres_centre(self):
+        server = self.serve()
+        viewer = Viewer(server)
+        viewer.wait_for_more(2)
+        low = self.begin + (0.3, -0.2, 0.1)
+        high = low + (0, 0.7, 0)
+        for place in (low, high):
+            viewer.send(pose_message(place, turned(0.5)))
+            self.wait_to_see(viewer, place)
+        server.end()
+        viewer.wait_for_end()
+        received = self.received(viewer)
+        np.testing.assert_allclose(received.frames[-1]["camera_pose"]["position_m"], high, atol=1e-6)
+        np.testing.assert_allclose(received.frames[-1]["head"]["orientation_wxyz"], turned(0.5), atol=1e-12)
+        self.assert_depth_follows(received, low, high)
+
+    def test_what_is_no_pose_changes_nothing(self):
+        server = self.serve("--json")
+        viewer = Viewer(server)
+        viewer.wait_for_more(2)
+        place, there = self.begin + (0.25, 0, 0), self.begin + (0, 0, 0.25)
+        nan = float("nan")
+        bad = [np.random.default_rng(1).bytes(30000), pose_message((nan, 0, 0)), pose_message(place, (nan, 0, 0, 0)), pose_message(place, (1, 1, 0, 0)),
+               pose_message((float("inf"), 0, 0)), pose_message(place, version=2), pose_message(place, kind=9), pose_message(place, length=2**32 - 1),
+               pose_message(place, length=5000)]
+        for message in bad:
+            viewer.send(message)
+            viewer.wait_for_more(1)
+        viewer.send(pose_message(there))
+        self.wait_to_see(viewer, there)
+        heads = self.received(viewer).heads()
+        self.assertTrue((np.linalg.norm(heads - place, axis=1) > 1e-6).all())
+        status, printed = server.end()
+        self.assertEqual(status, 0)
+        self.assertEqual(json.loads(printed)["live"]["poses"], 1)
+
+    def test_the_first_to_come_steers_until_it_leaves(self):
+        server = self.serve()
+        first = Viewer(server)
+        wait_for(lambda: server.log.read_text().count(" came") == 1, "the first viewer")
+        second = Viewer(server)
+        second.wait_for_more(1)
+        here, there, elsewhere = (self.begin + step for step in ((0.2, 0, 0), (0, 0, 0.3), (0.1, 0, 0.3)))
+        second.send(pose_message(there))
+        self.wait_to_see(first, there)
+        first.send(pose_message(here))
+        self.wait_to_see(first, here)
+        second.send(pose_message(elsewhere))
+        first.wait_for_more(8)
+        self.assertTrue((np.linalg.norm(self.received(first).heads() - elsewhere, axis=1) > 1e-6).all())
+        np.testing.assert_allclose(self.received(first).heads()[-1], here, atol=1e-6)
+        first.leave()
+        self.wait_to_see(second, elsewhere)
+        self.assertEqual(server.end()[0], 0)
+
+    def test_a_renderer_that_dies_ends_it(self):
+        server = self.serve("--progress", "none")
+        viewer = Viewer(server)
+        viewer.wait_for_more(2)
+        subprocess.run(["kill", "-KILL", str(server.renderer())], check=True)
+        server.process.communicate(timeout=PATIENCE_S)
+        self.assertEqual(server.process.returncode, 1)
+        lines = server.log.read_text().splitlines()
+        self.assertEqual(len(lines), 1, lines)
+        self.assertRegex(lines[0], "^equistream serve: .*equistream-render-embree: was ended by signal 9$")
+        viewer.wait_for_end()
+        received = self.received(viewer)
+        self.assertTrue(received.whole, received.truncation)
+
+    def test_the_renderer_ends_with_the_server(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGKILL):
+            server = self.serve()
+            viewer = Viewer(server)
+            viewer.wait_for_more(1)
+            renderer = server.renderer()
+            self.assertTrue(is_alive(renderer))
+            status, printed = server.end(number)
+            if number == signal.SIGKILL:
+                wait_for(lambda: not is_alive(renderer), "the renderer's end")
+            else:
+                self.assertEqual(status, 0)
+                self.assertFalse(is_alive(renderer))
+                self.assertIn("viewers served 1, refused 0, dropped 0; ", printed)
+                self.assertEqual([p for p in self.folder.iterdir() if p.is_dir()], [])
+
+    def test_samples_rise_where_there_is_time(self):
+        server = self.serve("--rate", 0.02, spp=4)
+        viewer = Viewer(server)
+        viewer.wait_for_more(12)
+        server.end()
+        viewer.wait_for_end()
+        samples = [frame["samples_per_pixel"] for frame in self.received(viewer).frames]
+        self.assertEqual(samples[:6], [1, 1, 2, 2, 4, 4])
+        self.assertEqual(samples[-1], 4)
+
+    def test_it_says_where_one_sample_is_too_slow(self):
+        server = self.serve("--rate", 1000, spp=64)
+        viewer = Viewer(server)
+        wait_for(lambda: "even with 1 sample a pixel, too long for --rate 1000" in server.log.read_text(), "it to say so")
+        server.end()
+        viewer.wait_for_end()
+        self.assertEqual({frame["samples_per_pixel"] for frame in self.received(viewer).frames}, {1})
+
+    def test_bad_usage_is_one_line(self):
+        def refused(*words):
+            ran = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "serve", "--listen", "tcp://:0", *words]], capture_output=True, text=True)
+            self.assertEqual(ran.returncode, 2, ran.stderr)
+            self.assertEqual(len(ran.stderr.splitlines()), 1, ran.stderr)
+            self.assertEqual(ran.stdout, "")
+            return ran.stderr
+
+        broken = self.folder / "broken.json"
+        broken.write_text("{")
+        self.assertIn("equistream render: ", refused(broken))
+        for option, value in (("--host", "povray"), ("--size", "63x32"), ("--spp", 0), ("--rate", 0), ("--depth", "w8"), ("--out", "a.mp4"), ("--crf", 52)):
+            self.assertIn(option, refused(self.scene, option, value))
+        self.assertIn("--loop", refused(self.scene, "--loop"))
+        self.assertIn("expected frames of one eye", refused(self.scene, "--", "--eye", "both"))
+        stream = self.folder / "a.mkv"
+        stream.write_bytes(b"")
+        self.assertIn("expected a scene", refused(stream, "--spp", 4))
+
+
+class Mitsuba(Live):
+    host = "mitsuba"
+
+    def setUp(self):
+        super().setUp()
+        if not (PROGRAMS.folder / "equistream-render-mitsuba").exists():
+            self.skipTest("built without Mitsuba")
+
+    def test_a_pose_is_the_next_spheres_centre(self):
+        server = self.serve("--", "--variant", "scalar_rgb")
+        viewer = Viewer(server)
+        viewer.wait_for_more(2)
+        low = self.begin + (0.3, -0.2, 0.1)
+        high = low + (0, 0.7, 0)
+        for place in (low, high):
+            viewer.send(pose_message(place))
+            self.wait_to_see(viewer, place)
+        renderer = server.renderer()
+        self.assertEqual(server.end()[0], 0, server.log.read_text())
+        self.assertFalse(is_alive(renderer))
+        viewer.wait_for_end()
+        received = self.received(viewer)
+        self.assertTrue(received.whole, received.truncation)
+        self.assertIn("mitsuba", received.frames[0]["host"])
+        self.assert_depth_follows(received, low, high)
+
+
+if __name__ == "__main__":
+    unittest.main(defaultTest=["Embree"] if len(sys.argv) == 1 else None)

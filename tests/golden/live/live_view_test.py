@@ -1,0 +1,66 @@
+"""`equistream view tcp://...` of a scene that is rendered meanwhile: keys move the spheres, and nothing runs away.
+
+usage: live_view_test.py BIN_DIR
+"""
+
+import json
+import pathlib
+import shutil
+import sys
+import tempfile
+import unittest
+
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[n] / name) for n, name in ((1, ""), (1, "viewer"))]
+from display import Display, ViewerProcess  # noqa: E402
+from independent import *  # noqa: E402,F403
+from live_server import LiveServer, Received, Viewer, wait_for  # noqa: E402
+
+PROGRAMS = Programs(sys.argv.pop(1))
+
+
+class LiveView(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="equistream_live_view_"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.scene = PROGRAMS.scene("pavilion", self.folder)
+        description = json.loads(self.scene.read_text())
+        description["camera"]["keys"] = description["camera"]["keys"][:1]  # stands still by itself
+        self.scene.write_text(json.dumps(description))
+        self.begin = np.array(description["camera"]["keys"][0]["position_m"])
+        self.display = Display()
+        self.addCleanup(self.display.close)
+
+    def test_keys_move_the_spheres(self):
+        server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--size", "128x64", "--spp", 1)
+        self.addCleanup(server.close)
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.folder, server.url, "--scene", self.scene, "--size", "160x90")
+        self.addCleanup(viewer.close)
+        watching = Viewer(server)
+        watching.wait_for_more(3)
+
+        def moved():
+            return np.linalg.norm(Received(PROGRAMS, watching.bytes, self.folder).heads() - self.begin, axis=1)
+
+        self.assertTrue((moved() < 1e-9).all())
+        viewer.hold("Left", 1)  # a head that only turns leaves the spheres where they are
+        watching.wait_for_more(4)
+        self.assertTrue((moved() < 1e-9).all())
+        viewer.hold("w", 2)
+        wait_for(lambda: moved()[-1] > 0.02, "spheres that move")
+        # A head that has come to rest is where it is: what moved it is not added again with each sphere.
+        watching.wait_for_more(6)
+        resting = moved()[-1]
+        watching.wait_for_more(12)
+        ways = moved()
+        self.assertAlmostEqual(ways[-1], resting, delta=1e-9)
+        self.assertLess(ways.max(), 5)
+        self.assertTrue((np.diff(ways) >= -1e-9).all(), ways)
+        viewer.press("c")
+        wait_for(lambda: moved()[-1] < 1e-6, "the way back")
+        viewer.press("Escape")
+        watching.leave()
+        self.assertEqual(server.end()[0], 0, server.log.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

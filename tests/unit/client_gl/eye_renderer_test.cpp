@@ -1,0 +1,223 @@
+/// A whole refresh of the viewer: held to what the CPU makes of the same frame, and without anything being made, on the
+/// GPU or in memory, once everything was drawn.
+#include "counted_memory.h"
+#include "gl_fixture.h"
+#include "made_objects.h"
+#include "patches_scene.h"
+#include "scratch_folder.h"
+
+#include <view/gl/eye_renderer.h>
+
+#include <equistream_client/gl_depth.h>
+#include <equistream_client/received_view.h>
+
+#include <array>
+#include <fstream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace equistream::test {
+namespace {
+
+/// The ball and the wall of fill_scene.h as triangles.
+void write_model(const std::filesystem::path& file) {
+    std::ofstream obj(file);
+    constexpr int steps = 90;
+    for (int j = 0; j <= steps; ++j)
+        for (int i = 0; i <= 2 * steps; ++i) {
+            const double longitude = pi * i / steps, latitude = pi * j / steps;
+            obj << "v " << 0.3 * std::sin(latitude) * std::cos(longitude) << ' ' << 0.3 * std::cos(latitude) << ' '
+                << -1.2 + 0.3 * std::sin(latitude) * std::sin(longitude) << '\n';
+        }
+    for (int j = 0; j < steps; ++j)
+        for (int i = 0; i < 2 * steps; ++i) {
+            const int row = 2 * steps + 1, a = 1 + j * row + i;
+            obj << "f " << a << ' ' << a + 1 << ' ' << a + row + 1 << ' ' << a + row << '\n';
+        }
+    obj << "v -60 -60 -3\nv 60 -60 -3\nv 60 60 -3\nv -60 60 -3\nf -4 -3 -2 -1\n";
+}
+
+ReceivedPicture picture_of(const Rendered& rendered) {
+    ReceivedPicture picture;
+    picture.info.camera = rendered.camera;
+    picture.info.camera_pose = picture.info.head = rendered.pose;
+    picture.rgb = rendered.rgb;
+    return picture;
+}
+
+/// Where a centimetre a frame along X leads; everything there is to fill gaps from comes with it.
+std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera, bool with_fill) {
+    const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
+    auto frame = std::make_shared<ReceivedFrame>();
+    const Rendered main = render(ball_and_wall, red_and_smooth, camera, pose);
+    frame->main = picture_of(main);
+    if (with_fill) {
+        Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
+        for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
+            if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
+                hidden.depth_m.samples()[i] = std::nanf("");
+        // Not all of what is behind: other rungs are to have work too.
+        for (int y = 0; y < hidden.depth_m.height() / 2; ++y)
+            for (int x = 0; x < hidden.depth_m.width(); ++x)
+                *hidden.depth_m.pixel(x, y) = std::nanf("");
+        frame->hidden = picture_of(hidden);
+        frame->hidden->depth_m = std::move(hidden.depth_m);
+        Patches patches;
+        patches.render_from(pose);
+        frame->patches.emplace();
+        frame->patches->info.camera_pose = pose;
+        frame->patches->info.camera = EquirectCamera{patches.atlas.width(), patches.atlas.height(), {}};
+        frame->patches->info.patches = patches.atlas;
+        frame->patches->rgb = std::move(patches.rgb);
+        frame->patches->depth_m = std::move(patches.depth_m);
+    }
+    for (ReceivedPicture* picture : {&frame->main, frame->hidden ? &*frame->hidden : &frame->main,
+                                     frame->patches ? &*frame->patches : &frame->main}) {
+        picture->info.index = index;
+        picture->info.time_s = double(index) / 30;
+    }
+    return frame;
+}
+
+class GlEyeRenderer : public Gl {
+protected:
+    static void SetUpTestSuite() {
+        Gl::SetUpTestSuite();
+        folder = std::make_unique<ScratchFolder>("eye-renderer");
+        scene.file = scene.model = folder->path() / "ball.obj";
+        write_model(scene.model);
+    }
+    static void TearDownTestSuite() {
+        folder.reset();
+        Gl::TearDownTestSuite();
+    }
+
+    static std::array<EyeView, 2> eyes_at(const Pose& head) {
+        const PerspectiveCamera camera{320, 200, pi / 2};
+        return {EyeView{camera, {head.position_m + head.orientation * glm::dvec3(-0.0315, 0, 0), head.orientation}},
+                EyeView{camera, {head.position_m + head.orientation * glm::dvec3(0.0315, 0, 0), head.orientation}}};
+    }
+
+    static inline std::unique_ptr<ScratchFolder> folder;
+    static inline SceneDescription scene;
+    const PerspectiveCamera flat{400, 250, 2 * std::atan(1.25)};
+};
+
+/// As `play --depth gl` with the default rungs does it.
+class OnTheCpu {
+public:
+    OnTheCpu(const SceneDescription& scene, double box_radius_m) : depth_(scene, {.box_radius_m = box_radius_m}) {}
+
+    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye) {
+        const FloatImage eye_m = cast(eye.camera, eye.pose);
+        eye.depth_m = eye_m.view();
+        const FloatImage main_m = cast(frame.main.info.camera, frame.main.info.camera_pose);
+        const FloatImage before_m = cast(before.main.info.camera, before.main.info.camera_pose);
+        const SourceView main = source_view(frame.main, main_m);
+        const std::array earlier = {source_view(before.main, before_m)};
+        const SourceView hidden = source_view(*frame.hidden, frame.hidden->depth_m);
+        const PatchesView patches{.rgb = frame.patches->rgb.view(),
+                                  .depth_m = frame.patches->depth_m.view(),
+                                  .atlas = &*frame.patches->info.patches,
+                                  .pose = frame.patches->info.camera_pose,
+                                  .box_radius_m = main.box_radius_m};
+        const auto engine = make_engine("surface");
+        engine->set_source(main);
+        EyePicture picture;
+        engine->reproject(eye, picture);
+        const FillLadder ladder = make_fill_ladder(default_fill);
+        for (const auto& rung : ladder)
+            rung->set_frame({.main = &main, .earlier = earlier, .hidden = &hidden, .patches = &patches});
+        fill_gaps(ladder, eye, picture);
+        return picture;
+    }
+
+private:
+    FloatImage cast(const Camera& camera, const Pose& pose) {
+        FloatImage depth_m(width_of(camera), height_of(camera), 1);
+        depth_.cast(camera, pose, depth_m.view());
+        return depth_m;
+    }
+
+    GlDepth depth_;
+};
+
+double psnr_db(const ByteImage& a, const ByteImage& b) {
+    double squares = 0;
+    for (std::size_t i = 0; i < a.samples().size(); ++i)
+        squares += std::pow(double(a.samples()[i]) - double(b.samples()[i]), 2);
+    return 10 * std::log10(255.0 * 255 * double(a.samples().size()) / std::max(squares, 1e-9));
+}
+
+TEST_F(GlEyeRenderer, ShowsWhatTheCpuMakesOfTheFrame) {
+    const auto before = make_frame(0, flat, true), frame = make_frame(1, flat, true);
+    const double radius_m = head_box_radius(frame->main.info);
+    gl::EyeRenderer renderer(&scene, radius_m);
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+    for (const auto& shown : {before, frame}) {
+        renderer.show(shown, times);
+        renderer.look(eyes, true, times);
+        renderer.draw({.reliability = true}, targets, times);
+    }
+    EXPECT_TRUE(renderer.has_depth());
+    OnTheCpu cpu(scene, radius_m);
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        EyePicture found;
+        targets.download(int(i), found);
+        const EyePicture expected = cpu.see(*frame, *before, eyes[i]);
+        EXPECT_GT(psnr_db(found.rgba, expected.rgba), 50) << i;
+        EXPECT_EQ(found.count(PixelOrigin::gap), 0) << i;
+        int others = 0;
+        for (std::size_t p = 0; p < found.origin.samples().size(); ++p)
+            others += found.origin.samples()[p] != expected.origin.samples()[p];
+        EXPECT_LT(others, 0.002 * double(found.origin.samples().size())) << i;
+        // Every rung had something to do, in one of the eyes at least.
+        if (i == 1) {
+            EXPECT_GT(found.count(PixelOrigin::hidden), 0);
+            EXPECT_GT(found.count(PixelOrigin::patches), 0);
+        }
+    }
+    EXPECT_NE(renderer.reliability(), 0U);
+}
+
+/// The same walk twice: what the second makes would be made for ever.
+TEST_F(GlEyeRenderer, MakesNothingOnceItHasDrawnAll) {
+    for (const Camera& camera : {Camera(flat), Camera(EquirectCamera{256, 128, {}})}) {
+        std::vector<std::shared_ptr<const ReceivedFrame>> frames;
+        for (std::int64_t i = 0; i < 6; ++i)
+            frames.push_back(make_frame(i, camera, true));
+        gl::EyeRenderer renderer(&scene, head_box_radius(frames[0]->main.info));
+        gl::StageTimes times;
+        gl::EyeTargets targets, other_targets;
+        const auto walk = [&] {
+            for (const auto& frame : frames) {
+                times.start(true);
+                renderer.show(frame, times);
+                const double t = frame->main.info.time_s;
+                const auto eyes = eyes_at({{0.1 * t, 0.05 * t, 0}, yaw_pitch(2 * t, t)});
+                renderer.look(eyes, true, times);
+                renderer.draw({.reliability = true}, targets, times);
+                renderer.draw({.surface = false}, other_targets, times);
+            }
+        };
+        walk();
+        GLuint framebuffer = 0;
+        glCreateFramebuffers(1, &framebuffer);
+        const gl::Framebuffer owner(framebuffer);
+        const MadeObjects made;
+        {
+            const CountedMemory memory;
+            walk();
+            EXPECT_EQ(memory.allocations(), 0);
+            const auto counted = std::make_unique<int>(3);
+            EXPECT_EQ(memory.allocations(), *counted - 2) << "memory counts";
+        }
+        EXPECT_EQ(made.count(), 0);
+    }
+}
+
+}  // namespace
+}  // namespace equistream::test

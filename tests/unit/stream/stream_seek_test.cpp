@@ -1,0 +1,137 @@
+/// Jumps in time: what comes after one is what comes there without, and only a group of pictures is decoded for it.
+#include "synthetic.h"
+
+#include <equistream/error.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+namespace {
+
+constexpr int pictures = 40, gop = 6;
+constexpr double frames_per_second = 30;
+
+struct Case {
+    const char* extension;
+    Codec codec;
+};
+
+std::string case_name(const testing::TestParamInfo<Case>& info) {
+    return std::string(info.param.extension) + (info.param.codec == Codec::h264 ? "_h264" : "_h265");
+}
+
+class Jumps : public testing::TestWithParam<Case> {
+protected:
+    synthetic::Folder folder;
+
+    std::string written(const char* extension, Codec codec) {
+        synthetic::Made made = synthetic::small_stream(codec, true);
+        made.pictures = pictures;
+        made.settings.pictures = pictures;
+        made.settings.gop = gop;
+        if (std::string(extension) == "h264")
+            made.settings.tracks.resize(1);
+        first_index = made.first_index;
+        const auto file = folder / (std::string("a.") + extension);
+        synthetic::write(file, made);
+        return file.string();
+    }
+
+    std::int64_t first_index = 0;
+};
+
+/// As far as the first picture of main, from which times count.
+void begin(StreamReader& reader) {
+    for (auto picture = reader.next(); picture && picture->role != TrackRole::main;)
+        picture = reader.next();
+}
+
+using Which = std::pair<TrackRole, std::int64_t>;
+
+Which which(const DecodedPicture& picture) {
+    return {picture.role, picture.info->index};
+}
+
+TEST_P(Jumps, GiveWhatIsThereAndDecodeNoMoreThanItsGroup) {
+    const std::string file = written(GetParam().extension, GetParam().codec);
+    StreamReader sequential(file);
+    std::map<Which, ByteImage> expected;
+    for (DecodedPicture& picture : synthetic::read_all(sequential))
+        expected[which(picture)] = std::move(picture.rgb);
+    ASSERT_EQ(expected.size(), 2U * pictures);
+    const std::int64_t all_bytes = sequential.tracks()[0].bytes;
+
+    StreamReader reader(file);
+    EXPECT_FALSE(reader.seek(0)) << "not before the first picture";
+    begin(reader);
+    for (const int target : {33, 3, 20, 12, 17, 0, 39}) {
+        ASSERT_TRUE(reader.seek(target / frames_per_second)) << target;
+        const std::int64_t bytes_before = reader.tracks()[0].bytes;
+        std::map<TrackRole, std::int64_t> first, next;
+        std::int64_t newest = -1;
+        while (newest < first_index + target || first.size() < 2) {
+            const auto picture = reader.next();
+            ASSERT_TRUE(picture) << target;
+            EXPECT_EQ(picture->rgb.samples().size(), expected.at(which(*picture)).samples().size());
+            EXPECT_TRUE(std::ranges::equal(picture->rgb.samples(), expected.at(which(*picture)).samples()))
+                << track_name(picture->role) << ' ' << picture->info->index;
+            first.try_emplace(picture->role, picture->info->index);
+            next.try_emplace(picture->role, picture->info->index);
+            EXPECT_EQ(picture->info->index, next[picture->role]++) << track_name(picture->role) << ", to " << target;
+            if (picture->role == TrackRole::main)
+                newest = picture->info->index;
+        }
+        for (const auto& [role, index] : first)
+            EXPECT_EQ(index, first_index + target / gop * gop) << track_name(role) << ", to " << target;
+        // Decoders hold some pictures back: what they were given by then is more than what came.
+        EXPECT_LT(reader.tracks()[0].bytes - bytes_before, all_bytes * 3 / 4) << target;
+    }
+    EXPECT_TRUE(reader.seek(21 / frames_per_second));
+    const auto rest = synthetic::read_all(reader);
+    EXPECT_EQ(rest.size(), 2U * (pictures - 18));
+    EXPECT_EQ(reader.truncation(), "") << "what was jumped over is not missing";
+    EXPECT_TRUE(reader.seek(100));
+    EXPECT_EQ(synthetic::read_all(reader).back().info->index, first_index + pictures - 1);
+    EXPECT_EQ(reader.truncation(), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Containers, Jumps,
+                         testing::Values(Case{"mkv", Codec::h264}, Case{"mkv", Codec::h265}, Case{"mp4", Codec::h264},
+                                         Case{"ts", Codec::h264}, Case{"nut", Codec::h264}),
+                         case_name);
+
+using OtherJumps = Jumps;
+
+/// Elementary streams keep no times.
+TEST_P(OtherJumps, AreRefusedWhereNothingTellsTheTime) {
+    StreamReader reader(written("h264", Codec::h264));
+    begin(reader);
+    EXPECT_FALSE(reader.seek(0.5));
+}
+
+TEST_P(OtherJumps, InACutFileItsCutIsSaidAllTheSame) {
+    const std::string file = written("mkv", Codec::h264);
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) * 6 / 10);
+    StreamReader reader(file);
+    begin(reader);
+    ASSERT_TRUE(reader.seek(14 / frames_per_second));
+    EXPECT_EQ(reader.next()->info->index, first_index + 12);
+    std::int64_t last = 0;
+    for (const DecodedPicture& picture : synthetic::read_all(reader))
+        last = picture.role == TrackRole::main ? picture.info->index : last;
+    EXPECT_NE(reader.truncation().find("main was cut after frame " + std::to_string(last)), std::string::npos)
+        << reader.truncation();
+    EXPECT_NE(reader.truncation().find(std::to_string(last - first_index + 1) + " of " + std::to_string(pictures)),
+              std::string::npos)
+        << reader.truncation();
+}
+
+INSTANTIATE_TEST_SUITE_P(One, OtherJumps, testing::Values(Case{"mkv", Codec::h264}), case_name);
+
+}  // namespace
+}  // namespace equistream
