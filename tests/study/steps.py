@@ -136,7 +136,8 @@ def machine():
         cpu.setdefault(key.strip(), value.strip())
     memory_kib = int(pathlib.Path("/proc/meminfo").read_text().split()[1])
     system = dict(line.split("=", 1) for line in pathlib.Path("/etc/os-release").read_text().splitlines() if "=" in line)
-    return {"cpu": cpu.get("model name", "unknown"), "cores": len(os.sched_getaffinity(0)),
+    vectors = next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in cpu.get("flags", "").split()), "none told")
+    return {"cpu": cpu.get("model name", "unknown"), "vectors": vectors, "cores": len(os.sched_getaffinity(0)),
             "memory_gib": round(memory_kib / 1024 ** 2, 1), "system": system.get("PRETTY_NAME", "unknown").strip('"'),
             "gpu": "none used", "load_average_at_start": round(os.getloadavg()[0], 2)}
 

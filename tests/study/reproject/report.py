@@ -239,8 +239,9 @@ def main():
     for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
         if measured := results.load(kind, options.results):
             page = place(page, kind, "all", tabled(measured))
-    if (file := options.results / "speed.json").exists():
-        page = place(page, "speed", "all", speed(json.loads(file.read_text())))
+    for name in ("speed", "speed-other-processor"):
+        if (file := options.results / f"{name}.json").exists():
+            page = place(page, name, "all", speed(json.loads(file.read_text())))
     for scene, result in found.items():
         for head in HEAD_NAMES:
             page = place(page, f"accuracy-{head}", scene, accuracy(result, head))
