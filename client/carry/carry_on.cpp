@@ -1,6 +1,6 @@
 #include <equistream_client/carry_on.h>
 
-#include "moving_region.h"
+#include "moved_region.h"
 
 #include <tbb/parallel_for.h>
 
@@ -51,18 +51,17 @@ public:
     }
 
     /// What stands at pixel (x, y) after the region there was moved to it, if anything: `was` says where it was.
-    void show(int x, int y, const MovedRegion& region, const MovedRegion::Before& was, const std::vector<int>& regions,
-              int number) {
-        const int sx = int(std::floor(was.pixel.x)), sy = int(std::floor(was.pixel.y));
+    void show(int x, int y, const MovedRegion& region, glm::dvec2 was, const std::vector<int>& regions, int number) {
+        const int sx = int(std::floor(was.x)), sy = int(std::floor(was.y));
         const float before_m = region_depth_m(region.region(), sx, sy);
-        const auto now_m = float(region.distance_after_m(was.pixel, before_m));
+        const auto now_m = float(region.distance_after_m(was, before_m));
         const bool rests = regions[index(x, y)] == no_region;
         // What rests there and is nearer; infinity and NaN are not.
         if (rests && *depth_m_.pixel(x, y) <= now_m)
             return;
         std::array<double, 3> sum{};
         double weights = 0;
-        for (const auto& [tap_x, tap_y, weight] : region.taps(was.pixel))
+        for (const auto& [tap_x, tap_y, weight] : region.taps(was))
             if (regions[index(tap_x, tap_y)] == number) {
                 const std::array<std::uint8_t, 3> rgb = colour(tap_x, tap_y);
                 for (int c = 0; c < 3; ++c)
@@ -149,8 +148,7 @@ void PictureCarrier::carry_on(const ReceivedPicture& picture, const FloatImage& 
         const MovedRegion& region = moved[std::size_t(candidate.region)];
         // A splat is wider than a pixel: only what was in the region is shown.
         if (const auto was = region.before(x, y, candidate.distance_m);
-            was &&
-            region_[carrying.index(int(std::floor(was->pixel.x)), int(std::floor(was->pixel.y)))] == candidate.region)
+            was && region_[carrying.index(int(std::floor(was->x)), int(std::floor(was->y)))] == candidate.region)
             carrying.show(x, y, region, *was, region_, candidate.region);
         candidate = {std::numeric_limits<float>::infinity(), no_region};
     }

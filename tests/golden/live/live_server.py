@@ -9,22 +9,16 @@ import socket
 import struct
 import subprocess
 import threading
-import time
 
 import numpy as np
+
+import waiting
 
 PATIENCE_S = 240
 
 
 def wait_for(found, what):
-    """The first thing that found() gives which is not None or False."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        result = found()
-        if result is not None and result is not False:
-            return result
-        time.sleep(0.02)
-    raise AssertionError(f"waited {PATIENCE_S} s for {what}")
+    return waiting.wait_for(found, what, PATIENCE_S)
 
 
 def pose_message(position, orientation=(1, 0, 0, 0), version=1, kind=1, length=64):

@@ -8,18 +8,13 @@ import time
 import numpy as np
 from PIL import Image
 
+import waiting
+
 PATIENCE_S = 120
 
 
 def wait_for(found, what):
-    """The first thing that found() gives which is not None or False."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        result = found()
-        if result is not None and result is not False:
-            return result
-        time.sleep(0.05)
-    raise AssertionError(f"waited {PATIENCE_S} s for {what}")
+    return waiting.wait_for(found, what, PATIENCE_S)
 
 
 class Display:

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), str(REPOSITORY / "tests/golden/viewer")]
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), str(REPOSITORY / "tests/golden"), str(REPOSITORY / "tests/golden/viewer")]
 from display import Display, ViewerProcess  # noqa: E402
 from steps import run_as_program  # noqa: E402
 

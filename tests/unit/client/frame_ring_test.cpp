@@ -1,3 +1,5 @@
+#include "counted_memory.h"
+
 #include <equistream_client/frame_ring.h>
 
 #include <gtest/gtest.h>
@@ -5,35 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdlib>
-#include <new>
 #include <numeric>
 #include <random>
 #include <thread>
 #include <vector>
-
-namespace {
-
-std::atomic<std::int64_t> allocations{0};
-
-}  // namespace
-
-// Of the whole program, so that a test can see that nobody allocates.
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-    ++allocations;
-    return std::malloc(size);
-}
-void* operator new(std::size_t size) {
-    if (void* memory = operator new(size, std::nothrow))
-        return memory;
-    throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-    std::free(memory);
-}
 
 namespace equistream::test {
 namespace {
@@ -168,7 +145,7 @@ TEST(FrameRing, TellsEveryArrivalOnce) {
 TEST(FrameRing, NobodyAllocatesOnceItIsMade) {
     FrameRing<std::array<int, 100>> ring({.kept = 3, .capacity = 9});
     std::mt19937 random(1);
-    const std::int64_t before = allocations;
+    const CountedMemory memory;
     for (std::int64_t i = 0; i < 20000; ++i) {
         ring.writable()[0] = int(i);
         ring.deliver(stamp(i - std::int64_t(random() % 4)));
@@ -177,7 +154,7 @@ TEST(FrameRing, NobodyAllocatesOnceItIsMade) {
         if (random() % 3 == 0)
             ring.show(double(i) * interval_s);
     }
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(memory.allocations(), 0);
 }
 
 /// Pictures are never torn and the display never goes back, while both are as fast as they can and the display asks for

@@ -20,11 +20,6 @@ public:
 
     const MovingRegion& region() const { return *region_; }
 
-    /// Where something was before.
-    struct Before {
-        glm::dvec2 pixel;
-    };
-
     /// Calls reach(x, y, distance_m) for all pixels that pixel (x, y) at distance `before_m` may come to.
     template <typename Reach>
     void splat(int x, int y, float before_m, const Reach& reach) const {
@@ -51,8 +46,8 @@ public:
                     reach(column, to_y, float(centre->distance_m));
     }
 
-    /// Where what pixel (x, y) shows at that distance was; nothing: outside the picture.
-    std::optional<Before> before(int x, int y, float after_m) const {
+    /// Where what pixel (x, y) shows at that distance was, in pixels; nothing: outside the picture.
+    std::optional<glm::dvec2> before(int x, int y, float after_m) const {
         const glm::dvec3 was = backward_(double(after_m) * direction_of(camera_, x + 0.5, y + 0.5));
         const glm::dvec2 pixel = pixel_of(camera_, was);
         if (!(pixel.y >= 0 && pixel.y < height_))
@@ -60,7 +55,7 @@ public:
         const double u = closes_ ? pixel.x - width_ * std::floor(pixel.x / width_) : pixel.x;
         if (!(u >= 0 && u < width_))
             return std::nullopt;
-        return Before{{u, pixel.y}};
+        return glm::dvec2(u, pixel.y);
     }
 
     double distance_after_m(glm::dvec2 pixel_before, float before_m) const {
