@@ -125,6 +125,8 @@ HWY_INLINE std::uint32_t locate(const Tile& tile, const ImageView<const std::uin
     return outside;
 }
 
+inline constexpr std::uint32_t opaque = 0xff000000;
+
 /// Four samples of one pixel, wherever they lie; `colour(x, y)` gives R, G, B of any sample of the source.
 template <typename Colour>
 std::uint32_t mixed_one_by_one(const SourceGrid& grid, const Tile& tile, int pixel, std::uint32_t weights,
@@ -137,26 +139,37 @@ std::uint32_t mixed_one_by_one(const SourceGrid& grid, const Tile& tile, int pix
         for (std::size_t c = 0; c < 3; ++c)
             sum[c] += int(weights >> (8 * k) & 0xff) * sample[c];
     }
-    std::uint32_t rgb = 0;
+    std::uint32_t rgb = opaque;
     for (std::size_t c = 0; c < 3; ++c)
         rgb |= std::uint32_t((sum[c] + position_one / 2) >> position_bits) << (8 * c);
     return rgb;
 }
 
+/// Where a tile's pixels go as opaque RGBA: into the picture, or beside it.
+struct PixelRows {
+    std::uint8_t* first;
+    std::ptrdiff_t stride;
+
+    std::uint8_t* row(int y) const { return first + y * stride; }
+    void set(int pixel, std::uint32_t rgba) const {
+        std::memcpy(row(pixel / tile_width) + 4 * (pixel % tile_width), &rgba, 4);
+    }
+};
+
 /// Calls `redo(i)` for the pixels of the groups of lanes that `groups` names, where they are no gaps.
 template <typename Redo>
 HWY_INLINE void for_each_pixel(const Tile& tile, std::uint32_t groups, const Redo& redo) {
     for (; groups != 0; groups &= groups - 1) {
-        const int from = lanes * std::countr_zero(groups);
-        for (int i = from; i < from + lanes; ++i)
-            if (tile.keep[i] != 0)
+        const int from = lanes * std::countr_zero(groups), end = std::min(from + lanes, tile.rows * tile_width);
+        for (int i = from; i < end; ++i)
+            if (tile.regular || tile.keep[i] != 0)
                 redo(i);
     }
 }
 
-/// All pixels of a tile from RGB or RGBA samples, whose offsets and weights are known; bytes of `pixels` are R, G, B
-/// and anything.
-HWY_INLINE void mix_samples(const ImageView<const std::uint8_t>& plane, const Mixture& mixture, std::uint32_t* pixels) {
+/// A tile's rows from RGB or RGBA samples whose offsets and weights are known.
+HWY_INLINE void mix_samples(const ImageView<const std::uint8_t>& plane, const Mixture& mixture, int rows,
+                            const PixelRows& to) {
     const hn::CappedTag<std::uint8_t, 64> bytes;
     const hn::Repartition<std::uint64_t, decltype(bytes)> eights;
     const hn::Rebind<std::uint32_t, decltype(eights)> fours;
@@ -171,7 +184,7 @@ HWY_INLINE void mix_samples(const ImageView<const std::uint8_t>& plane, const Mi
     const auto sign = hn::Set(bytes, 0x80);
     const std::uint8_t* first_row = plane.data;
     const std::uint8_t* second_row = plane.data + plane.row_stride;
-    for (int at = 0; at < tile_pixels; at += int(hn::MaxLanes(eights))) {
+    const auto mixed = [&](int at) HWY_ATTR {
         const auto weights = hn::BitCast(bytes, hn::PromoteTo(eights, hn::Load(fours, mixture.weights + at)));
         const auto row = [&](const std::uint8_t* base, decltype(by_channel) pick) HWY_ATTR {
             const auto pairs = hn::TableLookupBytes(load_eights(bytes, base, mixture.offset + at), by_channel);
@@ -179,30 +192,31 @@ HWY_INLINE void mix_samples(const ImageView<const std::uint8_t>& plane, const Mi
         };
         const auto sum = row(first_row, upper_weights) + row(second_row, lower_weights);
         const auto rounded = hn::ShiftRight<position_bits>(sum + hn::Set(sums, position_one / 2));
-        const auto rgba = hn::DemoteTo(narrow, rounded + hn::Set(sums, 128));
-        hn::StoreU(hn::BitCast(fours, rgba), fours, pixels + at);
-    }
+        return hn::Or(hn::BitCast(fours, hn::DemoteTo(narrow, rounded + hn::Set(sums, 128))), hn::Set(fours, opaque));
+    };
+    for (int y = 0; y < rows; ++y)
+        for (int i = 0; i < tile_width; i += int(hn::MaxLanes(eights)))
+            hn::StoreU(hn::BitCast(narrow, mixed(y * tile_width + i)), narrow, to.row(y) + 4 * i);
 }
 
 /// RGB or RGBA samples.
-HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
+HWY_INLINE void mix_rgb(const WarpJob& job, const Tile& tile, const PixelRows& to) {
     const ImageView<const std::uint8_t>& plane = job.source.rgb;
     Mixture mixture;
     weigh(tile, mixture);
     const std::uint32_t outside = locate(tile, plane, mixture.offset);
     if (!too_small(plane)) {
         ask_ahead(plane.data, plane.row_stride, mixture.offset);
-        mix_samples(plane, mixture, pixels);
+        mix_samples(plane, mixture, tile.rows, to);
     }
     for_each_pixel(tile, outside, [&](int i) {
-        pixels[i] =
-            mixed_one_by_one(job.grid, tile, i, mixture.weights[i], [&](int x, int y) { return plane.pixel(x, y); });
+        to.set(i, mixed_one_by_one(job.grid, tile, i, mixture.weights[i],
+                                   [&](int x, int y) { return plane.pixel(x, y); }));
     });
 }
 
 /// A whole tile into the picture; how many of its pixels have a colour.
 HWY_INLINE std::int64_t put(const WarpJob& job, const Tile& tile, const std::uint32_t* pixels) {
-    constexpr std::uint32_t opaque = 0xff000000;
     std::int64_t count = 0;
     for (int row = 0; row < tile.rows; ++row) {
         std::uint8_t* rgba = job.rgba.pixel(tile.x, tile.y + row);
@@ -212,9 +226,8 @@ HWY_INLINE std::int64_t put(const WarpJob& job, const Tile& tile, const std::uin
             const hn::Rebind<std::uint8_t, IntTag> marks;
             for (int i = 0; i < tile_width; i += lanes) {
                 const int at = row * tile_width + i;
-                const IntMask shown = tile.regular ? all(0) == all(0) : hn::Load(int_tag, tile.keep + at) != all(0);
-                const auto colour = hn::Or(hn::Load(tag, pixels + at), hn::Set(tag, opaque));
-                const auto out = hn::IfThenElseZero(hn::RebindMask(tag, shown), colour);
+                const IntMask shown = hn::Load(int_tag, tile.keep + at) != all(0);
+                const auto out = hn::IfThenElseZero(hn::RebindMask(tag, shown), hn::Load(tag, pixels + at));
                 hn::StoreU(hn::BitCast(hn::Repartition<std::uint8_t, IntTag>(), out),
                            hn::Repartition<std::uint8_t, IntTag>(), rgba + 4 * i);
                 hn::StoreU(hn::DemoteTo(marks, hn::IfThenElseZero(shown, all(int(job.mark)))), marks, origin + i);
@@ -226,13 +239,20 @@ HWY_INLINE std::int64_t put(const WarpJob& job, const Tile& tile, const std::uin
             const bool shown = tile.regular || tile.keep[row * tile_width + i] != 0;
             if (!shown && job.only_gaps)
                 continue;
-            const std::uint32_t colour = shown ? pixels[row * tile_width + i] | opaque : 0;
+            const std::uint32_t colour = shown ? pixels[row * tile_width + i] : 0;
             std::memcpy(rgba + 4 * i, &colour, 4);
             origin[i] = std::uint8_t(shown ? job.mark : PixelOrigin::gap);
             count += shown;
         }
     }
     return count;
+}
+
+/// Its origins alone: of all pixels the mark.
+HWY_INLINE std::int64_t put_marks(const WarpJob& job, const Tile& tile) {
+    for (int row = 0; row < tile.rows; ++row)
+        std::memset(job.origin.pixel(tile.x, tile.y + row), int(job.mark), tile_width);
+    return std::int64_t{tile.rows} * tile_width;
 }
 
 }  // namespace equistream::HWY_NAMESPACE

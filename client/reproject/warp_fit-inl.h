@@ -1,4 +1,4 @@
-// Positions of a whole tile from a few of its points, where that is good enough.
+// Positions of whole tiles from a few of their points, where that is good enough.
 #if defined(EQUISTREAM_WARP_FIT_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef EQUISTREAM_WARP_FIT_INL_H
 #undef EQUISTREAM_WARP_FIT_INL_H
@@ -16,7 +16,7 @@ struct InversePlane {
     float first = 0, per_column = 0, per_row = 0;
 };
 
-/// Points of a tile, -1 to 1 across and down: three by three that a quadratic goes through, then seven where a cubic
+/// Points of a patch, -1 to 1 across and down: three by three that a quadratic goes through, then seven where a cubic
 /// strays farthest from that.
 inline constexpr int fit_points = 16;
 alignas(64) inline constexpr float fit_across[fit_points] = {-1, 0,      1,     -1,     0,     1,      -1,    0,
@@ -24,7 +24,7 @@ alignas(64) inline constexpr float fit_across[fit_points] = {-1, 0,      1,     
 alignas(64) inline constexpr float fit_down[fit_points] = {-1, -1, -1, 0, 0, 0,     1,      1,
                                                            1,  -1, -1, 1, 1, .577f, -.577f, .577f};
 
-/// The biquadratic through nine values of a tile; [i][j] belongs to the i-th power across and the j-th down.
+/// The biquadratic through nine values of a patch; [i][j] belongs to the i-th power across and the j-th down.
 class Quadratic {
 public:
     explicit Quadratic(const float* values) {
@@ -53,7 +53,7 @@ private:
     float c_[3][3];
 };
 
-/// A quadratic laid out for a tile's rows.
+/// A quadratic laid out for a patch's rows.
 class RowCurves {
 public:
     HWY_INLINE void lay_out(const Quadratic& quadratic) {
@@ -71,24 +71,24 @@ private:
     alignas(64) float c_[3][tile_width];
 };
 
-HWY_INLINE Floats across_from(int i) {
-    return hn::MulAdd(hn::Iota(float_tag, float(i)), all(2.0f / (tile_width - 1)), all(-1.0f));
-}
-
-/// A tile whose points lie in one plane, or at infinity.
-class TileFit {
+/// Some tiles side by side, their pixels' points in one plane or at infinity.
+class PatchFit {
 public:
-    /// False where positions would be off by more than `error` samples, or come near the source's edges.
-    HWY_INLINE bool fit(const WarpJob& job, const Tile& tile, const InversePlane& plane, float error) {
+    /// `columns` from `x` on, tile_height rows from `y` on. False where positions would be off by more than `error`
+    /// samples, or come near the source's edges.
+    HWY_INLINE bool fit(const WarpJob& job, int x, int y, int columns, const InversePlane& plane, float error) {
         alignas(64) float u[fit_points], v[fit_points], length[fit_points];
+        const float half_width = 0.5f * float(columns - 1);
+        x_ = x;
+        step_ = 1 / half_width;
         const Vec3f eye = job.rays.eye();
         FloatMask clear = all(0.0f) == all(0.0f);
         for (int i = 0; i < fit_points; i += lanes) {
-            const Floats x = hn::MulAdd(hn::Load(float_tag, fit_across + i), all(half_width), all(half_width));
-            const Floats y = hn::MulAdd(hn::Load(float_tag, fit_down + i), all(half_height), all(half_height));
+            const Floats column = hn::MulAdd(hn::Load(float_tag, fit_across + i), all(half_width), all(half_width));
+            const Floats row = hn::MulAdd(hn::Load(float_tag, fit_down + i), all(half_height), all(half_height));
             const Floats inverse =
-                hn::MulAdd(x, all(plane.per_column), hn::MulAdd(y, all(plane.per_row), all(plane.first)));
-            const Vectors r = ray(job.rays, x + all(float(tile.x)), y + all(float(tile.y)));
+                hn::MulAdd(column, all(plane.per_column), hn::MulAdd(row, all(plane.per_row), all(plane.first)));
+            const Vectors r = ray(job.rays, column + all(float(x)), row + all(float(y)));
             const Vectors d{hn::MulAdd(all(eye.x), inverse, r.x), hn::MulAdd(all(eye.y), inverse, r.y),
                             hn::MulAdd(all(eye.z), inverse, r.z)};
             const Positions p = project(job.grid, d);
@@ -107,6 +107,8 @@ public:
         length_.lay_out(Quadratic(length));
         return true;
     }
+    /// What the others take for the columns of the picture from one on.
+    HWY_INLINE Floats across_from(int x) const { return hn::MulAdd(columns_from(x - x_), all(step_), all(-1.0f)); }
     /// Positions in 1/128 of a sample from the first one's middle, and lengths of directions as of SeenPoints.
     HWY_INLINE Ints u(int row, Floats across) const { return hn::NearestInt(u_.at(row, across)); }
     HWY_INLINE Ints v(int row, Floats across) const { return hn::NearestInt(v_.at(row, across)); }
@@ -130,26 +132,57 @@ private:
         return hn::AllTrue(float_tag, good);
     }
 
-    static constexpr float half_width = 0.5f * (tile_width - 1), half_height = 0.5f * (tile_height - 1);
+    static constexpr float half_height = 0.5f * (tile_height - 1);
     /// All samples of all planes, chroma and what is read beside them included, lie inside the source from here on.
     static constexpr int edge_samples = 6;
 
+    int x_ = 0;
+    float step_ = 0;
     RowCurves u_, v_, length_;
 };
 
-/// Pixels' directions alone. False where that has to be done exactly.
-HWY_INLINE bool map_by_fit(const WarpJob& job, Tile& tile) {
-    TileFit fit;
-    if (!fit.fit(job, tile, {}, job.interpolation))
-        return false;
-    for (int row = 0; row < tile_height; ++row)
-        for (int i = 0; i < tile_width; i += lanes) {
-            const int at = row * tile_width + i;
-            hn::Store(fit.u(row, across_from(i)), int_tag, tile.u + at);
-            hn::Store(fit.v(row, across_from(i)), int_tag, tile.v + at);
+/// Pixels' directions alone, along rows of tiles: a fit for several tiles at once where that is good enough, as it
+/// mostly is, for an eye's pixels are fine beside what a cubic would add.
+class DirectionFits {
+public:
+    explicit DirectionFits(const WarpJob& job) : job_(job) {}
+
+    /// False where that has to be done exactly.
+    HWY_INLINE bool map(Tile& tile) {
+        if (tile.y != y_ || tile.x / patch_width != patch_) {
+            y_ = tile.y;
+            patch_ = tile.x / patch_width;
+            good_ = fit(patch_ * patch_width, patch_width, wide_);
         }
-    return tile.regular = true;
-}
+        if (good_)
+            lay_out(wide_, tile);
+        else if (PatchFit narrow; fit(tile.x, tile_width, narrow))
+            lay_out(narrow, tile);
+        else
+            return false;
+        return tile.regular = true;
+    }
+
+private:
+    static constexpr int patch_width = 4 * tile_width;
+
+    HWY_NOINLINE bool fit(int x, int columns, PatchFit& fit) const {
+        return fit.fit(job_, x, y_, columns, {}, job_.interpolation);
+    }
+    static HWY_INLINE void lay_out(const PatchFit& fit, Tile& tile) {
+        for (int row = 0; row < tile_height; ++row)
+            for (int i = 0; i < tile_width; i += lanes) {
+                const Floats across = fit.across_from(tile.x + i);
+                hn::Store(fit.u(row, across), int_tag, tile.u + row * tile_width + i);
+                hn::Store(fit.v(row, across), int_tag, tile.v + row * tile_width + i);
+            }
+    }
+
+    const WarpJob& job_;
+    int y_ = -1, patch_ = -1;
+    bool good_ = false;
+    PatchFit wide_;
+};
 
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

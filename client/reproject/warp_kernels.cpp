@@ -31,11 +31,14 @@ bool keep_open(const WarpJob& job, Tile& tile) {
 }
 
 std::int64_t colour(const WarpJob& job, const Tile& tile) {
+    const auto mix = [&](const PixelRows& to)
+                         HWY_ATTR { job.source.rgb.data != nullptr ? mix_rgb(job, tile, to) : mix_yuv(job, tile, to); };
+    if (tile.regular && tile.columns == tile_width) {
+        mix({job.rgba.pixel(tile.x, tile.y), job.rgba.row_stride});
+        return put_marks(job, tile);
+    }
     alignas(64) std::uint32_t pixels[tile_pixels];
-    if (job.source.rgb.data != nullptr)
-        mix_rgb(job, tile, pixels);
-    else
-        mix_yuv(job, tile, pixels);
+    mix({reinterpret_cast<std::uint8_t*>(pixels), 4 * tile_width});
     return put(job, tile, pixels);
 }
 
@@ -82,9 +85,10 @@ std::int64_t warp_tiles_here(const WarpJob& job, int first, int last) {
         }
         return count;
     }
+    DirectionFits fits(job);
     for (int row = first; row < last; ++row)
         count += over_tiles(job, row, [&](Tile& tile) HWY_ATTR {
-            if (!map_by_fit(job, tile))
+            if (!fits.map(tile))
                 map_exactly(job, tile);
         });
     return count;

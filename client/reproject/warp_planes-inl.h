@@ -136,8 +136,8 @@ HWY_INLINE std::uint32_t outside_of(const Tile& tile, const ImageView<const std:
     return outside;
 }
 
-/// A decoder's planes; bytes as of mix_samples.
-HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, std::uint32_t* pixels) {
+/// A decoder's planes.
+HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, const PixelRows& to) {
     const YuvView& planes = job.source.yuv;
     Mixture mixture;
     weigh(tile, mixture);
@@ -147,13 +147,13 @@ HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, std::uint32_t* pix
         RgbBlock block;
         if (cells.width > 0 && block.fill(planes, cells)) {
             block.locate(tile, cells, mixture.offset);
-            mix_samples(block.view(), mixture, pixels);
+            mix_samples(block.view(), mixture, tile.rows, to);
             one_by_one = outside_of(tile, planes.y);
         }
     }
     for_each_pixel(tile, one_by_one, [&](int i) {
-        pixels[i] = mixed_one_by_one(job.grid, tile, i, mixture.weights[i],
-                                     [&](int x, int y) { return yuv_to_rgb::rgb_at(planes, x, y); });
+        to.set(i, mixed_one_by_one(job.grid, tile, i, mixture.weights[i],
+                                   [&](int x, int y) { return yuv_to_rgb::rgb_at(planes, x, y); }));
     });
 }
 

@@ -321,15 +321,15 @@ HWY_INLINE bool map_plane(const WarpJob& job, const InversePlanarRows& rows, Til
     if (tile.columns < tile_width)
         return false;
     InversePlane plane;
-    TileFit fit;
+    PatchFit fit;
     if (!find_plane(rows, tile, deviation, plane) || !shows_front(job.rays, tile, plane, deviation) ||
-        !fit.fit(job, tile, plane, error))
+        !fit.fit(job, tile.x, tile.y, tile_width, plane, error))
         return false;
     const Ints stride = all(int(job.source.depth_m.row_stride));
     for (int row = 0; row < tile_height; ++row)
         for (int i = 0; i < tile_width; i += lanes) {
             const int at = row * tile_width + i;
-            const Floats across = across_from(i);
+            const Floats across = fit.across_from(tile.x + i);
             const Ints u = fit.u(row, across), v = fit.v(row, across);
             const Ints cell = hn::ShiftRight<position_bits>(v) * stride + hn::ShiftRight<position_bits>(u);
             hn::Store(u, int_tag, tile.u + at);
