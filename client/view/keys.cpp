@@ -38,7 +38,7 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_V, 0, "v", Action::next_layout, shown,
      "left eye, right eye, side by side, anaglyph, headset, the sphere itself"},
     {GLFW_KEY_V, shift, "shift v", Action::next_anaglyph, shown, "the next kind of anaglyph"},
-    {GLFW_KEY_O, 0, "o", Action::next_overlay, shown, "overlay: none, depth, gaps, reliability"},
+    {GLFW_KEY_O, 0, "o", Action::next_overlay, shown, "overlay: none, depth, gaps, reliability, motion"},
     {GLFW_KEY_M, 0, "m", Action::next_method, shown, "method: surface, sphere (rotation only)"},
     {GLFW_KEY_F, 0, "f", Action::fill, shown, "fill gaps, or leave them black"},
     {GLFW_KEY_X, 0, "x", Action::split, shown, "split: the other method on the right"},

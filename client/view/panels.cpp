@@ -1,5 +1,6 @@
 #include "panels.h"
 
+#include "gl/display.h"
 #include "keys.h"
 
 #include <equistream/formatted.h>
@@ -22,7 +23,7 @@ constexpr float margin = 10;
 const ImVec2 graph_size{360, 120};
 
 constexpr std::array<ImU32, gl::render_stage_names.size()> stage_colours = {
-    IM_COL32(120, 120, 120, 255), IM_COL32(70, 130, 230, 255), IM_COL32(80, 190, 90, 255),
+    IM_COL32(120, 120, 120, 255), IM_COL32(70, 130, 230, 255), IM_COL32(60, 190, 200, 255), IM_COL32(80, 190, 90, 255),
     IM_COL32(235, 180, 40, 255),  IM_COL32(170, 90, 210, 255), IM_COL32(220, 90, 80, 255)};
 
 void draw_help() {
@@ -63,6 +64,16 @@ void draw_status(const StatusLine& status) {
     ImGui::End();
 }
 
+void draw_legend(const std::string& legend) {
+    const ImVec2 window = ImGui::GetIO().DisplaySize;
+    constexpr int above = gl::motion_legend.from_bottom + gl::motion_legend.radius;
+    ImGui::SetNextWindowPos({window.x - margin, window.y - margin - float(above)}, ImGuiCond_Always, {1, 1});
+    ImGui::SetNextWindowBgAlpha(0.55f);
+    ImGui::Begin("legend", nullptr, plain);
+    ImGui::TextUnformatted(legend.c_str());
+    ImGui::End();
+}
+
 }  // namespace
 
 Panels::Panels() {
@@ -98,6 +109,8 @@ void Panels::draw(const StatusLine& status, gl::Size window, bool with_help, boo
     ImGui::GetIO().DisplaySize = {float(window.width), float(window.height)};
     ImGui::NewFrame();
     draw_status(status);
+    if (!status.legend.empty())
+        draw_legend(status.legend);
     if (with_help)
         draw_help();
     if (with_times && !rows_.empty()) {

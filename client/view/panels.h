@@ -16,6 +16,7 @@ struct StatusLine {
     std::string text;
     double fraction_done = 0;  ///< of the source, 0 to 1
     std::string warning;       ///< above it; empty: none
+    std::string legend;        ///< of an overlay whose colours are shown beside it (MotionLegend); empty: none
 
     bool operator==(const StatusLine&) const = default;
 };

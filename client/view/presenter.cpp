@@ -63,13 +63,15 @@ bool Presenter::refresh() {
     const bool is_new = advance(now_s_);
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
+    later_s_ = wanted_later_s();
     recorder_.add_head(playback_.time_s(), head());
     StatusLine status = this->status();
     if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() &&
-        same_pose(seen_head_, drawn_head_) && status == drawn_status_)
+        same_pose(seen_head_, drawn_head_) && later_s_ == drawn_later_s_ && status == drawn_status_)
         return false;
     draw(status);
     drawn_head_ = seen_head_;
+    drawn_later_s_ = later_s_;
     drawn_status_ = std::move(status);
     return true;
 }
@@ -87,6 +89,7 @@ void Presenter::draw(const StatusLine& status) {
     panels_.draw(status, inputs_.window, settings_.help, settings_.times);
     window_.show();
     ++report_.refreshes;
+    report_.later_s += later_s_;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
         latency_.measured(latency_s);
 }
@@ -181,6 +184,11 @@ void Presenter::lead() {
         followed_.sent(head());
 }
 
+double Presenter::wanted_later_s() const {
+    const bool is_carried = settings_.carry_s > 0 && settings_.surface && renderer_.can_carry_on();
+    return is_carried ? playback_.later_s(settings_.carry_s, latency_.seconds()) : 0;
+}
+
 Pose Presenter::head() const {
     return composed(followed_.around(), motion_.head());
 }
@@ -213,10 +221,12 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
         const bool right = count == 1 ? settings_.layout == gl::DisplayLayout::right : i == 1;
         eyes[std::size_t(i)] = {camera, {eye_position(head, right ? Eye::right : Eye::left, ipd_m), head.orientation}};
     }
+    renderer_.carry_on(later_s_);
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
     const gl::RefreshOptions options{.surface = settings_.surface,
                                      .fill = settings_.fill,
-                                     .reliability = settings_.overlay == gl::Overlay::reliability};
+                                     .reliability = settings_.overlay == gl::Overlay::reliability,
+                                     .motion = settings_.overlay == gl::Overlay::motion};
     renderer_.draw(options, targets_, times_);
     if (splits)
         renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
@@ -231,6 +241,7 @@ void Presenter::look(gl::Size window) {
                    .other = splits ? &other_targets_ : nullptr,
                    .depth = renderer_.depth(),
                    .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
+                   .motion = renderer_.motion(),
                    .source = &renderer_.source()},
                   {.layout = settings_.layout,
                    .anaglyph = settings_.anaglyph,
@@ -258,6 +269,7 @@ ViewerReport Presenter::report() const {
     ViewerReport report = report_;
     report.seconds = now_s_ - began_s_;
     report.latency_s = latency_.seconds();
+    report.later_s /= double(std::max<std::int64_t>(1, report.refreshes));
     if (playback_.is_live())
         report.playout_delay_s = playback_.playout_delay_s();
     report.decoder = frame().main.decoder;

@@ -36,6 +36,7 @@ private:
     void steer(double now_s);
     bool advance(double now_s);
     void lead();
+    double wanted_later_s() const;
     void end();
     void log_connection();
     void draw(const StatusLine& status);
@@ -71,8 +72,10 @@ private:
     HeadMotion motion_;
     FollowedHead followed_;
     DisplayLatency latency_;
-    Pose seen_head_;   ///< in the axes of what it is moved around, foretold
-    Pose drawn_head_;  ///< these two as they were drawn last
+    Pose seen_head_;      ///< in the axes of what it is moved around, foretold
+    double later_s_ = 0;  ///< by which what moves is shown later than in the frame
+    Pose drawn_head_;     ///< these three as they were drawn last
+    double drawn_later_s_ = 0;
     StatusLine drawn_status_;
     double began_s_, now_s_, drawn_s_ = 0;  ///< on the loader's clock
     bool was_lost_ = false;

@@ -152,6 +152,10 @@ StatusLine Presenter::status() const {
         settings_.surface && renderer_.has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
         settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
+    if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)
+        line.legend = info.moving.empty()
+                          ? "nothing is said to move"
+                          : formatted("moves that way; %.0f deg/s at the rim", gl::full_motion_deg_per_s);
     line.fraction_done = playback_.fraction_done();
     if (const std::string late = lateness(); !late.empty())
         line.warning = late;

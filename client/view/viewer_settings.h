@@ -3,6 +3,7 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
+#include <equistream/object_motion.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
@@ -23,15 +24,17 @@ struct ViewerSettings {
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;
     const Anaglyph* anaglyph = &anaglyphs().front();
-    std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
-    std::filesystem::path out = ".";  ///< of pictures and recordings
-    double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
+    std::optional<double> predict_s;   ///< how far ahead the head is foretold; nothing: as far as is measured
+    double carry_s = carry_horizon_s;  ///< as Playback::later_s has it; 0: what moves stays where frames show it
+    std::filesystem::path out = ".";   ///< of pictures and recordings
+    double seconds = 0;                ///< after which it ends by itself; 0: when it is told to
 };
 
 struct ViewerReport {
     double seconds = 0;
     std::int64_t refreshes = 0;  ///< that were drawn: a still picture is drawn once
     std::int64_t frames = 0;     ///< that were shown
+    double later_s = 0;          ///< by which what moves was shown later than in its frame, on average over refreshes
     double latency_s = 0;        ///< from the last look at what steers until the buffers were swapped, on average
     std::optional<double> playout_delay_s;  ///< of a live source, in the end
     std::string decoder;                    ///< of the last frame; empty: it was not coded

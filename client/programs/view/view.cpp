@@ -81,6 +81,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
             throw InputError(expected_found("--ipd", "metres from 0 to 1", in_words(arguments.ipd_m)));
         settings.ipd_m = arguments.ipd_m;
     }
+    if (!(settings.carry_s >= 0 && settings.carry_s <= 1))
+        throw InputError(expected_found("--carry", "0 to 1 s", in_words(settings.carry_s)));
     if (!(settings.seconds >= 0))
         throw InputError(expected_found("--seconds", "0 or more", in_words(settings.seconds)));
     if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
@@ -95,6 +97,7 @@ nlohmann::ordered_json json_of(const ViewerReport& report) {
     json["seconds"] = report.seconds;
     json["refreshes"] = report.refreshes;
     json["frames"] = report.frames;
+    json["moved_on_ms"] = 1e3 * report.later_s;
     json["latency_ms"] = 1e3 * report.latency_s;
     json["playout_delay_ms"] = nullptr;
     if (report.playout_delay_s)
@@ -135,7 +138,7 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    app.add_option("--overlay", arguments->overlay, "none, depth, gaps or reliability")->capture_default_str();
+    app.add_option("--overlay", arguments->overlay, "none, depth, gaps, reliability or motion")->capture_default_str();
     app.add_option("--fill", arguments->fill, "on, or off: gaps stay black")->capture_default_str();
     app.add_option("--size", arguments->size, "Of the window, WxH; default: 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
@@ -145,6 +148,10 @@ std::function<void()> set_up(CLI::App& app) {
         ->capture_default_str();
     app.add_option("--predict", arguments->predict,
                    "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
+        ->capture_default_str();
+    app.add_option("--carry", settings.carry_s,
+                   "Where the stream says what moves: seconds by which that is carried on at most while its server is "
+                   "late, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");

@@ -147,6 +147,49 @@ class Viewer(unittest.TestCase):
         self.assertGreater(report["frames"], 0)
         self.assertLessEqual(report["refreshes"], report["frames"] + 6)
 
+    def moving_stream(self):
+        """The bundled scene whose bodies move by themselves, at three frames a second, and its head turned to them."""
+        if not hasattr(type(self), "moving"):
+            scene = PROGRAMS.scene("motion", self.root)
+            folder = self.root / "moving_frames"
+            PROGRAMS.run("render", scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
+            stream = self.root / "moving.mkv"
+            PROGRAMS.run("encode", folder, "--out", stream, "--depth", "none", "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
+            type(self).moving = (stream, scene)
+        return type(self).moving
+
+    def test_what_moves_is_carried_on_between_frames(self):
+        stream, scene = self.moving_stream()
+        said = {}
+        for carry in ("0.2", "0"):
+            viewer = self.view("--scene", scene, "--carry", carry, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
+            viewer.picture()
+            time.sleep(3)
+            said[carry] = self.report_of(viewer)
+        self.assertEqual(said["0"]["moved_on_ms"], 0)
+        self.assertGreater(said["0.2"]["moved_on_ms"], 20)
+        # Refreshes beyond those that a new frame asks for.
+        self.assertLessEqual(said["0"]["refreshes"], said["0"]["frames"] + 8)
+        self.assertGreater(said["0.2"]["refreshes"], 1.5 * said["0.2"]["frames"] + 8)
+
+    def test_motion_is_shown_in_colours(self):
+        stream, scene = self.moving_stream()
+        viewer = self.view("--scene", scene, "--overlay", "motion", source=stream, size="400x300")
+        viewer.hold("Right", 3.1)  # the ball is behind
+        seen = viewer.resting_picture()[:200, :330]
+        colour = seen.max(axis=2) - seen.min(axis=2)
+        self.assertGreater((colour > 60).sum(), 200)
+        # All else is grey, so that nothing else has a hue.
+        self.assertGreater((colour < 3).mean(), 0.6)
+        viewer.press("o")
+        self.assertLess(psnr(viewer.resting_picture()[:200, :330], seen), 30)
+        legend = self.view("--scene", scene, "--overlay", "motion", source=stream, size="400x300").picture()[300 - 128 - 44 : 300 - 128 + 44, 400 - 64 - 44 : 400 - 64 + 44]
+        right, up, left = legend[44, 80], legend[8, 44], legend[44, 8]
+        self.assertTrue(right[0] > 200 and right[1:].max() < 60, right)
+        self.assertTrue(left[0] < 60 and left[1:].min() > 180, left)
+        self.assertTrue(up[1] > 180 and up[2] < 60, up)
+        self.assertLess(legend[44, 44].max(), 30)
+
     def test_a_moving_head_sees_parallax_by_depth_alone(self):
         viewer = self.by_geometry()
         still = viewer.picture()
