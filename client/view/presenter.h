@@ -10,6 +10,7 @@
 #include "panels.h"
 #include "playback.h"
 #include "recorder.h"
+#include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
 
@@ -20,8 +21,9 @@ namespace equistream {
 
 class Presenter {
 public:
-    /// In the window's context, which is current wherever this is called; all else outlives it.
-    Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box, Window& window);
+    /// In the window's context, which is current wherever this is called; all else outlives it. `truth` may be null.
+    Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses, InputBox& box,
+              Window& window);
     ~Presenter();
     Presenter(const Presenter&) = delete;
     Presenter& operator=(const Presenter&) = delete;
@@ -41,12 +43,16 @@ private:
     void log_connection();
     void draw(const StatusLine& status);
     void look(gl::Size window);
+    bool shows_truth() const;
+    std::string why_no_truth() const;
+    void put_truth_beside();
     void draw_eyes(gl::Size window, bool splits);
     void act(Action action);
     void seek(double time_s);
     const ReceivedFrame& frame() const { return renderer_.frame(); }
-    Pose head() const;               ///< in the world, where it is now
-    Pose foretold_head() const;      ///< in the world, where it is foretold to be
+    Pose head() const;           ///< in the world, where it is now
+    Pose foretold_head() const;  ///< in the world, where it is foretold to be
+    double ipd_m() const;
     double beyond_head_box() const;  ///< fading, 0 to 1
     std::string lateness() const;
     StatusLine status() const;
@@ -56,6 +62,9 @@ private:
     bool is_over() const;
 
     ViewerSettings settings_;
+    Truth* truth_;
+    const TrueEyes* true_eyes_ = nullptr;  ///< of the frame that is shown
+    double fov_deg_;
     FrameLoader& loader_;
     PoseSender& poses_;
     InputBox& box_;
@@ -83,6 +92,9 @@ private:
     bool quit_ = false, picture_wanted_ = false;
     std::string message_;  ///< what was written last
     double message_until_s_ = 0;
+    std::optional<double> truth_db_;  ///< of what was drawn last
+    EyePicture seen_;                 ///< memory for that
+    std::int64_t truth_count_ = 0;
     ViewerReport report_;
 };
 

@@ -161,6 +161,8 @@ StatusLine Presenter::status() const {
         line.warning = late;
     else if (now_s_ < message_until_s_)
         line.warning = message_;
+    else if (truth_ != nullptr && split_ < 1 && !why_no_truth().empty())
+        line.warning = why_no_truth();
     else if (const double fading = beyond_head_box(); fading > 0)
         line.warning = formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
                                  100 * head_box_radius(info));

@@ -53,8 +53,8 @@ class Viewer(unittest.TestCase):
         self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
 
     def view(self, *words, source=None, size=f"{WIDTH}x{HEIGHT}", paused=True):
-        still = ["--paused"] if paused else []
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, "--size", size, *still, *words)
+        still = (["--paused"] if paused else []) + (["--size", size] if size else [])
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, *still, *words)
         self.addCleanup(viewer.close)
         return viewer
 
@@ -253,6 +253,39 @@ class Viewer(unittest.TestCase):
         self.assertEqual(psnr(both[:, : middle - 2], surface[:, : middle - 2]), float("inf"))
         self.assertEqual(psnr(both[:, middle + 2 :], sphere[:, middle + 2 :]), float("inf"))
 
+    def test_the_truth_is_shown_on_the_right(self):
+        truth = self.root / "truth"
+        PROGRAMS.run("render", self.scene, "--camera", "perspective", "--eye", "both", "--frames", "0-1", "--fps", 5, "--size", f"{WIDTH}x{HEIGHT}", "--spp", 4,
+                     "--aovs", "none", "--out", truth)
+        exposure = json.loads(self.scene.read_text()).get("exposure", 1)
+
+        def true(eye, frame):
+            return bytes_of(srgb(exposure * colour_of(read_frame(truth / eye / f"frame.{frame:04}.exr")))).astype(float)
+
+        viewer = self.by_geometry("--truth", truth, "--json", size=None)  # the window is as large as the truth
+        drawn, middle = viewer.picture(), WIDTH // 2
+
+        def shows(eye, frame):
+            seen = viewer.picture()
+            return seen.shape == drawn.shape and np.abs(seen - true(eye, frame))[:, middle + 2 :].max() <= 1
+
+        viewer.press("x")
+        self.assertTrue(shows("left", 0))
+        self.assertEqual(psnr(viewer.picture()[:, : middle - 2], drawn[:, : middle - 2]), float("inf"))
+        self.assertAlmostEqual(self.report_of(viewer)["truth_psnr_db"], psnr(drawn, true("left", 0)), delta=0.01)
+        viewer = self.by_geometry("--truth", truth, "--json", size=None)
+        viewer.press("x", "v")
+        self.assertTrue(shows("right", 0))
+        viewer.press("period")
+        wait_for(lambda: shows("right", 1), "the next frame's truth")
+        viewer.hold("d", 0.5)  # it is not of where the head is now
+        self.assertFalse(shows("right", 1))
+        viewer.press("c")
+        wait_for(lambda: shows("right", 1), "the truth again")
+        viewer.press("period", "period")  # there is none of frame 3
+        wait_for(lambda: not shows("right", 1), "a frame without a truth")
+        self.assertGreater(psnr(true("right", 0), true("left", 0)), 5)
+
     def test_help_times_and_the_status_line_are_on_the_screen(self):
         viewer = self.by_geometry(size="800x600")
         viewer.picture()
@@ -261,6 +294,41 @@ class Viewer(unittest.TestCase):
         wait_for(lambda: np.abs(viewer.screen() - before)[:500, :400].mean() > 20, "help")
         viewer.press("h", "t")
         wait_for(lambda: np.abs(viewer.screen() - before)[:150, 450:].mean() > 20, "frame times")
+
+    def test_all_keys_fit_into_a_small_window_that_is_drawn_once(self):
+        viewer = self.by_geometry(size="640x300")
+        viewer.picture()
+        time.sleep(4.5)  # until what was written has gone
+        before = viewer.screen()
+        pages = 0
+        while True:
+            viewer.press("h")
+            time.sleep(1)
+            changed = np.abs(viewer.screen() - before)[:300, :640].max(axis=2) > 0
+            if not changed.any():
+                break
+            pages += 1
+            # A whole panel: with a picture all around it, and its last line within.
+            rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+            self.assertGreaterEqual(rows[0], 8)
+            self.assertLess(rows[-1], 300 - 35)
+            self.assertLess(columns[-1], 640 - 8)
+            self.assertGreater(rows[-1], 100)
+        self.assertIn(pages, range(2, 6))
+
+    def test_the_times_name_the_decoder(self):
+        heights = []
+        for source in (self.stream, self.root / "frames"):  # decoded, and not
+            viewer = self.by_geometry(source=source, size="640x400")
+            viewer.picture()
+            time.sleep(4.5)
+            before = viewer.screen()
+            viewer.press("t")
+            time.sleep(2)
+            changed = np.abs(viewer.screen() - before)[:350, 300:640].max(axis=2) > 0
+            heights.append(np.flatnonzero(changed.any(axis=1))[-1])
+            viewer.close()
+        self.assertIn(heights[0] - heights[1], range(12, 24))  # a line
 
     def test_recordings(self):
         viewer = self.by_geometry(paused=False)
@@ -330,6 +398,8 @@ class Viewer(unittest.TestCase):
         self.assertIn("--layout: expected left, right, sbs", self.refused(here, self.stream, "--layout", "upside-down"))
         self.assertIn("--predict: expected auto, off or milliseconds", self.refused(here, self.stream, "--predict", "soon"))
         self.assertIn("--decode: expected software, auto", self.refused(here, self.stream, "--decode", "hardware"))
+        self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
+        self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
         self.assertIn("a stream or a folder", self.refused(here))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
