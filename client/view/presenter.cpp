@@ -92,7 +92,7 @@ void Presenter::draw(const StatusLine& status) {
     StatusLine line = status;
     if (truth_db_)
         line.text += formatted("  |  truth on the right: %.1f dB", *truth_db_);
-    panels_.draw(line, inputs_.window, settings_.help, settings_.times);
+    panels_.draw(line, inputs_.window, settings_.times);
     window_.show();
     ++report_.refreshes;
     report_.later_s += later_s_;
@@ -221,7 +221,6 @@ double Presenter::beyond_head_box() const {
 }
 
 void Presenter::draw_eyes(gl::Size window, bool splits) {
-    const FrameInfo& info = frame().main.info;
     const gl::Size size = gl::eye_size(settings_.layout, window);
     const PerspectiveCamera camera{size.width, size.height, fov_deg_ * pi / 180};
     const Pose head = foretold_head();

@@ -112,7 +112,7 @@ void Presenter::act(Action action) {
             settings_.times = !settings_.times;
             break;
         case Action::help:
-            settings_.help = !settings_.help;
+            panels_.turn_help_page();
             break;
         case Action::fullscreen:
             box_.ask_for_fullscreen_toggle();
@@ -156,6 +156,7 @@ StatusLine Presenter::status() const {
         line.legend = info.moving.empty()
                           ? "nothing is said to move"
                           : formatted("moves that way; %.0f deg/s at the rim", gl::full_motion_deg_per_s);
+    line.decoder = frame().main.decoder;
     line.fraction_done = playback_.fraction_done();
     if (const std::string late = lateness(); !late.empty())
         line.warning = late;

@@ -23,7 +23,7 @@ struct ViewerSettings {
     std::optional<gl::Size> size;
     std::optional<double> fov_deg;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
-    bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
+    bool surface = true, fill = true, loop = true, paused = false, times = false;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

@@ -274,8 +274,9 @@ class Viewer(unittest.TestCase):
         self.assertEqual(psnr(viewer.picture()[:, : middle - 2], drawn[:, : middle - 2]), float("inf"))
         self.assertAlmostEqual(self.report_of(viewer)["truth_psnr_db"], psnr(drawn, true("left", 0)), delta=0.01)
         viewer = self.by_geometry("--truth", truth, "--json", size=None)
+        viewer.picture()
         viewer.press("x", "v")
-        self.assertTrue(shows("right", 0))
+        wait_for(lambda: shows("right", 0), "the right eye's truth")
         viewer.press("period")
         wait_for(lambda: shows("right", 1), "the next frame's truth")
         viewer.hold("d", 0.5)  # it is not of where the head is now
@@ -325,7 +326,7 @@ class Viewer(unittest.TestCase):
             before = viewer.screen()
             viewer.press("t")
             time.sleep(2)
-            changed = np.abs(viewer.screen() - before)[:350, 300:640].max(axis=2) > 0
+            changed = np.abs(viewer.screen() - before)[:335, 300:640].max(axis=2) > 0  # above the line at the bottom
             heights.append(np.flatnonzero(changed.any(axis=1))[-1])
             viewer.close()
         self.assertIn(heights[0] - heights[1], range(12, 24))  # a line
