@@ -11,6 +11,11 @@
 
 namespace equistream {
 
+/// Rows that one pixel may come to cover, each way: what comes nearer by more is no longer seen well anyway.
+inline constexpr double largest_half_height = 16;
+/// What goes beyond is not seen.
+inline constexpr double farthest_carried_m = 1e9;
+
 class MovedRegion {
 public:
     MovedRegion(const MovingRegion& region, const FrameInfo& info, double seconds)
@@ -19,6 +24,9 @@ public:
           backward_(forward_.inverse()) {}
 
     const MovingRegion& region() const { return *region_; }
+    /// In the axes of the picture's camera, about its centre.
+    const RigidTransform& forward() const { return forward_; }
+    const RigidTransform& backward() const { return backward_; }
 
     /// Calls reach(x, y, distance_m) for all pixels that pixel (x, y) at distance `before_m` may come to.
     template <typename Reach>
@@ -80,10 +88,6 @@ public:
     }
 
 private:
-    /// Rows that one pixel may come to cover, each way: what comes nearer by more is no longer seen well anyway.
-    static constexpr double largest_half_height = 16;
-    static constexpr double farthest_m = 1e9;
-
     struct After {
         glm::dvec2 pixel;
         double distance_m = 0;
@@ -105,7 +109,7 @@ private:
         const double distance_m = glm::length(to);
         const glm::dvec2 at = pixel_of(camera_, to);
         // Streams may say anything, and a flat view has no end: neither may leave the numbers that pixels are.
-        if (!(distance_m > 0 && distance_m < farthest_m && std::abs(at.x) < 4.0 * width_ &&
+        if (!(distance_m > 0 && distance_m < farthest_carried_m && std::abs(at.x) < 4.0 * width_ &&
               std::abs(at.y) < 4.0 * height_))
             return std::nullopt;
         return After{at, distance_m};

@@ -1,5 +1,6 @@
 #include "constants.h"
 
+#include "../carry/moved_region.h"
 #include "../fill/push_pull_pyramid.h"
 #include "../reliability/coefficients.h"
 #include "../reliability/risks.h"
@@ -61,6 +62,8 @@ std::string made() {
     d.add("ATAN_COEFFICIENTS", atan_coefficients);
     d.add("EDGE_ROUNDING_PX", edge_rounding_px);
     d.add("FAR_DISTANCE_M", far_distance_m);
+    d.add("FARTHEST_CARRIED_M", farthest_carried_m);
+    d.add("LARGEST_HALF_HEIGHT", largest_half_height);
     d.add("LEAST_REACH_SHARE", least_reach_share);
     d.add("LEAST_WEIGHT", least_weight);
     d.add("LEAST_BEHIND", least_behind);

@@ -16,6 +16,8 @@ struct StatusLine {
     std::string text;
     double fraction_done = 0;  ///< of the source, 0 to 1
     std::string warning;       ///< above it; empty: none
+    std::string decoder;       ///< of the frame; shown with the times; empty: it was not coded
+    std::string legend;        ///< of an overlay whose colours are shown beside it (MotionLegend); empty: none
 
     bool operator==(const StatusLine&) const = default;
 };
@@ -30,14 +32,22 @@ public:
     /// One refresh's times, told apart by stage; `refresh_ms` from the one before to it.
     void add(const gl::StageTimes::Row& row, double refresh_ms);
 
-    void draw(const StatusLine& status, gl::Size window, bool with_help, bool with_times);
+    /// The keys' first page, the next, or after the last none.
+    void turn_help_page() { ++help_page_; }
+
+    void draw(const StatusLine& status, gl::Size window, bool with_times);
 
 private:
+    void build(const StatusLine& status, bool with_times);
+    void build_help(float room);
+    void build_times(const std::string& decoder) const;
+
     static constexpr std::size_t most_rows = 180;
 
     std::vector<gl::StageTimes::Row> rows_;  ///< a ring
     std::vector<double> refreshes_ms_;
     std::size_t newest_ = 0;
+    int help_page_ = 0;  ///< from 1; 0: none
 };
 
 }  // namespace equistream

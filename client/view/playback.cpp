@@ -16,6 +16,9 @@ constexpr double longest_step_s = 0.25;
 /// Clocks and frame times are sums of doubles.
 constexpr double same_time_s = 1e-6;
 
+/// Time constant with which the path's delay is followed, as the clock follows the play-out delay.
+constexpr double settle_s = MediaClockOptions{}.settle_s;
+
 /// Nothing of a recorded source comes late.
 constexpr MediaClockOptions recorded_options{.start_delay_s = 0, .start_frames = 1};
 
@@ -56,6 +59,8 @@ void Playback::forget_reel() {
     waiting_.clear();
     clock_ = MediaClock(is_live() ? MediaClockOptions{} : recorded_options);
     clock_runs_ = over_ = false;
+    path_delay_s_.reset();
+    behind_s_ = 0;
     stepping_ = true;
     shown_number_ = -1;
 }
@@ -93,10 +98,15 @@ Playback::Moment Playback::refresh(double now_s) {
         stepping_ = false;
         loader_.rethrow();
     }
-    return is_live() ? refresh_live(loaded.ended) : refresh_recorded(loaded.ended, elapsed_s);
+    return is_live() ? refresh_live(loaded.ended, elapsed_s) : refresh_recorded(loaded.ended, elapsed_s);
 }
 
-Playback::Moment Playback::refresh_live(bool ended) {
+double Playback::later_s(double most_ahead_s, double until_seen_s) const {
+    const double ahead_s = is_live() && path_delay_s_ ? std::clamp(behind_s_ + until_seen_s, 0.0, most_ahead_s) : 0;
+    return shown_number_ < 0 ? 0 : std::max(0.0, time_s_ - shown_s_) + ahead_s;
+}
+
+Playback::Moment Playback::refresh_live(bool ended, double elapsed_s) {
     if (ended)
         clock_.end();
     const std::optional<MediaTime> time = clock_.at(*now_s_);
@@ -104,6 +114,9 @@ Playback::Moment Playback::refresh_live(bool ended) {
         return {};
     state_ = time->state;
     Moment moment = show(time->frame_time_s);
+    const double path_s = clock_.path_delay_s(), known_s = path_delay_s_.value_or(path_s);
+    path_delay_s_ = known_s + (path_s - known_s) * -std::expm1(-elapsed_s / settle_s);
+    behind_s_ = *now_s_ - *path_delay_s_ - time_s_;
     stepping_ = false;
     if (state_ == ClockState::ended && !over_)
         moment.is_over = over_ = true;

@@ -41,6 +41,10 @@ public:
 
     bool is_live() const { return loader_.is_live(); }
     double time_s() const { return time_s_; }  ///< of the source
+    /// By how much what moves by itself is to be shown later than in the frame (carry_on.h) where that is seen so long
+    /// after the last refresh: at time_s(), and of a live source by up to `most_ahead_s` more, as if frames came as
+    /// soon as the path lets them. Goes on without a step, for what the path takes is followed slowly.
+    double later_s(double most_ahead_s, double until_seen_s = 0) const;
     double fraction_done() const { return fraction_done_; }
     ClockState state() const { return state_; }
     /// Of a live source: for how long the next frame has been overdue; 0: it is not.
@@ -54,7 +58,7 @@ public:
 private:
     void take_arrivals();
     void begin_at_next();
-    Moment refresh_live(bool ended);
+    Moment refresh_live(bool ended, double elapsed_s);
     Moment refresh_recorded(bool ended, double elapsed_s);
     Moment show(double frame_time_s);
     Moment finish();
@@ -73,6 +77,8 @@ private:
     std::int64_t shown_number_ = -1;
     double shown_s_ = 0, newest_s_ = 0;  ///< frame times
     double newest_arrival_s_ = 0;
+    std::optional<double> path_delay_s_;  ///< of a live source: the clock's, followed
+    double behind_s_ = 0;                 ///< of a live source: what that lets come less what is shown
     double time_s_ = 0, fraction_done_ = 0;
     ClockState state_ = ClockState::starting;
     int attempts_ = 0;

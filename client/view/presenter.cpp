@@ -5,6 +5,7 @@
 #include <equistream/formatted.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/received_view.h>
+#include <equistream_compare/picture_metrics.h>
 
 #include <algorithm>
 #include <array>
@@ -28,10 +29,12 @@ constexpr double least_interval = 0.9;
 
 }  // namespace
 
-Presenter::Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box,
-                     Window& window)
-    : settings_(settings), loader_(loader), poses_(poses), box_(box), window_(window),
-      playback_(loader, settings.paused),
+Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses,
+                     InputBox& box, Window& window)
+    : settings_(settings), truth_(truth),
+      fov_deg_(
+          settings.fov_deg.value_or(truth != nullptr ? truth->camera().fov_x_rad * 180 / pi : default_view_fov_deg)),
+      loader_(loader), poses_(poses), box_(box), window_(window), playback_(loader, settings.paused),
       renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first())),
       recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
     advance(now_s_);
@@ -63,13 +66,15 @@ bool Presenter::refresh() {
     const bool is_new = advance(now_s_);
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
+    later_s_ = wanted_later_s();
     recorder_.add_head(playback_.time_s(), head());
     StatusLine status = this->status();
     if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() &&
-        same_pose(seen_head_, drawn_head_) && status == drawn_status_)
+        same_pose(seen_head_, drawn_head_) && later_s_ == drawn_later_s_ && status == drawn_status_)
         return false;
     draw(status);
     drawn_head_ = seen_head_;
+    drawn_later_s_ = later_s_;
     drawn_status_ = std::move(status);
     return true;
 }
@@ -84,9 +89,13 @@ void Presenter::draw(const StatusLine& status) {
             (*report_.stages_ms)[stage] += times_.row()[stage];
     }
     keep_what_is_asked_for();
-    panels_.draw(status, inputs_.window, settings_.help, settings_.times);
+    StatusLine line = status;
+    if (truth_db_)
+        line.text += formatted("  |  truth on the right: %.1f dB", *truth_db_);
+    panels_.draw(line, inputs_.window, settings_.times);
     window_.show();
     ++report_.refreshes;
+    report_.later_s += later_s_;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
         latency_.measured(latency_s);
 }
@@ -105,7 +114,7 @@ void Presenter::rest(bool drew) {
 void Presenter::steer(double now_s) {
     // What the mouse holds in the middle of a picture stays under it.
     const double eye_px = std::max(1, gl::eye_size(settings_.layout, inputs_.window).width);
-    const double rad_per_px = 2 * std::tan(settings_.fov_deg * pi / 360) / eye_px;
+    const double rad_per_px = 2 * std::tan(fov_deg_ * pi / 360) / eye_px;
     for (const InputSample& sample : inputs_.samples) {
         steering_.drag_yaw_rad = sample.drag_x * rad_per_px;
         steering_.drag_pitch_rad = sample.drag_y * rad_per_px;
@@ -118,8 +127,7 @@ void Presenter::steer(double now_s) {
                      .move_z = sample.sticks.move_z};
     }
     motion_.steer(steering_, now_s);
-    settings_.fov_deg =
-        std::clamp(settings_.fov_deg * std::pow(zoom_step, -inputs_.scroll), least_fov_deg, most_fov_deg);
+    fov_deg_ = std::clamp(fov_deg_ * std::pow(zoom_step, -inputs_.scroll), least_fov_deg, most_fov_deg);
     if (inputs_.click_x >= 0 && split_ < 1)
         split_ = float(std::clamp(inputs_.click_x, 0.0, 0.999));
 }
@@ -130,7 +138,9 @@ bool Presenter::advance(double now_s) {
     try {
         const Playback::Moment moment = playback_.refresh(now_s);
         if (moment.frame) {
-            followed_.show(moment.frame->main.info.head);
+            if (truth_ != nullptr)
+                true_eyes_ = truth_->at(moment.frame->main.info.time_s);
+            followed_.show(true_eyes_ != nullptr ? true_eyes_->head : moment.frame->main.info.head);
             renderer_.show(moment.frame, times_);
             ++report_.frames;
             is_new = true;
@@ -181,6 +191,12 @@ void Presenter::lead() {
         followed_.sent(head());
 }
 
+double Presenter::wanted_later_s() const {
+    // The truth is of the frames' own times.
+    const bool is_carried = settings_.carry_s > 0 && truth_ == nullptr && settings_.surface && renderer_.can_carry_on();
+    return is_carried ? playback_.later_s(settings_.carry_s, latency_.seconds()) : 0;
+}
+
 Pose Presenter::head() const {
     return composed(followed_.around(), motion_.head());
 }
@@ -189,48 +205,93 @@ Pose Presenter::foretold_head() const {
     return composed(followed_.around(), seen_head_);
 }
 
+double Presenter::ipd_m() const {
+    return settings_.ipd_m.value_or(true_eyes_ != nullptr ? true_eyes_->ipd_m : frame().main.info.ipd_m);
+}
+
 double Presenter::beyond_head_box() const {
     const FrameInfo& info = frame().main.info;
     if (!frame().posed)
         return 0;
     double farthest_m = 0;
     for (const Eye eye : {Eye::left, Eye::right})
-        farthest_m =
-            std::max(farthest_m, glm::distance(eye_position(foretold_head(), eye, settings_.ipd_m.value_or(info.ipd_m)),
-                                               info.camera_pose.position_m));
+        farthest_m = std::max(farthest_m,
+                              glm::distance(eye_position(foretold_head(), eye, ipd_m()), info.camera_pose.position_m));
     return head_box_fading(farthest_m, head_box_radius(info) + 1e-6);
 }
 
 void Presenter::draw_eyes(gl::Size window, bool splits) {
-    const FrameInfo& info = frame().main.info;
     const gl::Size size = gl::eye_size(settings_.layout, window);
-    const PerspectiveCamera camera{size.width, size.height, settings_.fov_deg * pi / 180};
-    const double ipd_m = settings_.ipd_m.value_or(info.ipd_m);
+    const PerspectiveCamera camera{size.width, size.height, fov_deg_ * pi / 180};
     const Pose head = foretold_head();
     std::array<EyeView, gl::most_eyes> eyes;
     const int count = gl::eyes_of(settings_.layout);
     for (int i = 0; i < count; ++i) {
         const bool right = count == 1 ? settings_.layout == gl::DisplayLayout::right : i == 1;
-        eyes[std::size_t(i)] = {camera, {eye_position(head, right ? Eye::right : Eye::left, ipd_m), head.orientation}};
+        eyes[std::size_t(i)] = {camera,
+                                {eye_position(head, right ? Eye::right : Eye::left, ipd_m()), head.orientation}};
     }
+    renderer_.carry_on(later_s_);
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
     const gl::RefreshOptions options{.surface = settings_.surface,
                                      .fill = settings_.fill,
-                                     .reliability = settings_.overlay == gl::Overlay::reliability};
+                                     .reliability = settings_.overlay == gl::Overlay::reliability,
+                                     .motion = settings_.overlay == gl::Overlay::motion};
     renderer_.draw(options, targets_, times_);
     if (splits)
         renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
 }
 
+/// Empty: the truth is of what is drawn.
+std::string Presenter::why_no_truth() const {
+    const bool right = settings_.layout == gl::DisplayLayout::right;
+    if (!right && settings_.layout != gl::DisplayLayout::left)
+        return "the truth is shown beside one eye (v)";
+    if (true_eyes_ == nullptr || true_eyes_->rgb[right ? 1 : 0].empty())
+        return "there is no truth of this eye at this time";
+    const PerspectiveCamera& camera = true_eyes_->camera;
+    if (!(inputs_.window == gl::Size{camera.width, camera.height}))
+        return formatted("the truth is %dx%d: the window must be", camera.width, camera.height);
+    if (std::abs(fov_deg_ - camera.fov_x_rad * 180 / pi) > 1e-6)
+        return formatted("the truth is %s degrees wide: the view must be",
+                         in_words(camera.fov_x_rad * 180 / pi).c_str());
+    if (!same_pose(seen_head_, {}))
+        return "the head is not where the truth is (c: back)";
+    return "";
+}
+
+bool Presenter::shows_truth() const {
+    return truth_ != nullptr && split_ < 1 && why_no_truth().empty();
+}
+
+/// Where the other method would be, and how near what is drawn is to it.
+void Presenter::put_truth_beside() {
+    const ByteImage& rgb = true_eyes_->rgb[settings_.layout == gl::DisplayLayout::right ? 1 : 0];
+    other_targets_.size_for(true_eyes_->camera, 1);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage3D(other_targets_.colour(), 0, 0, 0, 0, rgb.width(), rgb.height(), 1, GL_RGB, GL_UNSIGNED_BYTE,
+                        rgb.samples().data());
+    targets_.download(0, seen_);
+    truth_db_ = total_error(squared_errors(seen_.rgb().view(), rgb.view())).psnr_db();
+    report_.truth_db = report_.truth_db.value_or(0) + *truth_db_;
+    ++truth_count_;
+}
+
 void Presenter::look(gl::Size window) {
-    const bool splits = split_ < 1 && renderer_.has_depth();
+    const bool with_truth = shows_truth();
+    const bool with_other = split_ < 1 && truth_ == nullptr && renderer_.has_depth();
+    const bool splits = with_truth || with_other;
     if (settings_.layout != gl::DisplayLayout::sphere)
-        draw_eyes(window, splits);
+        draw_eyes(window, with_other);
+    truth_db_.reset();
+    if (with_truth)
+        put_truth_beside();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     display_.draw({.eyes = &targets_,
                    .other = splits ? &other_targets_ : nullptr,
                    .depth = renderer_.depth(),
                    .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
+                   .motion = renderer_.motion(),
                    .source = &renderer_.source()},
                   {.layout = settings_.layout,
                    .anaglyph = settings_.anaglyph,
@@ -258,8 +319,11 @@ ViewerReport Presenter::report() const {
     ViewerReport report = report_;
     report.seconds = now_s_ - began_s_;
     report.latency_s = latency_.seconds();
+    report.later_s /= double(std::max<std::int64_t>(1, report.refreshes));
     if (playback_.is_live())
         report.playout_delay_s = playback_.playout_delay_s();
+    if (report.truth_db)
+        *report.truth_db /= double(truth_count_);
     report.decoder = frame().main.decoder;
     if (report.stages_ms)
         for (double& stage_ms : *report.stages_ms)

@@ -10,6 +10,7 @@
 #include "panels.h"
 #include "playback.h"
 #include "recorder.h"
+#include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
 
@@ -20,8 +21,9 @@ namespace equistream {
 
 class Presenter {
 public:
-    /// In the window's context, which is current wherever this is called; all else outlives it.
-    Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box, Window& window);
+    /// In the window's context, which is current wherever this is called; all else outlives it. `truth` may be null.
+    Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses, InputBox& box,
+              Window& window);
     ~Presenter();
     Presenter(const Presenter&) = delete;
     Presenter& operator=(const Presenter&) = delete;
@@ -36,16 +38,21 @@ private:
     void steer(double now_s);
     bool advance(double now_s);
     void lead();
+    double wanted_later_s() const;
     void end();
     void log_connection();
     void draw(const StatusLine& status);
     void look(gl::Size window);
+    bool shows_truth() const;
+    std::string why_no_truth() const;
+    void put_truth_beside();
     void draw_eyes(gl::Size window, bool splits);
     void act(Action action);
     void seek(double time_s);
     const ReceivedFrame& frame() const { return renderer_.frame(); }
-    Pose head() const;               ///< in the world, where it is now
-    Pose foretold_head() const;      ///< in the world, where it is foretold to be
+    Pose head() const;           ///< in the world, where it is now
+    Pose foretold_head() const;  ///< in the world, where it is foretold to be
+    double ipd_m() const;
     double beyond_head_box() const;  ///< fading, 0 to 1
     std::string lateness() const;
     StatusLine status() const;
@@ -55,6 +62,9 @@ private:
     bool is_over() const;
 
     ViewerSettings settings_;
+    Truth* truth_;
+    const TrueEyes* true_eyes_ = nullptr;  ///< of the frame that is shown
+    double fov_deg_;
     FrameLoader& loader_;
     PoseSender& poses_;
     InputBox& box_;
@@ -71,8 +81,10 @@ private:
     HeadMotion motion_;
     FollowedHead followed_;
     DisplayLatency latency_;
-    Pose seen_head_;   ///< in the axes of what it is moved around, foretold
-    Pose drawn_head_;  ///< these two as they were drawn last
+    Pose seen_head_;      ///< in the axes of what it is moved around, foretold
+    double later_s_ = 0;  ///< by which what moves is shown later than in the frame
+    Pose drawn_head_;     ///< these three as they were drawn last
+    double drawn_later_s_ = 0;
     StatusLine drawn_status_;
     double began_s_, now_s_, drawn_s_ = 0;  ///< on the loader's clock
     bool was_lost_ = false;
@@ -80,6 +92,9 @@ private:
     bool quit_ = false, picture_wanted_ = false;
     std::string message_;  ///< what was written last
     double message_until_s_ = 0;
+    std::optional<double> truth_db_;  ///< of what was drawn last
+    EyePicture seen_;                 ///< memory for that
+    std::int64_t truth_count_ = 0;
     ViewerReport report_;
 };
 

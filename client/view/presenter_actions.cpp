@@ -112,7 +112,7 @@ void Presenter::act(Action action) {
             settings_.times = !settings_.times;
             break;
         case Action::help:
-            settings_.help = !settings_.help;
+            panels_.turn_help_page();
             break;
         case Action::fullscreen:
             box_.ask_for_fullscreen_toggle();
@@ -152,11 +152,18 @@ StatusLine Presenter::status() const {
         settings_.surface && renderer_.has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
         settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
+    if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)
+        line.legend = info.moving.empty()
+                          ? "nothing is said to move"
+                          : formatted("moves that way; %.0f deg/s at the rim", gl::full_motion_deg_per_s);
+    line.decoder = frame().main.decoder;
     line.fraction_done = playback_.fraction_done();
     if (const std::string late = lateness(); !late.empty())
         line.warning = late;
     else if (now_s_ < message_until_s_)
         line.warning = message_;
+    else if (truth_ != nullptr && split_ < 1 && !why_no_truth().empty())
+        line.warning = why_no_truth();
     else if (const double fading = beyond_head_box(); fading > 0)
         line.warning = formatted("outside the head box of %.0f cm: parallax is beyond its error bound (c: back)",
                                  100 * head_box_radius(info));

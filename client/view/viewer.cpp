@@ -38,9 +38,12 @@ Viewer::Viewer(const ViewerSettings& settings)
                                 .yuv = true,
                                 .left_out = [] { return unused_roles(); },
                                 .poses = &poses_}) {
-    window_ = Window::open("equistream: " + settings.source, settings.size);
+    if (!settings.truth.empty())
+        truth_.emplace(settings.truth);
+    const gl::Size size = truth_ ? gl::Size{truth_->camera().width, truth_->camera().height} : default_window_size;
+    window_ = Window::open("equistream: " + settings.source, settings.size.value_or(size));
     observe();
-    presenter_ = std::make_unique<Presenter>(settings, loader_, poses_, box_, *window_);
+    presenter_ = std::make_unique<Presenter>(settings, truth_ ? &*truth_ : nullptr, loader_, poses_, box_, *window_);
 }
 
 Viewer::~Viewer() = default;

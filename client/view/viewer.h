@@ -3,10 +3,12 @@
 #include "frame_loader.h"
 #include "input_box.h"
 #include "presenter.h"
+#include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
 
 #include <memory>
+#include <optional>
 
 namespace equistream {
 
@@ -23,6 +25,7 @@ private:
     void observe();
     HeldActions held() const;
 
+    std::optional<Truth> truth_;
     PoseSender poses_;
     FrameLoader loader_;
     std::unique_ptr<Window> window_;

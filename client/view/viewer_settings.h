@@ -3,6 +3,7 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
+#include <equistream/object_motion.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
@@ -12,27 +13,35 @@
 
 namespace equistream {
 
+inline constexpr gl::Size default_window_size{1280, 720};
+inline constexpr double default_view_fov_deg = 90;
+
 struct ViewerSettings {
     std::string source;                     ///< file, URL or folder
     std::optional<SceneDescription> scene;  ///< whose geometry gives depth
-    gl::Size size{1280, 720};
-    double fov_deg = 90;
+    /// Nothing: the truth's, else as the defaults are.
+    std::optional<gl::Size> size;
+    std::optional<double> fov_deg;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
-    bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
+    bool surface = true, fill = true, loop = true, paused = false, times = false;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;
     const Anaglyph* anaglyph = &anaglyphs().front();
-    std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
-    std::filesystem::path out = ".";  ///< of pictures and recordings
-    double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
+    std::optional<double> predict_s;   ///< how far ahead the head is foretold; nothing: as far as is measured
+    double carry_s = carry_horizon_s;  ///< as Playback::later_s has it; 0: what moves stays where frames show it
+    std::filesystem::path truth;       ///< folder of path-traced eyes of the same path; empty: there is none
+    std::filesystem::path out = ".";   ///< of pictures and recordings
+    double seconds = 0;                ///< after which it ends by itself; 0: when it is told to
 };
 
 struct ViewerReport {
     double seconds = 0;
     std::int64_t refreshes = 0;  ///< that were drawn: a still picture is drawn once
     std::int64_t frames = 0;     ///< that were shown
-    double latency_s = 0;        ///< from the last look at what steers until the buffers were swapped, on average
+    double later_s = 0;          ///< by which what moves was shown later than in its frame, on average over refreshes
+    std::optional<double> truth_db;  ///< PSNR of what was seen beside the truth, on average over refreshes
+    double latency_s = 0;            ///< from the last look at what steers until the buffers were swapped, on average
     std::optional<double> playout_delay_s;  ///< of a live source, in the end
     std::string decoder;                    ///< of the last frame; empty: it was not coded
     /// Of all refreshes, in milliseconds; nothing unless stages were told apart.

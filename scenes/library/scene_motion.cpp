@@ -64,24 +64,36 @@ std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const 
     return instances;
 }
 
-std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s) {
+MovedInstances::MovedInstances(const SceneModel& model, const SceneDescription& scene) {
     const auto moving = moving_objects(model, scene);
-    std::unordered_map<std::uint32_t, glm::dmat4> moved_from_rest;
+    std::unordered_map<std::uint32_t, std::size_t> mover_of_object;
     for (const auto& [object, entry] : moving) {
         const glm::dmat4 rest(model.objects[object].world_from_object);
-        const Pose pose = scene.moving[entry].path.at(time_s);
-        const glm::dmat4 now = glm::translate(glm::dmat4(1), pose.position_m) * glm::mat4_cast(pose.orientation) *
-                               glm::scale(glm::dmat4(1), scale_of(rest));
-        moved_from_rest[object] = now * glm::inverse(rest);
+        mover_of_object[object] = movers_.size();
+        movers_.push_back({scene.moving[entry].path, scale_of(rest), glm::inverse(rest)});
     }
-    std::vector<glm::mat4> transforms(model.instances.size());
-    for (std::size_t i = 0; i < transforms.size(); ++i) {
-        const Instance& instance = model.instances[i];
+    for (const Instance& instance : model.instances) {
         const std::uint32_t mover = moving.empty() ? no_index : mover_of(model, instance.object, moving);
-        transforms[i] = mover == no_index ? instance.world_from_object
-                                          : glm::mat4(moved_from_rest[mover] * glm::dmat4(instance.world_from_object));
+        if (mover != no_index)
+            moving_.push_back(
+                {world_from_object_.size(), mover_of_object[mover], glm::dmat4(instance.world_from_object)});
+        world_from_object_.push_back(instance.world_from_object);
     }
-    return transforms;
+}
+
+const std::vector<glm::mat4>& MovedInstances::at(double time_s) {
+    for (Mover& mover : movers_) {
+        const Pose pose = mover.path.at(time_s);
+        mover.moved_from_rest = glm::translate(glm::dmat4(1), pose.position_m) * glm::mat4_cast(pose.orientation) *
+                                glm::scale(glm::dmat4(1), mover.scale) * mover.object_from_rest;
+    }
+    for (const Moving& one : moving_)
+        world_from_object_[one.instance] = glm::mat4(movers_[one.mover].moved_from_rest * one.rest);
+    return world_from_object_;
+}
+
+std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s) {
+    return MovedInstances(model, scene).at(time_s);
 }
 
 }  // namespace equistream

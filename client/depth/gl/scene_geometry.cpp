@@ -76,10 +76,10 @@ void SceneGeometry::upload_masks(const SceneModel& model) {
 
 void SceneGeometry::set_transforms(std::span<const glm::mat4> world_from_object) {
     assert(world_from_object.size() == instance_count_);
-    std::vector<float> growth(world_from_object.size());
-    std::ranges::transform(world_from_object, growth.begin(), length_growth);
+    lengths_growth_.resize(world_from_object.size());
+    std::ranges::transform(world_from_object, lengths_growth_.begin(), length_growth);
     glNamedBufferSubData(transforms_.name(), 0, GLsizeiptr(world_from_object.size_bytes()), world_from_object.data());
-    glNamedBufferSubData(growth_.name(), 0, GLsizeiptr(growth.size() * sizeof(float)), growth.data());
+    glNamedBufferSubData(growth_.name(), 0, GLsizeiptr(lengths_growth_.size() * sizeof(float)), lengths_growth_.data());
 }
 
 void SceneGeometry::bind() const {

@@ -47,6 +47,7 @@ private:
     std::uint64_t triangle_count_ = 0;
     std::uint32_t item_count_ = 0, instance_count_ = 0;
     bool has_masks_ = false;
+    std::vector<float> lengths_growth_;  ///< memory of set_transforms
     Buffer items_, transforms_, growth_, positions_, uvs_, indices_, instance_masks_, masks_, mask_bits_;
 };
 

@@ -74,6 +74,9 @@ public:
 
     /// How much later than the path's own delay frames are shown, once level.
     double playout_delay_s() const { return playout_delay_s_; }
+    /// By how much frames arrive later than their times at least, of the last seconds: the path's delay, and what the
+    /// two clocks are apart.
+    double path_delay_s() const { return path_delay_s_; }
     /// Between frames, as they come: the median.
     double frame_interval_s() const { return interval_s_; }
     std::int64_t cuts() const { return cuts_; }

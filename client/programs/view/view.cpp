@@ -23,7 +23,7 @@ struct Arguments {
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
                       decode = "auto", predict = "auto";
-    double fov_deg = 90, ipd_m = 0;
+    double fov_deg = default_view_fov_deg, ipd_m = 0;
     bool keys = false, json = false;
 };
 
@@ -75,12 +75,15 @@ void complete(Arguments& arguments, const CLI::App& app) {
     }
     if (!(arguments.fov_deg >= 10 && arguments.fov_deg <= 150))
         throw InputError(expected_found("--fov", "degrees from 10 to 150", in_words(arguments.fov_deg)));
-    settings.fov_deg = arguments.fov_deg;
+    if (app.count("--fov") > 0)
+        settings.fov_deg = arguments.fov_deg;
     if (app.count("--ipd") > 0) {
         if (!(arguments.ipd_m >= 0 && arguments.ipd_m <= 1))
             throw InputError(expected_found("--ipd", "metres from 0 to 1", in_words(arguments.ipd_m)));
         settings.ipd_m = arguments.ipd_m;
     }
+    if (!(settings.carry_s >= 0 && settings.carry_s <= 1))
+        throw InputError(expected_found("--carry", "0 to 1 s", in_words(settings.carry_s)));
     if (!(settings.seconds >= 0))
         throw InputError(expected_found("--seconds", "0 or more", in_words(settings.seconds)));
     if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
@@ -95,6 +98,10 @@ nlohmann::ordered_json json_of(const ViewerReport& report) {
     json["seconds"] = report.seconds;
     json["refreshes"] = report.refreshes;
     json["frames"] = report.frames;
+    json["moved_on_ms"] = 1e3 * report.later_s;
+    json["truth_psnr_db"] = nullptr;
+    if (report.truth_db)
+        json["truth_psnr_db"] = *report.truth_db;
     json["latency_ms"] = 1e3 * report.latency_s;
     json["playout_delay_ms"] = nullptr;
     if (report.playout_delay_s)
@@ -135,16 +142,24 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    app.add_option("--overlay", arguments->overlay, "none, depth, gaps or reliability")->capture_default_str();
+    app.add_option("--overlay", arguments->overlay, "none, depth, gaps, reliability or motion")->capture_default_str();
     app.add_option("--fill", arguments->fill, "on, or off: gaps stay black")->capture_default_str();
-    app.add_option("--size", arguments->size, "Of the window, WxH; default: 1280x720");
+    app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
+    app.add_option(
+           "--truth", settings.truth,
+           "Folder of eyes of the same path, path-traced (render --camera perspective): x shows them on the right")
+        ->check(CLI::ExistingDirectory);
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
     app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
         ->capture_default_str();
     app.add_option("--predict", arguments->predict,
                    "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
+        ->capture_default_str();
+    app.add_option("--carry", settings.carry_s,
+                   "Where the stream says what moves: seconds by which that is carried on at most while its server is "
+                   "late, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");

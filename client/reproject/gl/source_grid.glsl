@@ -81,13 +81,19 @@ vec3[4] directions_around(ivec2 corner) {
                    vec3(level.y * right.y, up.y, -level.y * ahead.y));
 }
 
-/// Unit direction of a sample's centre.
-vec3 direction_of(ivec2 s) {
+/// Unit direction of a position.
+vec3 direction_at(vec2 position) {
+    vec2 from_middle = position - 0.5 * vec2(source_size);
     if (source_is_sphere == 0) {
-        vec2 at = (vec2(s) + 0.5 - 0.5 * vec2(source_size)) / source_focal_px;
+        vec2 at = from_middle / source_focal_px;
         return normalize(vec3(at.x, -at.y, -1.0));
     }
-    float longitude = source_middle + (float(s.x) + 0.5 - 0.5 * float(source_size.x)) / columns_per_radian;
-    float latitude = source_top - (float(s.y) + 0.5) / rows_per_radian;
+    float longitude = source_middle + from_middle.x / columns_per_radian;
+    float latitude = source_top - position.y / rows_per_radian;
     return vec3(cos(latitude) * sin(longitude), sin(latitude), -cos(latitude) * cos(longitude));
+}
+
+/// Unit direction of a sample's centre.
+vec3 direction_of(ivec2 s) {
+    return direction_at(vec2(s) + 0.5);
 }

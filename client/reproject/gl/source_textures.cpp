@@ -74,8 +74,7 @@ void SourceTextures::forget_depth() {
 
 void SourceTextures::upload(const SourceView& source) {
     describe(source.camera);
-    if (!colour_)
-        colour_ = make_texture(size_, GL_RGBA8);
+    colour_to_write();
     if (source.rgb.data != nullptr)
         upload_rgb(source.rgb);
     else
@@ -85,6 +84,12 @@ void SourceTextures::upload(const SourceView& source) {
         return;
     make_depth();
     upload_plane(depth_, source.depth_m, {GL_RED, GL_FLOAT});
+}
+
+GLuint SourceTextures::colour_to_write() {
+    if (!colour_)
+        colour_ = make_texture(size_, GL_RGBA8);
+    return colour_.name();
 }
 
 void SourceTextures::make_depth() {

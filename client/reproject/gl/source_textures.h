@@ -26,6 +26,8 @@ public:
     GLuint grid() const { return grid_.name(); }                     ///< the uniform block of source_grid.glsl
     /// The same texture for a pass that finds the depth here; where the view had none, NaN before that.
     GLuint depth_to_write();
+    /// Colour for a pass that makes the picture here, of the camera that was described.
+    GLuint colour_to_write();
 
 private:
     void upload_rgb(const ImageView<const std::uint8_t>& rgb);

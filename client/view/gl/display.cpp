@@ -1,5 +1,6 @@
 #include "display.h"
 
+#include <equistream/conventions.h>
 #include <equistream/formatted.h>
 
 #include <array>
@@ -20,6 +21,9 @@ std::vector<std::string> defines() {
             formatted("LAYOUT_%.*s %zu", int(display_layout_names[i].size()), display_layout_names[i].data(), i));
     for (std::size_t i = 0; i < overlay_names.size(); ++i)
         all.push_back(formatted("OVERLAY_%.*s %zu", int(overlay_names[i].size()), overlay_names[i].data(), i));
+    all.push_back(formatted("FULL_MOTION %.9g", full_motion_deg_per_s * pi / 180));
+    all.push_back(formatted("LEGEND_RADIUS %d.0", motion_legend.radius));
+    all.push_back(formatted("LEGEND_PLACE vec2(%d, %d)", motion_legend.from_right, motion_legend.from_bottom));
     return all;
 }
 
@@ -61,13 +65,15 @@ void Display::draw(const DisplayedPictures& pictures, const DisplayOptions& opti
                                  or_nothing(pictures.depth.texture),
                                  or_nothing(pictures.reliability),
                                  other.colour(),
-                                 pictures.source != nullptr ? pictures.source->colour() : nothing_known_.name()};
+                                 pictures.source != nullptr ? pictures.source->colour() : nothing_known_.name(),
+                                 or_nothing(pictures.motion)};
     glBindTextures(0, GLsizei(textures.size()), textures.data());
     const Size size = pictures.eyes->size();
     program_.set("layout_shown", int(options.layout));
     program_.set("overlay", int(options.overlay));
     program_.set("depth_scale", pictures.depth.texture != 0 ? pictures.depth.scale : 0.0f);
     program_.set("has_reliability", int(pictures.reliability != 0));
+    program_.set("has_motion", int(pictures.motion != 0));
     program_.set("eye_size", glm::ivec2(size.width, size.height));
     program_.set("window_size", glm::ivec2(window.width, window.height));
     program_.set("from_left", options.anaglyph->from_left);

@@ -5,11 +5,13 @@ layout(binding = 2) uniform sampler2DArray eye_depth;
 layout(binding = 3) uniform sampler2DArray reliability;
 layout(binding = 4) uniform sampler2DArray other_eyes;
 layout(binding = 5) uniform sampler2D source;
+layout(binding = 6) uniform sampler2DArray motion;
 
 uniform int layout_shown;
 uniform int overlay;
 uniform float depth_scale;
 uniform int has_reliability;
+uniform int has_motion;
 uniform ivec2 eye_size;
 uniform ivec2 window_size;
 uniform mat3 from_left;
@@ -43,6 +45,14 @@ const vec3 origin_colours[9] =
     vec3[9](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
             vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9));
 
+/// Of radians a second to the right and down: red to the right, yellow-green up, cyan to the left, violet down; dark
+/// where slow.
+vec3 motion_colour(vec2 moves) {
+    float hue = 6.0 * fract(atan(-moves.y, moves.x) / (2.0 * PI));
+    vec3 full = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
+    return full * clamp(length(moves) / FULL_MOTION, 0.0, 1.0);
+}
+
 vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
     if (overlay == OVERLAY_depth)
         return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(eye_depth, ivec3(at, eye), 0).x) : 0.3 * seen;
@@ -54,7 +64,23 @@ vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
         float trusted = texelFetch(reliability, ivec3(at, eye), 0).x;
         return mix(vec3(1.0, 0.1, 0.1), seen, trusted);
     }
+    if (overlay == OVERLAY_motion) {
+        vec3 moves = has_motion != 0 ? texelFetch(motion, ivec3(at, eye), 0).xyz : vec3(0.0);
+        vec3 grey = vec3(0.35 * dot(seen, vec3(0.2126, 0.7152, 0.0722)));
+        return moves.z > 0.0 ? motion_colour(moves.xy) : grey;
+    }
     return seen;
+}
+
+/// What an overlay's colours say, over a corner of the window.
+vec3 with_legend(vec3 seen) {
+    if (overlay != OVERLAY_motion || layout_shown == LAYOUT_sphere)
+        return seen;
+    vec2 up = (gl_FragCoord.xy - vec2(float(window_size.x) - LEGEND_PLACE.x, LEGEND_PLACE.y)) / LEGEND_RADIUS;
+    float away = length(up);
+    if (away > 1.0)
+        return away < 1.06 ? vec3(0.9) : seen;
+    return motion_colour(FULL_MOTION * vec2(up.x, -up.y));
 }
 
 vec3 eye_at(ivec2 at, int eye) {
@@ -103,5 +129,5 @@ void main() {
     if (layout_shown != LAYOUT_sphere && split < 1.0 && abs(gl_FragCoord.x - split * float(window_size.x)) < 1.0)
         seen = vec3(1.0);
     float grey = dot(seen, vec3(0.2126, 0.7152, 0.0722));
-    colour = vec4(mix(seen, mix(vec3(grey), vec3(0.5), 0.6), fading), 1.0);
+    colour = vec4(with_legend(mix(seen, mix(vec3(grey), vec3(0.5), 0.6), fading)), 1.0);
 }

@@ -17,8 +17,17 @@ enum class DisplayLayout { left, right, side_by_side, anaglyph, headset, sphere 
 inline constexpr std::array<std::string_view, 6> display_layout_names = {"left",     "right",   "sbs",
                                                                          "anaglyph", "headset", "sphere"};
 
-enum class Overlay { none, depth, gaps, reliability };
-inline constexpr std::array<std::string_view, 4> overlay_names = {"none", "depth", "gaps", "reliability"};
+enum class Overlay { none, depth, gaps, reliability, motion };
+inline constexpr std::array<std::string_view, 5> overlay_names = {"none", "depth", "gaps", "reliability", "motion"};
+
+/// The overlay of motion: direction by hue, speed by brightness, which is full from here on.
+inline constexpr double full_motion_deg_per_s = 60;
+/// Its legend, a disc in which each place has the colour of what moves from the middle that way: radius, and how far
+/// its middle is from the window's right border and from the lower one, in pixels.
+struct MotionLegend {
+    int radius = 44, from_right = 64, from_bottom = 128;
+};
+inline constexpr MotionLegend motion_legend;
 
 /// How a lens bends: a display's point at r focal lengths from a lens' middle shows the direction of tangent
 /// r (1 + k1 r^2 + k2 r^4). The values are an example of a headset of some 100 degrees, not a product's.
@@ -42,6 +51,7 @@ struct DisplayedPictures {
     const EyeTargets* other = nullptr;  ///< of the same size; null: there is no split
     EyeDepth depth{};                   ///< texture 0: not known
     GLuint reliability = 0;             ///< as ReliabilityMap has it; 0: not known
+    GLuint motion = 0;                  ///< as MotionView has it; 0: nothing is said to move
     const SourceTextures* source = nullptr;
 };
 

@@ -21,22 +21,19 @@ constexpr double longest_memory_s = 1;
 /// The client's own geometry, where it is at the time of the frame that is shown.
 struct EyeRenderer::Geometry {
     Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m)
-        : scene(description), model(loaded), moves(!find_moving_instances(model, scene).empty()), pass(model),
-          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {
-        model.meshes = {};  // instances are all that is needed from now on
-    }
+        : instances(loaded, description), pass(loaded),
+          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {}
 
     void set_time(double time_s) {
-        if (moves)
-            pass.set_transforms(instance_transforms(model, scene, time_s));
+        if (instances.any_moves())
+            pass.set_transforms(instances.at(time_s));
     }
 
-    SceneDescription scene;
-    SceneModel model;
-    bool moves;
+    MovedInstances instances;
     DepthPass pass;
     SphereDepth sphere_depth;
     std::vector<DepthViewpoint> views;
+    bool has_whole_depth = false;  ///< all of the frame's, of its own time
 };
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m) : turn_(false), surface_(true) {
@@ -51,9 +48,17 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     const std::size_t next = is_first ? current_ : 1 - current_;
     frames_[next].upload(std::move(frame));
     current_ = next;
-    if (geometry_ != nullptr)
-        geometry_->set_time(current().frame()->main.info.time_s);
+    later_s_ = 0;
+    if (geometry_ != nullptr) {
+        geometry_->has_whole_depth = false;
+        geometry_->set_time(this->frame().main.info.time_s);
+    }
+    carrier_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
+}
+
+bool EyeRenderer::can_carry_on() const {
+    return has_depth() && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
 }
 
 const FrameTextures* EyeRenderer::earlier() const {
@@ -84,13 +89,48 @@ void EyeRenderer::find_depth() {
     geometry_->sphere_depth.resolve(geometry_->pass, int(eyes_.size()), around, main.view.pose, main.textures);
 }
 
+/// The source's as of the frame's own time, once a frame and everywhere, for things come from where no eye looks; the
+/// eyes' as of later.
+void EyeRenderer::find_depths_apart() {
+    UploadedPicture& main = current().main();
+    const double frame_s = frame().main.info.time_s;
+    if (!geometry_->has_whole_depth) {
+        const auto* sphere = std::get_if<EquirectCamera>(&main.view.camera);
+        const SphereViews around =
+            sphere != nullptr ? cube_views(*sphere, main.view.pose)
+                              : flat_source_views(std::get<PerspectiveCamera>(main.view.camera), main.view.pose);
+        geometry_->set_time(frame_s);
+        geometry_->pass.draw({around.views.data(), around.views.size()});
+        main.textures.forget_depth();
+        geometry_->sphere_depth.resolve(geometry_->pass, 0, around, main.view.pose, main.textures);
+        geometry_->has_whole_depth = true;
+    }
+    geometry_->set_time(frame_s + later_s_);
+    std::vector<DepthViewpoint>& views = geometry_->views;
+    views.clear();
+    for (const EyeView& eye : eyes_)
+        views.push_back({eye.camera, eye.pose});
+    geometry_->pass.draw(views);
+}
+
+const SourceTextures& EyeRenderer::looked_up() const {
+    return is_carried_ ? carrier_.carried() : source();
+}
+
 void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times) {
     assert(!eyes.empty() && current().frame() != nullptr);
     eyes_.assign(eyes.begin(), eyes.end());
     by_depth_ = by_depth && has_depth();
-    if (by_depth_)
+    has_motion_ = false;
+    if (by_depth_ && can_carry_on())
+        find_depths_apart();
+    else if (by_depth_)
         find_depth();
     times.mark(RenderStage::depth);
+    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0;
+    if (is_carried_)
+        carrier_.carry_on(source(), later_s_);
+    times.mark(RenderStage::carry);
 }
 
 void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
@@ -112,15 +152,24 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     targets.size_for(eyes_.front().camera, int(eyes_.size()));
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
-    (known.texture != 0 ? surface_ : turn_).reproject(main.view, main.textures, eyes_, known, targets);
+    if (known.texture != 0)
+        surface_.reproject(main.view, looked_up(), eyes_, known, targets);
+    else
+        turn_.reproject(main.view, main.textures, eyes_, known, targets);
     times.mark(RenderStage::reproject);
     if (options.fill)
         fill(known, targets);
     times.mark(RenderStage::fill);
     if (options.reliability) {
         reliability_.upload(main.view);
-        reliability_.estimate(main.view, main.textures, {eyes_, known, targets},
+        reliability_.estimate(main.view, looked_up(), {eyes_, known, targets},
                               {.coding_loss = coding_loss_of(frame().main.info)});
+    }
+    if (options.motion && !frame().main.info.moving.empty()) {
+        has_motion_ = true;
+        if (!is_carried_)
+            carrier_.rest();
+        motion_.find(main.view, carrier_, eyes_, known);
     }
     times.mark(RenderStage::judge);
 }

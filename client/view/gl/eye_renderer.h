@@ -5,6 +5,7 @@
 #include "frame_textures.h"
 #include "stage_times.h"
 
+#include <carry/gl/motion_view.h>
 #include <depth/gl/depth_pass.h>
 #include <depth/gl/sphere_depth.h>
 #include <fill/gl/gap_look_up.h>
@@ -28,6 +29,7 @@ struct RefreshOptions {
     bool surface = true;  ///< by depth where there is some, else by direction alone
     bool fill = true;
     bool reliability = false;
+    bool motion = false;
 };
 
 class EyeRenderer {
@@ -38,6 +40,12 @@ public:
 
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
+
+    /// What moves is from the next look() on shown so much later than in the frame, by its motion (carry_on.h); from
+    /// the next show() on as it comes.
+    void carry_on(double seconds) { later_s_ = seconds; }
+    /// Whether that changes anything: the frame says what moves, and the scene does that too.
+    bool can_carry_on() const;
 
     /// Where the eyes are now; all have one size. Only after a frame was shown.
     void look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times);
@@ -52,6 +60,9 @@ public:
     /// Of the eyes; texture 0: not known.
     EyeDepth depth() const;
     GLuint reliability() const { return reliability_.texture(); }
+    /// Of the last draw() since look() that was to find it, as MotionView has it; 0: there was none, or the frame says
+    /// of nothing that it moves.
+    GLuint motion() const { return has_motion_ ? motion_.texture() : 0; }
 
 private:
     struct Geometry;
@@ -60,6 +71,9 @@ private:
     /// The frame shown before; null: there is none that gaps may be filled from.
     const FrameTextures* earlier() const;
     void find_depth();
+    void find_depths_apart();
+    /// What is looked up by depth.
+    const SourceTextures& looked_up() const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
 
     std::unique_ptr<Geometry> geometry_;
@@ -67,6 +81,10 @@ private:
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
     bool by_depth_ = false;  ///< whether theirs was found
+    double later_s_ = 0;
+    bool is_carried_ = false, has_motion_ = false;
+    PictureCarrier carrier_;
+    MotionView motion_;
     LookUp turn_, surface_;
     GapTiles gaps_;
     GapLookUp gap_look_up_;

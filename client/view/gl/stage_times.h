@@ -9,8 +9,8 @@
 
 namespace equistream::gl {
 
-enum class RenderStage { upload, depth, reproject, fill, judge, display };
-inline constexpr std::array<std::string_view, 6> render_stage_names = {"upload", "depth",       "reproject",
+enum class RenderStage { upload, depth, carry, reproject, fill, judge, display };
+inline constexpr std::array<std::string_view, 7> render_stage_names = {"upload", "depth",       "carry",  "reproject",
                                                                        "fill",   "reliability", "display"};
 
 class StageTimes {

@@ -102,6 +102,33 @@ std::string content_fingerprint(const std::vector<std::filesystem::path>& files,
 /// Throws InputError if an entry names no node of the model, or several.
 std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const SceneDescription& scene);
 
+/// World transforms of all instances, again and again: asks for memory only when it is made. One thread at a time.
+class MovedInstances {
+public:
+    /// Throws InputError as find_moving_instances does. Nothing is borrowed.
+    MovedInstances(const SceneModel& model, const SceneDescription& scene);
+
+    bool any_moves() const { return !moving_.empty(); }
+    /// At a time; until the next call.
+    const std::vector<glm::mat4>& at(double time_s);
+
+private:
+    struct Mover {
+        PosePath path;
+        glm::dvec3 scale;
+        glm::dmat4 object_from_rest;
+        glm::dmat4 moved_from_rest{1};  ///< at the time asked for last
+    };
+    struct Moving {
+        std::size_t instance, mover;
+        glm::dmat4 rest;
+    };
+
+    std::vector<Mover> movers_;
+    std::vector<Moving> moving_;
+    std::vector<glm::mat4> world_from_object_;
+};
+
 /// World transforms of all instances at a time (moving objects applied).
 std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s);
 

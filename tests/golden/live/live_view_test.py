@@ -6,8 +6,11 @@ usage: live_view_test.py BIN_DIR
 import json
 import pathlib
 import shutil
+import signal
 import sys
 import tempfile
+import threading
+import time
 import unittest
 
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[n] / name) for n, name in ((1, ""), (1, "viewer"))]
@@ -60,6 +63,44 @@ class LiveView(unittest.TestCase):
         viewer.press("Escape")
         watching.leave()
         self.assertEqual(server.end()[0], 0, server.log.read_text())
+
+    def test_a_lost_server_is_said_and_found_again(self):
+        def serve(port=0):
+            server = LiveServer(PROGRAMS.folder / "equistream", self.scene, self.folder, "--size", "128x64", "--spp", 1, port=port)
+            self.addCleanup(server.close)
+            return server
+
+        server = serve()
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.folder, server.url, "--scene", self.scene, "--size", "640x180")
+        self.addCleanup(viewer.close)
+        said = []
+        listening = threading.Thread(target=lambda: said.extend(viewer.process.stderr), daemon=True)
+        listening.start()
+
+        def warned():
+            """The line at the bottom that is written in orange."""
+            red, green, blue = np.moveaxis(viewer.screen()[120:180, :640], -1, 0)
+            return ((red > 180) & (green > 100) & (green < 180) & (blue < 110)).sum() > 40
+
+        first = viewer.picture()
+        time.sleep(4.5)  # until what was written has gone
+        self.assertFalse(warned())
+        server.end(signal.SIGKILL)
+        wait_for(lambda: len(said) == 1 and said[0].endswith(f"{server.url}: the connection was lost; trying again\n"), "the line that says so")
+        wait_for(warned, "the same on the screen")
+        viewer.hold("Left", 0.5)
+        self.assertFalse((viewer.picture() == first).all())  # what came last can be looked around in
+        time.sleep(4.5)
+        self.assertTrue(warned())
+        again = serve(server.port)
+        self.assertEqual(again.url, server.url)
+        wait_for(lambda: len(said) == 2 and said[1].endswith(f"{server.url}: connected again\n"), "the line that says that it is back")
+        wait_for(lambda: not warned(), "no warning")
+        viewer.press("Escape")
+        self.assertEqual(viewer.process.wait(60), 0)
+        listening.join()
+        self.assertEqual(len(said), 2, said)
+        self.assertEqual(again.end()[0], 0, again.log.read_text())
 
 
 if __name__ == "__main__":

@@ -53,8 +53,8 @@ class Viewer(unittest.TestCase):
         self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
 
     def view(self, *words, source=None, size=f"{WIDTH}x{HEIGHT}", paused=True):
-        still = ["--paused"] if paused else []
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, "--size", size, *still, *words)
+        still = (["--paused"] if paused else []) + (["--size", size] if size else [])
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, *still, *words)
         self.addCleanup(viewer.close)
         return viewer
 
@@ -147,6 +147,49 @@ class Viewer(unittest.TestCase):
         self.assertGreater(report["frames"], 0)
         self.assertLessEqual(report["refreshes"], report["frames"] + 6)
 
+    def moving_stream(self):
+        """The bundled scene whose bodies move by themselves, at three frames a second, and its head turned to them."""
+        if not hasattr(type(self), "moving"):
+            scene = PROGRAMS.scene("motion", self.root)
+            folder = self.root / "moving_frames"
+            PROGRAMS.run("render", scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
+            stream = self.root / "moving.mkv"
+            PROGRAMS.run("encode", folder, "--out", stream, "--depth", "none", "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
+            type(self).moving = (stream, scene)
+        return type(self).moving
+
+    def test_what_moves_is_carried_on_between_frames(self):
+        stream, scene = self.moving_stream()
+        said = {}
+        for carry in ("0.2", "0"):
+            viewer = self.view("--scene", scene, "--carry", carry, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
+            viewer.picture()
+            time.sleep(3)
+            said[carry] = self.report_of(viewer)
+        self.assertEqual(said["0"]["moved_on_ms"], 0)
+        self.assertGreater(said["0.2"]["moved_on_ms"], 20)
+        # Refreshes beyond those that a new frame asks for.
+        self.assertLessEqual(said["0"]["refreshes"], said["0"]["frames"] + 8)
+        self.assertGreater(said["0.2"]["refreshes"], 1.5 * said["0.2"]["frames"] + 8)
+
+    def test_motion_is_shown_in_colours(self):
+        stream, scene = self.moving_stream()
+        viewer = self.view("--scene", scene, "--overlay", "motion", source=stream, size="400x300")
+        viewer.hold("Right", 3.1)  # the ball is behind
+        seen = viewer.resting_picture()[:200, :330]
+        colour = seen.max(axis=2) - seen.min(axis=2)
+        self.assertGreater((colour > 60).sum(), 200)
+        # All else is grey, so that nothing else has a hue.
+        self.assertGreater((colour < 3).mean(), 0.6)
+        viewer.press("o")
+        self.assertLess(psnr(viewer.resting_picture()[:200, :330], seen), 30)
+        legend = self.view("--scene", scene, "--overlay", "motion", source=stream, size="400x300").picture()[300 - 128 - 44 : 300 - 128 + 44, 400 - 64 - 44 : 400 - 64 + 44]
+        right, up, left = legend[44, 80], legend[8, 44], legend[44, 8]
+        self.assertTrue(right[0] > 200 and right[1:].max() < 60, right)
+        self.assertTrue(left[0] < 60 and left[1:].min() > 180, left)
+        self.assertTrue(up[1] > 180 and up[2] < 60, up)
+        self.assertLess(legend[44, 44].max(), 30)
+
     def test_a_moving_head_sees_parallax_by_depth_alone(self):
         viewer = self.by_geometry()
         still = viewer.picture()
@@ -210,6 +253,40 @@ class Viewer(unittest.TestCase):
         self.assertEqual(psnr(both[:, : middle - 2], surface[:, : middle - 2]), float("inf"))
         self.assertEqual(psnr(both[:, middle + 2 :], sphere[:, middle + 2 :]), float("inf"))
 
+    def test_the_truth_is_shown_on_the_right(self):
+        truth = self.root / "truth"
+        PROGRAMS.run("render", self.scene, "--camera", "perspective", "--eye", "both", "--frames", "0-1", "--fps", 5, "--size", f"{WIDTH}x{HEIGHT}", "--spp", 4,
+                     "--aovs", "none", "--out", truth)
+        exposure = json.loads(self.scene.read_text()).get("exposure", 1)
+
+        def true(eye, frame):
+            return bytes_of(srgb(exposure * colour_of(read_frame(truth / eye / f"frame.{frame:04}.exr")))).astype(float)
+
+        viewer = self.by_geometry("--truth", truth, "--json", size=None)  # the window is as large as the truth
+        drawn, middle = viewer.picture(), WIDTH // 2
+
+        def shows(eye, frame):
+            seen = viewer.picture()
+            return seen.shape == drawn.shape and np.abs(seen - true(eye, frame))[:, middle + 2 :].max() <= 1
+
+        viewer.press("x")
+        self.assertTrue(shows("left", 0))
+        self.assertEqual(psnr(viewer.picture()[:, : middle - 2], drawn[:, : middle - 2]), float("inf"))
+        self.assertAlmostEqual(self.report_of(viewer)["truth_psnr_db"], psnr(drawn, true("left", 0)), delta=0.01)
+        viewer = self.by_geometry("--truth", truth, "--json", size=None)
+        viewer.picture()
+        viewer.press("x", "v")
+        wait_for(lambda: shows("right", 0), "the right eye's truth")
+        viewer.press("period")
+        wait_for(lambda: shows("right", 1), "the next frame's truth")
+        viewer.hold("d", 0.5)  # it is not of where the head is now
+        self.assertFalse(shows("right", 1))
+        viewer.press("c")
+        wait_for(lambda: shows("right", 1), "the truth again")
+        viewer.press("period", "period")  # there is none of frame 3
+        wait_for(lambda: not shows("right", 1), "a frame without a truth")
+        self.assertGreater(psnr(true("right", 0), true("left", 0)), 5)
+
     def test_help_times_and_the_status_line_are_on_the_screen(self):
         viewer = self.by_geometry(size="800x600")
         viewer.picture()
@@ -218,6 +295,41 @@ class Viewer(unittest.TestCase):
         wait_for(lambda: np.abs(viewer.screen() - before)[:500, :400].mean() > 20, "help")
         viewer.press("h", "t")
         wait_for(lambda: np.abs(viewer.screen() - before)[:150, 450:].mean() > 20, "frame times")
+
+    def test_all_keys_fit_into_a_small_window_that_is_drawn_once(self):
+        viewer = self.by_geometry(size="640x300")
+        viewer.picture()
+        time.sleep(4.5)  # until what was written has gone
+        before = viewer.screen()
+        pages = 0
+        while True:
+            viewer.press("h")
+            time.sleep(1)
+            changed = np.abs(viewer.screen() - before)[:300, :640].max(axis=2) > 0
+            if not changed.any():
+                break
+            pages += 1
+            # A whole panel: with a picture all around it, and its last line within.
+            rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+            self.assertGreaterEqual(rows[0], 8)
+            self.assertLess(rows[-1], 300 - 35)
+            self.assertLess(columns[-1], 640 - 8)
+            self.assertGreater(rows[-1], 100)
+        self.assertIn(pages, range(2, 6))
+
+    def test_the_times_name_the_decoder(self):
+        heights = []
+        for source in (self.stream, self.root / "frames"):  # decoded, and not
+            viewer = self.by_geometry(source=source, size="640x400")
+            viewer.picture()
+            time.sleep(4.5)
+            before = viewer.screen()
+            viewer.press("t")
+            time.sleep(2)
+            changed = np.abs(viewer.screen() - before)[:335, 300:640].max(axis=2) > 0  # above the line at the bottom
+            heights.append(np.flatnonzero(changed.any(axis=1))[-1])
+            viewer.close()
+        self.assertIn(heights[0] - heights[1], range(12, 24))  # a line
 
     def test_recordings(self):
         viewer = self.by_geometry(paused=False)
@@ -287,6 +399,8 @@ class Viewer(unittest.TestCase):
         self.assertIn("--layout: expected left, right, sbs", self.refused(here, self.stream, "--layout", "upside-down"))
         self.assertIn("--predict: expected auto, off or milliseconds", self.refused(here, self.stream, "--predict", "soon"))
         self.assertIn("--decode: expected software, auto", self.refused(here, self.stream, "--decode", "hardware"))
+        self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
+        self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
         self.assertIn("a stream or a folder", self.refused(here))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}

@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 """Pictures of the viewer's window for docs/results/viewer.md: docs/images/viewer-*.jpg.
 
-    screenshots.py --bin build/release/bin --source STREAM --scene SCENE.json
+    screenshots.py --bin build/release/bin --work W
 
-Every picture is what stands on a display (Xvfb) after keys were pressed, the text over it included.
+Every picture is what stands on a display (Xvfb) after keys were pressed, the text over it included. What is shown is rendered into W first, where it
+is not there yet.
 """
 
 import argparse
+import io
 import pathlib
+import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -16,50 +20,104 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), str(REPOSITORY / "tests/golden"), str(REPOSITORY / "tests/golden/viewer")]
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), *(str(REPOSITORY / "tests/golden" / room) for room in ("", "viewer", "live"))]
 from display import Display, ViewerProcess  # noqa: E402
+from live_server import LiveServer  # noqa: E402
 from steps import run_as_program  # noqa: E402
 
-SIZE = (800, 450)
-# File -> rows of pictures, each the options and keys that make it.
+SIZE = (640, 360)
+MOST_BYTES = 200_000
+# File -> rows of pictures, each of what, and the options and keys that make it.
 PAGES = {
-    "viewer-layouts": [[(["--layout", "left"], []), (["--layout", "sbs"], [])], [(["--layout", "anaglyph"], []), (["--layout", "headset"], [])],
-                       [(["--layout", "sphere"], []), (["--method", "sphere"], [])]],
-    "viewer-overlays": [[(["--overlay", "depth"], []), (["--overlay", "gaps"], ["hold d"])], [(["--overlay", "reliability"], ["hold d"]), (["--fill", "off"], ["hold d"])],
-                        [([], ["hold d", "x"]), ([], ["hold w"] * 5)]],
-    "viewer-text": [[([], ["h"]), ([], ["t"])]],
+    "viewer-layouts": [[("walk", ["--layout", "left"], []), ("walk", ["--layout", "sbs"], [])],
+                       [("walk", ["--layout", "anaglyph"], []), ("walk", ["--layout", "headset"], [])],
+                       [("walk", ["--layout", "sphere"], []), ("walk", ["--method", "sphere"], [])]],
+    "viewer-overlays": [[("walk", ["--overlay", "depth"], []), ("walk", ["--overlay", "gaps"], ["hold d"])],
+                        [("walk", ["--overlay", "reliability"], ["hold d"]), ("moving", ["--overlay", "motion"], ["hold Right", "hold Right"])],
+                        [("walk", ["--fill", "off"], ["hold d"]), ("walk", [], ["hold w"] * 5)]],
+    "viewer-text": [[("walk", [], ["h"]), ("walk", [], ["h", "h"])], [("walk", [], ["t"]), ("lost", [], [])],
+                    [("walk", [], ["hold d", "x"]), ("walk", ["--truth", "truth"], ["x"])]],
 }
-HOLD_S = 2
+HOLD_S = 1.6
 MESSAGE_S = 5.5  # until what the viewer wrote is no longer told of
 
 
-def picture(display, options, words, keys):
+class Sources:
+    """Source and scene by name."""
+
+    def __init__(self, programs, work):
+        self.programs, self.work = programs, work
+        work.mkdir(parents=True, exist_ok=True)
+        self.make("pavilion.json", "scene", "generate", "pavilion", "--out", ".")
+        self.make("motion.json", "scene", "generate", "motion", "--out", ".")
+        self.make("frames", "render", "pavilion.json", "--frames", "40-41", "--size", "1536x768", "--spp", 16, "--layers", "--aovs", "all", "--out", "frames")
+        # Coded, so that there is a decoder to be named.
+        self.make("walk.mkv", "encode", "frames", "--crf", 12, "--out", "walk.mkv")
+        self.make("truth", "render", "pavilion.json", "--camera", "perspective", "--eye", "left", "--frames", 40, "--size", f"{SIZE[0]}x{SIZE[1]}", "--spp", 256, "--aovs", "none",
+                  "--out", "truth")
+        self.make("spheres", "render", "motion.json", "--frames", "0-2", "--size", "1024x512", "--spp", 4, "--aovs", "depth,motion,ids", "--out", "spheres")
+        self.make("moving.mkv", "encode", "spheres", "--motion", "auto", "--crf", 12, "--out", "moving.mkv")
+
+    def make(self, product, *words):
+        if not (self.work / product).exists():
+            subprocess.run([self.programs / "equistream", *map(str, words)], cwd=self.work, check=True, stdout=subprocess.DEVNULL)
+
+    def of(self, name):
+        return {"walk": ("walk.mkv", "pavilion.json"), "moving": ("moving.mkv", "motion.json")}[name]
+
+
+def view(display, sources, name, words, out):
+    server = None
+    if name == "lost":
+        server = LiveServer(sources.programs / "equistream", sources.work / "pavilion.json", out, "--size", "512x256", "--spp", 4)
+        source, scene, still = server.url, "pavilion.json", []
+    else:
+        (source, scene), still = sources.of(name), ["--paused"]
+        source = sources.work / source
+    words = [sources.work / word if word == "truth" else word for word in words]
+    return server, ViewerProcess(display, sources.programs / "equistream", out, source, "--scene", sources.work / scene, *still, "--size", f"{SIZE[0]}x{SIZE[1]}", *words)
+
+
+def picture(display, sources, name, words, keys):
     with tempfile.TemporaryDirectory() as out:
-        viewer = ViewerProcess(display, options.bin.resolve() / "equistream", out, options.source, "--scene", options.scene, "--paused", "--size",
-                               f"{SIZE[0]}x{SIZE[1]}", *words)
+        server, viewer = view(display, sources, name, words, out)
         try:
             viewer.picture()
             for key in keys:
                 viewer.hold(key.removeprefix("hold "), HOLD_S) if key.startswith("hold ") else viewer.press(key)
             viewer.picture()  # all that was pressed has been handled
+            if server:
+                time.sleep(2)  # spheres that samples were added to
+                server.end(signal.SIGKILL)
             time.sleep(MESSAGE_S)
             return viewer.screen()[: SIZE[1], : SIZE[0]].astype(np.uint8)
         finally:
             viewer.close()
 
 
+def jpeg(pixels):
+    """As good as so many bytes allow."""
+    for quality in range(90, 20, -3):
+        coded = io.BytesIO()
+        Image.fromarray(pixels).save(coded, "JPEG", quality=quality, optimize=True)
+        if coded.tell() < MOST_BYTES:
+            break
+    return coded.getvalue()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--source", required=True, help="what is shown")
-    parser.add_argument("--scene", required=True)
+    parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for what is shown")
+    parser.add_argument("pages", nargs="*", choices=[*PAGES, []], default=list(PAGES))
     options = parser.parse_args()
+    sources = Sources(options.bin.resolve(), options.work.resolve())
     display = Display()
     try:
-        for name, rows in PAGES.items():
-            whole = np.vstack([np.hstack([picture(display, options, *shot) for shot in row]) for row in rows])
+        for name in options.pages:
+            whole = np.vstack([np.hstack([picture(display, sources, *shot) for shot in row]) for row in PAGES[name]])
             file = REPOSITORY / f"docs/images/{name}.jpg"
-            Image.fromarray(whole).save(file, quality=85)
+            file.write_bytes(jpeg(whole))
             print(file)
     finally:
         display.close()

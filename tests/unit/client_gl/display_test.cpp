@@ -119,6 +119,36 @@ TEST_F(GlDisplay, ASplitShowsTheOtherOnItsRight) {
     EXPECT_EQ(found.pixel(16, 7)[0], 255);
 }
 
+/// Direction by hue, speed by brightness; what rests is grey, and the legend has the colour of each direction.
+TEST_F(GlDisplay, MotionIsHueAndBrightness) {
+    look(gl::DisplayLayout::left);
+    const gl::Texture motion = gl::make_layered_texture(window, 1, GL_RGBA16F);
+    const auto full = float(gl::full_motion_deg_per_s * pi / 180);
+    const auto shown_for = [&](float to_right, float down, float moves) {
+        const float texel[] = {to_right, down, moves, 0};
+        glClearTexImage(motion.name(), 0, GL_RGBA, GL_FLOAT, texel);
+        return drawn({.eyes = &targets, .motion = motion.name()}, {.overlay = gl::Overlay::motion});
+    };
+    const auto at = [](const ByteImage& image) {
+        return glm::ivec3(image.pixel(3, 3)[0], image.pixel(3, 3)[1], image.pixel(3, 3)[2]);
+    };
+    const auto expect = [&](const ByteImage& image, const glm::ivec3& colour, const char* what) {
+        const glm::ivec3 off = glm::abs(at(image) - colour);
+        EXPECT_LE(std::max({off.r, off.g, off.b}), 1) << what;
+    };
+    expect(shown_for(full, 0, 1), {255, 0, 0}, "right");
+    expect(shown_for(-full, 0, 1), {0, 255, 255}, "left");
+    expect(shown_for(0, -full, 1), {128, 255, 0}, "up");
+    expect(shown_for(0, full, 1), {128, 0, 255}, "down");
+    expect(shown_for(0.5f * full, 0, 1), {128, 0, 0}, "slower");
+    expect(shown_for(3 * full, 0, 1), {255, 0, 0}, "no brighter than full");
+    const glm::ivec3 rests = at(shown_for(full, 0, 0)),
+                     unknown = at(drawn({.eyes = &targets}, {.overlay = gl::Overlay::motion}));
+    EXPECT_EQ(rests.r, rests.g);
+    EXPECT_EQ(rests.g, rests.b);
+    EXPECT_EQ(rests, unknown);
+}
+
 /// A lens of no power changes nothing; a real one leaves the middle and shows the corners dark.
 TEST_F(GlDisplay, LensesBendTowardsTheMiddle) {
     look(gl::DisplayLayout::headset);

@@ -8,12 +8,14 @@
 
 #include <view/gl/eye_renderer.h>
 
+#include <equistream_client/carry_on.h>
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/received_view.h>
 
 #include <array>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,7 @@ namespace {
 /// The ball and the wall of fill_scene.h as triangles.
 void write_model(const std::filesystem::path& file) {
     std::ofstream obj(file);
+    obj << "o ball\n";
     constexpr int steps = 90;
     for (int j = 0; j <= steps; ++j)
         for (int i = 0; i <= 2 * steps; ++i) {
@@ -35,7 +38,7 @@ void write_model(const std::filesystem::path& file) {
             const int row = 2 * steps + 1, a = 1 + j * row + i;
             obj << "f " << a << ' ' << a + 1 << ' ' << a + row + 1 << ' ' << a + row << '\n';
         }
-    obj << "v -60 -60 -3\nv 60 -60 -3\nv 60 60 -3\nv -60 60 -3\nf -4 -3 -2 -1\n";
+    obj << "o wall\nv -60 -60 -3\nv 60 -60 -3\nv 60 60 -3\nv -60 60 -3\nf -4 -3 -2 -1\n";
 }
 
 ReceivedPicture picture_of(const Rendered& rendered) {
@@ -80,6 +83,47 @@ std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera
     return frame;
 }
 
+constexpr glm::dvec3 ball_m_s(2.4, 0.6, 0);
+
+/// The ball on its way, painted, before the wall; the frame says how it moves. The head stands still.
+std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index, const Camera& camera) {
+    const double time_s = double(index) / 30;
+    const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + time_s * ball_m_s;
+    const auto ball = [&](const glm::dvec3& o, const glm::dvec3& d) { return to_sphere(o, d, centre_m, 0.3); };
+    const Pose pose;
+    auto frame = std::make_shared<ReceivedFrame>();
+    const Rendered main =
+        render([&](const auto& o, const auto& d) { return std::min(ball(o, d), wall_alone(o, d)); },
+               [&](const glm::dvec3& p, double) {
+                   return glm::length(p - centre_m) < 0.31 ? 1.0 - smooth(p - centre_m, 12) : smooth(p, 1.5);
+               },
+               camera, pose);
+    frame->main = picture_of(main);
+    FrameInfo& info = frame->main.info;
+    info.index = index;
+    info.time_s = time_s;
+    MovingRegion region{{{ball_m_s, {}}, {}}, 0.8f, 2.0f, {}};
+    for (int y = 0; y < main.depth_m.height(); ++y)
+        for (int x = 0; x < main.depth_m.width(); ++x) {
+            const glm::dvec3 d = direction_of(camera, x + 0.5, y + 0.5);
+            if (!(ball(pose.position_m, d) < infinity))
+                continue;
+            if (!region.runs.empty() && region.runs.back().row == y && region.runs.back().end == x)
+                ++region.runs.back().end;
+            else
+                region.runs.push_back({y, x, x + 1});
+        }
+    info.moving = {region};
+    // What it uncovers: push-pull would spread a single pixel of its outline over all of that.
+    Rendered wall = render(
+        wall_alone, [](const glm::dvec3& p, double) { return smooth(p, 1.5); }, camera, pose);
+    frame->hidden = picture_of(wall);
+    frame->hidden->depth_m = std::move(wall.depth_m);
+    frame->hidden->info.index = index;
+    frame->hidden->info.time_s = time_s;
+    return frame;
+}
+
 class GlEyeRenderer : public Gl {
 protected:
     static void SetUpTestSuite() {
@@ -87,6 +131,8 @@ protected:
         folder = std::make_unique<ScratchFolder>("eye-renderer");
         scene.file = scene.model = folder->path() / "ball.obj";
         write_model(scene.model);
+        moving_scene = scene;
+        moving_scene.moving = {{"ball", PosePath({{0, {}}, {1, {ball_m_s, {1, 0, 0, 0}}}}, "ball")}};
     }
     static void TearDownTestSuite() {
         folder.reset();
@@ -100,7 +146,7 @@ protected:
     }
 
     static inline std::unique_ptr<ScratchFolder> folder;
-    static inline SceneDescription scene;
+    static inline SceneDescription scene, moving_scene;
     const PerspectiveCamera flat{400, 250, 2 * std::atan(1.25)};
 };
 
@@ -109,15 +155,27 @@ class OnTheCpu {
 public:
     OnTheCpu(const SceneDescription& scene, double box_radius_m) : depth_(scene, {.box_radius_m = box_radius_m}) {}
 
-    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye) {
+    /// `later_s`: carried on by so much.
+    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double later_s = 0) {
+        depth_.set_time(before.main.info.time_s);
+        const FloatImage before_m = cast(before.main.info.camera, before.main.info.camera_pose);
+        depth_.set_time(frame.main.info.time_s + later_s);
         const FloatImage eye_m = cast(eye.camera, eye.pose);
         eye.depth_m = eye_m.view();
+        depth_.set_time(frame.main.info.time_s);
         const FloatImage main_m = cast(frame.main.info.camera, frame.main.info.camera_pose);
-        const FloatImage before_m = cast(before.main.info.camera, before.main.info.camera_pose);
-        const SourceView main = source_view(frame.main, main_m);
+        CarriedPicture carried;
+        if (later_s > 0)
+            PictureCarrier().carry_on(frame.main, main_m, later_s, carried);
+        const SourceView main =
+            later_s > 0 ? source_view(carried.picture, carried.depth_m) : source_view(frame.main, main_m);
         const std::array earlier = {source_view(before.main, before_m)};
-        const SourceView hidden = source_view(*frame.hidden, frame.hidden->depth_m);
-        const PatchesView patches{.rgb = frame.patches->rgb.view(),
+        std::optional<SourceView> hidden;
+        if (frame.hidden)
+            hidden = source_view(*frame.hidden, frame.hidden->depth_m);
+        std::optional<PatchesView> patches;
+        if (frame.patches)
+            patches = PatchesView{.rgb = frame.patches->rgb.view(),
                                   .depth_m = frame.patches->depth_m.view(),
                                   .atlas = &*frame.patches->info.patches,
                                   .pose = frame.patches->info.camera_pose,
@@ -128,7 +186,10 @@ public:
         engine->reproject(eye, picture);
         const FillLadder ladder = make_fill_ladder(default_fill);
         for (const auto& rung : ladder)
-            rung->set_frame({.main = &main, .earlier = earlier, .hidden = &hidden, .patches = &patches});
+            rung->set_frame({.main = &main,
+                             .earlier = earlier,
+                             .hidden = hidden ? &*hidden : nullptr,
+                             .patches = patches ? &*patches : nullptr});
         fill_gaps(ladder, eye, picture);
         return picture;
     }
@@ -183,13 +244,112 @@ TEST_F(GlEyeRenderer, ShowsWhatTheCpuMakesOfTheFrame) {
     EXPECT_NE(renderer.reliability(), 0U);
 }
 
+/// What moves is where it is by then, in the eyes' pictures too, and nothing is left where it was.
+TEST_F(GlEyeRenderer, CarriesOnWhatMovesAsTheCpuDoes) {
+    for (const Camera& camera : {Camera(flat), Camera(EquirectCamera{640, 320, {}})}) {
+        const auto before = make_moving_frame(0, camera), frame = make_moving_frame(1, camera);
+        const double radius_m = head_box_radius(frame->main.info);
+        gl::EyeRenderer renderer(&moving_scene, radius_m);
+        OnTheCpu cpu(moving_scene, radius_m);
+        gl::StageTimes times;
+        gl::EyeTargets targets;
+        const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+        std::array<EyePicture, 2> held;
+        for (const double later_s : {0.0, 0.05, 0.12}) {
+            for (const auto& shown : {before, frame}) {
+                renderer.show(shown, times);
+                EXPECT_TRUE(renderer.can_carry_on());
+                renderer.carry_on(shown == frame ? later_s : 0);
+                renderer.look(eyes, true, times);
+                renderer.draw({}, targets, times);
+            }
+            for (std::size_t i = 0; i < eyes.size(); ++i) {
+                EyePicture found;
+                targets.download(int(i), found);
+                const EyePicture expected = cpu.see(*frame, *before, eyes[i], later_s);
+                EXPECT_GT(psnr_db(found.rgba, expected.rgba), 50) << camera.index() << ' ' << later_s << ' ' << i;
+                EXPECT_EQ(found.count(PixelOrigin::gap), 0);
+                if (later_s == 0)
+                    held[i] = expected;
+                else
+                    EXPECT_LT(psnr_db(held[i].rgba, expected.rgba), 30) << "it has moved";
+            }
+        }
+    }
+}
+
+/// As it is seen from each eye, where what moves is then and nowhere else; by direction alone too.
+TEST_F(GlEyeRenderer, TellsHowWhatIsSeenMoves) {
+    const auto frame = make_moving_frame(0, EquirectCamera{640, 320, {}});
+    const auto eyes = eyes_at({{0.01, 0.005, 0.01}, yaw_pitch(0.1, 0.05)});
+    const auto expect_told = [&](gl::EyeRenderer& renderer, double later_s, double relative, double elsewhere_share) {
+        gl::StageTimes times;
+        gl::EyeTargets targets;
+        renderer.show(frame, times);
+        renderer.carry_on(later_s);
+        renderer.look(eyes, true, times);
+        renderer.draw({.motion = true}, targets, times);
+        const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + later_s * ball_m_s;
+        std::vector<glm::vec4> told(320 * 200);
+        for (std::size_t i = 0; i < eyes.size(); ++i) {
+            gl::download(renderer.motion(), int(i), {320, 200}, {GL_RGBA, GL_FLOAT, sizeof(glm::vec4)}, told.data(),
+                         320 * sizeof(glm::vec4));
+            int moving = 0, elsewhere = 0, wrong = 0;
+            for (int y = 0; y < 200; ++y)
+                for (int x = 0; x < 320; ++x) {
+                    const glm::vec4 found = told[std::size_t(320 * y + x)];
+                    const Pose& eye = eyes[i].pose;
+                    const glm::dvec3 d = eye.orientation * eyes[i].camera.direction(x + 0.5, y + 0.5);
+                    const double r = to_sphere(eye.position_m, d, centre_m, 0.3);
+                    elsewhere += (found.z > 0) != (r < infinity);
+                    if (!(r < infinity) || !(found.z > 0))
+                        continue;
+                    ++moving;
+                    const glm::dvec3 across = (ball_m_s - glm::dot(ball_m_s, d) * d) / r;
+                    const glm::dvec2 expected(glm::dot(across, eye.orientation * glm::dvec3(1, 0, 0)),
+                                              glm::dot(across, eye.orientation * glm::dvec3(0, -1, 0)));
+                    wrong += glm::length(glm::dvec2(found) - expected) > relative * glm::length(expected);
+                }
+            EXPECT_GT(moving, 2000) << later_s;
+            EXPECT_LT(elsewhere, elsewhere_share * moving) << later_s;
+            EXPECT_LT(wrong, 0.05 * moving) << later_s;
+        }
+    };
+    gl::EyeRenderer renderer(&moving_scene, 0.0315);
+    expect_told(renderer, 0, 0.02, 0.05);
+    expect_told(renderer, 0.1, 0.02, 0.05);
+    gl::EyeRenderer by_direction(nullptr, 0.0315);
+    // It may be anywhere between the region's nearest and farthest, and is seen from the source's centre.
+    expect_told(by_direction, 0, 0.6, 0.25);
+    gl::StageTimes times;
+    by_direction.show(make_frame(0, flat, false), times);
+    gl::EyeTargets targets;
+    by_direction.look(eyes, true, times);
+    by_direction.draw({.motion = true}, targets, times);
+    EXPECT_EQ(by_direction.motion(), 0U) << "nothing is said to move";
+}
+
+/// A frame that says that something moves of which the scene knows nothing, or nothing of what the scene moves.
+TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
+    gl::StageTimes times;
+    const auto carries = [&](const SceneDescription* of, const std::shared_ptr<const ReceivedFrame>& frame) {
+        gl::EyeRenderer renderer(of, 0.0315);
+        renderer.show(frame, times);
+        return renderer.can_carry_on();
+    };
+    EXPECT_TRUE(carries(&moving_scene, make_moving_frame(0, flat)));
+    EXPECT_FALSE(carries(&scene, make_moving_frame(0, flat)));
+    EXPECT_FALSE(carries(nullptr, make_moving_frame(0, flat)));
+    EXPECT_FALSE(carries(&moving_scene, make_frame(0, flat, false)));
+}
+
 /// The same walk twice: what the second makes would be made for ever.
 TEST_F(GlEyeRenderer, MakesNothingOnceItHasDrawnAll) {
     for (const Camera& camera : {Camera(flat), Camera(EquirectCamera{256, 128, {}})}) {
         std::vector<std::shared_ptr<const ReceivedFrame>> frames;
         for (std::int64_t i = 0; i < 6; ++i)
-            frames.push_back(make_frame(i, camera, true));
-        gl::EyeRenderer renderer(&scene, head_box_radius(frames[0]->main.info));
+            frames.push_back(i < 3 ? make_frame(i, camera, true) : make_moving_frame(i, camera));
+        gl::EyeRenderer renderer(&moving_scene, head_box_radius(frames[0]->main.info));
         gl::StageTimes times;
         gl::EyeTargets targets, other_targets;
         const auto walk = [&] {
@@ -198,9 +358,12 @@ TEST_F(GlEyeRenderer, MakesNothingOnceItHasDrawnAll) {
                 renderer.show(frame, times);
                 const double t = frame->main.info.time_s;
                 const auto eyes = eyes_at({{0.1 * t, 0.05 * t, 0}, yaw_pitch(2 * t, t)});
-                renderer.look(eyes, true, times);
-                renderer.draw({.reliability = true}, targets, times);
-                renderer.draw({.surface = false}, other_targets, times);
+                for (const double later_s : {0.0, 0.02}) {
+                    renderer.carry_on(later_s);
+                    renderer.look(eyes, true, times);
+                    renderer.draw({.reliability = true, .motion = true}, targets, times);
+                    renderer.draw({.surface = false}, other_targets, times);
+                }
             }
         };
         walk();

@@ -90,6 +90,24 @@ TEST_F(RecordedPlayback, KeepsThePaceOfItsFrames) {
     EXPECT_LE(seen.size(), 18U);
 }
 
+/// Between frames what moves goes on with time; a frame that was stepped to is shown as it is.
+TEST_F(RecordedPlayback, WhatMovesIsLaterThanItsFrameAsTimeIs) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
+    double most_s = 0;
+    watch(playback, [&](const Refresh& refresh) {
+        const double later_s = playback.later_s(0.2, 0.03);
+        EXPECT_NEAR(later_s, std::max(0.0, refresh.time_s - double(refresh.shown) * interval_s), 1e-9);
+        most_s = std::max(most_s, later_s);
+        return refresh.shown == 4;
+    });
+    EXPECT_GT(most_s, 0.4 * interval_s);
+    playback.pause();
+    playback.seek(2 * interval_s);
+    watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+    EXPECT_EQ(playback.later_s(0.2), 0);
+}
+
 TEST_F(RecordedPlayback, TimeWaitsForReadingAndRushesNothingAfterIt) {
     std::atomic<int> allowed = 2;
     FrameLoader loader(folder.string(), {.left_out = [&] {
@@ -210,6 +228,43 @@ TEST_F(LivePlayback, AStallIsCalmAndSoIsWhatComesAfterIt) {
     EXPECT_TRUE(std::ranges::any_of(after, [](const Refresh& r) {
         return r.shown > pictures / 2 && r.shown < pictures - 1;
     })) << "what came after the stall is played, not cut to its end";
+}
+
+/// Where it is by now: ahead of the play-out delay by up to what is asked for, through the stall and after it, never
+/// back; what is seen later is later.
+TEST_F(LivePlayback, WhatMovesIsWhereItIsByNow) {
+    constexpr double most_ahead_s = 0.1;
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    std::vector<double> now_s, at_s, ahead_s;
+    const auto note = [&](const Refresh& r) {
+        if (r.shown < 0)
+            return;
+        const double later_s = playback.later_s(most_ahead_s);
+        now_s.push_back(r.now_s);
+        at_s.push_back(double(r.shown) / 30 + later_s);
+        ahead_s.push_back(at_s.back() - r.time_s);
+        EXPECT_GE(later_s, 0);
+        EXPECT_LE(ahead_s.back(), most_ahead_s + 1e-6);
+        EXPECT_GE(playback.later_s(most_ahead_s, 0.02), later_s);
+        EXPECT_NEAR(playback.later_s(0), later_s - ahead_s.back(), 1e-6) << "at least at the clock's own time";
+    };
+    watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.state == ClockState::stalled; });
+    EXPECT_NEAR(ahead_s.back(), most_ahead_s, 1e-6) << "as far ahead as it may be, once nothing comes";
+    server.give(parts, pictures / 2, pictures);
+    server.close();
+    watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.is_over; });
+    EXPECT_GT(*std::ranges::max_element(ahead_s), 0.05);
+    const MediaClockOptions clock;
+    for (std::size_t i = 1; i < at_s.size(); ++i) {
+        const double elapsed_s = now_s[i] - now_s[i - 1];
+        ASSERT_GE(at_s[i], at_s[i - 1] - 1e-6) << i;
+        if (elapsed_s < clock.pause_s) {
+            ASSERT_LE(at_s[i] - at_s[i - 1], clock.max_rate * elapsed_s + 0.01) << i;
+        }
+    }
 }
 
 TEST_F(LivePlayback, PausingStopsThePictureAndNotTheStream) {

@@ -1,0 +1,70 @@
+// The picture afterwards: each pixel that something came to looks up what that was before, in its own region.
+layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
+
+layout(binding = 0) uniform sampler2D source_colour;
+layout(binding = 1) uniform sampler2D source_depth;
+layout(binding = 2) uniform usampler2D region_map;
+layout(binding = 0, r32ui) uniform uimage2D candidates;
+layout(binding = 1, rgba8) uniform writeonly image2D carried_colour;
+layout(binding = 2, r32f) uniform writeonly image2D carried_depth;
+layout(binding = 3, r8ui) uniform writeonly uimage2D carried_map;
+
+#include "carry_regions.glsl"
+
+struct Shown {
+    vec3 colour;
+    float depth_m;
+    uint region;
+};
+
+/// Bilinear, of one region's pixels.
+vec3 colour_before(vec2 position, uint region) {
+    vec2 corner = floor(position - 0.5), part = position - 0.5 - corner;
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 tap = ivec2(corner) + ivec2(k & 1, k >> 1);
+        tap = clamp(ivec2(round_the_seam(tap.x), tap.y), ivec2(0), source_size - 1);
+        if (texelFetch(region_map, tap, 0).x != region)
+            continue;
+        float weight = ((k & 1) != 0 ? part.x : 1.0 - part.x) * ((k >> 1) != 0 ? part.y : 1.0 - part.y);
+        sum += weight * vec4(texelFetch(source_colour, tap, 0).rgb, 1.0);
+    }
+    return sum.rgb / sum.a;
+}
+
+void show(ivec2 at, uint candidate, inout Shown shown) {
+    uint region = region_of(candidate);
+    Region way = regions[region - 1u];
+    vec2 size = vec2(source_size);
+    vec2 was = position_of(moved(way.backward, distance_of(candidate) * direction_of(at)));
+    if (source_closes != 0)
+        was.x -= size.x * floor(was.x / size.x);
+    // A splat is wider than a pixel: only what was in the region is shown.
+    if (!(all(greaterThanEqual(was, vec2(0.0))) && all(lessThan(was, size))) ||
+        texelFetch(region_map, ivec2(was), 0).x != region)
+        return;
+    float before_m = region_depth(region, texelFetch(source_depth, ivec2(was), 0).x);
+    float now_m = length(moved(way.forward, before_m * direction_at(was)));
+    // What rests there and is nearer; infinity and NaN are not.
+    if (shown.region == 0u && shown.depth_m <= now_m)
+        return;
+    shown = Shown(colour_before(was, region), now_m, region);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(at, source_size)))
+        return;
+    bool moves = texelFetch(region_map, at, 0).x != 0u;
+    Shown shown = Shown(texelFetch(source_colour, at, 0).rgb, texelFetch(source_depth, at, 0).x, 0u);
+    if (moves)
+        shown.depth_m = UNKNOWN;
+    uint candidate = imageLoad(candidates, at).x;
+    if (candidate != NO_CANDIDATE) {
+        imageStore(candidates, at, uvec4(NO_CANDIDATE));
+        show(at, candidate, shown);
+    }
+    imageStore(carried_colour, at, vec4(shown.colour, 1.0));
+    imageStore(carried_depth, at, vec4(shown.depth_m));
+    imageStore(carried_map, at, uvec4(shown.region));
+}

@@ -1,0 +1,41 @@
+#include "motion_view.h"
+
+#include <cassert>
+#include <string>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+/// By how much of it a surface may be nearer or farther than its region says: it has moved since.
+std::vector<std::string> defines() {
+    return {"DEPTH_TOLERANCE 1.25"};
+}
+
+}  // namespace
+
+MotionView::MotionView() : program_({{GL_COMPUTE_SHADER, "motion_view.glsl"}}, defines()) {}
+
+void MotionView::find(const SourceView& source, const PictureCarrier& carrier, std::span<const EyeView> eyes,
+                      const EyeDepth& depth) {
+    assert(!eyes.empty());
+    const Size size{eyes.front().camera.width, eyes.front().camera.height};
+    if (!(size == size_) || int(eyes.size()) != eyes_) {
+        size_ = size;
+        eyes_ = int(eyes.size());
+        motion_ = make_layered_texture(size_, eyes_, GL_RGBA16F);
+    }
+    blocks_.set(source, eyes);
+    carrier.bind();
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    glBindTextureUnit(0, carrier.regions());
+    glBindTextureUnit(2, depth.texture);
+    glBindImageTexture(0, motion_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+    program_.set("has_depth", int(depth.texture != 0));
+    program_.set("inverse_depth_scale", depth.scale);
+    program_.dispatch(size_, eyes_);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl
