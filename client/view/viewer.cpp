@@ -22,22 +22,24 @@ bool goes_on_by_repeats(Action action) {
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
-/// Main's depth comes from geometry or not at all, the second eye is drawn like the first, mirrors as if painted.
-TrackRoles unused_roles() {
+/// Main's depth comes from geometry where there is some, the second eye is drawn like the first, mirrors as if painted.
+TrackRoles unused_roles(bool has_geometry) {
     TrackRoles roles;
-    for (const TrackRole role : {TrackRole::small, TrackRole::depth, TrackRole::images})
+    for (const TrackRole role : {TrackRole::small, TrackRole::images})
         roles.set(std::size_t(role));
+    roles.set(std::size_t(TrackRole::depth), has_geometry);
     return roles;
 }
 
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
-    : loader_(settings.source, {.depth = true,
-                                .hardware = settings.hardware,
-                                .yuv = true,
-                                .left_out = [] { return unused_roles(); },
-                                .poses = &poses_}) {
+    : loader_(settings.source,
+              {.depth = true,
+               .hardware = settings.hardware,
+               .yuv = true,
+               .left_out = [has_geometry = settings.scene.has_value()] { return unused_roles(has_geometry); },
+               .poses = &poses_}) {
     window_ = Window::open("equistream: " + settings.source, settings.size);
     observe();
     presenter_ = std::make_unique<Presenter>(settings, loader_, poses_, box_, *window_);

@@ -130,7 +130,8 @@ std::function<void()> set_up(CLI::App& app) {
     CLI::Option* scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         ->excludes(scene);
-    app.add_option("--method", arguments->method, "surface (by depth, where there is some) or sphere (rotation only)")
+    app.add_option("--method", arguments->method,
+                   "surface (by depth: of --scene or --model, else the stream's own) or sphere (rotation only)")
         ->capture_default_str();
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();
