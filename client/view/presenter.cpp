@@ -216,10 +216,12 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
     const gl::RefreshOptions options{.surface = settings_.surface,
                                      .fill = settings_.fill,
-                                     .reliability = settings_.overlay == gl::Overlay::reliability};
+                                     .reliability = settings_.overlay == gl::Overlay::reliability,
+                                     .mirrors = settings_.mirrors};
     renderer_.draw(options, targets_, times_);
     if (splits)
-        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
+        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill, .mirrors = settings_.mirrors},
+                       other_targets_, times_);
 }
 
 void Presenter::look(gl::Size window) {

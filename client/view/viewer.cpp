@@ -22,24 +22,24 @@ bool goes_on_by_repeats(Action action) {
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
-/// Main's depth comes from geometry where there is some, the second eye is drawn like the first, mirrors as if painted.
-TrackRoles unused_roles(bool has_geometry) {
+/// Main's depth comes from geometry where there is some, the second eye is drawn like the first.
+TrackRoles unused_roles(const ViewerSettings& settings) {
     TrackRoles roles;
-    for (const TrackRole role : {TrackRole::small, TrackRole::images})
-        roles.set(std::size_t(role));
-    roles.set(std::size_t(TrackRole::depth), has_geometry);
+    roles.set(std::size_t(TrackRole::small));
+    roles.set(std::size_t(TrackRole::depth), settings.scene.has_value());
+    roles.set(std::size_t(TrackRole::images), settings.mirrors == MirrorTreatment::surface);
     return roles;
 }
 
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
-    : loader_(settings.source,
-              {.depth = true,
-               .hardware = settings.hardware,
-               .yuv = true,
-               .left_out = [has_geometry = settings.scene.has_value()] { return unused_roles(has_geometry); },
-               .poses = &poses_}) {
+    : loader_(settings.source, {.depth = true,
+                                .hardware = settings.hardware,
+                                .yuv = true,
+                                .specular = settings.mirrors != MirrorTreatment::surface,
+                                .left_out = [unused = unused_roles(settings)] { return unused; },
+                                .poses = &poses_}) {
     window_ = Window::open("equistream: " + settings.source, settings.size);
     observe();
     presenter_ = std::make_unique<Presenter>(settings, loader_, poses_, box_, *window_);

@@ -3,6 +3,7 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
+#include <equistream_client/specular.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
@@ -19,6 +20,7 @@ struct ViewerSettings {
     double fov_deg = 90;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
     bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
+    MirrorTreatment mirrors = MirrorTreatment::images;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

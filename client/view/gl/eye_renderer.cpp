@@ -54,6 +54,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     const std::size_t next = is_first ? current_ : 1 - current_;
     frames_[next].upload(std::move(frame));
     current_ = next;
+    mirrors_.upload(current().main().view);
     if (geometry_ != nullptr)
         geometry_->set_time(current().frame()->main.info.time_s);
     else
@@ -144,6 +145,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
     (known.texture != 0 ? surface_ : turn_).reproject(main.view, main.textures, eyes_, known, targets);
+    mirrors_.rework(main.view, main.textures, eyes_, known, targets, options.mirrors);
     if (known.texture != 0 && finder_ != nullptr)
         finder_->mesh.forget_gaps(targets);
     times.mark(RenderStage::reproject);
@@ -155,7 +157,8 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         reliability_.upload(main.view);
         reliability_.estimate(main.view, main.textures, {eyes_, known, targets},
                               {.depth_tolerance_w = found ? depth_tolerance_w(frame().main.info.depth_code) : 0,
-                               .coding_loss = coding_loss_of(frame().main.info)});
+                               .coding_loss = coding_loss_of(frame().main.info),
+                               .specular_reworked = options.mirrors != MirrorTreatment::surface});
     }
     times.mark(RenderStage::judge);
 }

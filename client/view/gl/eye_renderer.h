@@ -1,8 +1,8 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry (engine `surface`) or by the frame's own (engine `mesh`), engine, gaps and reliability, all on the
-/// GPU; shaders are compiled when it is made, storage there grows with what is asked for and is kept. The context it
-/// was made in is current in every call.
+/// scene's geometry (engine `surface`) or by the frame's own (engine `mesh`), engine, mirrors, gaps and reliability,
+/// all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for and is kept. The
+/// context it was made in is current in every call.
 #include "frame_textures.h"
 #include "stage_times.h"
 
@@ -14,6 +14,7 @@
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
 #include <reproject/gl/mesh_depth.h>
+#include <reproject/gl/mirrors.h>
 
 #include <equistream_scene/scene.h>
 
@@ -30,6 +31,7 @@ struct RefreshOptions {
     bool surface = true;  ///< by depth where there is some, else by direction alone
     bool fill = true;
     bool reliability = false;
+    MirrorTreatment mirrors = MirrorTreatment::images;
 };
 
 class EyeRenderer {
@@ -82,6 +84,7 @@ private:
     std::vector<EyeView> eyes_;
     bool by_depth_ = false;  ///< whether theirs was found
     LookUp turn_, surface_;
+    Mirrors mirrors_;
     GapTiles gaps_;
     GapLookUp gap_look_up_;
     PatchLookUp patch_look_up_;

@@ -11,6 +11,7 @@
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/received_view.h>
 #include <equistream_client/reliability.h>
+#include <equistream_client/specular.h>
 
 #include <array>
 #include <fstream>
@@ -48,6 +49,18 @@ ReceivedPicture picture_of(const Rendered& rendered) {
     return picture;
 }
 
+/// High up on the wall, where no gaps are; what is in it lies a metre behind.
+void hang_mirror(const Rendered& rendered, ReceivedPicture& picture) {
+    picture.specular = picture.virtual_depth_m = FloatImage(rendered.depth_m.width(), rendered.depth_m.height(), 1);
+    for (int y = 0; y < picture.specular.height(); ++y)
+        for (int x = 0; x < picture.specular.width(); ++x) {
+            const glm::dvec3 d = direction_of(rendered.camera, x + 0.5, y + 0.5);
+            const float r = *rendered.depth_m.pixel(x, y);
+            *picture.specular.pixel(x, y) = r * d.y > 1.1 && r < 10 ? 1.0f : 0.0f;
+            *picture.virtual_depth_m.pixel(x, y) = r + 1;
+        }
+}
+
 /// Where a centimetre a frame along X leads; everything there is to fill gaps from comes with it.
 std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera, bool with_depth = false) {
     const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
@@ -56,6 +69,7 @@ std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera
     frame->main = picture_of(main);
     if (with_depth)
         frame->main.depth_m = main.depth_m;
+    hang_mirror(main, frame->main);
     Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
     for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
         if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
@@ -132,13 +146,16 @@ public:
         engine->set_source(main);
         EyePicture picture;
         engine->reproject(eye, picture);
+        mirrored += rework_specular(main, eye, picture).by_image;
         const FillLadder ladder = make_fill_ladder(default_fill);
         for (const auto& rung : ladder)
             rung->set_frame({.main = &main, .earlier = earlier, .hidden = &hidden, .patches = &patches});
         fill_gaps(ladder, eye, picture);
-        estimate_reliability(main, eye, picture);
+        estimate_reliability(main, eye, picture, {.specular_reworked = true});
         return picture;
     }
+
+    std::int64_t mirrored = 0;  ///< pixels that were looked up by images
 
 private:
     FloatImage depth_of(const ReceivedPicture& picture) {
@@ -203,6 +220,7 @@ TEST_F(GlEyeRenderer, ShowsWhatTheCpuMakesOfTheFrame) {
                 EXPECT_GT(found.count(PixelOrigin::patches), 0);
             }
         }
+        EXPECT_GT(cpu.mirrored, 100);
     }
 }
 
