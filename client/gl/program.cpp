@@ -109,6 +109,9 @@ void Program::set(const char* uniform, int value) const {
 void Program::set(const char* uniform, float value) const {
     glProgramUniform1f(name(), location(uniform), value);
 }
+void Program::set(const char* uniform, glm::vec2 value) const {
+    glProgramUniform2f(name(), location(uniform), value.x, value.y);
+}
 void Program::set(const char* uniform, glm::vec3 value) const {
     glProgramUniform3f(name(), location(uniform), value.x, value.y, value.z);
 }

@@ -37,6 +37,7 @@ public:
 
     void set(const char* uniform, int value) const;
     void set(const char* uniform, float value) const;
+    void set(const char* uniform, glm::vec2 value) const;
     void set(const char* uniform, glm::vec3 value) const;
     void set(const char* uniform, glm::ivec2 value) const;
     void set(const char* uniform, glm::ivec3 value) const;

@@ -113,8 +113,10 @@ private:
         std::array<float, 4> at_centre{};
         std::array<int, 4> part{0, 1, 2, 3};
         for (int i = 0; i < 4; ++i)
-            if (joined[i])
-                std::ranges::replace(part, part[(i + 1) % 4], part[i]);
+            if (joined[i]) {
+                const int from = part[(i + 1) % 4], to = part[i];
+                std::ranges::replace(part, from, to);
+            }
         for (int i = 0; i < 4; ++i) {
             const Place p = places[i];
             const float dx = p.x == x ? 0.5f : -0.5f, dy = p.y == y ? 0.5f : -0.5f;

@@ -17,7 +17,31 @@ double centre_or_edge(int i, int n) {
 
 }  // namespace
 
-SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_m) : depth_m_(depth_m) {
+LatticeAngles::LatticeAngles(const Camera& camera) {
+    const int w = width_of(camera), h = height_of(camera);
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        const LongitudeLatitudeRange& range = sphere->range;
+        for (int x = -1; x <= w; ++x) {
+            const double longitude = range.longitude_min + centre_or_edge(x, w) * range.longitude_span() / w;
+            column_a.push_back(float(std::sin(longitude)));
+            column_b.push_back(float(std::cos(longitude)));
+        }
+        for (int y = -1; y <= h; ++y) {
+            const double latitude = range.latitude_max - centre_or_edge(y, h) * range.latitude_span() / h;
+            row_a.push_back(float(std::sin(latitude)));
+            row_b.push_back(float(std::cos(latitude)));
+        }
+    } else {
+        const double focal = std::get<PerspectiveCamera>(camera).focal_px();
+        for (int x = -1; x <= w; ++x)
+            column_a.push_back(float((centre_or_edge(x, w) - 0.5 * w) / focal));
+        for (int y = -1; y <= h; ++y)
+            row_a.push_back(float((0.5 * h - centre_or_edge(y, h)) / focal));
+    }
+}
+
+SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_m)
+    : depth_m_(depth_m), angles_(camera) {
     const int w = depth_m.width, h = depth_m.height;
     if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
         equirect_ = true;
@@ -25,22 +49,6 @@ SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_
         closes_ = range.closes();
         north_pole_ = closes_ && range.latitude_max > pi / 2 - 1e-9;
         south_pole_ = closes_ && range.latitude_min < -pi / 2 + 1e-9;
-        for (int x = -1; x <= w; ++x) {
-            const double longitude = range.longitude_min + centre_or_edge(x, w) * range.longitude_span() / w;
-            column_a_.push_back(float(std::sin(longitude)));
-            column_b_.push_back(float(std::cos(longitude)));
-        }
-        for (int y = -1; y <= h; ++y) {
-            const double latitude = range.latitude_max - centre_or_edge(y, h) * range.latitude_span() / h;
-            row_a_.push_back(float(std::sin(latitude)));
-            row_b_.push_back(float(std::cos(latitude)));
-        }
-    } else {
-        const double focal = std::get<PerspectiveCamera>(camera).focal_px();
-        for (int x = -1; x <= w; ++x)
-            column_a_.push_back(float((centre_or_edge(x, w) - 0.5 * w) / focal));
-        for (int y = -1; y <= h; ++y)
-            row_a_.push_back(float((0.5 * h - centre_or_edge(y, h)) / focal));
     }
     constexpr int side = LatticeBlock::side;
     block_columns_ = (w - (closes_ ? 0 : -1) + side - 1) / side;
@@ -63,13 +71,13 @@ void SourceLattice::wrap(int& x, int& y) const {
 }
 
 Vec3f SourceLattice::direction_of_tables(int column, int row) const {
-    const float a = column_a_[column + 1], p = row_a_[row + 1];
+    const float a = angles_.column_a[column + 1], p = angles_.row_a[row + 1];
     if (!equirect_) {
         const float scale = 1 / std::sqrt(1 + a * a + p * p);
         return {a * scale, p * scale, -scale};
     }
-    const float c = row_b_[row + 1];
-    return {c * a, p, -c * column_b_[column + 1]};
+    const float c = angles_.row_b[row + 1];
+    return {c * a, p, -c * angles_.column_b[column + 1]};
 }
 
 Vec3f SourceLattice::direction(int x, int y) const {
@@ -120,15 +128,15 @@ void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
             continue;
         }
         const float* depth = depth_m_.row(row) + block.x0 - margin;
-        const float* a = &column_a_[block.x0 - margin + 1];
-        const float p = row_a_[row + 1];
+        const float* a = &angles_.column_a[block.x0 - margin + 1];
+        const float p = angles_.row_a[row + 1];
         float* qx = &block.qx[first];
         float* qy = &block.qy[first];
         float* qz = &block.qz[first];
         float* k = &block.k[first];
         if (equirect_) {
-            const float* b = &column_b_[block.x0 - margin + 1];
-            const float c = row_b_[row + 1];
+            const float* b = &angles_.column_b[block.x0 - margin + 1];
+            const float c = angles_.row_b[row + 1];
             for (int i = 0; i < stride; ++i) {
                 qx[i] = c * a[i];
                 qy[i] = p;

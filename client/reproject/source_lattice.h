@@ -47,6 +47,14 @@ struct JoinedPoints {
 };
 void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, JoinedPoints& joined);
 
+/// What directions of a camera's lattice are made of, by column and row, from -1 to W and H. Sphere: sine and cosine of
+/// longitude and latitude. Perspective: the direction with z = -1 has x = column_a, y = row_a; the others are empty.
+struct LatticeAngles {
+    explicit LatticeAngles(const Camera& camera);
+
+    std::vector<float> column_a, column_b, row_a, row_b;
+};
+
 /// Coordinates: point (i, j) is the centre of pixel (i, j). A sphere closes on itself: columns go round, and row -1 is
 /// row 0 on the other side of the pole. Where a picture ends, points -1, W and H lie on its edge, half a pixel out.
 class SourceLattice {
@@ -105,9 +113,7 @@ private:
     ImageView<const float> depth_m_;
     bool closes_ = false, north_pole_ = false, south_pole_ = false, equirect_ = false;
     int block_columns_ = 0, block_rows_ = 0;
-    /// By column and row, from -1 to W and H. Sphere: sine and cosine of longitude and latitude. Perspective: the
-    /// direction with z = -1 has x = column_a, y = row_a.
-    std::vector<float> column_a_, column_b_, row_a_, row_b_;
+    LatticeAngles angles_;
     std::vector<Summary> summaries_;
 };
 

@@ -236,10 +236,12 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
     const gl::RefreshOptions options{.surface = settings_.surface,
                                      .fill = settings_.fill,
                                      .reliability = settings_.overlay == gl::Overlay::reliability,
-                                     .motion = settings_.overlay == gl::Overlay::motion};
+                                     .motion = settings_.overlay == gl::Overlay::motion,
+                                     .mirrors = settings_.mirrors};
     renderer_.draw(options, targets_, times_);
     if (splits)
-        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill}, other_targets_, times_);
+        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill, .mirrors = settings_.mirrors},
+                       other_targets_, times_);
 }
 
 /// Empty: the truth is of what is drawn.

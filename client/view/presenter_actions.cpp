@@ -149,8 +149,10 @@ StatusLine Presenter::status() const {
         playback_.is_paused() ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
         followed_.is_followed() ? ", the server follows" : "", motion_.navigator().yaw_rad() * 180 / pi,
         motion_.navigator().pitch_rad() * 180 / pi, offset.x, offset.y, offset.z, int(layout.size()), layout.data(),
-        settings_.surface && renderer_.has_depth() ? "surface" : "sphere", settings_.fill ? "" : ", gaps open",
-        settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
+        !settings_.surface || !renderer_.has_depth() ? "sphere"
+        : renderer_.has_geometry()                   ? "surface"
+                                                     : "mesh",
+        settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
     if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)
         line.legend = info.moving.empty()
@@ -169,8 +171,8 @@ StatusLine Presenter::status() const {
                                  100 * head_box_radius(info));
     else if (!frame().posed)
         line.warning = "ordinary video: rotation only";
-    else if (!renderer_.has_geometry())
-        line.warning = "no --scene or --model: rotation only";
+    else if (!renderer_.has_depth())
+        line.warning = "no --scene or --model, and no depth in the stream: rotation only";
     return line;
 }
 

@@ -22,11 +22,12 @@ bool goes_on_by_repeats(Action action) {
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
-/// Main's depth comes from geometry or not at all, the second eye is drawn like the first, mirrors as if painted.
-TrackRoles unused_roles() {
+/// Main's depth comes from geometry where there is some, the second eye is drawn like the first.
+TrackRoles unused_roles(const ViewerSettings& settings) {
     TrackRoles roles;
-    for (const TrackRole role : {TrackRole::small, TrackRole::depth, TrackRole::images})
-        roles.set(std::size_t(role));
+    roles.set(std::size_t(TrackRole::small));
+    roles.set(std::size_t(TrackRole::depth), settings.scene.has_value());
+    roles.set(std::size_t(TrackRole::images), settings.mirrors == MirrorTreatment::surface);
     return roles;
 }
 
@@ -36,7 +37,8 @@ Viewer::Viewer(const ViewerSettings& settings)
     : loader_(settings.source, {.depth = true,
                                 .hardware = settings.hardware,
                                 .yuv = true,
-                                .left_out = [] { return unused_roles(); },
+                                .specular = settings.mirrors != MirrorTreatment::surface,
+                                .left_out = [unused = unused_roles(settings)] { return unused; },
                                 .poses = &poses_}) {
     if (!settings.truth.empty())
         truth_.emplace(settings.truth);

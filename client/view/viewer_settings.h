@@ -4,6 +4,7 @@
 #include "gl/stage_times.h"
 
 #include <equistream/object_motion.h>
+#include <equistream_client/specular.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
@@ -24,6 +25,7 @@ struct ViewerSettings {
     std::optional<double> fov_deg;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
     bool surface = true, fill = true, loop = true, paused = false, times = false;
+    MirrorTreatment mirrors = MirrorTreatment::images;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

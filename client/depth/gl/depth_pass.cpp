@@ -1,5 +1,7 @@
 #include "depth_pass.h"
 
+#include <gl/drawing_state.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -20,38 +22,6 @@ std::vector<std::string> masked_defines() {
     all.emplace_back("MASKED 1");
     return all;
 }
-
-/// All state that drawing depth relies on; clip control, the depth test and its function are as before when it goes.
-class DrawingState {
-public:
-    DrawingState() : has_depth_test_(glIsEnabled(GL_DEPTH_TEST)) {
-        glGetIntegerv(GL_CLIP_ORIGIN, &clip_origin_);
-        glGetIntegerv(GL_CLIP_DEPTH_MODE, &clip_depth_);
-        glGetIntegerv(GL_DEPTH_FUNC, &depth_function_);
-        for (const GLenum off : {GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP, GL_DEPTH_CLAMP,
-                                 GL_RASTERIZER_DISCARD, GL_POLYGON_OFFSET_FILL, GL_PRIMITIVE_RESTART})
-            glDisable(off);
-        glEnable(GL_DEPTH_TEST);
-        glDepthFunc(GL_GREATER);
-        glDepthMask(GL_TRUE);
-        glDepthRangef(0, 1);
-        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
-        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    }
-    ~DrawingState() {
-        glClipControl(GLenum(clip_origin_), GLenum(clip_depth_));
-        glDepthFunc(GLenum(depth_function_));
-        if (has_depth_test_ == GL_FALSE)
-            glDisable(GL_DEPTH_TEST);
-    }
-    DrawingState(const DrawingState&) = delete;
-    DrawingState& operator=(const DrawingState&) = delete;
-
-private:
-    GLboolean has_depth_test_;
-    GLint clip_origin_ = 0, clip_depth_ = 0, depth_function_ = 0;
-};
 
 }  // namespace
 
@@ -119,7 +89,7 @@ void DepthPass::draw(std::span<const DepthViewpoint> views, Culling culling) {
     glNamedBufferSubData(views_.name(), 0, GLsizeiptr(views.size() * sizeof(ViewBlock)), blocks.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.name());
 
-    const DrawingState state;
+    const DrawingState state(GL_GREATER);
     constexpr float miss = 0;
     constexpr std::array<GLuint, 4> none{};
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);

@@ -1,7 +1,7 @@
 #pragma once
 /// Rungs `hidden`, `earlier`, `small` and `small-wide` (fill.h) on the GPU, for all eyes at once: gap pixels take what
-/// they see from another picture. Only by the eyes' own depth: nothing is drawn forward where there is none. Mirrors
-/// are looked up like any surface.
+/// they see from another picture, by the eyes' depth: their own, or what found_depth.h finds. Mirrors are looked up
+/// like any surface.
 #include "wide_gaps.h"
 
 #include "../../reproject/gl/eye_blocks.h"

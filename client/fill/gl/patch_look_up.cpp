@@ -12,11 +12,6 @@ namespace equistream::gl {
 
 namespace {
 
-Pose sphere_pose(const PatchesView& patches, int offset) {
-    const Pose& pose = patches.pose;
-    return {pose.position_m + pose.orientation * patches.atlas->offsets_m[std::size_t(offset)], pose.orientation};
-}
-
 using SphereOrder = std::array<int, max_patch_offsets>;
 
 /// What the eye sees is seen most alike from the sphere that is nearest to it.
@@ -26,12 +21,17 @@ SphereOrder nearest_first(const PatchesView& patches, const EyeView& eye) {
     assert(count <= order.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::sort(std::span(order).first(count), {}, [&](int offset) {
-        return glm::distance(sphere_pose(patches, offset).position_m, eye.pose.position_m);
+        return glm::distance(patch_sphere_pose(patches, offset).position_m, eye.pose.position_m);
     });
     return order;
 }
 
 }  // namespace
+
+Pose patch_sphere_pose(const PatchesView& patches, int offset) {
+    const Pose& pose = patches.pose;
+    return {pose.position_m + pose.orientation * patches.atlas->offsets_m[std::size_t(offset)], pose.orientation};
+}
 
 void PatchTextures::upload(const PatchesView& patches) {
     const PatchAtlas& atlas = *patches.atlas;
@@ -79,8 +79,8 @@ void PatchLookUp::fill(const PatchesView& patches, const PatchTextures& textures
         for (std::size_t i = 0; i < atlas.offsets_m.size(); ++i) {
             static_assert(most_eyes == 2);
             const glm::ivec2 spheres(order[0][i], order[eyes - 1][i]);
-            const std::array<Pose, most_eyes> poses = {sphere_pose(patches, spheres[0]),
-                                                       sphere_pose(patches, spheres[1])};
+            const std::array<Pose, most_eyes> poses = {patch_sphere_pose(patches, spheres[0]),
+                                                       patch_sphere_pose(patches, spheres[1])};
             blocks_.set(std::span(poses).first(eyes), patches.box_radius_m, to.eyes);
             glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
             program_.set("patch_spheres", spheres);

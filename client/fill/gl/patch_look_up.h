@@ -9,6 +9,9 @@
 
 namespace equistream::gl {
 
+/// Of the sphere at one of an atlas' offsets.
+Pose patch_sphere_pose(const PatchesView& patches, int offset);
+
 /// A frame's patches on the GPU, as SourceTextures are a picture.
 class PatchTextures {
 public:

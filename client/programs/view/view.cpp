@@ -22,7 +22,7 @@ struct Arguments {
     ViewerSettings settings;
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
-                      decode = "auto", predict = "auto";
+                      mirrors = "images", decode = "auto", predict = "auto";
     double fov_deg = default_view_fov_deg, ipd_m = 0;
     bool keys = false, json = false;
 };
@@ -63,6 +63,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
     settings.surface = parse_word<int>("--method", arguments.method, methods) == 1;
+    settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.fill = parse_word<int>("--fill", arguments.fill, switches) == 1;
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
@@ -137,12 +138,18 @@ std::function<void()> set_up(CLI::App& app) {
     CLI::Option* scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         ->excludes(scene);
-    app.add_option("--method", arguments->method, "surface (by depth, where there is some) or sphere (rotation only)")
+    app.add_option("--method", arguments->method,
+                   "surface (by depth: of --scene or --model, else the stream's own) or sphere (rotation only)")
         ->capture_default_str();
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
     app.add_option("--overlay", arguments->overlay, "none, depth, gaps, reliability or motion")->capture_default_str();
+    app.add_option(
+           "--mirrors", arguments->mirrors,
+           "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
+           "(as if painted on it)")
+        ->capture_default_str();
     app.add_option("--fill", arguments->fill, "on, or off: gaps stay black")->capture_default_str();
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();

@@ -4,12 +4,6 @@
 
 #include "depth_reach.glsl"
 
-/// agree() for inverse distances.
-bool same_inverse(float a, float b) {
-    vec2 beyond_box = max(1.0 - box_radius_m * vec2(a, b), vec2(LEAST_REACH_SHARE));
-    return box_radius_m * abs(a - b) <= tolerance * (beyond_box.x * beyond_box.y);
-}
-
 bool lies_between(float reach_point, float reach_predicted, float reach_sample) {
     float low = min(reach_point, reach_predicted), high = max(reach_point, reach_predicted);
     return agree(low, reach_sample) || agree(high, reach_sample) || (low < reach_sample && reach_sample < high);

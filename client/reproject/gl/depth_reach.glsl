@@ -12,3 +12,19 @@ float reach_of(float distance_m) {
 bool agree(float reach_a, float reach_b) {
     return box_radius_m * abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0.0;
 }
+
+/// agree() for inverse distances.
+bool same_inverse(float a, float b) {
+    vec2 beyond_box = max(1.0 - box_radius_m * vec2(a, b), vec2(LEAST_REACH_SHARE));
+    return box_radius_m * abs(a - b) <= tolerance * (beyond_box.x * beyond_box.y);
+}
+
+bool between_inverse(float point, float predicted, float found) {
+    return same_inverse(point, found) || same_inverse(predicted, found) || (point < found && found < predicted) ||
+           (predicted < found && found < point);
+}
+
+/// Whether neighbours `a` and `b` of four samples in a row are joined: show one surface.
+bool are_joined(float before, float a, float b, float after) {
+    return between_inverse(a, 2.0 * a - before, b) || between_inverse(b, 2.0 * b - after, a);
+}

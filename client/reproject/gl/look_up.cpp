@@ -1,5 +1,7 @@
 #include "look_up.h"
 
+#include <gl/drawing_state.h>
+
 #include <equistream_client/engine.h>
 
 #include <algorithm>
@@ -18,12 +20,6 @@ constexpr ListHead nothing_listed = {0, 1, 1, 0};
 
 std::vector<std::string> defines(bool surface) {
     return {surface ? "BY_SURFACE true" : "BY_SURFACE false"};
-}
-
-VertexArray make_vertex_array() {
-    GLuint name = 0;
-    glCreateVertexArrays(1, &name);
-    return VertexArray(name);
 }
 
 Sampler make_linear_sampler() {

@@ -3,6 +3,7 @@
 #include <depth/gl/sphere_views.h>
 
 #include <equistream/bound.h>
+#include <equistream/depth_code.h>
 
 #include <cassert>
 #include <utility>
@@ -39,6 +40,8 @@ struct EyeRenderer::Geometry {
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m) : turn_(false), surface_(true) {
     if (scene != nullptr)
         geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);
+    else
+        finder_ = std::make_unique<Finder>();
 }
 
 EyeRenderer::~EyeRenderer() = default;
@@ -49,16 +52,19 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     frames_[next].upload(std::move(frame));
     current_ = next;
     later_s_ = 0;
+    mirrors_.upload(current().main().view);
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
+    } else {
+        finder_->mesh.forget_source();
     }
     carrier_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
 }
 
 bool EyeRenderer::can_carry_on() const {
-    return has_depth() && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
+    return geometry_ != nullptr && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
 }
 
 const FrameTextures* EyeRenderer::earlier() const {
@@ -70,11 +76,18 @@ const FrameTextures* EyeRenderer::earlier() const {
 }
 
 EyeDepth EyeRenderer::depth() const {
-    return by_depth_ ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale()} : EyeDepth{};
+    if (!by_depth_)
+        return {};
+    return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale()}
+                                : finder_->mesh.depth();
 }
 
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
+    if (geometry_ == nullptr) {
+        finder_->mesh.find(main.view, main.textures, eyes_);
+        return;
+    }
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)
@@ -133,17 +146,36 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     times.mark(RenderStage::carry);
 }
 
+void EyeRenderer::fill_by_depth(const GapTargets& to) {
+    if (const UploadedPicture* hidden = current().hidden(); hidden != nullptr && hidden->textures.depth() != 0) {
+        const OtherPicture from{hidden->view, hidden->textures, PixelOrigin::hidden};
+        if (finder_ != nullptr)
+            finder_->gaps.draw_forward(from, to);
+        gap_look_up_.fill(from, to);
+    }
+    if (const PatchTextures* patches = current().patches(); patches != nullptr && patches->atlas().depth() != 0) {
+        if (finder_ != nullptr)
+            finder_->gaps.draw_forward(current().patches_view(), *patches, to);
+        patch_look_up_.fill(current().patches_view(), *patches, to);
+    }
+    const FrameTextures* earlier = this->earlier();
+    if (earlier == nullptr || earlier->main().textures.depth() == 0)
+        return;
+    const OtherPicture from{earlier->main().view, earlier->main().textures, PixelOrigin::earlier};
+    const OtherPicture main{current().main().view, current().main().textures};
+    if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
+        finder_->gaps.draw_still_there(from, main, to);
+    gap_look_up_.fill(from, to);
+}
+
 void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
     gaps_.find(targets);
+    const GapTargets to{eyes_, depth, gaps_, targets};
     if (depth.texture != 0) {
-        const GapTargets to{eyes_, depth, gaps_, targets};
-        if (const UploadedPicture* hidden = current().hidden(); hidden != nullptr && hidden->textures.depth() != 0)
-            gap_look_up_.fill({hidden->view, hidden->textures, PixelOrigin::hidden}, to);
-        if (current().patches() != nullptr)
-            patch_look_up_.fill(current().patches_view(), *current().patches(), to);
-        if (const FrameTextures* earlier = this->earlier(); earlier != nullptr && earlier->main().textures.depth() != 0)
-            gap_look_up_.fill({earlier->main().view, earlier->main().textures, PixelOrigin::earlier}, to);
+        fill_by_depth(to);
         gaps_.find(targets);
+        if (finder_ != nullptr)
+            finder_->gaps.find_background(current().main().view, to);
     }
     push_pull_.fill(current().main().view, eyes_, depth, gaps_, targets);
 }
@@ -156,14 +188,20 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         surface_.reproject(main.view, looked_up(), eyes_, known, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
+    mirrors_.rework(main.view, looked_up(), eyes_, known, targets, options.mirrors);
+    if (known.texture != 0 && finder_ != nullptr)
+        finder_->mesh.forget_gaps(targets);
     times.mark(RenderStage::reproject);
     if (options.fill)
         fill(known, targets);
     times.mark(RenderStage::fill);
     if (options.reliability) {
+        const bool found = known.texture != 0 && finder_ != nullptr;
         reliability_.upload(main.view);
         reliability_.estimate(main.view, looked_up(), {eyes_, known, targets},
-                              {.coding_loss = coding_loss_of(frame().main.info)});
+                              {.depth_tolerance_w = found ? depth_tolerance_w(frame().main.info.depth_code) : 0,
+                               .coding_loss = coding_loss_of(frame().main.info),
+                               .specular_reworked = options.mirrors != MirrorTreatment::surface});
     }
     if (options.motion && !frame().main.info.moving.empty()) {
         has_motion_ = true;

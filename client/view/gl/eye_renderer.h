@@ -1,18 +1,21 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry, engine, gaps and reliability, all on the GPU; shaders are compiled when it is made, storage
-/// there grows with what is asked for and is kept. The context it was made in is current in every call.
+/// scene's geometry (engine `surface`) or by the frame's own (engine `mesh`), engine, mirrors, gaps and reliability,
+/// all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for and is kept. The
+/// context it was made in is current in every call.
 #include "frame_textures.h"
 #include "stage_times.h"
 
 #include <carry/gl/motion_view.h>
 #include <depth/gl/depth_pass.h>
 #include <depth/gl/sphere_depth.h>
-#include <fill/gl/gap_look_up.h>
+#include <fill/gl/found_depth.h>
 #include <fill/gl/push_pull.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
+#include <reproject/gl/mesh_depth.h>
+#include <reproject/gl/mirrors.h>
 
 #include <equistream_scene/scene.h>
 
@@ -30,11 +33,13 @@ struct RefreshOptions {
     bool fill = true;
     bool reliability = false;
     bool motion = false;
+    MirrorTreatment mirrors = MirrorTreatment::images;
 };
 
 class EyeRenderer {
 public:
-    /// Without a scene eyes only turn. `box_radius_m` sizes what depth may be off by.
+    /// Without a scene the eyes' depth is found from the frame's, and where it has none they only turn. `box_radius_m`
+    /// sizes what depth may be off by.
     EyeRenderer(const SceneDescription* scene, double box_radius_m);
     ~EyeRenderer();
 
@@ -49,23 +54,32 @@ public:
 
     /// Where the eyes are now; all have one size. Only after a frame was shown.
     void look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times);
-    /// Draws what they see.
+    /// Draws what they see; by depth once after each look().
     void draw(const RefreshOptions& options, EyeTargets& targets, StageTimes& times);
 
     bool has_geometry() const { return geometry_ != nullptr; }
     /// Whether eyes that moved see more than the sphere turned.
-    bool has_depth() const { return has_geometry() && frames_[current_].frame() != nullptr && frame().posed; }
+    bool has_depth() const {
+        return frames_[current_].frame() != nullptr && frame().posed &&
+               (has_geometry() || !frame().main.depth_m.empty());
+    }
     const ReceivedFrame& frame() const { return *frames_[current_].frame(); }
     const SourceTextures& source() const { return frames_[current_].main().textures; }
     /// Of the eyes; texture 0: not known.
     EyeDepth depth() const;
     GLuint reliability() const { return reliability_.texture(); }
+    void download_reliability(int eye, EyePicture& picture) const { reliability_.download(eye, picture); }
     /// Of the last draw() since look() that was to find it, as MotionView has it; 0: there was none, or the frame says
     /// of nothing that it moves.
     GLuint motion() const { return has_motion_ ? motion_.texture() : 0; }
 
 private:
     struct Geometry;
+    /// The eyes' depth where they have none of their own.
+    struct Finder {
+        MeshDepth mesh;
+        FoundDepth gaps;
+    };
 
     FrameTextures& current() { return frames_[current_]; }
     /// The frame shown before; null: there is none that gaps may be filled from.
@@ -75,8 +89,10 @@ private:
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
+    void fill_by_depth(const GapTargets& to);
 
     std::unique_ptr<Geometry> geometry_;
+    std::unique_ptr<Finder> finder_;  ///< without geometry
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
@@ -86,6 +102,7 @@ private:
     PictureCarrier carrier_;
     MotionView motion_;
     LookUp turn_, surface_;
+    Mirrors mirrors_;
     GapTiles gaps_;
     GapLookUp gap_look_up_;
     PatchLookUp patch_look_up_;

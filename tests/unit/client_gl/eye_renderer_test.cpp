@@ -11,6 +11,8 @@
 #include <equistream_client/carry_on.h>
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/received_view.h>
+#include <equistream_client/reliability.h>
+#include <equistream_client/specular.h>
 
 #include <array>
 #include <fstream>
@@ -49,34 +51,46 @@ ReceivedPicture picture_of(const Rendered& rendered) {
     return picture;
 }
 
+/// High up on the wall, where no gaps are; what is in it lies a metre behind.
+void hang_mirror(const Rendered& rendered, ReceivedPicture& picture) {
+    picture.specular = picture.virtual_depth_m = FloatImage(rendered.depth_m.width(), rendered.depth_m.height(), 1);
+    for (int y = 0; y < picture.specular.height(); ++y)
+        for (int x = 0; x < picture.specular.width(); ++x) {
+            const glm::dvec3 d = direction_of(rendered.camera, x + 0.5, y + 0.5);
+            const float r = *rendered.depth_m.pixel(x, y);
+            *picture.specular.pixel(x, y) = r * d.y > 1.1 && r < 10 ? 1.0f : 0.0f;
+            *picture.virtual_depth_m.pixel(x, y) = r + 1;
+        }
+}
+
 /// Where a centimetre a frame along X leads; everything there is to fill gaps from comes with it.
-std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera, bool with_fill) {
+std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera, bool with_depth = false) {
     const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
     auto frame = std::make_shared<ReceivedFrame>();
     const Rendered main = render(ball_and_wall, red_and_smooth, camera, pose);
     frame->main = picture_of(main);
-    if (with_fill) {
-        Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
-        for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
-            if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
-                hidden.depth_m.samples()[i] = std::nanf("");
-        // Not all of what is behind: other rungs are to have work too.
-        for (int y = 0; y < hidden.depth_m.height() / 2; ++y)
-            for (int x = 0; x < hidden.depth_m.width(); ++x)
-                *hidden.depth_m.pixel(x, y) = std::nanf("");
-        frame->hidden = picture_of(hidden);
-        frame->hidden->depth_m = std::move(hidden.depth_m);
-        Patches patches;
-        patches.render_from(pose);
-        frame->patches.emplace();
-        frame->patches->info.camera_pose = pose;
-        frame->patches->info.camera = EquirectCamera{patches.atlas.width(), patches.atlas.height(), {}};
-        frame->patches->info.patches = patches.atlas;
-        frame->patches->rgb = std::move(patches.rgb);
-        frame->patches->depth_m = std::move(patches.depth_m);
-    }
-    for (ReceivedPicture* picture : {&frame->main, frame->hidden ? &*frame->hidden : &frame->main,
-                                     frame->patches ? &*frame->patches : &frame->main}) {
+    if (with_depth)
+        frame->main.depth_m = main.depth_m;
+    hang_mirror(main, frame->main);
+    Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
+    for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
+        if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
+            hidden.depth_m.samples()[i] = std::nanf("");
+    // Not all of what is behind: other rungs are to have work too.
+    for (int y = 0; y < hidden.depth_m.height() / 2; ++y)
+        for (int x = 0; x < hidden.depth_m.width(); ++x)
+            *hidden.depth_m.pixel(x, y) = std::nanf("");
+    frame->hidden = picture_of(hidden);
+    frame->hidden->depth_m = std::move(hidden.depth_m);
+    Patches patches;
+    patches.render_from(pose);
+    frame->patches.emplace();
+    frame->patches->info.camera_pose = pose;
+    frame->patches->info.camera = EquirectCamera{patches.atlas.width(), patches.atlas.height(), {}};
+    frame->patches->info.patches = patches.atlas;
+    frame->patches->rgb = std::move(patches.rgb);
+    frame->patches->depth_m = std::move(patches.depth_m);
+    for (ReceivedPicture* picture : {&frame->main, &*frame->hidden, &*frame->patches}) {
         picture->info.index = index;
         picture->info.time_s = double(index) / 30;
     }
@@ -150,20 +164,24 @@ protected:
     const PerspectiveCamera flat{400, 250, 2 * std::atan(1.25)};
 };
 
-/// As `play --depth gl` with the default rungs does it.
+/// As `play` does it with the default rungs: with a scene by --depth gl, without by the frame's depth.
 class OnTheCpu {
 public:
-    OnTheCpu(const SceneDescription& scene, double box_radius_m) : depth_(scene, {.box_radius_m = box_radius_m}) {}
+    OnTheCpu(const SceneDescription* scene, double box_radius_m) {
+        if (scene != nullptr)
+            depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
+    }
 
     /// `later_s`: carried on by so much.
     EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double later_s = 0) {
-        depth_.set_time(before.main.info.time_s);
-        const FloatImage before_m = cast(before.main.info.camera, before.main.info.camera_pose);
-        depth_.set_time(frame.main.info.time_s + later_s);
-        const FloatImage eye_m = cast(eye.camera, eye.pose);
-        eye.depth_m = eye_m.view();
-        depth_.set_time(frame.main.info.time_s);
-        const FloatImage main_m = cast(frame.main.info.camera, frame.main.info.camera_pose);
+        const FloatImage before_m = depth_of(before.main);
+        FloatImage eye_m;
+        if (depth_) {
+            depth_->set_time(frame.main.info.time_s + later_s);
+            eye_m = cast(eye.camera, eye.pose);
+            eye.depth_m = eye_m.view();
+        }
+        const FloatImage main_m = depth_of(frame.main);
         CarriedPicture carried;
         if (later_s > 0)
             PictureCarrier().carry_on(frame.main, main_m, later_s, carried);
@@ -180,10 +198,11 @@ public:
                                   .atlas = &*frame.patches->info.patches,
                                   .pose = frame.patches->info.camera_pose,
                                   .box_radius_m = main.box_radius_m};
-        const auto engine = make_engine("surface");
+        const auto engine = make_engine(depth_ ? "surface" : "mesh");
         engine->set_source(main);
         EyePicture picture;
         engine->reproject(eye, picture);
+        mirrored += rework_specular(main, eye, picture).by_image;
         const FillLadder ladder = make_fill_ladder(default_fill);
         for (const auto& rung : ladder)
             rung->set_frame({.main = &main,
@@ -191,17 +210,26 @@ public:
                              .hidden = hidden ? &*hidden : nullptr,
                              .patches = patches ? &*patches : nullptr});
         fill_gaps(ladder, eye, picture);
+        estimate_reliability(main, eye, picture, {.specular_reworked = true});
         return picture;
     }
 
+    std::int64_t mirrored = 0;  ///< pixels that were looked up by images
+
 private:
+    FloatImage depth_of(const ReceivedPicture& picture) {
+        if (!depth_)
+            return picture.depth_m;
+        depth_->set_time(picture.info.time_s);
+        return cast(picture.info.camera, picture.info.camera_pose);
+    }
     FloatImage cast(const Camera& camera, const Pose& pose) {
         FloatImage depth_m(width_of(camera), height_of(camera), 1);
-        depth_.cast(camera, pose, depth_m.view());
+        depth_->cast(camera, pose, depth_m.view());
         return depth_m;
     }
 
-    GlDepth depth_;
+    std::optional<GlDepth> depth_;
 };
 
 double psnr_db(const ByteImage& a, const ByteImage& b) {
@@ -211,37 +239,51 @@ double psnr_db(const ByteImage& a, const ByteImage& b) {
     return 10 * std::log10(255.0 * 255 * double(a.samples().size()) / std::max(squares, 1e-9));
 }
 
+/// Of a refresh's two pictures.
+void expect_same(const EyePicture& found, const EyePicture& expected) {
+    EXPECT_GT(psnr_db(found.rgba, expected.rgba), 50);
+    EXPECT_EQ(found.count(PixelOrigin::gap), 0);
+    const double pixels = double(found.origin.samples().size());
+    int other_origins = 0, other_reliabilities = 0;
+    for (std::size_t p = 0; p < found.origin.samples().size(); ++p) {
+        other_origins += found.origin.samples()[p] != expected.origin.samples()[p];
+        other_reliabilities += std::abs(found.reliability.samples()[p] - expected.reliability.samples()[p]) > 2;
+    }
+    EXPECT_LT(other_origins, 0.002 * pixels);
+    EXPECT_LT(other_reliabilities, 0.01 * pixels);
+}
+
+/// By the scene's geometry, and, without a scene, by the frame's own depth.
 TEST_F(GlEyeRenderer, ShowsWhatTheCpuMakesOfTheFrame) {
-    const auto before = make_frame(0, flat, true), frame = make_frame(1, flat, true);
-    const double radius_m = head_box_radius(frame->main.info);
-    gl::EyeRenderer renderer(&scene, radius_m);
-    gl::StageTimes times;
-    gl::EyeTargets targets;
-    const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
-    for (const auto& shown : {before, frame}) {
-        renderer.show(shown, times);
-        renderer.look(eyes, true, times);
-        renderer.draw({.reliability = true}, targets, times);
-    }
-    EXPECT_TRUE(renderer.has_depth());
-    OnTheCpu cpu(scene, radius_m);
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-        EyePicture found;
-        targets.download(int(i), found);
-        const EyePicture expected = cpu.see(*frame, *before, eyes[i]);
-        EXPECT_GT(psnr_db(found.rgba, expected.rgba), 50) << i;
-        EXPECT_EQ(found.count(PixelOrigin::gap), 0) << i;
-        int others = 0;
-        for (std::size_t p = 0; p < found.origin.samples().size(); ++p)
-            others += found.origin.samples()[p] != expected.origin.samples()[p];
-        EXPECT_LT(others, 0.002 * double(found.origin.samples().size())) << i;
-        // Every rung had something to do, in one of the eyes at least.
-        if (i == 1) {
-            EXPECT_GT(found.count(PixelOrigin::hidden), 0);
-            EXPECT_GT(found.count(PixelOrigin::patches), 0);
+    for (const SceneDescription* geometry : {static_cast<const SceneDescription*>(&scene), {}}) {
+        SCOPED_TRACE(geometry != nullptr ? "by geometry" : "by the frame's depth");
+        const auto before = make_frame(0, flat, geometry == nullptr), frame = make_frame(1, flat, geometry == nullptr);
+        const double radius_m = head_box_radius(frame->main.info);
+        gl::EyeRenderer renderer(geometry, radius_m);
+        gl::StageTimes times;
+        gl::EyeTargets targets;
+        const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+        for (const auto& shown : {before, frame}) {
+            renderer.show(shown, times);
+            renderer.look(eyes, true, times);
+            renderer.draw({.reliability = true}, targets, times);
         }
+        EXPECT_TRUE(renderer.has_depth());
+        OnTheCpu cpu(geometry, radius_m);
+        for (std::size_t i = 0; i < eyes.size(); ++i) {
+            SCOPED_TRACE(i);
+            EyePicture found;
+            targets.download(int(i), found);
+            renderer.download_reliability(int(i), found);
+            expect_same(found, cpu.see(*frame, *before, eyes[i]));
+            // Every rung had something to do, in one of the eyes at least.
+            if (i == 1) {
+                EXPECT_GT(found.count(PixelOrigin::hidden), 0);
+                EXPECT_GT(found.count(PixelOrigin::patches), 0);
+            }
+        }
+        EXPECT_GT(cpu.mirrored, 100);
     }
-    EXPECT_NE(renderer.reliability(), 0U);
 }
 
 /// What moves is where it is by then, in the eyes' pictures too, and nothing is left where it was.
@@ -250,7 +292,7 @@ TEST_F(GlEyeRenderer, CarriesOnWhatMovesAsTheCpuDoes) {
         const auto before = make_moving_frame(0, camera), frame = make_moving_frame(1, camera);
         const double radius_m = head_box_radius(frame->main.info);
         gl::EyeRenderer renderer(&moving_scene, radius_m);
-        OnTheCpu cpu(moving_scene, radius_m);
+        OnTheCpu cpu(&moving_scene, radius_m);
         gl::StageTimes times;
         gl::EyeTargets targets;
         const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
@@ -345,11 +387,13 @@ TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
 
 /// The same walk twice: what the second makes would be made for ever.
 TEST_F(GlEyeRenderer, MakesNothingOnceItHasDrawnAll) {
-    for (const Camera& camera : {Camera(flat), Camera(EquirectCamera{256, 128, {}})}) {
+    const Camera sphere = EquirectCamera{256, 128, {}};
+    for (const auto& [by_geometry, camera] : {std::pair{true, Camera(flat)}, {true, sphere}, {false, sphere}}) {
         std::vector<std::shared_ptr<const ReceivedFrame>> frames;
         for (std::int64_t i = 0; i < 6; ++i)
-            frames.push_back(i < 3 ? make_frame(i, camera, true) : make_moving_frame(i, camera));
-        gl::EyeRenderer renderer(&moving_scene, head_box_radius(frames[0]->main.info));
+            frames.push_back(i < 3 || !by_geometry ? make_frame(i, camera, !by_geometry)
+                                                   : make_moving_frame(i, camera));
+        gl::EyeRenderer renderer(by_geometry ? &moving_scene : nullptr, head_box_radius(frames[0]->main.info));
         gl::StageTimes times;
         gl::EyeTargets targets, other_targets;
         const auto walk = [&] {

@@ -1,4 +1,5 @@
 #include "engine_scenes.h"
+#include "found_pictures.h"
 #include "gl_fixture.h"
 
 #include <reproject/gl/look_up.h>
@@ -15,28 +16,6 @@ namespace equistream::test {
 namespace {
 
 const PerspectiveCamera eye_camera{240, 150, pi / 2};
-
-/// Of two pictures where both show something, in dB of 255; infinite where there is no such place.
-double psnr_where_seen(const EyePicture& a, const EyePicture& b) {
-    double squares = 0;
-    std::int64_t samples = 0;
-    for (int y = 0; y < a.rgba.height(); ++y)
-        for (int x = 0; x < a.rgba.width(); ++x) {
-            if (a.origin.pixel(x, y)[0] == 0 || b.origin.pixel(x, y)[0] == 0)
-                continue;
-            for (int c = 0; c < 3; ++c)
-                squares += std::pow(a.rgba.pixel(x, y)[c] - b.rgba.pixel(x, y)[c], 2);
-            samples += 3;
-        }
-    return squares == 0 ? infinity : 10 * std::log10(255.0 * 255.0 * double(samples) / squares);
-}
-
-std::int64_t other_origins(const EyePicture& a, const EyePicture& b) {
-    std::int64_t others = 0;
-    for (std::size_t i = 0; i < a.origin.samples().size(); ++i)
-        others += a.origin.samples()[i] != b.origin.samples()[i];
-    return others;
-}
 
 class GlLookUp : public Gl {
 protected:

@@ -1,0 +1,138 @@
+#include "found_depth.h"
+
+#include "../push_pull_pyramid.h"
+
+#include <equistream/bound.h>
+#include <equistream/patches.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+Program made(const char* file, std::span<const std::string> defines = {}) {
+    return Program({{GL_COMPUTE_SHADER, file}}, defines);
+}
+
+glm::ivec2 grid_of(const GapTiles& gaps) {
+    return {gaps.grid().width, gaps.grid().height};
+}
+
+/// Of points in one's axes to the other's.
+glm::mat4 change(const Pose& from, const Pose& to) {
+    const glm::dmat4 turn = glm::mat4_cast(glm::conjugate(to.orientation));
+    return glm::mat4(glm::translate(turn, from.position_m - to.position_m) * glm::mat4_cast(from.orientation));
+}
+
+}  // namespace
+
+FoundDepth::FoundDepth()
+    : draw_(made("forward_depth.glsl")), draw_patches_(made("forward_depth.glsl", std::vector<std::string>{"PATCHES"})),
+      end_(made("end_forward.glsl")), still_there_(made("still_there.glsl")),
+      background_(made("background_depth.glsl")) {}
+
+void FoundDepth::size_for(const EyeTargets& targets) {
+    if (targets.size() == size_ && targets.eyes() == eyes_)
+        return;
+    size_ = targets.size();
+    eyes_ = targets.eyes();
+    keys_ = make_layered_texture(size_, eyes_, GL_R32I);
+    const GLint none = std::numeric_limits<GLint>::min();
+    glClearTexImage(keys_.name(), 0, GL_RED_INTEGER, GL_INT, &none);
+}
+
+void FoundDepth::draw(const Program& program, const GapTargets& to, GLuint depth) {
+    size_for(to.targets);
+    to.gaps.bind();
+    glBindTextureUnit(1, depth);
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
+    program.set("tile_grid", grid_of(to.gaps));
+}
+
+void FoundDepth::draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth) {
+    blocks_.set(from.view, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    draw(draw_, to, depth);
+    draw_.dispatch(from.textures.size(), eyes_);
+    end(to);
+}
+
+void FoundDepth::draw_forward(const OtherPicture& from, const GapTargets& to) {
+    assert(from.textures.depth() != 0);
+    draw_picture(from, to, from.textures.depth());
+}
+
+void FoundDepth::draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to) {
+    assert(earlier.textures.depth() != 0 && main.textures.depth() != 0);
+    const Size size = earlier.textures.size();
+    if (!(size == earlier_size_)) {
+        earlier_depth_ = make_texture(size, GL_R32F);
+        earlier_size_ = size;
+    }
+    double radius_m = main.view.box_radius_m;
+    for (const EyeView& eye : to.eyes)
+        radius_m = std::max(radius_m, glm::distance(main.view.pose.position_m, eye.pose.position_m));
+    const double tolerance_rad = error_budget_rad(to.eyes.front().camera.focal_px());
+    still_there_.set("main_from_source", change(earlier.view.pose, main.view.pose));
+    still_there_.set("joins", glm::vec2(radius_m, std::sin(tolerance_rad)));
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, earlier.textures.grid());
+    glBindTextureUnit(1, earlier.textures.depth());
+    glBindTextureUnit(4, main.textures.depth());
+    glBindImageTexture(0, earlier_depth_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+    still_there_.dispatch(size);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    draw_picture(earlier, to, earlier_depth_.name());
+}
+
+void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to) {
+    assert(textures.atlas().depth() != 0);
+    draw(draw_patches_, to, textures.atlas().depth());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, textures.grid());
+    glBindTextureUnit(4, textures.slots());
+    draw_patches_.set("block_side", patches.atlas->block_side);
+    draw_patches_.set("slot_columns", patches.atlas->columns);
+    for (int i = 0; i < int(patches.atlas->offsets_m.size()); ++i) {
+        std::array<Pose, most_eyes> poses;
+        poses.fill(patch_sphere_pose(patches, i));
+        blocks_.set(std::span(poses).first(to.eyes.size()), patches.box_radius_m, to.eyes);
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+        draw_patches_.set("patch_spheres", glm::ivec2(i));
+        draw_patches_.dispatch({patches.atlas->sphere_width, patches.atlas->sphere_height}, eyes_);
+    }
+    end(to);
+}
+
+void FoundDepth::end(const GapTargets& to) {
+    assert(to.depth.scale == 1);
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    glBindImageTexture(1, to.depth.texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
+    end_.set("tile_grid", grid_of(to.gaps));
+    to.gaps.dispatch(end_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+void FoundDepth::find_background(const SourceView& main, const GapTargets& to) {
+    assert(to.depth.scale == 1);
+    blocks_.set(main, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    to.gaps.bind();
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, to.depth.texture, 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32F);
+    background_.set("tile_grid", grid_of(to.gaps));
+    to.gaps.dispatch(background_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,37 @@
+#pragma once
+/// What gap pixels see where the eyes have no depth of their own but that which an engine found (an R32F texture of 1 /
+/// planar depth, NaN for gaps): drawn forward from the pictures that rungs look up in, as forward_depth.h has it, or
+/// the background's, as background_depth.h has it. For all eyes at once.
+#include "gap_look_up.h"
+#include "patch_look_up.h"
+
+namespace equistream::gl {
+
+class FoundDepth {
+public:
+    FoundDepth();
+
+    /// All samples of a picture with depth.
+    void draw_forward(const OtherPicture& from, const GapTargets& to);
+    /// Those of an earlier picture whose surface is still there: the main one, of the same camera and with depth, does
+    /// not look through it.
+    void draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to);
+    /// Of all spheres.
+    void draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
+    /// What gaps see that nothing else fills: their background.
+    void find_background(const SourceView& main, const GapTargets& to);
+
+private:
+    void draw(const Program& program, const GapTargets& to, GLuint depth);
+    void draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth);
+    void end(const GapTargets& to);
+    void size_for(const EyeTargets& targets);
+
+    Program draw_, draw_patches_, end_, still_there_, background_;
+    EyeBlocks blocks_;
+    Size size_, earlier_size_;
+    int eyes_ = 0;
+    Texture keys_, earlier_depth_;
+};
+
+}  // namespace equistream::gl

@@ -1,0 +1,42 @@
+// A source's depth as a surface, as source_lattice.h has it: points (q, k) of columns from -1 to its width and rows from
+// -1 to its height. Needs source_grid.glsl.
+
+#include "depth_reach.glsl"
+
+layout(binding = 1) uniform sampler2D source_depth;
+layout(binding = 5) uniform sampler2D lattice_angles;  // of columns, and in the second row of rows; from -1 on
+
+/// Brings a sphere's points back into the picture.
+ivec2 lattice_wrapped(ivec2 p) {
+    bool north = p.y < 0 && source_north_pole != 0, south = p.y >= source_size.y && source_south_pole != 0;
+    if (north || south)
+        p = ivec2(p.x + source_size.x / 2, north ? -1 - p.y : 2 * source_size.y - 1 - p.y);
+    if (source_closes != 0)
+        p.x = p.x < 0 ? p.x + source_size.x : p.x >= source_size.x ? (p.x - source_size.x) % source_size.x : p.x;
+    return p;
+}
+
+float inverse_of_sample(ivec2 s) {
+    float distance_m = texelFetch(source_depth, s, 0).x;
+    return distance_m > 0.0 ? 1.0 / distance_m : UNKNOWN;
+}
+
+/// k: on the picture's edge, half a pixel beyond a sample, where its plane leads; NaN further out.
+float lattice_inverse(ivec2 p) {
+    p = lattice_wrapped(p);
+    ivec2 inner = clamp(p, ivec2(0), source_size - 1);
+    if (p == inner)
+        return inverse_of_sample(p);
+    if (any(lessThan(p, ivec2(-1))) || any(greaterThan(p, source_size)))
+        return UNKNOWN;
+    float k = inverse_of_sample(inner);
+    return max(1.5 * k - 0.5 * inverse_of_sample(clamp(2 * inner - p, ivec2(0), source_size - 1)), 0.0);
+}
+
+vec3 lattice_direction(ivec2 p) {
+    p = clamp(lattice_wrapped(p), ivec2(-1), source_size) + 1;
+    vec2 column = texelFetch(lattice_angles, ivec2(p.x, 0), 0).xy, row = texelFetch(lattice_angles, ivec2(p.y, 1), 0).xy;
+    if (source_is_sphere == 0)
+        return vec3(column.x, row.x, -1.0) * inversesqrt(1.0 + column.x * column.x + row.x * row.x);
+    return vec3(row.y * column.x, row.x, -row.y * column.y);
+}
