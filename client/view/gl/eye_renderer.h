@@ -10,6 +10,7 @@
 #include <depth/gl/sphere_depth.h>
 #include <fill/gl/found_depth.h>
 #include <fill/gl/push_pull.h>
+#include <fill/gl/rungs.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
@@ -22,6 +23,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -40,6 +42,9 @@ public:
     /// sizes what depth may be off by.
     EyeRenderer(const SceneDescription* scene, double box_radius_m);
     ~EyeRenderer();
+
+    /// By which gaps are filled, in this order; until it is said, those of default_fill.
+    void set_rungs(std::vector<Rung> rungs) { rungs_ = std::move(rungs); }
 
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
@@ -74,14 +79,18 @@ private:
     /// The frame shown before; null: there is none that gaps may be filled from.
     const FrameTextures* earlier() const;
     void find_depth();
+    void find_small_depth();
+    bool has_rung(Rung rung) const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
-    void fill_by_depth(const GapTargets& to);
+    void run(Rung rung, const GapTargets& to);
+    void look_up(const OtherPicture& from, Rung rung, const GapTargets& to);
 
     std::unique_ptr<Geometry> geometry_;
     std::unique_ptr<Finder> finder_;  ///< without geometry
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
+    std::vector<Rung> rungs_ = parse_rungs(default_fill);
     bool by_depth_ = false;  ///< whether theirs was found
     LookUp turn_, surface_;
     Mirrors mirrors_;
