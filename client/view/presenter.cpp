@@ -37,6 +37,7 @@ Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& 
       loader_(loader), poses_(poses), box_(box), window_(window), playback_(loader, settings.paused),
       renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first())),
       recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
+    renderer_.set_rungs(settings_.rungs);
     advance(now_s_);
 }
 

@@ -22,10 +22,11 @@ bool goes_on_by_repeats(Action action) {
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
-/// Main's depth comes from geometry where there is some, the second eye is drawn like the first.
+/// Main's depth comes from geometry where there is some.
 TrackRoles unused_roles(const ViewerSettings& settings) {
     TrackRoles roles;
-    roles.set(std::size_t(TrackRole::small));
+    const auto fills = [&](gl::Rung rung) { return std::ranges::count(settings.rungs, rung) > 0; };
+    roles.set(std::size_t(TrackRole::small), !fills(gl::Rung::small) && !fills(gl::Rung::small_wide));
     roles.set(std::size_t(TrackRole::depth), settings.scene.has_value());
     roles.set(std::size_t(TrackRole::images), settings.mirrors == MirrorTreatment::surface);
     return roles;

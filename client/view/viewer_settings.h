@@ -3,6 +3,8 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
+#include <fill/gl/rungs.h>
+
 #include <equistream/object_motion.h>
 #include <equistream_client/specular.h>
 #include <equistream_scene/scene.h>
@@ -11,6 +13,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace equistream {
 
@@ -25,6 +28,7 @@ struct ViewerSettings {
     std::optional<double> fov_deg;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
     bool surface = true, fill = true, loop = true, paused = false, times = false;
+    std::vector<gl::Rung> rungs;  ///< that gaps are filled by, where they are
     MirrorTreatment mirrors = MirrorTreatment::images;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;

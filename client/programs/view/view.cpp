@@ -4,6 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream_client/fill.h>
 
 #include <nlohmann/json.hpp>
 
@@ -64,7 +65,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
     settings.surface = parse_word<int>("--method", arguments.method, methods) == 1;
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
-    settings.fill = parse_word<int>("--fill", arguments.fill, switches) == 1;
+    settings.fill = arguments.fill != "off";
+    settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
     settings.predict_s = parse_prediction(arguments.predict);
@@ -150,7 +152,10 @@ std::function<void()> set_up(CLI::App& app) {
            "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
            "(as if painted on it)")
         ->capture_default_str();
-    app.add_option("--fill", arguments->fill, "on, or off: gaps stay black")->capture_default_str();
+    app.add_option("--fill", arguments->fill,
+                   "Rungs that fill gaps, as of play, of hidden, patches, earlier, small, small-wide and pushpull; on: "
+                   "hidden,patches,earlier,pushpull; off: gaps stay black")
+        ->capture_default_str();
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
     app.add_option(

@@ -5,6 +5,7 @@
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 #include <variant>
@@ -82,12 +83,31 @@ EyeDepth EyeRenderer::depth() const {
                                 : finder_->mesh.depth();
 }
 
+bool EyeRenderer::has_rung(Rung rung) const {
+    return std::ranges::find(rungs_, rung) != rungs_.end();
+}
+
+/// Of all of its samples: it is small.
+void EyeRenderer::find_small_depth() {
+    UploadedPicture* small = current().small();
+    if (small == nullptr || !(has_rung(Rung::small) || has_rung(Rung::small_wide)))
+        return;
+    const auto* sphere = std::get_if<EquirectCamera>(&small->view.camera);
+    const SphereViews around =
+        sphere != nullptr ? cube_views(*sphere, small->view.pose)
+                          : flat_source_views(std::get<PerspectiveCamera>(small->view.camera), small->view.pose);
+    geometry_->pass.draw({around.views.data(), around.views.size()});
+    small->textures.forget_depth();
+    geometry_->sphere_depth.resolve(geometry_->pass, 0, around, small->view.pose, small->textures);
+}
+
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
     if (geometry_ == nullptr) {
         finder_->mesh.find(main.view, main.textures, eyes_);
         return;
     }
+    find_small_depth();
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)
@@ -113,6 +133,7 @@ void EyeRenderer::find_depths_apart() {
             sphere != nullptr ? cube_views(*sphere, main.view.pose)
                               : flat_source_views(std::get<PerspectiveCamera>(main.view.camera), main.view.pose);
         geometry_->set_time(frame_s);
+        find_small_depth();
         geometry_->pass.draw({around.views.data(), around.views.size()});
         main.textures.forget_depth();
         geometry_->sphere_depth.resolve(geometry_->pass, 0, around, main.view.pose, main.textures);
@@ -146,38 +167,59 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     times.mark(RenderStage::carry);
 }
 
-void EyeRenderer::fill_by_depth(const GapTargets& to) {
-    if (const UploadedPicture* hidden = current().hidden(); hidden != nullptr && hidden->textures.depth() != 0) {
-        const OtherPicture from{hidden->view, hidden->textures, PixelOrigin::hidden};
-        if (finder_ != nullptr)
+/// From a picture with depth; of a small one without, by direction alone.
+void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets& to) {
+    if (from.textures.depth() != 0) {
+        const OtherPicture main{current().main().view, current().main().textures};
+        if (finder_ != nullptr && rung != Rung::earlier)
             finder_->gaps.draw_forward(from, to);
+        else if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
+            finder_->gaps.draw_still_there(from, main, to);
+    }
+    if (rung == Rung::small_wide)
+        gap_look_up_.fill_wide(from, to);
+    else
         gap_look_up_.fill(from, to);
+}
+
+void EyeRenderer::run(Rung rung, const GapTargets& to) {
+    const bool by_depth = to.depth.texture != 0;
+    switch (rung) {
+    case Rung::hidden:
+        if (const UploadedPicture* hidden = current().hidden(); by_depth && hidden != nullptr)
+            look_up({hidden->view, hidden->textures, PixelOrigin::hidden}, rung, to);
+        break;
+    case Rung::patches:
+        if (const PatchTextures* patches = current().patches();
+            by_depth && patches != nullptr && patches->atlas().depth() != 0) {
+            if (finder_ != nullptr)
+                finder_->gaps.draw_forward(current().patches_view(), *patches, to);
+            patch_look_up_.fill(current().patches_view(), *patches, to);
+        }
+        break;
+    case Rung::earlier:
+        if (const FrameTextures* earlier = this->earlier(); by_depth && earlier != nullptr)
+            look_up({earlier->main().view, earlier->main().textures, PixelOrigin::earlier}, rung, to);
+        break;
+    case Rung::small:
+    case Rung::small_wide:
+        if (const UploadedPicture* small = current().small();
+            small != nullptr && (by_depth || small->textures.depth() == 0))
+            look_up({small->view, small->textures, PixelOrigin::small}, rung, to);
+        break;
+    case Rung::push_pull:
+        if (by_depth && finder_ != nullptr)
+            finder_->gaps.find_background(current().main().view, to);
+        push_pull_.fill(current().main().view, eyes_, to.depth, gaps_, to.targets);
+        break;
     }
-    if (const PatchTextures* patches = current().patches(); patches != nullptr && patches->atlas().depth() != 0) {
-        if (finder_ != nullptr)
-            finder_->gaps.draw_forward(current().patches_view(), *patches, to);
-        patch_look_up_.fill(current().patches_view(), *patches, to);
-    }
-    const FrameTextures* earlier = this->earlier();
-    if (earlier == nullptr || earlier->main().textures.depth() == 0)
-        return;
-    const OtherPicture from{earlier->main().view, earlier->main().textures, PixelOrigin::earlier};
-    const OtherPicture main{current().main().view, current().main().textures};
-    if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
-        finder_->gaps.draw_still_there(from, main, to);
-    gap_look_up_.fill(from, to);
 }
 
 void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
-    gaps_.find(targets);
-    const GapTargets to{eyes_, depth, gaps_, targets};
-    if (depth.texture != 0) {
-        fill_by_depth(to);
+    for (const Rung rung : rungs_) {
         gaps_.find(targets);
-        if (finder_ != nullptr)
-            finder_->gaps.find_background(current().main().view, to);
+        run(rung, {eyes_, depth, gaps_, targets});
     }
-    push_pull_.fill(current().main().view, eyes_, depth, gaps_, targets);
 }
 
 void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, StageTimes& times) {

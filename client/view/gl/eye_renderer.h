@@ -11,6 +11,7 @@
 #include <depth/gl/sphere_depth.h>
 #include <fill/gl/found_depth.h>
 #include <fill/gl/push_pull.h>
+#include <fill/gl/rungs.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
@@ -23,6 +24,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -42,6 +44,9 @@ public:
     /// sizes what depth may be off by.
     EyeRenderer(const SceneDescription* scene, double box_radius_m);
     ~EyeRenderer();
+
+    /// By which gaps are filled, in this order; until it is said, those of default_fill.
+    void set_rungs(std::vector<Rung> rungs) { rungs_ = std::move(rungs); }
 
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
@@ -86,16 +91,20 @@ private:
     const FrameTextures* earlier() const;
     void find_depth();
     void find_depths_apart();
+    void find_small_depth();
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
+    bool has_rung(Rung rung) const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
-    void fill_by_depth(const GapTargets& to);
+    void run(Rung rung, const GapTargets& to);
+    void look_up(const OtherPicture& from, Rung rung, const GapTargets& to);
 
     std::unique_ptr<Geometry> geometry_;
     std::unique_ptr<Finder> finder_;  ///< without geometry
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
+    std::vector<Rung> rungs_ = parse_rungs(default_fill);
     bool by_depth_ = false;  ///< whether theirs was found
     double later_s_ = 0;
     bool is_carried_ = false, has_motion_ = false;

@@ -34,6 +34,8 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     require_tagged_size(frame->main, "main");
     if (frame->hidden)
         require_tagged_size(*frame->hidden, "hidden");
+    if (frame->small)
+        require_tagged_size(*frame->small, "small");
     if (frame->patches)
         require_tagged_size(*frame->patches, "patches");
     frame_ = std::move(frame);
@@ -41,6 +43,9 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     has_hidden_ = frame_->hidden.has_value();
     if (has_hidden_)
         upload_picture(*frame_->hidden, hidden_);
+    has_small_ = frame_->small.has_value();
+    if (has_small_)
+        upload_picture(*frame_->small, small_);
     patches_.reset();
     if (!frame_->patches || !frame_->patches->info.patches || frame_->patches->depth_m.empty() ||
         patch_atlas_problem(*frame_->patches->info.patches))

@@ -19,22 +19,23 @@ struct UploadedPicture {
 
 class FrameTextures {
 public:
-    /// Uploads main, hidden layer and patches and keeps the frame, so that views of it stay good. Storage of the frame
-    /// before is used again. Throws WorkError where a picture has another size than it is tagged with; nothing has
-    /// changed then.
+    /// Uploads main, hidden layer, small view and patches and keeps the frame, so that views of it stay good. Storage
+    /// of the frame before is used again. Throws WorkError where a picture has another size than it is tagged with;
+    /// nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
 
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
     const UploadedPicture* hidden() const { return has_hidden_ ? &hidden_ : nullptr; }
+    UploadedPicture* small() { return has_small_ ? &small_ : nullptr; }
     const PatchTextures* patches() const { return patches_ ? &patch_textures_ : nullptr; }
     const PatchesView& patches_view() const { return *patches_; }
 
 private:
     std::shared_ptr<const ReceivedFrame> frame_;
-    UploadedPicture main_, hidden_;
-    bool has_hidden_ = false;
+    UploadedPicture main_, hidden_, small_;
+    bool has_hidden_ = false, has_small_ = false;
     PatchTextures patch_textures_;
     std::optional<PatchesView> patches_;
 };

@@ -8,6 +8,7 @@
 
 #include <view/gl/eye_renderer.h>
 
+#include <equistream/error.h>
 #include <equistream_client/carry_on.h>
 #include <equistream_client/gl_depth.h>
 #include <equistream_client/received_view.h>
@@ -16,6 +17,7 @@
 
 #include <array>
 #include <fstream>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -90,7 +92,9 @@ std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera
     frame->patches->info.patches = patches.atlas;
     frame->patches->rgb = std::move(patches.rgb);
     frame->patches->depth_m = std::move(patches.depth_m);
-    for (ReceivedPicture* picture : {&frame->main, &*frame->hidden, &*frame->patches}) {
+    frame->small = picture_of(render(ball_and_wall, red_and_smooth, PerspectiveCamera{160, 100, pi / 2},
+                                     {pose.position_m + glm::dvec3(0.063, 0, 0), pose.orientation}));
+    for (ReceivedPicture* picture : {&frame->main, &*frame->hidden, &*frame->small, &*frame->patches}) {
         picture->info.index = index;
         picture->info.time_s = double(index) / 30;
     }
@@ -164,10 +168,10 @@ protected:
     const PerspectiveCamera flat{400, 250, 2 * std::atan(1.25)};
 };
 
-/// As `play` does it with the default rungs: with a scene by --depth gl, without by the frame's depth.
+/// As `play` does it: with a scene by --depth gl, without by the frame's depth.
 class OnTheCpu {
 public:
-    OnTheCpu(const SceneDescription* scene, double box_radius_m) {
+    OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs) : rungs_(rungs) {
         if (scene != nullptr)
             depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
     }
@@ -188,9 +192,15 @@ public:
         const SourceView main =
             later_s > 0 ? source_view(carried.picture, carried.depth_m) : source_view(frame.main, main_m);
         const std::array earlier = {source_view(before.main, before_m)};
-        std::optional<SourceView> hidden;
+        std::optional<SourceView> hidden, small;
         if (frame.hidden)
             hidden = source_view(*frame.hidden, frame.hidden->depth_m);
+        FloatImage small_m;
+        if (frame.small) {
+            if (depth_)
+                small_m = depth_of(*frame.small);
+            small = source_view(*frame.small, small_m);
+        }
         std::optional<PatchesView> patches;
         if (frame.patches)
             patches = PatchesView{.rgb = frame.patches->rgb.view(),
@@ -203,9 +213,10 @@ public:
         EyePicture picture;
         engine->reproject(eye, picture);
         mirrored += rework_specular(main, eye, picture).by_image;
-        const FillLadder ladder = make_fill_ladder(default_fill);
+        const FillLadder ladder = make_fill_ladder(rungs_);
         for (const auto& rung : ladder)
             rung->set_frame({.main = &main,
+                             .small = small ? &*small : nullptr,
                              .earlier = earlier,
                              .hidden = hidden ? &*hidden : nullptr,
                              .patches = patches ? &*patches : nullptr});
@@ -229,6 +240,7 @@ private:
         return depth_m;
     }
 
+    std::string rungs_;
     std::optional<GlDepth> depth_;
 };
 
@@ -253,37 +265,55 @@ void expect_same(const EyePicture& found, const EyePicture& expected) {
     EXPECT_LT(other_reliabilities, 0.01 * pixels);
 }
 
-/// By the scene's geometry, and, without a scene, by the frame's own depth.
-TEST_F(GlEyeRenderer, ShowsWhatTheCpuMakesOfTheFrame) {
-    for (const SceneDescription* geometry : {static_cast<const SceneDescription*>(&scene), {}}) {
-        SCOPED_TRACE(geometry != nullptr ? "by geometry" : "by the frame's depth");
-        const auto before = make_frame(0, flat, geometry == nullptr), frame = make_frame(1, flat, geometry == nullptr);
-        const double radius_m = head_box_radius(frame->main.info);
-        gl::EyeRenderer renderer(geometry, radius_m);
-        gl::StageTimes times;
-        gl::EyeTargets targets;
-        const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
-        for (const auto& shown : {before, frame}) {
-            renderer.show(shown, times);
-            renderer.look(eyes, true, times);
-            renderer.draw({.reliability = true}, targets, times);
-        }
-        EXPECT_TRUE(renderer.has_depth());
-        OnTheCpu cpu(geometry, radius_m);
-        for (std::size_t i = 0; i < eyes.size(); ++i) {
-            SCOPED_TRACE(i);
-            EyePicture found;
-            targets.download(int(i), found);
-            renderer.download_reliability(int(i), found);
-            expect_same(found, cpu.see(*frame, *before, eyes[i]));
-            // Every rung had something to do, in one of the eyes at least.
-            if (i == 1) {
-                EXPECT_GT(found.count(PixelOrigin::hidden), 0);
-                EXPECT_GT(found.count(PixelOrigin::patches), 0);
+class GlRefresh : public GlEyeRenderer {
+protected:
+    /// Two eyes see the same as on the CPU, by the scene's geometry, and, without a scene, by the frame's own depth.
+    /// These rungs, among others, have something to do.
+    void expect_the_cpus(const std::string& rungs, std::initializer_list<PixelOrigin> used) {
+        for (const SceneDescription* geometry : {static_cast<const SceneDescription*>(&scene), {}}) {
+            SCOPED_TRACE(geometry != nullptr ? "by geometry" : "by the frame's depth");
+            const auto before = make_frame(0, flat, geometry == nullptr),
+                       frame = make_frame(1, flat, geometry == nullptr);
+            const double radius_m = head_box_radius(frame->main.info);
+            gl::EyeRenderer renderer(geometry, radius_m);
+            renderer.set_rungs(gl::parse_rungs(rungs));
+            gl::StageTimes times;
+            gl::EyeTargets targets;
+            const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+            for (const auto& shown : {before, frame}) {
+                renderer.show(shown, times);
+                renderer.look(eyes, true, times);
+                renderer.draw({.reliability = true}, targets, times);
             }
+            EXPECT_TRUE(renderer.has_depth());
+            OnTheCpu cpu(geometry, radius_m, rungs);
+            for (std::size_t i = 0; i < eyes.size(); ++i) {
+                SCOPED_TRACE(i);
+                EyePicture found;
+                targets.download(int(i), found);
+                renderer.download_reliability(int(i), found);
+                expect_same(found, cpu.see(*frame, *before, eyes[i]));
+                for (const PixelOrigin rung : used)
+                    EXPECT_TRUE(i == 0 || found.count(rung) > 0) << int(rung);
+            }
+            EXPECT_GT(cpu.mirrored, 100);
         }
-        EXPECT_GT(cpu.mirrored, 100);
     }
+};
+
+TEST_F(GlRefresh, ShowsWhatTheCpuMakesOfTheFrame) {
+    expect_the_cpus(default_fill, {PixelOrigin::hidden, PixelOrigin::patches});
+}
+
+/// By the small view's depth, and, without a scene, by direction alone.
+TEST_F(GlRefresh, FillsFromTheSmallSecondEye) {
+    expect_the_cpus("small-wide,hidden,small,pushpull", {PixelOrigin::small});
+}
+
+TEST(GlRungs, AreThoseOfAList) {
+    EXPECT_EQ(gl::parse_rungs("small-wide,hidden"), (std::vector{gl::Rung::small_wide, gl::Rung::hidden}));
+    EXPECT_TRUE(gl::parse_rungs("none").empty());
+    EXPECT_THROW(gl::parse_rungs("hidden,geometry"), InputError);
 }
 
 /// What moves is where it is by then, in the eyes' pictures too, and nothing is left where it was.
