@@ -131,7 +131,7 @@ bool Presenter::advance(double now_s) {
         const Playback::Moment moment = playback_.refresh(now_s);
         if (moment.frame) {
             followed_.show(moment.frame->main.info.head);
-            renderer_.show(moment.frame, times_);
+            show(moment.frame);
             ++report_.frames;
             is_new = true;
         }
@@ -144,6 +144,16 @@ bool Presenter::advance(double now_s) {
     }
     log_connection();
     return is_new;
+}
+
+/// HDR frames need a shader, which is made when the first one comes.
+void Presenter::show(SharedFrame frame) {
+    if (!frame->main.pq.empty() && !exposure_stops_) {
+        const auto display = settings_.hdr_display ? settings_.hdr_display : std::make_shared<const HdrDisplay>();
+        renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(*display));
+        exposure_stops_ = display->settings().exposure_stops;
+    }
+    renderer_.show(std::move(frame), times_);
 }
 
 void Presenter::end() {

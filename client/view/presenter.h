@@ -31,6 +31,8 @@ public:
     ViewerReport report() const;
 
 private:
+    void show(SharedFrame frame);
+    void expose(double more_stops);
     bool refresh();
     void rest(bool drew);
     void steer(double now_s);
@@ -78,7 +80,8 @@ private:
     bool was_lost_ = false;
     float split_ = 1;
     bool quit_ = false, picture_wanted_ = false;
-    std::string message_;  ///< what was written last
+    std::optional<double> exposure_stops_;  ///< of HDR frames; nothing: none came yet
+    std::string message_;                   ///< what was written last
     double message_until_s_ = 0;
     ViewerReport report_;
 };

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double message_s = 4, second_s = 1;
 constexpr float split_step = 0.05f;
+constexpr double exposure_step_stops = 0.25;
 /// What is less late shows itself by nothing but pictures that come late.
 constexpr double longest_unsaid_s = 0.5;
 
@@ -34,6 +35,16 @@ void Presenter::seek(double time_s) {
         tell("there are no jumps in time in what comes live");
     else
         playback_.seek(time_s);
+}
+
+void Presenter::expose(double more_stops) {
+    if (!exposure_stops_) {
+        tell("exposure: no HDR stream");
+        return;
+    }
+    exposure_stops_ = std::clamp(*exposure_stops_ + more_stops, -most_exposure_stops, most_exposure_stops);
+    renderer_.set_exposure(*exposure_stops_);
+    tell(formatted("exposure %+.2f stops", *exposure_stops_));
 }
 
 void Presenter::act(Action action) {
@@ -89,6 +100,12 @@ void Presenter::act(Action action) {
             break;
         case Action::fill:
             settings_.fill = !settings_.fill;
+            break;
+        case Action::darker:
+            expose(-exposure_step_stops);
+            break;
+        case Action::brighter:
+            expose(exposure_step_stops);
             break;
         case Action::split:
             split_ = split_ < 1 ? 1.0f : 0.5f;

@@ -17,8 +17,8 @@ namespace {
 constexpr double longest_wait_s = 0.008;
 
 bool goes_on_by_repeats(Action action) {
-    constexpr std::array repeated = {Action::frame_back, Action::frame_on,   Action::second_back,
-                                     Action::second_on,  Action::split_left, Action::split_right};
+    constexpr std::array repeated = {Action::frame_back, Action::frame_on,    Action::second_back, Action::second_on,
+                                     Action::split_left, Action::split_right, Action::darker,      Action::brighter};
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
@@ -36,6 +36,8 @@ Viewer::Viewer(const ViewerSettings& settings)
     : loader_(settings.source, {.depth = true,
                                 .hardware = settings.hardware,
                                 .yuv = true,
+                                .pq = true,
+                                .hdr_display = settings.hdr_display,
                                 .left_out = [] { return unused_roles(); },
                                 .poses = &poses_}) {
     window_ = Window::open("equistream: " + settings.source, settings.size);

@@ -3,10 +3,12 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
+#include <equistream/hdr_display.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -19,6 +21,8 @@ struct ViewerSettings {
     double fov_deg = 90;
     std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
     bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
+    /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.
+    std::shared_ptr<const HdrDisplay> hdr_display;
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

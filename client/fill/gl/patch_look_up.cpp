@@ -33,14 +33,15 @@ SphereOrder nearest_first(const PatchesView& patches, const EyeView& eye) {
 
 }  // namespace
 
-void PatchTextures::upload(const PatchesView& patches) {
+void PatchTextures::upload(const PatchesView& patches, const PqView& pq) {
     const PatchAtlas& atlas = *patches.atlas;
     sphere_.describe(atlas.sphere());
     // Its pixels are looked up by number, whatever a camera would make of them.
     atlas_.upload({.rgb = patches.rgb,
                    .yuv = patches.yuv,
                    .camera = EquirectCamera{atlas.width(), atlas.height(), {}},
-                   .depth_m = patches.depth_m});
+                   .depth_m = patches.depth_m},
+                  pq);
     const Size blocks{atlas.block_columns(), atlas.block_rows()};
     const int offsets = int(atlas.offsets_m.size());
     if (!(blocks == blocks_) || offsets != offsets_) {

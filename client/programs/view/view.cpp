@@ -1,5 +1,6 @@
 /// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
 #include <equistream_cli/program.h>
+#include <hdr_options.h>
 #include <view/viewer.h>
 
 #include <equistream/error.h>
@@ -20,6 +21,7 @@ using namespace equistream;
 
 struct Arguments {
     ViewerSettings settings;
+    HdrOptions hdr;
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
                       decode = "auto", predict = "auto";
@@ -66,6 +68,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.fill = parse_word<int>("--fill", arguments.fill, switches) == 1;
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
+    settings.hdr_display = arguments.hdr.display();
     settings.predict_s = parse_prediction(arguments.predict);
     if (app.count("--anaglyph") > 0)
         settings.anaglyph = &find_anaglyph(arguments.anaglyph);
@@ -140,6 +143,7 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--size", arguments->size, "Of the window, WxH; default: 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
+    arguments->hdr.add_to(app);
     app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
     app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
         ->capture_default_str();

@@ -56,6 +56,20 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     times.mark(RenderStage::upload);
 }
 
+void EyeRenderer::show_pq_by(std::shared_ptr<PqDisplay> display) {
+    pq_display_ = std::move(display);
+    for (FrameTextures& frame : frames_)
+        frame.show_pq_by(pq_display_);
+}
+
+void EyeRenderer::set_exposure(double stops) {
+    if (pq_display_ == nullptr)
+        return;
+    pq_display_->set_exposure(stops);
+    for (FrameTextures& frame : frames_)
+        frame.show_again();
+}
+
 const FrameTextures* EyeRenderer::earlier() const {
     const FrameTextures& other = frames_[1 - current_];
     if (other.frame() == nullptr)

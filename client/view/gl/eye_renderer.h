@@ -39,6 +39,11 @@ public:
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
 
+    /// How HDR frames come to the display; before the first one. Null is no display.
+    void show_pq_by(std::shared_ptr<PqDisplay> display);
+    /// The same frames by another exposure; nothing where they are not HDR.
+    void set_exposure(double stops);
+
     /// Where the eyes are now; all have one size. Only after a frame was shown.
     void look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times);
     /// Draws what they see.
@@ -63,6 +68,7 @@ private:
     void fill(const EyeDepth& depth, const EyeTargets& targets);
 
     std::unique_ptr<Geometry> geometry_;
+    std::shared_ptr<PqDisplay> pq_display_;
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
