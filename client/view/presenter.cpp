@@ -31,7 +31,7 @@ constexpr double least_interval = 0.9;
 Presenter::Presenter(const ViewerSettings& settings, FrameLoader& loader, PoseSender& poses, InputBox& box,
                      Window& window)
     : settings_(settings), loader_(loader), poses_(poses), box_(box), window_(window),
-      playback_(loader, settings.paused),
+      playback_(loader, settings.paused), headset_(settings.headset ? std::make_unique<Headset>() : nullptr),
       renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first())),
       recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
     advance(now_s_);
@@ -44,19 +44,29 @@ bool Presenter::is_over() const {
 }
 
 void Presenter::run() {
+    if (headset_)
+        window_.do_not_wait_for_refreshes();  // the headset has its own
     while (!is_over()) {
+        if (headset_) {
+            refresh_headset();
+            continue;
+        }
         const bool drew = refresh();
         rest(drew);
     }
 }
 
-/// Whether there was anything to draw.
-bool Presenter::refresh() {
+void Presenter::take_inputs() {
     now_s_ = loader_.now_s();
     box_.take(inputs_);
     for (const Action action : inputs_.pressed)
         act(action);
     steer(now_s_);
+}
+
+/// Whether there was anything to draw.
+bool Presenter::refresh() {
+    take_inputs();
     if (inputs_.window.width == 0 || inputs_.window.height == 0)
         return false;  // minimised: nobody sees anything
     times_.start(settings_.times);
@@ -76,19 +86,23 @@ bool Presenter::refresh() {
 
 void Presenter::draw(const StatusLine& status) {
     look(inputs_.window);
-    const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
-    if (settings_.times) {
-        panels_.add(times_.row(), 1e3 * since_last_s);
-        report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
-        for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
-            (*report_.stages_ms)[stage] += times_.row()[stage];
-    }
+    add_times();
     keep_what_is_asked_for();
     panels_.draw(status, inputs_.window, settings_.help, settings_.times);
     window_.show();
     ++report_.refreshes;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
         latency_.measured(latency_s);
+}
+
+void Presenter::add_times() {
+    const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
+    if (!settings_.times)
+        return;
+    panels_.add(times_.row(), 1e3 * since_last_s);
+    report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
+    for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
+        (*report_.stages_ms)[stage] += times_.row()[stage];
 }
 
 /// Until the next refresh may have something to draw.
@@ -192,7 +206,7 @@ void Presenter::lead() {
 }
 
 Pose Presenter::head() const {
-    return composed(followed_.around(), motion_.head());
+    return composed(followed_.around(), headset_ ? seen_head_ : motion_.head());
 }
 
 Pose Presenter::foretold_head() const {

@@ -12,7 +12,9 @@
 #include "recorder.h"
 #include "viewer_settings.h"
 #include "window.h"
+#include "xr/headset.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -34,6 +36,11 @@ private:
     void show(SharedFrame frame);
     void expose(double more_stops);
     bool refresh();
+    void take_inputs();
+    void refresh_headset();
+    void draw_headset(const HeadsetView& seen);
+    void mirror(GLuint framebuffer, const ViewPart& part);
+    void add_times();
     void rest(bool drew);
     void steer(double now_s);
     bool advance(double now_s);
@@ -63,6 +70,7 @@ private:
     Window& window_;
     TakenInputs inputs_;
     Playback playback_;
+    std::unique_ptr<Headset> headset_;  ///< null: the window alone shows what there is
     gl::EyeRenderer renderer_;
     gl::Display display_;
     Panels panels_;

@@ -54,6 +54,8 @@ void Presenter::act(Action action) {
         switch (action) {
         case Action::centre:
             motion_.centre();
+            if (headset_)
+                headset_->recentre();
             break;
         case Action::play_pause:
             if (playback_.is_paused())

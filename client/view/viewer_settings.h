@@ -23,6 +23,7 @@ struct ViewerSettings {
     bool surface = true, fill = true, loop = true, paused = false, times = false, help = false;
     /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.
     std::shared_ptr<const HdrDisplay> hdr_display;
+    bool headset = false;  ///< shown in one by OpenXR, the window beside it
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

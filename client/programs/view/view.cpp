@@ -150,6 +150,9 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--predict", arguments->predict,
                    "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
         ->capture_default_str();
+    app.add_flag("--headset", settings.headset,
+                 "Show it in a headset by OpenXR (the system's active runtime, or XR_RUNTIME_JSON); the window shows "
+                 "what its left eye sees");
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
