@@ -1,5 +1,7 @@
 #include "feeds.h"
 
+#include <equistream/error.h>
+
 #include <filesystem>
 
 namespace equistream {
@@ -8,8 +10,12 @@ std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOption
     if (options.frames_ahead > 0)
         return open_feed_ahead(source, options);
     std::error_code ignored;
-    if (std::filesystem::is_directory(source, ignored))
+    if (std::filesystem::is_directory(source, ignored)) {
+        if (options.hdr_display)
+            throw InputError(expected_found(source, "an HDR stream, for a display, a view or an exposure to be chosen",
+                                            "a folder of frames"));
         return open_folder_feed(source, options);
+    }
     return open_stream_feed(source, options);
 }
 

@@ -60,6 +60,15 @@ ByteImage luma_of(ImageView<const std::uint8_t> rgb) {
     return luma;
 }
 
+ByteImage luma_of(const PqView& planes) {
+    ByteImage luma(planes.y.width, planes.y.height, 1);
+    tbb::parallel_for(0, luma.height(), [&](int y) {
+        std::transform(planes.y.row(y), planes.y.row(y) + planes.y.width, luma.pixel(0, y),
+                       [](std::uint16_t sample) { return std::uint8_t(sample >> 2); });
+    });
+    return luma;
+}
+
 FloatImage guided_depth(ImageView<const float> depth_m, ImageView<const std::uint8_t> luma,
                         const DepthAgreement& agreement, bool closes) {
     assert(depth_m.width == luma.width && depth_m.height == luma.height && depth_m.width % 2 == 0 &&

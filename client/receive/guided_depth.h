@@ -8,12 +8,14 @@
 /// mean by at least one step of 8-bit luma, which coding leaves no more of than noise.
 #include <equistream/depth_agreement.h>
 #include <equistream/image.h>
-#include <equistream/yuv.h>
+#include <equistream/pq.h>
 
 namespace equistream {
 
 /// 8-bit luma of display-referred RGB, as yuv.h has it.
 ByteImage luma_of(ImageView<const std::uint8_t> rgb);
+/// The same of an HDR picture's planes, in 8 bits.
+ByteImage luma_of(const PqView& planes);
 
 /// `depth_m`: as double_depth gave it; `luma` of the same size. `closes`: the last column lies beside the first. Pure;
 /// rows run in parallel.

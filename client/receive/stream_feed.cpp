@@ -3,6 +3,7 @@
 #include "server_connection.h"
 
 #include <equistream/bound.h>
+#include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
@@ -35,6 +36,7 @@ public:
         : source_(source), connection_(connect(source, options)),
           reader_(source, {.rgb = true,
                            .yuv = options.yuv,
+                           .pq = true,
                            .depth = options.depth,
                            .images = options.specular,
                            .left_out = asked_to_leave_out(options),
@@ -155,7 +157,8 @@ private:
             for (const auto& picture : partial.pictures)
                 if (picture)
                     bytes += picture->rgb.samples().size() + picture->depth_m.samples().size_bytes() +
-                             (picture->yuv.empty() ? 0 : yuv_bytes(*picture));
+                             (picture->yuv.empty() ? 0 : yuv_bytes(*picture)) +
+                             (picture->pq.empty() ? 0 : 2 * yuv_bytes(*picture));
         return waiting_.size() > most_held_frames || bytes > most_held_bytes;
     }
     static std::size_t yuv_bytes(const DecodedPicture& picture) {
@@ -258,9 +261,11 @@ private:
         picture.info = std::move(*colour->info);
         picture.rgb = std::move(colour->rgb);
         picture.yuv = std::move(colour->yuv);
+        picture.pq = std::move(colour->pq);
         picture.decoder = colour->decoder;
         picture.decode_ms = colour->decode_ms;
         picture.convert_ms = colour->convert_ms;
+        bring_to_display(picture);
         const auto depth_role = depth_role_of(role);
         if (!depth_role || !partial.posed || !partial.picture(*depth_role))
             return picture;
@@ -276,11 +281,27 @@ private:
         return picture;
     }
 
+    void bring_to_display(ReceivedPicture& picture) {
+        if (picture.pq.empty() && options_.hdr_display)
+            throw InputError(expected_found(source_, "an HDR stream, for a display, a view or an exposure to be chosen",
+                                            "one for sRGB displays"));
+        if (picture.pq.empty() || options_.pq)
+            return;
+        const auto start = Clock::now();
+        if (!display_)
+            display_ = options_.hdr_display ? options_.hdr_display : std::make_shared<const HdrDisplay>();
+        picture.rgb = quantise_8bit(display_->to_display(pq_to_rgb(picture.pq.planes).view()).view());
+        picture.pq = {};
+        picture.convert_ms += milliseconds_since(start);
+    }
+
     static void guide_depth(ReceivedPicture& picture) {
         const auto start = Clock::now();
         const DepthAgreement agreement{float(picture.info.depth_code->range.box_radius_m),
                                        float(std::sin(error_budget_rad(default_focal_length_px)))};
-        const ByteImage luma = picture.yuv.empty() ? luma_of(picture.rgb.view()) : ByteImage();
+        const ByteImage luma = !picture.pq.empty()   ? luma_of(picture.pq.planes)
+                               : picture.yuv.empty() ? luma_of(picture.rgb.view())
+                                                     : ByteImage();
         picture.depth_m = guided_depth(picture.depth_m.view(), picture.yuv.empty() ? luma.view() : picture.yuv.planes.y,
                                        agreement, columns_close(picture.info.camera));
         picture.convert_ms += milliseconds_since(start);
@@ -333,7 +354,8 @@ private:
         std::int64_t index;
         double frames_per_second;
     };
-    std::optional<Beginning> begun_;  // with main's first picture
+    std::optional<Beginning> begun_;             // with main's first picture
+    std::shared_ptr<const HdrDisplay> display_;  // of HDR pictures; null until the first one
     double file_bytes_ = 0;
     bool ended_ = false;
 };

@@ -41,6 +41,8 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_O, 0, "o", Action::next_overlay, shown, "overlay: none, depth, gaps, reliability, motion"},
     {GLFW_KEY_M, 0, "m", Action::next_method, shown, "method: surface, sphere (rotation only)"},
     {GLFW_KEY_F, 0, "f", Action::fill, shown, "fill gaps, or leave them black"},
+    {GLFW_KEY_MINUS, 0, "-", Action::darker, shown, "HDR: a quarter of a stop darker"},
+    {GLFW_KEY_EQUAL, 0, "=", Action::brighter, shown, "HDR: a quarter of a stop brighter"},
     {GLFW_KEY_X, 0, "x", Action::split, shown, "split: the other method, or --truth, on the right"},
     {GLFW_KEY_LEFT_BRACKET, 0, "[", Action::split_left, shown, "move the split left (or click with the right button)"},
     {GLFW_KEY_RIGHT_BRACKET, 0, "]", Action::split_right, shown, "move the split right"},

@@ -32,6 +32,8 @@ enum class Action {
     next_overlay,
     next_method,
     fill,
+    darker,
+    brighter,
     split,
     split_left,
     split_right,

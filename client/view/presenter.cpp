@@ -35,6 +35,7 @@ Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& 
       fov_deg_(
           settings.fov_deg.value_or(truth != nullptr ? truth->camera().fov_x_rad * 180 / pi : default_view_fov_deg)),
       loader_(loader), poses_(poses), box_(box), window_(window), playback_(loader, settings.paused),
+      headset_(settings.headset ? std::make_unique<Headset>() : nullptr),
       renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first())),
       recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
     renderer_.set_rungs(settings_.rungs);
@@ -48,19 +49,29 @@ bool Presenter::is_over() const {
 }
 
 void Presenter::run() {
+    if (headset_)
+        window_.do_not_wait_for_refreshes();  // the headset has its own
     while (!is_over()) {
+        if (headset_) {
+            refresh_headset();
+            continue;
+        }
         const bool drew = refresh();
         rest(drew);
     }
 }
 
-/// Whether there was anything to draw.
-bool Presenter::refresh() {
+void Presenter::take_inputs() {
     now_s_ = loader_.now_s();
     box_.take(inputs_);
     for (const Action action : inputs_.pressed)
         act(action);
     steer(now_s_);
+}
+
+/// Whether there was anything to draw.
+bool Presenter::refresh() {
+    take_inputs();
     if (inputs_.window.width == 0 || inputs_.window.height == 0)
         return false;  // minimised: nobody sees anything
     times_.start(settings_.times);
@@ -82,13 +93,7 @@ bool Presenter::refresh() {
 
 void Presenter::draw(const StatusLine& status) {
     look(inputs_.window);
-    const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
-    if (settings_.times) {
-        panels_.add(times_.row(), 1e3 * since_last_s);
-        report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
-        for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
-            (*report_.stages_ms)[stage] += times_.row()[stage];
-    }
+    add_times();
     keep_what_is_asked_for();
     StatusLine line = status;
     if (truth_db_)
@@ -99,6 +104,16 @@ void Presenter::draw(const StatusLine& status) {
     report_.later_s += later_s_;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
         latency_.measured(latency_s);
+}
+
+void Presenter::add_times() {
+    const double since_last_s = now_s_ - std::exchange(drawn_s_, now_s_);
+    if (!settings_.times)
+        return;
+    panels_.add(times_.row(), 1e3 * since_last_s);
+    report_.stages_ms = report_.stages_ms.value_or(gl::StageTimes::Row{});
+    for (std::size_t stage = 0; stage < times_.row().size(); ++stage)
+        (*report_.stages_ms)[stage] += times_.row()[stage];
 }
 
 /// Until the next refresh may have something to draw.
@@ -142,7 +157,7 @@ bool Presenter::advance(double now_s) {
             if (truth_ != nullptr)
                 true_eyes_ = truth_->at(moment.frame->main.info.time_s);
             followed_.show(true_eyes_ != nullptr ? true_eyes_->head : moment.frame->main.info.head);
-            renderer_.show(moment.frame, times_);
+            show(moment.frame);
             ++report_.frames;
             is_new = true;
         }
@@ -155,6 +170,16 @@ bool Presenter::advance(double now_s) {
     }
     log_connection();
     return is_new;
+}
+
+/// HDR frames need a shader, which is made when the first one comes.
+void Presenter::show(SharedFrame frame) {
+    if (!frame->main.pq.empty() && !exposure_stops_) {
+        const auto display = settings_.hdr_display ? settings_.hdr_display : std::make_shared<const HdrDisplay>();
+        renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(*display));
+        exposure_stops_ = display->settings().exposure_stops;
+    }
+    renderer_.show(std::move(frame), times_);
 }
 
 void Presenter::end() {
@@ -199,7 +224,7 @@ double Presenter::wanted_later_s() const {
 }
 
 Pose Presenter::head() const {
-    return composed(followed_.around(), motion_.head());
+    return composed(followed_.around(), headset_ ? seen_head_ : motion_.head());
 }
 
 Pose Presenter::foretold_head() const {
@@ -221,6 +246,14 @@ double Presenter::beyond_head_box() const {
     return head_box_fading(farthest_m, head_box_radius(info) + 1e-6);
 }
 
+gl::RefreshOptions Presenter::refresh_options() const {
+    return {.surface = settings_.surface,
+            .fill = settings_.fill,
+            .reliability = settings_.overlay == gl::Overlay::reliability,
+            .motion = settings_.overlay == gl::Overlay::motion,
+            .mirrors = settings_.mirrors};
+}
+
 void Presenter::draw_eyes(gl::Size window, bool splits) {
     const gl::Size size = gl::eye_size(settings_.layout, window);
     const PerspectiveCamera camera{size.width, size.height, fov_deg_ * pi / 180};
@@ -234,12 +267,7 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
     }
     renderer_.carry_on(later_s_);
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
-    const gl::RefreshOptions options{.surface = settings_.surface,
-                                     .fill = settings_.fill,
-                                     .reliability = settings_.overlay == gl::Overlay::reliability,
-                                     .motion = settings_.overlay == gl::Overlay::motion,
-                                     .mirrors = settings_.mirrors};
-    renderer_.draw(options, targets_, times_);
+    renderer_.draw(refresh_options(), targets_, times_);
     if (splits)
         renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill, .mirrors = settings_.mirrors},
                        other_targets_, times_);

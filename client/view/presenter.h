@@ -13,7 +13,9 @@
 #include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
+#include "xr/headset.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -33,12 +35,20 @@ public:
     ViewerReport report() const;
 
 private:
+    void show(SharedFrame frame);
+    void expose(double more_stops);
     bool refresh();
+    void take_inputs();
+    void refresh_headset();
+    void draw_headset(const HeadsetView& seen);
+    void mirror(GLuint framebuffer, const ViewPart& part);
+    void add_times();
     void rest(bool drew);
     void steer(double now_s);
     bool advance(double now_s);
     void lead();
     double wanted_later_s() const;
+    gl::RefreshOptions refresh_options() const;
     void end();
     void log_connection();
     void draw(const StatusLine& status);
@@ -71,6 +81,7 @@ private:
     Window& window_;
     TakenInputs inputs_;
     Playback playback_;
+    std::unique_ptr<Headset> headset_;  ///< null: the window alone shows what there is
     gl::EyeRenderer renderer_;
     gl::Display display_;
     Panels panels_;
@@ -90,7 +101,8 @@ private:
     bool was_lost_ = false;
     float split_ = 1;
     bool quit_ = false, picture_wanted_ = false;
-    std::string message_;  ///< what was written last
+    std::optional<double> exposure_stops_;  ///< of HDR frames; nothing: none came yet
+    std::string message_;                   ///< what was written last
     double message_until_s_ = 0;
     std::optional<double> truth_db_;  ///< of what was drawn last
     EyePicture seen_;                 ///< memory for that

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double message_s = 4, second_s = 1;
 constexpr float split_step = 0.05f;
+constexpr double exposure_step_stops = 0.25;
 /// What is less late shows itself by nothing but pictures that come late.
 constexpr double longest_unsaid_s = 0.5;
 
@@ -36,6 +37,16 @@ void Presenter::seek(double time_s) {
         playback_.seek(time_s);
 }
 
+void Presenter::expose(double more_stops) {
+    if (!exposure_stops_) {
+        tell("exposure: no HDR stream");
+        return;
+    }
+    exposure_stops_ = std::clamp(*exposure_stops_ + more_stops, -most_exposure_stops, most_exposure_stops);
+    renderer_.set_exposure(*exposure_stops_);
+    tell(formatted("exposure %+.2f stops", *exposure_stops_));
+}
+
 void Presenter::act(Action action) {
     const FrameInfo& info = frame().main.info;
     const double interval_s = 1 / std::max(1.0, info.frames_per_second);
@@ -43,6 +54,8 @@ void Presenter::act(Action action) {
         switch (action) {
         case Action::centre:
             motion_.centre();
+            if (headset_)
+                headset_->recentre();
             break;
         case Action::play_pause:
             if (playback_.is_paused())
@@ -89,6 +102,12 @@ void Presenter::act(Action action) {
             break;
         case Action::fill:
             settings_.fill = !settings_.fill;
+            break;
+        case Action::darker:
+            expose(-exposure_step_stops);
+            break;
+        case Action::brighter:
+            expose(exposure_step_stops);
             break;
         case Action::split:
             split_ = split_ < 1 ? 1.0f : 0.5f;

@@ -17,8 +17,8 @@ namespace {
 constexpr double longest_wait_s = 0.008;
 
 bool goes_on_by_repeats(Action action) {
-    constexpr std::array repeated = {Action::frame_back, Action::frame_on,   Action::second_back,
-                                     Action::second_on,  Action::split_left, Action::split_right};
+    constexpr std::array repeated = {Action::frame_back, Action::frame_on,    Action::second_back, Action::second_on,
+                                     Action::split_left, Action::split_right, Action::darker,      Action::brighter};
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
@@ -38,8 +38,10 @@ Viewer::Viewer(const ViewerSettings& settings)
     : loader_(settings.source, {.depth = true,
                                 .hardware = settings.hardware,
                                 .yuv = true,
-                                .specular = settings.mirrors != MirrorTreatment::surface,
-                                .left_out = [unused = unused_roles(settings)] { return unused; },
+                                 .pq = true,
+                                 .hdr_display = settings.hdr_display,
+                                 .specular = settings.mirrors != MirrorTreatment::surface,
+                                 .left_out = [unused = unused_roles(settings)] { return unused; },
                                 .poses = &poses_}) {
     if (!settings.truth.empty())
         truth_.emplace(settings.truth);

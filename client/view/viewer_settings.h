@@ -5,12 +5,14 @@
 
 #include <fill/gl/rungs.h>
 
+#include <equistream/hdr_display.h>
 #include <equistream/object_motion.h>
 #include <equistream_client/specular.h>
 #include <equistream_scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +32,9 @@ struct ViewerSettings {
     bool surface = true, fill = true, loop = true, paused = false, times = false;
     std::vector<gl::Rung> rungs;  ///< that gaps are filled by, where they are
     MirrorTreatment mirrors = MirrorTreatment::images;
+    /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.
+    std::shared_ptr<const HdrDisplay> hdr_display;
+    bool headset = false;  ///< shown in one by OpenXR, the window beside it
     bool hardware = true;  ///< decode by it where there is some
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;

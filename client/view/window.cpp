@@ -181,6 +181,10 @@ void Window::toggle_fullscreen() {
     glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
+void Window::do_not_wait_for_refreshes() {
+    glfwSwapInterval(0);
+}
+
 void Window::show() {
     glfwSwapBuffers(window_);
 }

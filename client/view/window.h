@@ -41,6 +41,8 @@ public:
     void show();
     /// wait() returns.
     void wake();
+    /// From now on show() comes back at once. Where the context is current.
+    void do_not_wait_for_refreshes();
     double refresh_hz() const { return refresh_hz_; }
 
     /// Handles what the system has to say, which is waited for, at most so long.

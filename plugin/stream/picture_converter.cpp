@@ -20,7 +20,8 @@ constexpr int accurate = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FUL
 template <typename T>
 Yuv420View<T> planes_of(const AVFrame& frame) {
     const auto plane = [&](int i, int width, int height) {
-        return ImageView<T>{frame.data[i], width, height, 1, frame.linesize[i]};
+        return ImageView<T>{reinterpret_cast<T*>(frame.data[i]), width, height, 1,
+                            frame.linesize[i] / std::ptrdiff_t(sizeof(T))};
     };
     return {plane(0, frame.width, frame.height), plane(1, frame.width / 2, frame.height / 2),
             plane(2, frame.width / 2, frame.height / 2)};
@@ -38,12 +39,46 @@ void set(SwsContext& scaler, const char* option, int value) {
     assert(code >= 0);
 }
 
+/// Of planes as we write them ourselves.
+bool lies_as_ours(const AVFrame& frame) {
+    return frame.width % 2 == 0 && frame.height % 2 == 0 && frame.color_range != AVCOL_RANGE_JPEG &&
+           (frame.chroma_location == AVCHROMA_LOC_LEFT || frame.chroma_location == AVCHROMA_LOC_UNSPECIFIED);
+}
+
+av::Frame make_frame(AVPixelFormat format, int width, int height) {
+    av::Frame yuv = av::make_frame();
+    yuv->format = format;
+    yuv->width = width;
+    yuv->height = height;
+    yuv->color_range = AVCOL_RANGE_MPEG;
+    yuv->chroma_location = AVCHROMA_LOC_LEFT;
+    if (av_frame_get_buffer(yuv.get(), 0) < 0)
+        throw std::bad_alloc();
+    return yuv;
+}
+
 }  // namespace
 
 bool is_our_yuv420(const AVFrame& frame) {
-    return frame.format == AV_PIX_FMT_YUV420P && frame.width % 2 == 0 && frame.height % 2 == 0 &&
-           matrix_of(frame) == SWS_CS_ITU709 && frame.color_range != AVCOL_RANGE_JPEG &&
-           (frame.chroma_location == AVCHROMA_LOC_LEFT || frame.chroma_location == AVCHROMA_LOC_UNSPECIFIED);
+    return frame.format == AV_PIX_FMT_YUV420P && lies_as_ours(frame) && matrix_of(frame) == SWS_CS_ITU709;
+}
+
+bool is_our_pq420(const AVFrame& frame) {
+    return frame.format == AV_PIX_FMT_YUV420P10LE && lies_as_ours(frame) && frame.color_trc == AVCOL_TRC_SMPTE2084 &&
+           frame.colorspace == AVCOL_SPC_BT2020_NCL;
+}
+
+PqView pq420_planes_of(const AVFrame& frame) {
+    return planes_of<const std::uint16_t>(frame);
+}
+
+av::Frame pq_frame_of(ImageView<const float> rgb) {
+    av::Frame yuv = make_frame(AV_PIX_FMT_YUV420P10LE, rgb.width, rgb.height);
+    yuv->color_primaries = AVCOL_PRI_BT2020;
+    yuv->color_trc = AVCOL_TRC_SMPTE2084;
+    yuv->colorspace = AVCOL_SPC_BT2020_NCL;
+    rgb_to_pq(rgb, planes_of<std::uint16_t>(*yuv));
+    return yuv;
 }
 
 YuvView yuv420_planes_of(const AVFrame& frame) {
@@ -51,17 +86,10 @@ YuvView yuv420_planes_of(const AVFrame& frame) {
 }
 
 av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb) {
-    av::Frame yuv = av::make_frame();
-    yuv->format = AV_PIX_FMT_YUV420P;
-    yuv->width = rgb.width;
-    yuv->height = rgb.height;
-    yuv->color_range = AVCOL_RANGE_MPEG;
+    av::Frame yuv = make_frame(AV_PIX_FMT_YUV420P, rgb.width, rgb.height);
     yuv->color_primaries = AVCOL_PRI_BT709;
     yuv->color_trc = AVCOL_TRC_IEC61966_2_1;
     yuv->colorspace = AVCOL_SPC_BT709;
-    yuv->chroma_location = AVCHROMA_LOC_LEFT;
-    if (av_frame_get_buffer(yuv.get(), 0) < 0)
-        throw std::bad_alloc();
     rgb_to_yuv420(rgb, planes_of<std::uint8_t>(*yuv));
     return yuv;
 }

@@ -271,6 +271,11 @@ void StreamWriter::write(TrackRole role, ImageView<const std::uint8_t> rgb, cons
     state_->take(track, track.encoder.convert(rgb), info);
 }
 
+void StreamWriter::write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info) {
+    WrittenTrack& track = state_->start_picture(role, info);
+    state_->take(track, track.encoder.convert_pq(rgb), info);
+}
+
 void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info) {
     WrittenTrack& track = state_->start_picture(role, info);
     if (!info.depth_code)

@@ -65,13 +65,19 @@ void check_track(const TrackSettings& track) {
         throw InputError(expected_found(where, "crf of 0 to " + std::to_string(worst_crf), std::to_string(*track.crf)));
 }
 
-void set_colour_tags(AVCodecContext& codec, const DepthCode* depth) {
+void set_colour_tags(AVCodecContext& codec, Transfer transfer, const DepthCode* depth) {
     codec.pix_fmt = AV_PIX_FMT_YUV420P;
     codec.color_range = AVCOL_RANGE_MPEG;
     codec.color_primaries = AVCOL_PRI_BT709;
     codec.color_trc = AVCOL_TRC_IEC61966_2_1;
     codec.colorspace = AVCOL_SPC_BT709;
     codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    if (transfer == Transfer::pq) {
+        codec.pix_fmt = AV_PIX_FMT_YUV420P10LE;
+        codec.color_primaries = AVCOL_PRI_BT2020;
+        codec.color_trc = AVCOL_TRC_SMPTE2084;
+        codec.colorspace = AVCOL_SPC_BT2020_NCL;
+    }
     if (depth == nullptr)
         return;
     codec.pix_fmt = pixel_format_of(depth->format());
@@ -129,7 +135,7 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     codec->sample_aspect_ratio = {1, 1};
     codec->gop_size = settings.live ? endless_group : settings.gop;
     codec->thread_count = settings.threads;
-    set_colour_tags(*codec, depth);
+    set_colour_tags(*codec, settings.transfer, depth);
     if (global_header)
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     av::Options options;
@@ -188,7 +194,8 @@ void check_stream_settings(const StreamSettings& settings) {
 }
 
 TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& track, bool global_header)
-    : track_(track), depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
+    : track_(track), transfer_(settings.transfer),
+      depth_code_(track.depth_code ? make_depth_code(*track.depth_code) : nullptr),
       codec_(open_encoder(settings, track, depth_code_.get(), global_header)) {
     if (const auto crf = track.coded_crf(settings.crf))
         crf_ = static_cast<float>(*crf);
@@ -205,11 +212,26 @@ void TrackEncoder::require_size(int width, int height, int channels, int wanted_
                                        text(width, height, channels)));
 }
 
+void TrackEncoder::require_colour(Transfer transfer) const {
+    const char* const found = transfer == Transfer::pq ? "PQ" : "RGB";
+    if (depth_code_ || transfer != transfer_)
+        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
+                                       depth_code_                 ? "depth"
+                                       : transfer_ == Transfer::pq ? "PQ"
+                                                                   : "RGB",
+                                       found));
+}
+
 av::Frame TrackEncoder::convert(ImageView<const std::uint8_t> rgb) const {
-    if (depth_code_)
-        throw WorkError(expected_found(std::string(track_name(track_.role)) + " track", "depth", "RGB"));
+    require_colour(Transfer::srgb);
     require_size(rgb.width, rgb.height, rgb.channels, 3);
     return yuv_frame_of(rgb);
+}
+
+av::Frame TrackEncoder::convert_pq(ImageView<const float> rgb) const {
+    require_colour(Transfer::pq);
+    require_size(rgb.width, rgb.height, rgb.channels, 3);
+    return pq_frame_of(rgb);
 }
 
 av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& info) const {

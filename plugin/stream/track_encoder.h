@@ -21,6 +21,8 @@ public:
     std::optional<float> crf() const { return crf_; }
     /// RGB to YUV; the result is what encode takes.
     av::Frame convert(ImageView<const std::uint8_t> rgb) const;
+    /// The same of PQ R'G'B' where the stream's transfer is that.
+    av::Frame convert_pq(ImageView<const float> rgb) const;
     /// Depth to its code's samples; counts into `info` what was too near.
     av::Frame convert(ImageView<const float> depth_m, DepthCodeInfo& info) const;
     /// `payload` travels in the coded picture, unless it is empty. `emit` is called for each packet that is ready.
@@ -32,7 +34,10 @@ private:
     void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
     void require_size(int width, int height, int channels, int wanted_channels) const;
 
+    void require_colour(Transfer transfer) const;
+
     TrackSettings track_;
+    Transfer transfer_;
     std::unique_ptr<DepthCode> depth_code_;  ///< of depth tracks
     av::Codec codec_;
     std::optional<float> crf_;

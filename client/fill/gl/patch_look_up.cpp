@@ -33,14 +33,15 @@ Pose patch_sphere_pose(const PatchesView& patches, int offset) {
     return {pose.position_m + pose.orientation * patches.atlas->offsets_m[std::size_t(offset)], pose.orientation};
 }
 
-void PatchTextures::upload(const PatchesView& patches) {
+void PatchTextures::upload(const PatchesView& patches, const PqView& pq) {
     const PatchAtlas& atlas = *patches.atlas;
     sphere_.describe(atlas.sphere());
     // Its pixels are looked up by number, whatever a camera would make of them.
     atlas_.upload({.rgb = patches.rgb,
                    .yuv = patches.yuv,
                    .camera = EquirectCamera{atlas.width(), atlas.height(), {}},
-                   .depth_m = patches.depth_m});
+                   .depth_m = patches.depth_m},
+                  pq);
     const Size blocks{atlas.block_columns(), atlas.block_rows()};
     const int offsets = int(atlas.offsets_m.size());
     if (!(blocks == blocks_) || offsets != offsets_) {

@@ -16,8 +16,9 @@ Pose patch_sphere_pose(const PatchesView& patches, int offset);
 class PatchTextures {
 public:
     /// The view's pixels are read before this returns. Storage is kept as long as sizes stay.
-    void upload(const PatchesView& patches);
+    void upload(const PatchesView& patches, const PqView& pq = {});
 
+    SourceTextures& atlas() { return atlas_; }
     const SourceTextures& atlas() const { return atlas_; }
     GLuint grid() const { return sphere_.grid(); }  ///< of the spheres that the patches are of
     GLuint slots() const { return slots_.name(); }  ///< as gap_samples.glsl has them

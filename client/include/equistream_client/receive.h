@@ -2,6 +2,7 @@
 /// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
 /// without loss. All pictures of one frame come together.
 #include <equistream/frame.h>
+#include <equistream/hdr_display.h>
 #include <equistream/stream.h>
 #include <equistream/yuv_picture.h>
 #include <equistream_client/pose_sender.h>
@@ -19,8 +20,9 @@ namespace equistream {
 /// One picture and where it was seen from.
 struct ReceivedPicture {
     FrameInfo info;
-    ByteImage rgb;       ///< display-referred sRGB, 3 channels; empty where `yuv` is given
+    ByteImage rgb;       ///< display-referred sRGB, 3 channels; empty where `yuv` or `pq` is given
     YuvPicture yuv;      ///< the decoder's own planes, where FeedOptions::yuv asked for them and they are of that kind
+    PqPicture pq;        ///< the same of an HDR stream, where FeedOptions::pq asked for them
     FloatImage depth_m;  ///< where it was asked for and is there: the renderer's AOV, or the depth track's; else empty
     /// Mirrors and glass (SourceView): of the main picture, where they were asked for and are there.
     FloatImage specular, virtual_depth_m;
@@ -28,8 +30,8 @@ struct ReceivedPicture {
     double decode_ms = 0;      ///< of colour and depth
     double convert_ms = 0;     ///< the same
 
-    int width() const { return yuv.empty() ? rgb.width() : yuv.planes.y.width; }
-    int height() const { return yuv.empty() ? rgb.height() : yuv.planes.y.height; }
+    int width() const { return !pq.empty() ? pq.planes.y.width : yuv.empty() ? rgb.width() : yuv.planes.y.width; }
+    int height() const { return !pq.empty() ? pq.planes.y.height : yuv.empty() ? rgb.height() : yuv.planes.y.height; }
 };
 
 /// What is missing of a frame (lost, or not sent) is left out; a frame without its main picture is not given at all.
@@ -73,6 +75,9 @@ struct FeedOptions {
     bool depth = false;     ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
     bool hardware = false;  ///< as in StreamReadOptions
     bool yuv = false;  ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
+    bool pq = false;   ///< the same of HDR streams, which are else brought to `hdr_display`
+    /// Null: HdrDisplay's defaults. Where one is given, and HDR is not what comes, next() throws InputError.
+    std::shared_ptr<const HdrDisplay> hdr_display{};
     /// Fill ReceivedPicture::specular and virtual_depth_m of the main picture: from the track of mirrors and glass,
     /// or those AOVs of folders.
     bool specular = false;

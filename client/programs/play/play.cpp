@@ -1,6 +1,8 @@
 /// `equistream play`: what a headset's client does, into files and without a window.
 #include "player.h"
 
+#include <hdr_options.h>
+
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream_client/engine.h>
@@ -17,6 +19,7 @@ using namespace equistream;
 
 struct Arguments {
     play::Settings settings;
+    HdrOptions hdr;
     std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on",
                              mirrors = "images", rechoose = "on";
     std::optional<cli::FrameRange> frames;
@@ -105,6 +108,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
             settings.method.empty() ? "none" : settings.method);
     settings.rechoose = parse_switch("--rechoose", arguments.rechoose);
     make_fill_ladder(settings.fill);
+    settings.hdr_display = arguments.hdr.display();
+    require(settings.format != play::Format::exr || !settings.hdr_display, "--format exr",
+            "no display, view or exposure beside it: linear light is what it keeps", "one of them");
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.scene_is_model = !arguments.model.empty();
     if (settings.scene_is_model)
@@ -186,6 +192,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         ->capture_default_str();
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
+    arguments->hdr.add_to(app);
     app.add_option("--layout", arguments->layout,
                    "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses")
         ->capture_default_str();

@@ -107,6 +107,7 @@ public:
         left_out_ = unneeded_roles(widest_plan(settings)).to_ulong();
         feed_ = open_feed(settings.source, {.depth = true,
                                             .yuv = true,
+                                            .hdr_display = settings.hdr_display,
                                             .specular = true,
                                             .left_out = [this] { return TrackRoles(left_out_.load()); },
                                             .first_frame = settings.frames.first,

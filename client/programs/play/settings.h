@@ -1,5 +1,6 @@
 #pragma once
 /// What `equistream play` was asked to do.
+#include <equistream/hdr_display.h>
 #include <equistream/object_motion.h>
 #include <equistream_cli/program.h>
 #include <equistream_client/delivery_simulator.h>
@@ -10,6 +11,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -45,6 +47,7 @@ struct Settings {
     std::string network;               ///< as given, for reports
     NetworkConditions conditions;      ///< what it says
     double carry_s = carry_horizon_s;  ///< what moves is carried on so much beyond the clock at most; 0: held
+    std::shared_ptr<const HdrDisplay> hdr_display;  ///< null: HdrDisplay's defaults, where the source is HDR
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
     std::filesystem::path out;

@@ -1,5 +1,6 @@
 /// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
 #include <equistream_cli/program.h>
+#include <hdr_options.h>
 #include <view/viewer.h>
 
 #include <equistream/error.h>
@@ -21,6 +22,7 @@ using namespace equistream;
 
 struct Arguments {
     ViewerSettings settings;
+    HdrOptions hdr;
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
                       mirrors = "images", decode = "auto", predict = "auto";
@@ -69,6 +71,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
+    settings.hdr_display = arguments.hdr.display();
     settings.predict_s = parse_prediction(arguments.predict);
     if (app.count("--anaglyph") > 0)
         settings.anaglyph = &find_anaglyph(arguments.anaglyph);
@@ -163,6 +166,7 @@ std::function<void()> set_up(CLI::App& app) {
            "Folder of eyes of the same path, path-traced (render --camera perspective): x shows them on the right")
         ->check(CLI::ExistingDirectory);
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
+    arguments->hdr.add_to(app);
     app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
     app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
         ->capture_default_str();
@@ -173,6 +177,9 @@ std::function<void()> set_up(CLI::App& app) {
                    "Where the stream says what moves: seconds by which that is carried on at most while its server is "
                    "late, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();
+    app.add_flag("--headset", settings.headset,
+                 "Show it in a headset by OpenXR (the system's active runtime, or XR_RUNTIME_JSON); the window shows "
+                 "what its left eye sees");
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();

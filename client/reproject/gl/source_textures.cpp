@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::gl {
@@ -62,6 +63,7 @@ void SourceTextures::describe(const Camera& camera) {
         depth_ = {};
         has_depth_ = false;
         planes_ = {};
+        planes_storage_ = GL_NONE;
     }
     const GridBlock block = block_of(source_grid(camera));
     glNamedBufferSubData(grid_.name(), 0, sizeof block, &block);
@@ -72,13 +74,15 @@ void SourceTextures::forget_depth() {
     depth_to_write();
 }
 
-void SourceTextures::upload(const SourceView& source) {
+void SourceTextures::upload(const SourceView& source, const PqView& pq) {
     describe(source.camera);
     colour_to_write();
     if (source.rgb.data != nullptr)
         upload_rgb(source.rgb);
-    else
+    else if (!source.yuv.empty())
         upload_yuv(source.yuv);
+    else
+        upload_pq(pq);
     has_depth_ = source.depth_m.data != nullptr;
     if (!has_depth_)
         return;
@@ -109,18 +113,39 @@ GLuint SourceTextures::depth_to_write() {
 
 void SourceTextures::upload_rgb(const ImageView<const std::uint8_t>& rgb) {
     assert(rgb.row_stride % rgb.channels == 0);
+    planes_storage_ = GL_NONE;
     const GLenum format = rgb.channels == 4 ? GL_RGBA : GL_RGB;
     upload_plane(colour_, rgb, {format, GL_UNSIGNED_BYTE});
 }
 
-void SourceTextures::upload_yuv(const YuvView& yuv) {
+template <typename T>
+void SourceTextures::upload_planes(const Yuv420View<T>& yuv, GLenum storage, GLenum type) {
+    if (storage != std::exchange(planes_storage_, storage))
+        planes_ = {};
     const std::array planes = {yuv.y, yuv.cb, yuv.cr};
     for (std::size_t i = 0; i < planes.size(); ++i) {
         if (!planes_[i])
-            planes_[i] = make_texture({planes[i].width, planes[i].height}, GL_R8UI);
-        upload_plane(planes_[i], planes[i], {GL_RED_INTEGER, GL_UNSIGNED_BYTE});
-        glBindTextureUnit(GLuint(i), planes_[i].name());
+            planes_[i] = make_texture({planes[i].width, planes[i].height}, storage);
+        upload_plane(planes_[i], planes[i], {GL_RED_INTEGER, type});
     }
+}
+
+void SourceTextures::upload_pq(const PqView& pq) {
+    upload_planes(pq, GL_R16UI, GL_UNSIGNED_SHORT);
+    show_again();
+}
+
+void SourceTextures::show_again() {
+    if (planes_storage_ != GL_R16UI)
+        return;
+    assert(pq_display_ != nullptr);
+    pq_display_->convert(planes_, colour_, size_);
+}
+
+void SourceTextures::upload_yuv(const YuvView& yuv) {
+    upload_planes(yuv, GL_R8UI, GL_UNSIGNED_BYTE);
+    for (std::size_t i = 0; i < planes_.size(); ++i)
+        glBindTextureUnit(GLuint(i), planes_[i].name());
     glBindImageTexture(0, colour_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
     yuv_to_rgb_.dispatch(size_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);

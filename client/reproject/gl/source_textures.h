@@ -1,10 +1,14 @@
 #pragma once
 /// A source picture on the GPU. The context it was made in is current in every call.
+#include "pq_display.h"
+
 #include <gl/program.h>
 
+#include <equistream/pq.h>
 #include <equistream_client/view.h>
 
 #include <array>
+#include <memory>
 
 namespace equistream::gl {
 
@@ -18,7 +22,13 @@ public:
     void forget_depth();
     /// Uploads colour, and depth where the view has some (specular and virtual depth stay behind); the view's pixels
     /// are read before this returns. Storage is kept as long as sizes stay.
-    void upload(const SourceView& source);
+    void upload(const SourceView& source) { upload(source, {}); }
+    /// The same of an HDR picture, whose colour is in `pq` where the view has none.
+    void upload(const SourceView& source, const PqView& pq);
+    /// How HDR pictures that are uploaded from now on come to the display. Until there is one, none may come.
+    void show_pq_by(std::shared_ptr<const PqDisplay> display) { pq_display_ = std::move(display); }
+    /// An HDR picture once more, after its display's exposure changed; others stay.
+    void show_again();
 
     Size size() const { return size_; }
     GLuint colour() const { return colour_.name(); }
@@ -32,6 +42,9 @@ public:
 private:
     void upload_rgb(const ImageView<const std::uint8_t>& rgb);
     void upload_yuv(const YuvView& yuv);
+    void upload_pq(const PqView& pq);
+    template <typename T>
+    void upload_planes(const Yuv420View<T>& planes, GLenum storage, GLenum type);
     void make_depth();
 
     Program yuv_to_rgb_;
@@ -39,6 +52,8 @@ private:
     Texture colour_, depth_;
     bool has_depth_ = false;  ///< what depth_ holds is of this view
     std::array<Texture, 3> planes_;
+    GLenum planes_storage_ = GL_NONE;  ///< of planes_; GL_NONE: what colour_ holds did not come from there
+    std::shared_ptr<const PqDisplay> pq_display_;
     Buffer grid_;
 };
 

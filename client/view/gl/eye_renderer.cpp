@@ -68,6 +68,20 @@ bool EyeRenderer::can_carry_on() const {
     return geometry_ != nullptr && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
 }
 
+void EyeRenderer::show_pq_by(std::shared_ptr<PqDisplay> display) {
+    pq_display_ = std::move(display);
+    for (FrameTextures& frame : frames_)
+        frame.show_pq_by(pq_display_);
+}
+
+void EyeRenderer::set_exposure(double stops) {
+    if (pq_display_ == nullptr)
+        return;
+    pq_display_->set_exposure(stops);
+    for (FrameTextures& frame : frames_)
+        frame.show_again();
+}
+
 const FrameTextures* EyeRenderer::earlier() const {
     const FrameTextures& other = frames_[1 - current_];
     if (other.frame() == nullptr)

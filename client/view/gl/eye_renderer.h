@@ -56,6 +56,10 @@ public:
     void carry_on(double seconds) { later_s_ = seconds; }
     /// Whether that changes anything: the frame says what moves, and the scene does that too.
     bool can_carry_on() const;
+    /// How HDR frames come to the display; before the first one. Null is no display.
+    void show_pq_by(std::shared_ptr<PqDisplay> display);
+    /// The same frames by another exposure; nothing where they are not HDR.
+    void set_exposure(double stops);
 
     /// Where the eyes are now; all have one size. Only after a frame was shown.
     void look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times);
@@ -101,6 +105,7 @@ private:
 
     std::unique_ptr<Geometry> geometry_;
     std::unique_ptr<Finder> finder_;  ///< without geometry
+    std::shared_ptr<PqDisplay> pq_display_;
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;

@@ -25,10 +25,20 @@ void require_tagged_size(const ReceivedPicture& picture, const char* track) {
 
 void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
     to.view = source_view(picture, picture.depth_m);
-    to.textures.upload(to.view);
+    to.textures.upload(to.view, picture.pq.planes);
 }
 
 }  // namespace
+
+void FrameTextures::show_pq_by(const std::shared_ptr<const PqDisplay>& display) {
+    for (SourceTextures* textures : {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()})
+        textures->show_pq_by(display);
+}
+
+void FrameTextures::show_again() {
+    for (SourceTextures* textures : {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()})
+        textures->show_again();
+}
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     require_tagged_size(frame->main, "main");
@@ -58,7 +68,7 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
                            .atlas = &*patches.info.patches,
                            .pose = pixels.pose,
                            .box_radius_m = pixels.box_radius_m};
-    patch_textures_.upload(*patches_);
+    patch_textures_.upload(*patches_, patches.pq.planes);
 }
 
 }  // namespace equistream::gl

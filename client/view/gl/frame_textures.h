@@ -24,6 +24,10 @@ public:
     /// nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
 
+    /// SourceTextures', of all pictures.
+    void show_pq_by(const std::shared_ptr<const PqDisplay>& display);
+    void show_again();
+
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }

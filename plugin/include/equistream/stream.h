@@ -3,6 +3,7 @@
 /// container libavformat knows. Written front to back, so a file and a socket carry the same bytes. The payload's
 /// table is docs/stream-format.md. Errors name the file or URL. One object, one thread.
 #include <equistream/frame.h>
+#include <equistream/pq.h>
 #include <equistream/yuv_picture.h>
 
 #include <bitset>
@@ -63,6 +64,10 @@ inline constexpr std::size_t largest_motion_bytes = 32768;
 
 enum class Codec { h264, h265 };
 
+/// What samples of colour mean: display-referred sRGB in 8 bits (yuv.h), or PQ in 10 (pq.h), which keeps what is
+/// brighter than white.
+enum class Transfer { srgb, pq };
+
 /// Encoders refuse smaller tracks.
 inline constexpr int min_track_side = 64;
 
@@ -87,6 +92,7 @@ struct TrackSettings {
 
 struct StreamSettings {
     Codec codec = Codec::h264;
+    Transfer transfer = Transfer::srgb;  ///< of all colour tracks
     double crf = 16;
     std::string preset = "medium";
     int gop = 30;  ///< pictures from one key frame to the next
@@ -119,11 +125,11 @@ struct StreamTap {
     bool alone = true;  ///< no file is written
 };
 
-/// Encodes display-referred sRGB pictures (8-bit RGB) and depth to `target`: a path ending in .mp4, .mkv, .ts, .nut,
-/// .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those). The same
-/// pictures and settings give the same bytes. A file is written as NAME.part and renamed by finish(); if that is never
-/// reached, what was coded so far stays in NAME.part, playable. libav's own log is silenced.
-/// Throws InputError for settings or targets that cannot be used, WorkError once coding has begun.
+/// Encodes display-referred sRGB pictures (8-bit RGB), or PQ ones, and depth to `target`: a path ending in .mp4, .mkv,
+/// .ts, .nut, .h264 or .h265 (the last two hold one track), or a URL (MPEG-TS, unless its path ends in one of those).
+/// The same pictures and settings give the same bytes. A file is written as NAME.part and renamed by finish(); if that
+/// is never reached, what was coded so far stays in NAME.part, playable. libav's own log is silenced. Throws InputError
+/// for settings or targets that cannot be used, WorkError once coding has begun.
 class StreamWriter {
 public:
     StreamWriter(const std::string& target, const StreamSettings& settings);
@@ -135,6 +141,8 @@ public:
 
     /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
     void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
+    /// The same where the transfer is pq: R'G'B' as pq.h describes, 3 channels from 0 to 1.
+    void write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info);
     /// The same for depth tracks: metres along each pixel-centre ray, 1 channel. `info.depth_code` has the track's code
     /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
     /// `halved` is the track's.
@@ -157,8 +165,8 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// One decoded picture. Of a colour track it is 8-bit display-referred sRGB, as `rgb` or `yuv`; of a depth track
-/// `depth_m`.
+/// One decoded picture. Of a colour track it is 8-bit display-referred sRGB, as `rgb` or `yuv`, or `pq`; of a depth
+/// track `depth_m`.
 struct DecodedPicture {
     std::size_t track = 0;  ///< position in StreamReader::tracks()
     TrackRole role = TrackRole::main;
@@ -167,6 +175,7 @@ struct DecodedPicture {
     int height = 0;
     ByteImage rgb;   ///< RGB interleaved
     YuvPicture yuv;  ///< where StreamReadOptions::yuv asked for it
+    PqPicture pq;    ///< where StreamReadOptions::pq asked for it
     /// Radial, +inf for a miss, NaN where the track holds no surface. Where info->depth_code is `halved`, each coded
     /// sample stands in its four pixels.
     FloatImage depth_m;
@@ -201,6 +210,9 @@ struct StreamReadOptions {
     /// Give the decoder's own planes in place of rgb wherever they are as equistream/yuv.h describes, without
     /// conversion or copy.
     bool yuv = false;
+    /// Give the decoder's own planes in place of rgb wherever they are as equistream/pq.h describes. Else such pictures
+    /// come as if their PQ were sRGB: dull.
+    bool pq = false;
     bool depth = true;      ///< false: depth tracks are not decoded beyond their first picture, nor given
     bool images = true;     ///< the same for the track of mirrors and glass
     TrackRoles left_out{};  ///< the same for these; never main

@@ -6,6 +6,7 @@
 #include <equistream/colour.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/hdr_display.h>
 
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,7 @@ struct Options {
     std::string folder, target, eye;
     std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
+    std::string transfer = "srgb";
     std::string stereo = "tracks";
     std::string fill = "auto";
     std::string depth = "none";
@@ -72,6 +74,7 @@ StereoPacking packing_of(const Options& options) {
     refuse(options.depth != "none", "--depth " + options.depth);
     refuse(options.mirrors == "always", "--mirrors always");
     refuse(options.motion != "none", "--motion " + options.motion);
+    refuse(options.transfer != "srgb", "--transfer " + options.transfer);
     return options.stereo == "top-bottom" ? StereoPacking::top_bottom : StereoPacking::side_by_side;
 }
 
@@ -79,6 +82,7 @@ EncodeRequest request_of(const Options& options) {
     EncodeRequest request;
     request.target = options.target;
     request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
+    request.settings.transfer = options.transfer == "pq" ? Transfer::pq : Transfer::srgb;
     request.settings.crf = options.crf;
     request.settings.gop = options.gop;
     request.settings.preset = options.preset;
@@ -220,7 +224,8 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
             {"crf", options.crf},
             {"preset", options.preset},
             {"gop", options.gop},
-            {"view", default_view},
+            {"transfer", options.transfer},
+            {"view", options.transfer == "pq" ? nlohmann::json() : nlohmann::json(default_view)},
             {"exposure", report.first.exposure},
             {"scene", report.first.scene},
             {"full_sphere", report.settings.full_sphere},
@@ -258,7 +263,11 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
     if (report.settings.stereo != StereoPacking::none)
         std::fprintf(out, "  both eyes in one picture, %s, without poses: for ordinary players\n",
                      options.stereo.c_str());
-    std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
+    if (report.settings.transfer == Transfer::pq)
+        std::fprintf(out, "  exposure %g, HDR: PQ (white at %g nits) BT.2020 4:2:0, 10 bits\n", report.first.exposure,
+                     pq_white_nits);
+    else
+        std::fprintf(out, "  view %s, exposure %g, sRGB BT.709 4:2:0\n", default_view, report.first.exposure);
     for (const EncodedTrack& track : report.tracks) {
         const Codec codec = codec_of(track, report);
         const std::string other = codec == report.settings.codec ? "" : std::string(codec_name(codec)) + ", ";
@@ -312,6 +321,12 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("--out", options.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
     app.add_option("--codec", options.codec, "h264 or h265; depth as w12, hue or lossless is coded as h265 always")
         ->check(CLI::IsMember({"h264", "h265"}))
+        ->capture_default_str();
+    app.add_option(
+           "--transfer", options.transfer,
+           "srgb: display-referred, clipped at white, 8 bits; pq: HDR, highlights up to 49 times white kept, 10 "
+           "bits")
+        ->check(CLI::IsMember({"srgb", "pq"}))
         ->capture_default_str();
     app.add_option("--crf", options.crf, "Quality: 0 (best) to 51")->capture_default_str();
     app.add_option("--preset", options.preset,

@@ -20,7 +20,7 @@ StreamSettings settings_for(const EncodeRequest& request, const std::vector<Pict
     StreamSettings settings = request.settings;
     settings.tracks.clear();
     for (const Picture& picture : first) {
-        settings.tracks.push_back({picture.role, picture.rgb.width(), picture.rgb.height()});
+        settings.tracks.push_back({picture.role, picture.width(), picture.height()});
         if (picture.role != TrackRole::main)
             settings.tracks.back().crf =
                 request.fill_crf.value_or(default_fill_crf(picture.role, request.settings.crf));
@@ -107,9 +107,9 @@ void measure_coding(ColourTrials& trials, EncodeReport& report) {
 
 EncodeReport encode_sequence(const EncodeRequest& request, const std::function<void(std::size_t)>& progress) {
     const auto start = Clock::now();
-    const DisplayTransform display;
+    const ColourCoding coding(request.settings.transfer);
     const std::vector<std::int64_t>& frames = request.sources.frames;
-    std::vector<Picture> pictures = read_frame(request.sources, {}, frames.front(), display);
+    std::vector<Picture> pictures = read_frame(request.sources, {}, frames.front(), coding);
     check_sizes(pictures, request.sources);
     SourceRenders renders(request.sources);
     renders.check(pictures);
@@ -119,7 +119,7 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         for_motion = motion_planes(request.sources.tracks.front().folder / frame_file_name(frames.front()));
     const ReadPlan plan = {plan_depth(request.depth, {request.sources, request.settings, trials}), for_motion};
     if (!plan.depth.tracks.empty() || request.motion)
-        pictures = read_frame(request.sources, plan, frames.front(), display);
+        pictures = read_frame(request.sources, plan, frames.front(), coding);
     EncodeReport report;
     report.settings = settings_for(request, pictures);
     report.trial = plan.depth.trial;
@@ -138,17 +138,17 @@ EncodeReport encode_sequence(const EncodeRequest& request, const std::function<v
         std::future<std::vector<Picture>> next;
         if (i + 1 < frames.size())
             next = std::async(std::launch::async,
-                              [&, index = frames[i + 1]] { return read_frame(request.sources, plan, index, display); });
+                              [&, index = frames[i + 1]] { return read_frame(request.sources, plan, index, coding); });
         for (const Picture& picture : pictures) {
-            const auto coding = Clock::now();
+            const auto began = Clock::now();
             FrameInfo info = picture.info;
             if (picture.role == TrackRole::main)
                 info.coding_loss = report.colour.loss;
             if (picture.motion)
                 report.motion->add(*picture.motion, info);
-            writer.write(picture.role, picture.rgb.view(), info);
+            picture.write(writer, info);
             depths.write(writer, picture, i);
-            report.encode_ms += milliseconds_since(coding);
+            report.encode_ms += milliseconds_since(began);
             report.read_ms += picture.read_ms;
             report.display_ms += picture.display_ms;
             report.motion_ms += picture.motion_ms;

@@ -21,8 +21,7 @@ std::vector<const DepthTrack*> distances_of(const DepthPlan& plan, TrackRole col
     return tracks;
 }
 
-Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPlan& plan,
-                     const DisplayTransform& display) {
+Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPlan& plan, const ColourCoding& coding) {
     Picture picture;
     picture.role = track.role;
     const auto file = track.folder / frame_file_name(index);
@@ -54,7 +53,9 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     start = Clock::now();
     picture.not_finite_samples = std::count_if(colour->second.samples().begin(), colour->second.samples().end(),
                                                [](float value) { return !std::isfinite(value); });
-    picture.rgb = quantise_8bit(display.to_display(colour->second.view(), frame.info.exposure).view());
+    ColourCoding::Coded coded = coding(colour->second.view(), frame.info.exposure);
+    picture.rgb = std::move(coded.rgb);
+    picture.pq = std::move(coded.pq);
     picture.display_ms = milliseconds_since(start);
     return picture;
 }
@@ -83,16 +84,23 @@ void check_companion(const std::filesystem::path& main_folder, const FrameInfo& 
 
 }  // namespace
 
+void Picture::write(StreamWriter& writer, const FrameInfo& tagged) const {
+    if (pq.empty())
+        writer.write(role, rgb.view(), tagged);
+    else
+        writer.write_pq(role, pq.view(), tagged);
+}
+
 /// The main folder's picture and, where both eyes are packed, the other eye's after it.
 std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, std::int64_t index,
-                                const DisplayTransform& display) {
+                                const ColourCoding& coding) {
     std::vector<Picture> pictures;
     for (const SourceTrack& track : sources.tracks)
-        pictures.push_back(read_picture(track, index, plan, display));
+        pictures.push_back(read_picture(track, index, plan, coding));
     if (sources.packing == StereoPacking::none)
         return pictures;
     Picture& left = pictures.front();
-    const Picture right = read_picture({TrackRole::main, sources.right_eye}, index, plan, display);
+    const Picture right = read_picture({TrackRole::main, sources.right_eye}, index, plan, coding);
     if (right.rgb.width() != left.rgb.width() || right.rgb.height() != left.rgb.height())
         throw InputError(expected_found((sources.right_eye / frame_file_name(index)).string(),
                                         "the left eye's size, " + size_text(left.rgb.width(), left.rgb.height()),
@@ -107,7 +115,7 @@ std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, st
 
 void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
     for (std::size_t i = 0; i < first.size(); ++i) {
-        const int width = first[i].rgb.width(), height = first[i].rgb.height();
+        const int width = first[i].width(), height = first[i].height();
         if (width % 2 != 0 || height % 2 != 0)
             throw InputError(expected_found(sources.tracks[i].folder.string(),
                                             "frames of even width and height (4:2:0 video has no odd sizes)",

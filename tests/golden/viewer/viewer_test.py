@@ -359,7 +359,7 @@ class Viewer(unittest.TestCase):
         self.assertEqual(viewer.picture().shape, (150, 200, 3))
 
     def test_every_key_of_the_table(self):
-        names = {"space": "space", ",": "comma", ".": "period", "[": "bracketleft", "]": "bracketright", "home": "Home", "left": "Left", "right": "Right",
+        names = {"space": "space", ",": "comma", ".": "period", "[": "bracketleft", "]": "bracketright", "-": "minus", "=": "equal", "home": "Home", "left": "Left", "right": "Right",
                  "up": "Up", "down": "Down"}
         lines = [line for line in PROGRAMS.run("view", "--keys").splitlines() if line.startswith("  ")]
         keys = [line[2:14].strip() for line in lines]

@@ -1,0 +1,195 @@
+#include "config.h"
+
+#include <equistream/colour.h>
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream/hdr_display.h>
+
+#include <array>
+#include <cstring>
+
+namespace equistream {
+
+namespace {
+
+constexpr const char *pq_display = "Rec.2100-PQ - Display", *default_display = "sRGB - Display";
+/// What that display has for 1, nits.
+constexpr double pq_unit_nits = 100;
+
+/// Between scene-referred linear Rec.709, 1 being pq_white_nits, and PQ.
+ocio::GroupTransformRcPtr pq_of_linear(ocio::TransformDirection direction) {
+    constexpr double gain = pq_white_nits / pq_unit_nits;
+    constexpr std::array<double, 4> gains = {gain, gain, gain, 1};
+    std::array<double, 16> matrix;
+    std::array<double, 4> offset;
+    ocio::MatrixTransform::Scale(matrix.data(), offset.data(), gains.data());
+    auto scale = ocio::MatrixTransform::Create();
+    scale->setMatrix(matrix.data());
+    auto group = ocio::GroupTransform::Create();
+    group->appendTransform(scale);
+    group->appendTransform(display_view(scene_space, pq_display, default_view, ocio::TRANSFORM_DIR_FORWARD));
+    group->setDirection(direction);
+    return group;
+}
+
+void check_display(const ocio::Config& config, const std::string& display) {
+    std::string accepted;
+    for (int i = 0; i < config.getNumDisplays(); ++i) {
+        const std::string name = config.getDisplay(i);
+        if (name == display)
+            return;
+        accepted += (accepted.empty() ? "" : ", ") + ("\"" + name + "\"");
+    }
+    throw InputError(expected_found("display", "one of " + accepted, "\"" + display + "\""));
+}
+
+/// OpenColorIO's messages may have several lines.
+std::string first_line(const char* text) {
+    return std::string(text, std::strcspn(text, "\n"));
+}
+
+ocio::ConstConfigRcPtr load_config(const std::string& file) {
+    try {
+        return ocio::Config::CreateFromFile(file.c_str());
+    } catch (const ocio::Exception& error) {
+        throw InputError(expected_found(file, "an OpenColorIO config", first_line(error.what())));
+    }
+}
+
+std::vector<float> copied(const float* values, std::size_t count) {
+    return {values, values + count};
+}
+
+std::vector<ShaderTable> tables_of(const ocio::GpuShaderDesc& desc) {
+    std::vector<ShaderTable> tables;
+    for (unsigned i = 0; i < desc.getNumTextures(); ++i) {
+        const char *texture = nullptr, *sampler = nullptr;
+        unsigned width = 0, height = 0;
+        ocio::GpuShaderDesc::TextureType kind{};
+        ocio::Interpolation interpolation{};
+        desc.getTexture(i, texture, sampler, width, height, kind, interpolation);
+        const float* values = nullptr;
+        desc.getTextureValues(i, values);
+        const int channels = kind == ocio::GpuShaderDesc::TEXTURE_RED_CHANNEL ? 1 : 3;
+        // One row is a one-dimensional sampler.
+        tables.push_back({sampler, int(width), height > 1 ? int(height) : 0, 0, channels,
+                          interpolation != ocio::INTERP_NEAREST,
+                          copied(values, std::size_t(width) * height * std::size_t(channels))});
+    }
+    for (unsigned i = 0; i < desc.getNum3DTextures(); ++i) {
+        const char *texture = nullptr, *sampler = nullptr;
+        unsigned edge = 0;
+        ocio::Interpolation interpolation{};
+        desc.get3DTexture(i, texture, sampler, edge, interpolation);
+        const float* values = nullptr;
+        desc.get3DTextureValues(i, values);
+        const int side = int(edge);
+        // Tetrahedral interpolation is the shader's own work, between texels.
+        const bool linear = interpolation != ocio::INTERP_NEAREST && interpolation != ocio::INTERP_TETRAHEDRAL;
+        tables.push_back({sampler, side, side, side, 3, linear, copied(values, std::size_t(3) * edge * edge * edge)});
+    }
+    return tables;
+}
+
+}  // namespace
+
+struct PqEncoding::Processor {
+    ocio::ConstCPUProcessorRcPtr cpu;
+};
+
+PqEncoding::PqEncoding() : processor_(std::make_unique<Processor>()) {
+    processor_->cpu = load_bundled_config()
+                          ->getProcessor(pq_of_linear(ocio::TRANSFORM_DIR_FORWARD))
+                          ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
+}
+
+PqEncoding::~PqEncoding() = default;
+
+FloatImage PqEncoding::encode(ImageView<const float> linear, double exposure) const {
+    check_exposure(exposure);
+    const auto factor = static_cast<float>(exposure);
+    return transformed(
+        linear, *processor_->cpu,
+        [=](float value) { return finite_or_clamped(factor * value, -largest_radiance, largest_radiance); },
+        [](float value) { return finite_or_clamped(value, 0, 1); });
+}
+
+/// Each leads from where the one before ended.
+struct HdrDisplay::Transforms {
+    ocio::ConstTransformRcPtr to_scene;   ///< PQ to linear Rec.709
+    ocio::ConstTransformRcPtr to_config;  ///< null: it has that space
+    ocio::ConstTransformRcPtr to_display;
+    ocio::ConstCPUProcessorRcPtr cpu;
+
+    ocio::ConstProcessorRcPtr with_exposure(double stops, bool dynamic) const {
+        auto exposure = ocio::ExposureContrastTransform::Create();
+        exposure->setStyle(ocio::EXPOSURE_CONTRAST_LINEAR);
+        exposure->setExposure(stops);
+        if (dynamic)
+            exposure->makeExposureDynamic();
+        auto group = ocio::GroupTransform::Create();
+        group->appendTransform(to_scene->createEditableCopy());
+        group->appendTransform(exposure);
+        if (to_config)
+            group->appendTransform(to_config->createEditableCopy());
+        group->appendTransform(to_display->createEditableCopy());
+        return ocio::Config::CreateRaw()->getProcessor(group);
+    }
+};
+
+HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
+    : settings_(settings), transforms_(std::make_unique<Transforms>()) {
+    if (!(std::abs(settings.exposure_stops) <= most_exposure_stops))
+        throw InputError(expected_found("exposure", "-20 to 20 stops", in_words(settings.exposure_stops)));
+    const ocio::ConstConfigRcPtr bundled = load_bundled_config();
+    const bool own = settings.config.empty();
+    const ocio::ConstConfigRcPtr config = own ? bundled : load_config(settings.config);
+    if (settings_.display.empty())
+        settings_.display = own ? default_display : config->getDefaultDisplay();
+    check_display(*config, settings_.display);
+    if (settings_.view.empty())
+        settings_.view = own && settings_.display == default_display
+                             ? default_view
+                             : config->getDefaultView(settings_.display.c_str());
+    check_view(*config, settings_.display, settings_.view);
+    try {
+        transforms_->to_scene =
+            bundled->getProcessor(pq_of_linear(ocio::TRANSFORM_DIR_INVERSE))->createGroupTransform();
+        if (!own)
+            transforms_->to_config =
+                ocio::Config::GetProcessorFromConfigs(bundled, scene_space, config, ocio::ROLE_SCENE_LINEAR)
+                    ->createGroupTransform();
+        const auto to_display = display_view(own ? scene_space : ocio::ROLE_SCENE_LINEAR, settings_.display,
+                                             settings_.view, ocio::TRANSFORM_DIR_FORWARD);
+        transforms_->to_display = config->getProcessor(to_display)->createGroupTransform();
+        transforms_->cpu = transforms_->with_exposure(settings_.exposure_stops, false)
+                               ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
+    } catch (const ocio::Exception& error) {
+        throw InputError(expected_found(own ? "OpenColorIO" : settings.config,
+                                        "a config with the roles scene_linear and aces_interchange and a view that "
+                                        "can be computed",
+                                        first_line(error.what())));
+    }
+}
+
+HdrDisplay::~HdrDisplay() = default;
+
+FloatImage HdrDisplay::to_display(ImageView<const float> pq) const {
+    const auto within = [](float value) { return finite_or_clamped(value, 0, 1); };
+    return transformed(pq, *transforms_->cpu, within, within);
+}
+
+DisplayShader HdrDisplay::shader() const {
+    auto desc = ocio::GpuShaderDesc::CreateShaderDesc();
+    desc->setLanguage(ocio::GPU_LANGUAGE_GLSL_4_0);
+    desc->setFunctionName(DisplayShader::function);
+    desc->setResourcePrefix("ocio_");
+    transforms_->with_exposure(settings_.exposure_stops, true)
+        ->getOptimizedGPUProcessor(ocio::OPTIMIZATION_LOSSLESS)
+        ->extractGpuShaderInfo(desc);
+    ocio::GpuShaderDesc::UniformData data;
+    assert(desc->getNumUniforms() == 1);
+    return {desc->getShaderText(), desc->getUniform(0, data), tables_of(*desc)};
+}
+
+}  // namespace equistream
