@@ -28,7 +28,7 @@ struct Neighbourhood {
 
 /// As DepthAgreement has it.
 float tolerance_of(const GapLookUp& task) {
-    return float(std::sin(4 * task.error_budget_px * error_budget_rad(task.eye.camera.focal_px())));
+    return float(std::sin(error_budget_rad(task.eye.camera.focal_px(), task.error_budget_px)));
 }
 
 /// Where a grid has what a gap pixel sees.

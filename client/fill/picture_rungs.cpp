@@ -53,7 +53,7 @@ public:
     SeenThrough(const SourceView& main, const EyeView& eye, double error_budget_px)
         : main_(main), agreement_{
                            float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
-                           float(std::sin(4 * error_budget_px * error_budget_rad(eye.camera.focal_px())))} {}
+                           float(std::sin(error_budget_rad(eye.camera.focal_px(), error_budget_px)))} {}
 
     bool still_there(const glm::dvec3& point_world) const {
         const glm::dvec3 d = glm::conjugate(main_.pose.orientation) * (point_world - main_.pose.position_m);

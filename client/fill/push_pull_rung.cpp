@@ -24,7 +24,7 @@ std::int64_t PushPullRung::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     SurfaceDepths depths;
     const double box_radius_m = inputs_.main == nullptr ? 0 : inputs_.main->box_radius_m;
     depths.box_radius_m = float(std::max(box_radius_m, glm::length(source)));
-    depths.tolerance = float(std::sin(4 * inputs_.error_budget_px * error_budget_rad(eye.camera.focal_px())));
+    depths.tolerance = float(std::sin(error_budget_rad(eye.camera.focal_px(), inputs_.error_budget_px)));
     if (eye.depth_m.data != nullptr) {
         depths.known_m = depths.gap_m = eye.depth_m;
     } else if (!picture.depth_m.empty()) {
