@@ -76,7 +76,7 @@ public:
           centre_(eye_from_world_ * (grid.pose().position_m - eye_.pose.position_m)), width_(width_of(grid.camera())),
           height_(height_of(grid.camera())),
           focal_(eye_.camera.focal_px()), agreement_{float(std::max(grid.box_radius_m(), glm::length(centre_))),
-                                                     float(std::sin(error_budget_rad(focal_)))},
+                                                     float(std::sin(error_budget_rad(focal_, task.error_budget_px)))},
           closes_(columns_close(grid.camera())) {}
 
     void run() {

@@ -17,6 +17,7 @@ struct ForwardTask {
     const Gaps& gaps;
     const EyePicture& picture;
     SeenPoints& seen;
+    double error_budget_px;  ///< as in EngineOptions; what is closer belongs to one surface
 };
 /// Brings 1 / planar depth of the gap pixels up to that of the nearest surface that falls on them; NaN counts as
 /// farthest. Only samples that are `still_there`, where that is given. The grid must have depth.

@@ -26,14 +26,18 @@ struct Neighbourhood {
     std::array<SamplePlace, 4> places{};
 };
 
+/// As DepthAgreement has it.
+float tolerance_of(const GapLookUp& task) {
+    return float(std::sin(error_budget_rad(task.eye.camera.focal_px(), task.error_budget_px)));
+}
+
 /// Where a grid has what a gap pixel sees.
 template <typename Grid, typename Lookup>
 class PointSamples {
 public:
     PointSamples(const Grid& grid, const Lookup& lookup, const GapLookUp& task)
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
-          agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()),
-                     float(std::sin(error_budget_rad(task.eye.camera.focal_px())))},
+          agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()), tolerance_of(task)},
           width_(width_of(grid.camera())), height_(height_of(grid.camera())), closes_(columns_close(grid.camera())) {}
 
     /// Samples of the surface that the pixel sees: false if there are too few.
@@ -191,8 +195,8 @@ template <typename Lookup>
 class Mirrors {
 public:
     Mirrors(const Lookup& lookup, const SourceView& view, const GapLookUp& task)
-        : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps}, samples_(grid_, lookup, task_),
-          tolerance_(float(std::sin(error_budget_rad(task.eye.camera.focal_px())))) {}
+        : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps, task.error_budget_px},
+          samples_(grid_, lookup, task_), tolerance_(tolerance_of(task)) {}
 
     /// Whether samples taken from some place have what the eye sees at a pixel, which may be an image. That lies as far
     /// behind the surface as the mask's picture says: from places near each other nearly the same.

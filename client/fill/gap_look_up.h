@@ -9,6 +9,7 @@ struct GapLookUp {
     const EyeView& eye;
     const SeenPoints& seen;
     const Gaps& gaps;
+    double error_budget_px;  ///< as in EngineOptions
     PixelOrigin mark = PixelOrigin::gap;
     /// Says where mirrors and glass are if the grid's picture does not itself; null: nobody does.
     const SourceView* main = nullptr;

@@ -19,18 +19,18 @@ std::int64_t fill_from(const SourceView& source, const GapLookUp& task, SeenPoin
                        const StillThere& still_there) {
     const PictureGrid grid(source);
     if (task.eye.depth_m.data == nullptr) {
-        const ForwardTask forward{task.eye, task.gaps, picture, seen};
+        const ForwardTask forward{task.eye, task.gaps, picture, seen, task.error_budget_px};
         draw_forward(grid, forward, still_there);
         end_drawing(forward);
     }
     return look_up_gaps(grid, task, picture);
 }
 
-/// A picture, who it is, and the main one.
+/// A picture and who it is, of a frame's.
 struct OnePicture {
-    const SourceView* source = nullptr;
-    PixelOrigin mark = PixelOrigin::gap;
-    const SourceView* main = nullptr;
+    const SourceView* source;
+    PixelOrigin mark;
+    const FillInputs& frame;
 };
 
 std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePicture& picture, Gaps& gaps,
@@ -40,7 +40,8 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
         return 0;
     std::unique_ptr<SeenPoints> seen = spares.take();
     seen->look(eye, picture, gaps);
-    const std::int64_t filled = fill_from(*source, {eye, *seen, gaps, from.mark, from.main}, *seen, picture, {});
+    const GapLookUp task{eye, *seen, gaps, from.frame.error_budget_px, from.mark, from.frame.main};
+    const std::int64_t filled = fill_from(*source, task, *seen, picture, {});
     spares.give_back(std::move(seen));
     gaps.narrow(picture.origin.view());
     return filled;
@@ -49,10 +50,10 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
 /// A surface that the source looks through now is not there any more.
 class SeenThrough {
 public:
-    SeenThrough(const SourceView& main, const EyeView& eye)
+    SeenThrough(const SourceView& main, const EyeView& eye, double error_budget_px)
         : main_(main), agreement_{
                            float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
-                           float(std::sin(error_budget_rad(eye.camera.focal_px())))} {}
+                           float(std::sin(error_budget_rad(eye.camera.focal_px(), error_budget_px)))} {}
 
     bool still_there(const glm::dvec3& point_world) const {
         const glm::dvec3 d = glm::conjugate(main_.pose.orientation) * (point_world - main_.pose.position_m);
@@ -79,43 +80,48 @@ private:
 }  // namespace
 
 std::int64_t SmallRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (small_ == nullptr || gaps.empty())
+    if (inputs_.small == nullptr || gaps.empty())
         return 0;
     if (fills_ == Fills::all_gaps)
         return fill_all(eye, picture, gaps);
-    Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, small_->camera));
+    Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, inputs_.small->camera));
     const std::int64_t filled = fill_all(eye, picture, wide);
     gaps.narrow(picture.origin.view());
     return filled;
 }
 
 std::int64_t SmallRung::fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (small_->depth_m.data != nullptr)
-        return fill_from_one({small_, PixelOrigin::small, main_}, eye, picture, gaps, spares_);
+    if (inputs_.small->depth_m.data != nullptr)
+        return fill_from_one({inputs_.small, PixelOrigin::small, inputs_}, eye, picture, gaps, spares_);
     const SeenPoints nothing;
-    const std::int64_t filled =
-        look_up_gaps_by_direction(PictureGrid(*small_), {eye, nothing, gaps, PixelOrigin::small}, picture);
+    const GapLookUp task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
+    const std::int64_t filled = look_up_gaps_by_direction(PictureGrid(*inputs_.small), task, picture);
     gaps.narrow(picture.origin.view());
     return filled;
 }
 
 std::int64_t HiddenRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    return fill_from_one({hidden_, PixelOrigin::hidden, main_}, eye, picture, gaps, spares_);
+    return fill_from_one({inputs_.hidden, PixelOrigin::hidden, inputs_}, eye, picture, gaps, spares_);
 }
 
 std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     StillThere still_there;
-    if (main_ != nullptr && main_->depth_m.data != nullptr)
-        still_there = [through = SeenThrough(*main_, eye)](const glm::dvec3& p) { return through.still_there(p); };
+    const SourceView* main = inputs_.main;
+    const double budget_px = inputs_.error_budget_px;
+    if (main != nullptr && main->depth_m.data != nullptr)
+        still_there = [through = SeenThrough(*main, eye, budget_px)](const glm::dvec3& p) {
+            return through.still_there(p);
+        };
     std::unique_ptr<SeenPoints> seen = spares_.take();
     std::int64_t filled = 0;
-    for (const SourceView& source : earlier_) {
+    for (const SourceView& source : inputs_.earlier) {
         if (gaps.empty())
             break;
         if (source.depth_m.data == nullptr)
             continue;
         seen->look(eye, picture, gaps);
-        filled += fill_from(source, {eye, *seen, gaps, PixelOrigin::earlier, main_}, *seen, picture, still_there);
+        const GapLookUp task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
+        filled += fill_from(source, task, *seen, picture, still_there);
         gaps.narrow(picture.origin.view());
     }
     spares_.give_back(std::move(seen));
@@ -123,26 +129,27 @@ std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
 }
 
 void PatchesRung::set_frame(const FillInputs& inputs) {
-    patches_ = inputs.patches;
-    main_ = inputs.main;
+    inputs_ = inputs;
     index_.reset();
-    if (patches_ != nullptr && patches_->depth_m.data != nullptr)
-        index_.emplace(*patches_->atlas);
+    if (inputs.patches != nullptr && inputs.patches->depth_m.data != nullptr)
+        index_.emplace(*inputs.patches->atlas);
 }
 
 std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     if (!index_ || gaps.empty())
         return 0;
+    const PatchesView& patches = *inputs_.patches;
+    const double budget_px = inputs_.error_budget_px;
     std::vector<std::unique_ptr<PatchGrid>> grids;
-    for (std::size_t offset = 0; offset < patches_->atlas->offsets_m.size(); ++offset)
-        grids.push_back(std::make_unique<PatchGrid>(*patches_, *index_, int(offset)));
+    for (std::size_t offset = 0; offset < patches.atlas->offsets_m.size(); ++offset)
+        grids.push_back(std::make_unique<PatchGrid>(patches, *index_, int(offset)));
     // What the eye sees is seen most alike from the sphere that is nearest to it.
     std::ranges::sort(grids, {},
                       [&](const auto& grid) { return glm::distance(grid->pose().position_m, eye.pose.position_m); });
     std::unique_ptr<SeenPoints> seen = spares_.take();
     seen->look(eye, picture, gaps);
     if (eye.depth_m.data == nullptr) {
-        const ForwardTask forward{eye, gaps, picture, *seen};
+        const ForwardTask forward{eye, gaps, picture, *seen, budget_px};
         for (const auto& grid : grids)
             draw_forward(*grid, forward);
         end_drawing(forward);
@@ -152,7 +159,8 @@ std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         for (const auto& grid : grids) {
             if (gaps.empty())
                 break;
-            filled += look_up_gaps(*grid, {eye, *seen, gaps, PixelOrigin::patches, main_, unmixed_only}, picture);
+            const GapLookUp task{eye, *seen, gaps, budget_px, PixelOrigin::patches, inputs_.main, unmixed_only};
+            filled += look_up_gaps(*grid, task, picture);
             gaps.narrow(picture.origin.view());
         }
     spares_.give_back(std::move(seen));

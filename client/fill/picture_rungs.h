@@ -17,18 +17,14 @@ public:
     explicit SmallRung(Fills fills) : fills_(fills) {}
     std::string_view name() const override { return fills_ == Fills::all_gaps ? "small" : "small-wide"; }
     bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override {
-        small_ = inputs.small;
-        main_ = inputs.main;
-    }
+    void set_frame(const FillInputs& inputs) override { inputs_ = inputs; }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
     std::int64_t fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const;
 
     Fills fills_;
-    const SourceView* small_ = nullptr;
-    const SourceView* main_ = nullptr;
+    FillInputs inputs_;
     mutable Spares<SeenPoints> spares_;
 };
 
@@ -37,15 +33,11 @@ class HiddenRung : public FillRung {
 public:
     std::string_view name() const override { return "hidden"; }
     bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override {
-        hidden_ = inputs.hidden;
-        main_ = inputs.main;
-    }
+    void set_frame(const FillInputs& inputs) override { inputs_ = inputs; }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
-    const SourceView* hidden_ = nullptr;
-    const SourceView* main_ = nullptr;
+    FillInputs inputs_;
     mutable Spares<SeenPoints> spares_;
 };
 
@@ -54,15 +46,11 @@ class EarlierRung : public FillRung {
 public:
     std::string_view name() const override { return "earlier"; }
     bool wants_depth() const override { return true; }
-    void set_frame(const FillInputs& inputs) override {
-        earlier_ = inputs.earlier;
-        main_ = inputs.main;
-    }
+    void set_frame(const FillInputs& inputs) override { inputs_ = inputs; }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
-    std::span<const SourceView> earlier_;
-    const SourceView* main_ = nullptr;
+    FillInputs inputs_;
     mutable Spares<SeenPoints> spares_;
 };
 
@@ -75,8 +63,7 @@ public:
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
-    const PatchesView* patches_ = nullptr;
-    const SourceView* main_ = nullptr;
+    FillInputs inputs_;
     std::optional<PatchIndex> index_;  ///< of their atlas
     mutable Spares<SeenPoints> spares_;
 };

@@ -11,9 +11,9 @@ namespace equistream {
 
 /// The main source from the eye, in the eye's axes; 0 where nobody has said where that is.
 glm::dvec3 PushPullRung::towards_source(const EyeView& eye) const {
-    if (main_ == nullptr)
+    if (inputs_.main == nullptr)
         return glm::dvec3(0);
-    return glm::conjugate(eye.pose.orientation) * (main_->pose.position_m - eye.pose.position_m);
+    return glm::conjugate(eye.pose.orientation) * (inputs_.main->pose.position_m - eye.pose.position_m);
 }
 
 std::int64_t PushPullRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
@@ -22,8 +22,9 @@ std::int64_t PushPullRung::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     std::unique_ptr<Workspace> work = spares_.take();
     const glm::dvec3 source = towards_source(eye);
     SurfaceDepths depths;
-    depths.box_radius_m = float(std::max(main_ == nullptr ? 0 : main_->box_radius_m, glm::length(source)));
-    depths.tolerance = float(std::sin(error_budget_rad(eye.camera.focal_px())));
+    const double box_radius_m = inputs_.main == nullptr ? 0 : inputs_.main->box_radius_m;
+    depths.box_radius_m = float(std::max(box_radius_m, glm::length(source)));
+    depths.tolerance = float(std::sin(error_budget_rad(eye.camera.focal_px(), inputs_.error_budget_px)));
     if (eye.depth_m.data != nullptr) {
         depths.known_m = depths.gap_m = eye.depth_m;
     } else if (!picture.depth_m.empty()) {

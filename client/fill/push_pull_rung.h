@@ -11,7 +11,7 @@ class PushPullRung : public FillRung {
 public:
     std::string_view name() const override { return "pushpull"; }
     bool wants_depth() const override { return false; }
-    void set_frame(const FillInputs& inputs) override { main_ = inputs.main; }
+    void set_frame(const FillInputs& inputs) override { inputs_ = inputs; }
     std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
 
 private:
@@ -21,7 +21,7 @@ private:
     };
     glm::dvec3 towards_source(const EyeView& eye) const;
 
-    const SourceView* main_ = nullptr;
+    FillInputs inputs_;
     mutable Spares<Workspace> spares_;
 };
 

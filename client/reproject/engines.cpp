@@ -45,7 +45,7 @@ public:
         assert(source_.rgb.data != nullptr || !source_.yuv.empty());
         picture.size_for(eye.camera);
         LookUpOptions options;
-        options.tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
+        options.tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.error_budget_px);
         if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
             copy(source_, picture);
         else if (needs_depth(source_.pose, eye.pose).any())

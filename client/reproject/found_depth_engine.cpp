@@ -50,7 +50,7 @@ public:
             turn(eye, picture);
             return;
         }
-        const double tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px());
+        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.error_budget_px);
         FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
         if (leans())
             find_by_leaning(source_, eye, lean_radius_m_, depth_m);

@@ -109,7 +109,7 @@ SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, Eye
         require_plane_size("mirrors: virtual depth", source.virtual_depth_m, of_source);
     require_plane_size("mirrors: depth of the eye", seen.depth_m, {eye.camera.width, eye.camera.height, 1});
     const EyeRays rays(eye.camera, eye.pose, source.pose);
-    const double budget_rad = 4 * options.error_budget_px * error_budget_rad(eye.camera.focal_px());
+    const double budget_rad = error_budget_rad(eye.camera.focal_px(), options.error_budget_px);
     const MirrorJob job{
         .grid = source_grid(source.camera),
         .source = source,

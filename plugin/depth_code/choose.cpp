@@ -10,9 +10,6 @@ namespace equistream {
 
 namespace {
 
-/// Quantisation, codec, geometry and mesh get a quarter of the error budget each.
-constexpr double share_of_budget = 0.25;
-
 /// The nearest depth whose w is `w`.
 double distance_of(double w, double box_radius_m) {
     return box_radius_m * (1 + 1 / w);
@@ -50,7 +47,7 @@ DepthCodeId code_for_bound(double box_radius_m, double nearest_m, double focal_l
     for (const DepthCodeId id : {DepthCodeId::w8, DepthCodeId::w10}) {
         const auto code = make_depth_code(id);
         const DepthRange range{box_radius_m, std::max(nearest_m, std::nextafter(box_radius_m, HUGE_VAL)), false};
-        if (quantisation_bound_rad(*code, range) <= share_of_budget * error_budget_rad(focal_length_px))
+        if (quantisation_bound_rad(*code, range) <= default_budget_share * error_budget_rad(focal_length_px))
             return id;
     }
     return DepthCodeId::w12;

@@ -22,7 +22,7 @@ double budget() {
 }
 /// Of the budget: what tells surfaces apart that are none of the first.
 double share() {
-    return 0.25 * budget();
+    return default_budget_share * budget();
 }
 
 double distance_of(double w, double box_radius_m) {

@@ -3,12 +3,12 @@
 Frames are damaged on disk and played by `equistream play --depth exact`, into linear EXR (where a NaN would show), and encoded.
 """
 
-import json
 import pathlib
 import subprocess
 
 import numpy as np
 import OpenEXR
+from PIL import Image
 
 import chains
 from breakers import Breaker, at_arm_length
@@ -57,16 +57,16 @@ def scores(program, breaker, share, work):
 def score(program, work, method, truth):
     out = work / f"eyes-{method}"
     run(program, "play", work / "sphere", "--depth", "exact", "--method", method, "--fill", chains.ladder(), "--size", chains.size_text(chains.EYE_SIZE),
-        "--format", "exr", "--progress", "none", "--out", out)
-    errors = []
+        "--format", "exr", "--reliability", "--progress", "none", "--out", out)
+
+    def plane(name, eye):
+        return np.asarray(Image.open(out / name / eye / "frame.0000.png"))
+
+    found = chains.Score()
     for eye, frame in truth.items():
         colour = chains.es.read_frame(out / eye / "frame.0000.exr")["colour"]
         if not np.isfinite(colour).all():
             raise RuntimeError(f"{method}: expected finite colours, found {int((~np.isfinite(colour)).sum())} others in the {eye} eye")
-        shown = chains.es.to_display(colour, frame.info.exposure).astype(float)
-        errors.append(((shown - chains.es.to_display(frame["colour"], frame.info.exposure)) ** 2).sum(axis=2).ravel())
-    errors = np.concatenate(errors)
-    report = json.loads((out / "report.json").read_text())
-    gaps = np.mean([report["eyes"][eye]["gap_fraction"] for eye in chains.EYES])
-    worst = np.sort(errors)[-max(1, int(chains.WORST_SHARE * len(errors))):]
-    return {"psnr_db": chains.psnr(errors), "worst_percent_db": chains.psnr(worst), "gaps_db": None, "gap_share": round(float(gaps), 5)}
+        shown, true = (chains.es.to_display(picture, frame.info.exposure) for picture in (colour, frame["colour"]))
+        found.add(shown, true, plane("gaps", eye) != 0, plane("reliability", eye))
+    return found.figures()

@@ -75,12 +75,13 @@ class Score:
     def __init__(self):
         self.errors, self.gaps, self.good, self.reliability = [], [], [], []
 
-    def add(self, picture, truth):
-        difference = picture.rgb.astype(float) - truth
+    def add(self, rgb, truth, gaps, reliability):
+        """Of one eye: two pictures in 8 bits, where the first had gaps, and its map of how far to trust it, in 8 bits."""
+        difference = rgb.astype(float) - truth
         self.errors.append((difference ** 2).sum(axis=2).ravel())
-        self.gaps.append(picture.gaps.ravel())
+        self.gaps.append(gaps.ravel())
         self.good.append((np.abs(difference).max(axis=2) <= es.RELIABILITY_TOLERANCE).ravel())
-        self.reliability.append(picture.reliability.ravel() / 255)
+        self.reliability.append(reliability.ravel() / 255)
 
     def figures(self):
         errors, gaps = np.concatenate(self.errors), np.concatenate(self.gaps)
@@ -128,6 +129,6 @@ def scores(renders):
     for method in methods():
         score = Score()
         for picture, truth in reprojected(renders, method):
-            score.add(picture, truth)
+            score.add(picture.rgb, truth, picture.gaps, picture.reliability)
         found[method] = score.figures()
     return found

@@ -5,13 +5,31 @@
 """
 
 import json
+import math
 import pathlib
 import sys
 
-from run import SCORES, THRESHOLDS, every_breaker
+from run import THRESHOLDS, every_breaker
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
+KEPT_SHARE = 0.8
+"""Of what the map knew: what it must go on knowing."""
+FEWEST_BAD = 0.005
+"""Below so small a share of bad pixels a handful decides what the map knew of them."""
+
+
+def least_of(figures):
+    """Score -> threshold."""
+    least = {score: round(figures[score] - margin, 2) for score, margin in MARGIN_DB.items() if figures[score] is not None}
+    if figures["bad_share"] < FEWEST_BAD:
+        return least
+    # Flags set at random are right as often as pixels are bad.
+    for score, chance in (("flagged_recall", 0), ("flagged_precision", figures["bad_share"])):
+        bound = math.floor(1000 * KEPT_SHARE * (figures[score] or 0)) / 1000
+        if bound > chance:
+            least[score] = bound
+    return least
 
 
 def main():
@@ -20,13 +38,12 @@ def main():
     run = json.loads(pathlib.Path(sys.argv[1]).read_text())
     if not run["every_value"]:
         sys.exit(f"{sys.argv[1]}: expected a run with --all, found one of three values each")
-    least = {breaker: {value: {method: {score: round(figures[score] - MARGIN_DB[score], 2) for score in SCORES if figures[score] is not None}
-                               for method, figures in by_method.items()} for value, by_method in by_value.items()}
+    least = {breaker: {value: {method: least_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in run["found"].items()}
     if THRESHOLDS.exists():
-        kept = json.loads(THRESHOLDS.read_text())["least_db"]
+        kept = json.loads(THRESHOLDS.read_text())["least"]
         least = {name: kept[name] for name in kept if name in every_breaker()} | least
-    THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "least_db": least}, indent=1) + "\n")
+    THRESHOLDS.write_text(json.dumps({"made_by": "redraw.py", "margin_db": MARGIN_DB, "kept_share": KEPT_SHARE, "least": least}, indent=1) + "\n")
     print(THRESHOLDS)
 
 

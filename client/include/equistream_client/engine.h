@@ -24,6 +24,7 @@
 ///            baseline that stretches rubber sheets from edges to what lies behind.
 ///
 /// Any source camera works. Directions that a source does not cover are gaps.
+#include <equistream/bound.h>
 #include <equistream_client/view.h>
 
 #include <memory>
@@ -34,10 +35,10 @@ namespace equistream {
 
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
-    double error_budget_px = 0.25;
+    double error_budget_px = default_error_budget_px;
     /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and
     /// codec and geometry.
-    double mesh_share = 0.25;
+    double mesh_share = default_budget_share;
     /// For `lean`: the radius of its sphere of pictures; 0: the median of the source's depths where it has some, else 3
     /// m.
     double lean_radius_m = 0;

@@ -20,6 +20,7 @@
 /// samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the
 /// eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
 /// without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
+#include <equistream_client/engine.h>
 #include <equistream_client/gaps.h>
 #include <equistream_client/geometry_colour.h>
 #include <equistream_client/view.h>
@@ -54,6 +55,9 @@ struct FillInputs {
     const SourceView* hidden = nullptr;     ///< camera and pose of main; depth_m NaN where there is no second surface
     const PatchesView* patches = nullptr;
     GeometryColour* geometry = nullptr;
+    /// As in EngineOptions: what a rung takes from elsewhere for a point is no farther from it than this. `geometry`
+    /// and `spread` have no use for it.
+    double error_budget_px = EngineOptions{}.error_budget_px;
 };
 
 class FillRung {

@@ -11,7 +11,7 @@ namespace equistream::model {
 struct Request {
     std::string command;
     std::filesystem::path scene, out;
-    double error_px = default_focal_length_px * error_budget_rad(default_focal_length_px);
+    double error_px = default_error_budget_px;
     double focal_px = default_focal_length_px;
     double share = default_budget_share;
     double ipd_m = default_ipd_m;

@@ -13,7 +13,7 @@ namespace equistream::play {
 /// One way to play a frame.
 struct Plan {
     std::string method;
-    double mesh_share = 0.25;   ///< as in EngineOptions; for mesh only
+    double mesh_share = default_budget_share;  ///< as in EngineOptions; for mesh only
     std::string depth;          ///< of is_cast, stream (what came with the frames) or none; exact only without auto
     std::string fill;           ///< as in --fill
     bool mirrors = true;        ///< Settings::asks_for_mirrors, the same for all plans of a run
@@ -41,7 +41,7 @@ struct PlanInputs {
 /// Shares of the error budget for mesh cells that are worth telling apart, from the finest. Half the first is no more
 /// accurate, and at twice the last one several dB are lost: cells are off by more than what depth agreement allows
 /// (plan_test.cpp measures both).
-inline constexpr std::array mesh_shares = {0.25, 0.5, 1.0, 2.0};
+inline constexpr std::array mesh_shares = {default_budget_share, 0.5, 1.0, 2.0};
 
 /// Whose depth a method cannot do without once the eye moves.
 DepthNeeds needs_when_moved(const Engine& engine);

@@ -164,7 +164,7 @@ class Reprojector:
     `method`: one of METHODS. 'sphere' turns the source only, 'lean' moves the eye inside a sphere of one radius; 'surface' moves it
     by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
-    `error_budget_px`: share of an eye's pixel by which engine and mirrors may displace colour; rungs keep to a quarter.
+    `error_budget_px`: share of an eye's pixel by which engine, mirrors and rungs may displace colour.
     `mirrors`: pixels of mirrors and glass that would be displaced by more, where the source brings the planes `specular` and
     `virtual_depth`: 'images' looks them up where the image in them lies (where that fails they stay if off by less than a degree, else become
     gaps), 'gaps' makes gaps of all of them, 'surface' leaves them as the engine did. `reference`: the slow implementation, in double

@@ -100,13 +100,14 @@ public:
             earlier_.push_back(source.view());
     }
     const SourceView& main() const { return main_; }
-    FillInputs inputs() const {
+    FillInputs inputs(double error_budget_px) const {
         const auto address = [](const auto& view) { return view ? &*view : nullptr; };
         return {.main = &main_,
                 .small = address(small_),
                 .earlier = earlier_,
                 .hidden = address(hidden_),
-                .patches = address(patches_)};
+                .patches = address(patches_),
+                .error_budget_px = error_budget_px};
     }
 
 private:
@@ -156,7 +157,7 @@ public:
                                 {.error_budget_px = error_budget_px_, .treatment = mirrors_, .reference = reference_});
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
-                rung->set_frame(views.inputs());
+                rung->set_frame(views.inputs(error_budget_px_));
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
                                              .coding_loss = assess.coding_loss,

@@ -45,7 +45,7 @@ void EyeBlocks::set(std::span<const Pose> sources, double box_radius_m, std::spa
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         const EyeRays rays(eyes[i].camera, eyes[i].pose, sources[i]);
         const bool moved = !same_position(sources[i], eyes[i].pose);
-        const double tolerance_rad = 4 * error_budget_px * error_budget_rad(eyes[i].camera.focal_px());
+        const double tolerance_rad = error_budget_rad(eyes[i].camera.focal_px(), error_budget_px);
         blocks[i] = {padded(rays.corner()),
                      padded(rays.right()),
                      padded(rays.down()),

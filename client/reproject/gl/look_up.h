@@ -11,7 +11,7 @@ namespace equistream::gl {
 class LookUp {
 public:
     /// `surface`: by the eyes' own depth; else by direction alone.
-    explicit LookUp(bool surface, double error_budget_px = 0.25);
+    explicit LookUp(bool surface, double error_budget_px = default_error_budget_px);
 
     /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
     /// `surface` needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's size is

@@ -121,7 +121,7 @@ double PlainTask::box_radius_m() const {
 }
 
 double PlainTask::tolerance_rad() const {
-    return 4 * options.error_budget_px * error_budget_rad(eye.camera.focal_px());
+    return error_budget_rad(eye.camera.focal_px(), options.error_budget_px);
 }
 
 std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options) {

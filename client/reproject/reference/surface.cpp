@@ -134,7 +134,7 @@ private:
     }
 
     double tolerance(const EyeView& eye) const {
-        return std::sin(4 * options_.error_budget_px * error_budget_rad(eye.camera.focal_px()));
+        return std::sin(error_budget_rad(eye.camera.focal_px(), options_.error_budget_px));
     }
 
     bool same_surface(const EyeView& eye, int x, int y, double distance_m, const Tap& tap) const {

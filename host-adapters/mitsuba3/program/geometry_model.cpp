@@ -13,7 +13,7 @@ namespace {
 
 /// Of the budget: geometry's quarter, and of that a sixteenth, so that rays at four degrees to the surface keep to it
 /// too.
-constexpr double share = 0.25 / 16;
+constexpr double share = default_budget_share / 16;
 constexpr std::size_t most_notes = 20;
 
 std::vector<glm::dvec3> positions(const PosePath& path) {

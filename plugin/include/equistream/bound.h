@@ -58,9 +58,12 @@ inline double allowed_displacement_m(double distance_m, double cos_to_normal, do
 /// geometry and mesh share it.
 inline constexpr double default_budget_share = 0.25;
 
-/// The whole budget: a quarter of a pixel at the centre of a view with this focal length.
-inline double error_budget_rad(double focal_length_px) {
-    return 1 / (4 * focal_length_px);
+/// The whole budget unless somebody wants another: this share of a pixel at the centre of a view.
+inline constexpr double default_error_budget_px = 0.25;
+
+/// The same as an angle, in a view with this focal length.
+inline double error_budget_rad(double focal_length_px, double error_budget_px = default_error_budget_px) {
+    return error_budget_px / focal_length_px;
 }
 
 /// Focal length of the display that the budget is stated for by default: 1,920 pixels at 90 degrees.

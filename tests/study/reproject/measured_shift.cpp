@@ -12,6 +12,7 @@
 /// the share within the budget, over all coloured pixels, the smooth and the sampled ones, and of what it added.
 #include "random_eyes.h"
 
+#include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/ray_depth.h>
@@ -147,7 +148,7 @@ private:
     Pixel told(float shift_px, const glm::dvec3& direction, double distance_m) const {
         const SampledW w = sampled_w(sphere_depth_, eyes_.sphere, eyes_.sphere.pixel(direction), eyes_.box_radius_m);
         const double error = std::abs(w.interpolated - bounded_inverse_depth(distance_m, eyes_.box_radius_m));
-        const double budget = std::sin(EngineOptions{}.error_budget_px / eyes_.eye.focal_px());
+        const double budget = std::sin(error_budget_rad(eyes_.eye.focal_px()));
         const bool smooth = w.bend <= 8 * budget;
         const double explained_px = std::asin(std::min(error, 1.0)) * eyes_.eye.focal_px();
         return {shift_px, std::max(shift_px - float(explained_px), 0.0f), smooth, smooth && error <= budget};

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double error_rad = default_budget_share / (4 * default_focal_length_px);
+const double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
 
 /// A square of n x n quads, its corner, and its sides as vectors.
 Mesh grid(const std::string& name, int n, const glm::vec3& corner, const glm::vec3& side_u, const glm::vec3& side_v) {

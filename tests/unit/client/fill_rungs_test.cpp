@@ -2,6 +2,7 @@
 #include "fill_scene.h"
 #include "patches_scene.h"
 
+#include <equistream/bound.h>
 #include <equistream/srgb.h>
 
 #include <gtest/gtest.h>
@@ -110,6 +111,25 @@ TEST_P(BothWays, SecondLayerIsWhatLiesBehind) {
     const SourceView hidden = behind.source(0.063);
     EXPECT_GT(scene.fill("hidden", {.main = &scene.main_view, .hidden = &hidden}, PixelOrigin::hidden), 0.97);
     EXPECT_LE(scene.worst_filled(PixelOrigin::hidden, rim()), 3) << look();
+}
+
+/// A second layer whose depth is off by half the budget that there is by default.
+TEST(FillRungs, ATighterBudgetLeavesMoreGapsOpen) {
+    FillScene scene;
+    const double default_px = FillInputs{}.error_budget_px, box_m = scene.main_view.box_radius_m;
+    Rendered behind = render(wall_alone, red_and_smooth, scene.main_camera, scene.left);
+    for (float& depth_m : behind.depth_m.samples()) {
+        const double w = bounded_inverse_depth(depth_m, box_m) + 0.5 * default_px / scene.camera.focal_px();
+        depth_m = float(box_m + box_m / w);
+    }
+    const SourceView hidden = behind.source(box_m);
+    const auto share_filled = [&](double error_budget_px) {
+        scene.picture = scene.unfilled;
+        return scene.fill("hidden", {.main = &scene.main_view, .hidden = &hidden, .error_budget_px = error_budget_px},
+                          PixelOrigin::hidden);
+    };
+    EXPECT_GT(share_filled(default_px), 0.97);
+    EXPECT_LT(share_filled(0.4 * default_px), 0.03);
 }
 
 TEST_P(BothWays, PatchesFillByTheirOwnPlaces) {

@@ -100,6 +100,8 @@ TEST(Bound, figures_of_the_design) {
     EXPECT_NEAR(levels(0.3, head_box_radius_eye(0, 0.063)), 510, 1);
     EXPECT_NEAR(levels(0.5, head_box_radius_centre(0.25, 0.063)), 2470, 10);
     EXPECT_NEAR(matching_sphere_width(960), 6032, 0.5);
+    EXPECT_EQ(error_budget_rad(960), error_budget_rad(960, 0.25));
+    EXPECT_DOUBLE_EQ(error_budget_rad(960, 0.5), 2 * error_budget_rad(960));
 }
 
 }  // namespace
