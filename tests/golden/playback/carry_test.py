@@ -79,7 +79,8 @@ class Carry(unittest.TestCase):
     def test_carried_is_nearer_the_truth(self):
         held = self.play("held", "motion.mkv", "--network", "delay=50", "--carry", 0)
         carried = self.play("carried", "motion.mkv", "--network", "delay=50")
-        self.assertGreater(self.coarse_db("carried"), self.coarse_db("held") + 1.5)
+        # Half the error at least; 9 dB were measured.
+        self.assertGreater(self.coarse_db("carried"), self.coarse_db("held") + 6)
         self.assertFalse([frame for frame in held["frames"] if "moved_on" in frame])
         each = {one["number"]: one for one in carried["viewing"]["each"]}
         for frame in [frame for frame in carried["frames"] if frame["index"] in range(60, 79)]:
