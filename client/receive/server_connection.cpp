@@ -74,6 +74,9 @@ bool ServerConnection::wait_until(const bool& done) {
 }
 
 std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
+    // libav reads on beyond an end, and Asio waits for ever where that was read already.
+    if (has_ended_)
+        return 0;
     bool done = false;
     std::size_t got = 0;
     socket_.async_read_some(asio::buffer(bytes.data(), bytes.size()),
@@ -82,6 +85,7 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
                                 done = true;
                             });
     wait_until(done);
+    has_ended_ = got == 0;
     return got;
 }
 

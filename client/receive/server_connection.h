@@ -37,6 +37,7 @@ private:
     std::function<bool()> interrupted_;
     asio::io_context io_{1};
     asio::ip::tcp::socket socket_{io_};
+    bool has_ended_ = false;
     std::vector<std::uint8_t> unsent_;  // the rest of a message of which some has gone; used by whoever sends
 };
 

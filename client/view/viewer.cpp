@@ -38,10 +38,10 @@ Viewer::Viewer(const ViewerSettings& settings)
     : loader_(settings.source, {.depth = true,
                                 .hardware = settings.hardware,
                                 .yuv = true,
-                                 .pq = true,
-                                 .hdr_display = settings.hdr_display,
-                                 .specular = settings.mirrors != MirrorTreatment::surface,
-                                 .left_out = [unused = unused_roles(settings)] { return unused; },
+                                .pq = true,
+                                .hdr_display = settings.hdr_display,
+                                .specular = settings.mirrors != MirrorTreatment::surface,
+                                .left_out = [unused = unused_roles(settings)] { return unused; },
                                 .poses = &poses_}) {
     if (!settings.truth.empty())
         truth_.emplace(settings.truth);

@@ -18,11 +18,11 @@ def wait_for(found, what):
 
 
 class Display:
-    """Xvfb on a number that it finds itself."""
+    """Xvfb on a number that it finds itself; without the reset after its last client, when it turns away the next one."""
 
     def __init__(self):
         reading, writing = os.pipe()
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"], pass_fds=[writing],
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp", "-noreset"], pass_fds=[writing],
                                        stderr=subprocess.DEVNULL)
         os.close(writing)
         with os.fdopen(reading) as number:

@@ -133,7 +133,7 @@ class Viewer(unittest.TestCase):
         self.assertEqual(still["frames"], 1)
         # Drawn when it comes up, and again where the display asks for that; two seconds have a hundred refreshes.
         self.assertLessEqual(still["refreshes"], 6)
-        viewer = self.view("--json", size="64x48")
+        viewer = self.view("--json", "--method", "sphere", size="64x48")
         viewer.hold("Left", 2)
         turning = self.report_of(viewer)
         self.assertEqual(turning["frames"], 1)
