@@ -109,12 +109,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", required=True, type=pathlib.Path, help="folder for what is shown")
-    parser.add_argument("pages", nargs="*", choices=[*PAGES, []], default=list(PAGES))
+    parser.add_argument("--page", action="append", choices=list(PAGES), help="this one alone; may be given again (default: all)")
     options = parser.parse_args()
     sources = Sources(options.bin.resolve(), options.work.resolve())
     display = Display()
     try:
-        for name in options.pages:
+        for name in options.page or PAGES:
             whole = np.vstack([np.hstack([picture(display, sources, *shot) for shot in row]) for row in PAGES[name]])
             file = REPOSITORY / f"docs/images/{name}.jpg"
             file.write_bytes(jpeg(whole))
