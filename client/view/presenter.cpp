@@ -97,7 +97,7 @@ void Presenter::draw(const StatusLine& status) {
     keep_what_is_asked_for();
     StatusLine line = status;
     if (truth_db_)
-        line.text += formatted("  |  truth on the right: %.1f dB", *truth_db_);
+        line.text = formatted("truth on the right: %.1f dB  |  ", *truth_db_) + line.text;  // small windows cut its end
     panels_.draw(line, inputs_.window, settings_.times);
     window_.show();
     ++report_.refreshes;
