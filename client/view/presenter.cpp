@@ -164,6 +164,8 @@ bool Presenter::advance(double now_s) {
         if (moment.is_over)
             end();
     } catch (const std::exception& error) {
+        if (report_.frames == 0)
+            throw;
         // What was shown last stays.
         tell(error.what());
         playback_.pause();
@@ -172,9 +174,11 @@ bool Presenter::advance(double now_s) {
     return is_new;
 }
 
-/// HDR frames need a shader, which is made when the first one comes.
+/// HDR pictures need a shader, which is made when the first one comes, on whatever track.
 void Presenter::show(SharedFrame frame) {
-    if (!frame->main.pq.empty() && !exposure_stops_) {
+    const auto is_hdr = [](const std::optional<ReceivedPicture>& picture) { return picture && !picture->pq.empty(); };
+    if (!exposure_stops_ &&
+        (!frame->main.pq.empty() || is_hdr(frame->hidden) || is_hdr(frame->small) || is_hdr(frame->patches))) {
         const auto display = settings_.hdr_display ? settings_.hdr_display : std::make_shared<const HdrDisplay>();
         renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(*display));
         exposure_stops_ = display->settings().exposure_stops;
@@ -275,10 +279,10 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
 
 /// Empty: the truth is of what is drawn.
 std::string Presenter::why_no_truth() const {
-    const bool right = settings_.layout == gl::DisplayLayout::right;
-    if (!right && settings_.layout != gl::DisplayLayout::left)
+    if (settings_.layout != gl::DisplayLayout::right && settings_.layout != gl::DisplayLayout::left)
         return "the truth is shown beside one eye (v)";
-    if (true_eyes_ == nullptr || true_eyes_->rgb[right ? 1 : 0].empty())
+    // A folder may hold fewer frames than are watched, and one eye of the two: said on the screen, as all of these are.
+    if (true_eyes_ == nullptr || true_picture().empty())
         return "there is no truth of this eye at this time";
     const PerspectiveCamera& camera = true_eyes_->camera;
     if (!(inputs_.window == gl::Size{camera.width, camera.height}))
@@ -286,9 +290,16 @@ std::string Presenter::why_no_truth() const {
     if (std::abs(fov_deg_ - camera.fov_x_rad * 180 / pi) > 1e-6)
         return formatted("the truth is %s degrees wide: the view must be",
                          in_words(camera.fov_x_rad * 180 / pi).c_str());
+    if (std::abs(ipd_m() - true_eyes_->ipd_m) > 1e-6)
+        return formatted("the truth's eyes are %s m apart: the view's must be", in_words(true_eyes_->ipd_m).c_str());
     if (!same_pose(seen_head_, {}))
         return "the head is not where the truth is (c: back)";
     return "";
+}
+
+/// Of the eye that is shown.
+const ByteImage& Presenter::true_picture() const {
+    return true_eyes_->rgb[settings_.layout == gl::DisplayLayout::right ? 1 : 0];
 }
 
 bool Presenter::shows_truth() const {
@@ -297,7 +308,7 @@ bool Presenter::shows_truth() const {
 
 /// Where the other method would be, and how near what is drawn is to it.
 void Presenter::put_truth_beside() {
-    const ByteImage& rgb = true_eyes_->rgb[settings_.layout == gl::DisplayLayout::right ? 1 : 0];
+    const ByteImage& rgb = true_picture();
     other_targets_.size_for(true_eyes_->camera, 1);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTextureSubImage3D(other_targets_.colour(), 0, 0, 0, 0, rgb.width(), rgb.height(), 1, GL_RGB, GL_UNSIGNED_BYTE,

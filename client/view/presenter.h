@@ -55,6 +55,7 @@ private:
     void look(gl::Size window);
     bool shows_truth() const;
     std::string why_no_truth() const;
+    const ByteImage& true_picture() const;
     void put_truth_beside();
     void draw_eyes(gl::Size window, bool splits);
     void act(Action action);

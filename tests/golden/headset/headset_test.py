@@ -17,18 +17,13 @@ from PIL import Image
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "viewer")]
-from display import PATIENCE_S, Display, ViewerProcess  # noqa: E402
+from display import PATIENCE_S, Display, ViewerProcess, psnr  # noqa: E402
 from independent import *  # noqa: E402,F403
 
 RUNTIME = sys.argv.pop(2)
 PROGRAMS = Programs(sys.argv.pop(1))
 STILL = (0, 0, 0, 1, 0, 0, 0)
 IPD_M = 0.064  # the runtime's
-
-
-def psnr(a, b):
-    error = np.mean((a - b) ** 2)
-    return float("inf") if error == 0 else 10 * np.log10(255**2 / error)
 
 
 def turn(degrees, axis):
@@ -146,7 +141,7 @@ class Headset(unittest.TestCase):
     def test_a_key_centres_the_space_where_the_head_is(self):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.root))
         head = (0.1, 0.05, -0.1, *turn(40, (0, 1, 0)))
-        (folder / "script.txt").write_text("\n".join([" ".join(f"{x:.9g}" for x in head)] * 240 + ["exit"]) + "\n")
+        (folder / "script.txt").write_text("\n".join([" ".join(f"{x:.9g}" for x in head)] * 1200 + ["exit"]) + "\n")
         worn = copy.copy(self.display)
         worn.environment = {**self.display.environment, "XR_RUNTIME_JSON": str(self.manifest), "EQUISTREAM_FAKE_XR": str(folder)}
         viewer = ViewerProcess(worn, PROGRAMS.folder / "equistream", folder, self.stream, "--headset", "--paused", "--method", "sphere")

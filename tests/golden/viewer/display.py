@@ -9,8 +9,14 @@ import numpy as np
 from PIL import Image
 
 import waiting
+from independent import psnr_db
 
 PATIENCE_S = 120
+
+
+def psnr(a, b):
+    """Of pictures of bytes, as whatever numbers."""
+    return psnr_db(a / 255, b / 255)
 
 
 def wait_for(found, what):

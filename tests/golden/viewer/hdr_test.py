@@ -15,17 +15,12 @@ import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from display import Display, ViewerProcess, wait_for  # noqa: E402
+from display import Display, ViewerProcess, psnr, wait_for  # noqa: E402
 from independent import *  # noqa: E402,F403
 
 PROGRAMS = Programs(sys.argv.pop(1))
 SIZE = (320, 180)
 FILMIC = "ACES 1.0 - SDR Video"
-
-
-def psnr(a, b):
-    error = np.mean((a - b) ** 2)
-    return float("inf") if error == 0 else 10 * np.log10(255**2 / error)
 
 
 class Hdr(unittest.TestCase):

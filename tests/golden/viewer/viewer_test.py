@@ -17,17 +17,12 @@ import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from display import Display, ViewerProcess, wait_for  # noqa: E402
+from display import Display, ViewerProcess, psnr, wait_for  # noqa: E402
 from independent import *  # noqa: E402,F403
 
 PROGRAMS = Programs(sys.argv.pop(1))
 WIDTH, HEIGHT = 320, 180
 SAME_DB = 40  # one geometry drawn by OpenGL for both; rasters of other sizes choose other samples at outlines
-
-
-def psnr(a, b):
-    error = np.mean((a - b) ** 2)
-    return float("inf") if error == 0 else 10 * np.log10(255**2 / error)
 
 
 class Viewer(unittest.TestCase):
