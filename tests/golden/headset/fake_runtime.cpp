@@ -2,7 +2,8 @@
 /// everything that is submitted written to a folder. It refuses calls that come in another order than OpenXR allows.
 ///
 /// EQUISTREAM_FAKE_XR   a folder with `script.txt`: one line a frame, "x y z qw qx qy qz" of the head (in LOCAL), or
-///                      "idle" (nobody sees it); after the last one `end`: "exit" or "loss".
+///                      "idle" (nobody sees it); "until NAME" has the one before it again and again until a file of
+///                      that name lies in the folder; at the end "exit" or "loss".
 /// It writes there      frame.NNNN.EYE.pgm.. as PPM, and `log.jsonl`: a line a frame and one at the end.
 #include "fake_state.h"
 
@@ -117,10 +118,8 @@ XrResult XRAPI_CALL end_frame(XrSession, const XrFrameEndInfo* end) {
         if (!state.record(*reinterpret_cast<const XrCompositionLayerProjection*>(end->layers[0])))
             return state.broken("a view outside of its swapchain");
     state.waited = state.begun = false;
-    if (++state.frame == state.frames.size()) {
-        state.frame = state.frames.size() - 1;
+    if (!state.go_on())
         state.send(state.ends_by_loss ? XR_SESSION_STATE_LOSS_PENDING : XR_SESSION_STATE_STOPPING);
-    }
     return XR_SUCCESS;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 namespace fake {
@@ -15,7 +16,10 @@ bool State::load() {
         Frame next;
         XrPosef& head = next.head;
         std::istringstream words(line);
-        if (line == "loss" || line == "exit") {
+        const std::string until = "until ";
+        if (line.starts_with(until) && !frames.empty()) {
+            frames.back().until = line.substr(until.size());
+        } else if (line == "loss" || line == "exit") {
             ends_by_loss = line == "loss";
         } else if (line == "no headset") {
             has_headset = false;
@@ -36,6 +40,15 @@ bool State::load() {
 
 void State::close() {
     log << "{\"end\": true, \"running\": " << running << ", \"spaces\": " << spaces.size() << "}" << std::endl;
+}
+
+bool State::go_on() {
+    const std::string& until = frames[frame].until;
+    if (!until.empty() && !std::filesystem::exists(folder + "/" + until))
+        return true;
+    const bool is_last = frame + 1 == frames.size();
+    frame += is_last ? 0 : 1;
+    return !is_last;
 }
 
 XrResult State::broken(const char* what) {

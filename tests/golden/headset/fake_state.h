@@ -35,6 +35,7 @@ struct RuntimeRequest {
 struct Frame {
     bool idle = false;
     XrPosef head{{0, 0, 0, 1}, {0, 0, 0}};
+    std::string until;  ///< it is asked for again until a file of that name is there; empty: once
 };
 
 struct State {
@@ -55,6 +56,8 @@ struct State {
 
     bool load();
     void close();
+    /// To the frame after this one; false: there is none.
+    bool go_on();
     /// A call that OpenXR does not allow there: it is written down and refused.
     XrResult broken(const char* what);
     void send(XrSessionState next) { events.push_back(next); }

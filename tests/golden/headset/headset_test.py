@@ -17,7 +17,7 @@ from PIL import Image
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "viewer")]
-from display import PATIENCE_S, Display, ViewerProcess, psnr  # noqa: E402
+from display import PATIENCE_S, Display, ViewerProcess, psnr, wait_for  # noqa: E402
 from independent import *  # noqa: E402,F403
 
 RUNTIME = sys.argv.pop(2)
@@ -141,15 +141,24 @@ class Headset(unittest.TestCase):
     def test_a_key_centres_the_space_where_the_head_is(self):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.root))
         head = (0.1, 0.05, -0.1, *turn(40, (0, 1, 0)))
-        (folder / "script.txt").write_text("\n".join([" ".join(f"{x:.9g}" for x in head)] * 1200 + ["exit"]) + "\n")
+        (folder / "script.txt").write_text("\n".join([" ".join(f"{x:.9g}" for x in head), "until centred", "exit"]) + "\n")
         worn = copy.copy(self.display)
         worn.environment = {**self.display.environment, "XR_RUNTIME_JSON": str(self.manifest), "EQUISTREAM_FAKE_XR": str(folder)}
         viewer = ViewerProcess(worn, PROGRAMS.folder / "equistream", folder, self.stream, "--headset", "--paused", "--method", "sphere")
         self.addCleanup(viewer.close)
+
+        def frames():
+            """Of whole lines alone: the runtime writes on."""
+            whole = (folder / "log.jsonl").read_text().rpartition("\n")[0]
+            return [frame for frame in map(json.loads, whole.splitlines()) if "views" in frame]
+
+        wait_for(lambda: (folder / "log.jsonl").exists() and len(frames()) > 0, "a frame before the key")
         viewer.press("c")
+        wait_for(lambda: frames()[-1]["views"][0]["orientation"][0] > 0.9999, "a head that looks ahead")
+        (folder / "centred").touch()
         self.assertEqual(viewer.end(), (0, ""))
         log = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
-        first, last = log[0]["views"][0], log[-2]["views"][0]
+        first, last = log[0]["views"][0], frames()[-1]["views"][0]
         self.assertLess(np.abs(np.array(first["orientation"]) - head[3:]).max(), 1e-5)
         self.assertLess(np.abs(np.array(last["orientation"]) - (1, 0, 0, 0)).max(), 1e-5)
         self.assertLess(np.abs(np.array(last["position"]) - (-IPD_M / 2, 0, 0)).max(), 1e-5)
