@@ -176,6 +176,7 @@ class Viewer(unittest.TestCase):
         self.assertGreater((colour < 3).mean(), 0.6)
         viewer.press("o")
         self.assertLess(psnr(viewer.resting_picture()[:200, :330], seen), 30)
+        viewer.close()  # and with it the keyboard
         legend = self.view("--scene", scene, "--overlay", "motion", source=stream, size="400x300").picture()[300 - 128 - 44 : 300 - 128 + 44, 400 - 64 - 44 : 400 - 64 + 44]
         right, up, left = legend[44, 80], legend[8, 44], legend[44, 8]
         self.assertTrue(right[0] > 200 and right[1:].max() < 60, right)
