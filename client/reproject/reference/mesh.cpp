@@ -70,8 +70,10 @@ public:
         }
         std::array<int, 4> part{0, 1, 2, 3};
         for (int i = 0; i < 4; ++i)
-            if (joined[i])
-                std::ranges::replace(part, part[(i + 1) % 4], part[i]);
+            if (joined[i]) {
+                const int from = part[(i + 1) % 4], to = part[i];
+                std::ranges::replace(part, from, to);
+            }
         PlainPoint centre;
         for (const PlainPoint& corner : p)
             centre.q += 0.25 * corner.q;

@@ -264,6 +264,24 @@ TEST(PlainMesh, LeavesNoGapAndEqualsReference) {
     EXPECT_GT(seen_by("mesh", source.source(box_m), eye).count(PixelOrigin::gap), 50);
 }
 
+/// Single near samples before a wavy wall: each lies at the corner of four cells, whose other three corners are joined
+/// and share a middle, whichever corner it is.
+TEST(Mesh, ThreeJoinedCornersShareTheirMiddle) {
+    const auto wavy = [](const dvec3&, const dvec3& d) { return 3 + 0.3 * std::sin(17 * d.x) * std::sin(19 * d.y); };
+    Rendered source = render(wavy, smooth_colour, EquirectCamera{120, 60, {}}, Pose{});
+    for (int y = 2; y < 58; y += 4)
+        for (int x = 2 + y % 3; x < 118; x += 5)
+            *source.depth_m.pixel(x, y) = 1;
+    const EyeView eye{{960, 640, pi / 2}, {{0.03, 0.01, 0}, yaw_pitch(0.1, 0)}};
+    const EyePicture fast = seen_by("mesh", source.source(box_m), eye);
+    const EyePicture plain = seen_by("mesh", source.source(box_m), eye, true);
+    int differ = 0;
+    for (std::size_t i = 0; i < fast.origin.samples().size(); ++i)
+        differ += (fast.origin.samples()[i] == 0) != (plain.origin.samples()[i] == 0);
+    EXPECT_GT(plain.count(PixelOrigin::gap), 10000);
+    EXPECT_LE(differ, plain.count(PixelOrigin::gap) / 500);
+}
+
 /// In a hall whose radius is the sphere of pictures', leaning is exact.
 TEST(Lean, IsExactInAHallOfItsRadiusAndEqualsReference) {
     const Distance ball = [](const dvec3& o, const dvec3& d) { return to_sphere(o, d, {0, 0, 0}, 2.5); };
