@@ -53,6 +53,18 @@ def test_equals_play_with_exact_depth(eyes, run, tmp_path):
     assert filled > by_earlier > 0
 
 
+def test_rungs_know_the_error_budget(eyes):
+    """An earlier frame whose depth is far off fills little within a fourth of a pixel and much within eight."""
+    first, second = es.open_feed(eyes, depth=True)
+    pose = eye_poses(second.main.info)["right"]
+    off = es.FeedPicture(first.main.info, first.main.rgb, first.main.depth_m * 1.3)
+    filled = {}
+    for budget_px in (0.25, 8):
+        view = es.Reprojector("surface", fill="earlier", error_budget_px=budget_px)(second, CAMERA, pose, earlier=[off])
+        filled[budget_px] = view.filled["earlier"] / view.gaps.sum()
+    assert filled[0.25] < 0.1 and filled[8] > 0.5
+
+
 @pytest.mark.parametrize("yuv", [False, True])
 def test_equals_play_of_a_stream(stream, run, tmp_path, yuv):
     run("play", stream, "--size", "96x64", "--fov", 80, "--out", tmp_path)
