@@ -25,6 +25,25 @@ def test_pictures(stream, sphere):
     assert error.mean() < 6  # coded, 2 samples a pixel: noise
 
 
+def test_pictures_of_an_hdr_stream(run, sphere, tmp_path):
+    """Light of every pixel, against the frame's own: ST 2084 and BT.2020 (BT.2087's matrix) written out here."""
+    run("encode", sphere, "--transfer", "pq", "--crf", 4, "--fill", "none", "--out", tmp_path / "hdr.mp4")
+    picture = next(es.open_stream(tmp_path / "hdr.mp4"))
+    assert picture.rgb is None and picture.pq.dtype == np.float32 and picture.pq.shape == (256, 512, 3)
+    power = np.maximum(picture.pq, 0).astype(float) ** (32 / 2523)
+    nits = 1e4 * (np.maximum(power - 107 / 128, 0) / (2413 / 128 - 2392 / 128 * power)) ** (8192 / 1305)
+    to_2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]])
+    light = nits / 203 @ np.linalg.inv(to_2020).T
+    frame = es.read_frame(sphere / "left" / "frame.0000.exr", "colour")
+    truth = np.minimum(np.maximum(frame["colour"][..., :3], 0) * frame.info.exposure, 1e4 / 203)
+    # Chroma is at half the size: means of 2x2 pixels, on the scale on which eyes see them.
+    half = [plane.reshape(128, 2, 256, 2, 3).mean(axis=(1, 3)) for plane in (light, truth)]
+    assert np.abs(np.sqrt(np.maximum(half[0], 0)) - np.sqrt(half[1])).mean() < 0.01
+    assert abs(light.mean() / truth.mean() - 1) < 0.01
+    shown = next(es.open_feed(tmp_path / "hdr.mp4")).main.rgb
+    assert np.abs(shown.astype(int) - es.to_display(frame["colour"], frame.info.exposure)).mean() < 4  # coded noise
+
+
 def test_pictures_outlive_the_stream(stream):
     first = next(es.open_stream(stream)).rgb
     before = first.copy()

@@ -20,19 +20,22 @@ PathLike = Union[str, "os.PathLike[str]"]
 class Picture:
     """One decoded picture of a track. `info` is None in foreign videos.
 
-    `rgb` is 8-bit display-referred sRGB, rows x columns x 3; of a depth track it is None, and `depth_m` the radial depth.
+    `rgb` is 8-bit display-referred sRGB, rows x columns x 3; of a depth track it is None, and `depth_m` the radial depth. Of an HDR
+    stream (`encode --transfer pq`) it is None too, and `pq` has R'G'B' from 0 to 1: BT.2020 primaries, SMPTE ST 2084, white at 203 cd/m2.
+    open_feed brings such pictures to an sRGB display.
     """
 
     role: str
     info: Optional[FrameInfo]
     rgb: Optional[NDArray[np.uint8]]
+    pq: Optional[NDArray[np.float32]]
     depth_m: Optional[NDArray[np.float32]]
     decode_ms: float
     convert_ms: float
     bytes: int
 
     def __repr__(self) -> str:
-        plane = self.rgb if self.rgb is not None else self.depth_m
+        plane = next((plane for plane in (self.rgb, self.pq, self.depth_m) if plane is not None), None)
         size = f"{plane.shape[1]}x{plane.shape[0]}" if plane is not None else "no picture"
         return f"Picture({self.role}, {size}, {self.bytes} bytes, {self.info!r})"
 

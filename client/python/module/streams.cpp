@@ -17,6 +17,7 @@ namespace {
 
 nb::object next_picture(StreamReader& reader) {
     std::optional<DecodedPicture> picture = reader.next();
+    FloatImage hdr = picture && !picture->pq.empty() ? pq_to_rgb(picture->pq.planes) : FloatImage();
     const nb::gil_scoped_acquire acquire;
     if (!picture)
         return nb::none();
@@ -24,6 +25,7 @@ nb::object next_picture(StreamReader& reader) {
     found["role"] = track_name(picture->role);
     found["info"] = picture->info ? nb::cast(*picture->info) : nb::none();
     found["rgb"] = picture->rgb.empty() ? nb::none() : nb::object(to_array(std::move(picture->rgb)));
+    found["pq"] = hdr.empty() ? nb::none() : nb::object(to_array(std::move(hdr)));
     found["depth_m"] = picture->depth_m.empty() ? nb::none() : nb::object(to_array(std::move(picture->depth_m)));
     found["decode_ms"] = picture->decode_ms;
     found["convert_ms"] = picture->convert_ms;
@@ -57,7 +59,7 @@ public:
     explicit Stream(const std::string& source) {
         waiting_.run([&] {
             reader_ = std::make_unique<StreamReader>(
-                source, StreamReadOptions{.rgb = true, .interrupted = waiting_.question()});
+                source, StreamReadOptions{.rgb = true, .pq = true, .interrupted = waiting_.question()});
         });
     }
     nb::object next() {
