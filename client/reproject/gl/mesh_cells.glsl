@@ -69,9 +69,11 @@ bool row_holds(ivec2 first, int size, int j, int node) {
 
 /// Whether any node of the level is flat. Planes are found once a node, all rows of all nodes looked through at once.
 bool build(int level, ivec2 cells) {
-    int size = 1 << level, across = SIDE >> level, nodes = across * across;
+    // Shifts, for dividing whole numbers is slow.
+    int size = 1 << level, across_bits = MESH_LEVELS - level, last = (1 << across_bits) - 1;
+    int nodes = 1 << (2 * across_bits);
     for (int i = int(gl_LocalInvocationIndex); i < nodes; i += 64) {
-        ivec2 n = ivec2(i % across, i / across), first = n * size, opposite = first + size;
+        ivec2 n = ivec2(i & last, i >> across_bits), first = n * size, opposite = first + size;
         bool parts = all(lessThanEqual(opposite, cells));
         for (int k = 0; k < 4; ++k)
             parts = parts && flat_nodes[node_of(level - 1, 2 * n + ivec2(k & 1, k >> 1))] != 0u;
@@ -86,9 +88,9 @@ bool build(int level, ivec2 cells) {
     if (has_flat[level] == 0u)
         return false;
     for (int i = int(gl_LocalInvocationIndex); i < nodes * (size + 1); i += 64) {
-        int of = i % nodes;
-        ivec2 n = ivec2(of % across, of / across);
-        if (flat_nodes[node_of(level, n)] != 0u && !row_holds(n * size, size, i / nodes, of))
+        int of = i & (nodes - 1);
+        ivec2 n = ivec2(of & last, of >> across_bits);
+        if (flat_nodes[node_of(level, n)] != 0u && !row_holds(n * size, size, i >> (2 * across_bits), of))
             flat_nodes[node_of(level, n)] = 0u;
     }
     barrier();

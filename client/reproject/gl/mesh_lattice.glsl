@@ -11,8 +11,11 @@ ivec2 lattice_wrapped(ivec2 p) {
     bool north = p.y < 0 && source_north_pole != 0, south = p.y >= source_size.y && source_south_pole != 0;
     if (north || south)
         p = ivec2(p.x + source_size.x / 2, north ? -1 - p.y : 2 * source_size.y - 1 - p.y);
-    if (source_closes != 0)
-        p.x = p.x < 0 ? p.x + source_size.x : p.x >= source_size.x ? (p.x - source_size.x) % source_size.x : p.x;
+    // Nothing is further out than a block: dividing whole numbers is slow.
+    int around = source_closes != 0 ? source_size.x : 0;
+    p.x += p.x < 0 ? around : 0;
+    p.x -= p.x >= source_size.x ? around : 0;
+    p.x -= p.x >= source_size.x ? around : 0;
     return p;
 }
 

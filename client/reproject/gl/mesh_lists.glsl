@@ -44,6 +44,6 @@ ivec2 cells_in_block() {
 
 /// Of a point within a cell's closed border.
 ivec2 corner_place(ivec2 p) {
-    return ivec2(source_closes != 0 ? p.x % source_size.x : p.x + 1, p.y + 1);
+    return ivec2(source_closes == 0 ? p.x + 1 : p.x >= source_size.x ? p.x - source_size.x : p.x, p.y + 1);
 }
 #endif

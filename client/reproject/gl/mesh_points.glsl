@@ -43,9 +43,9 @@ uint cell_at(ivec2 p) {
     return imageLoad(mesh_cells, origin + p + 1).x;
 }
 
-/// Place on the border of a cell, clockwise from its first corner.
-ivec2 on_border(int place, int side) {
-    int edge = place / side, along = place % side;
+/// Place on the border of a cell whose side is 1 << level, clockwise from its first corner.
+ivec2 on_border(int place, int level) {
+    int side = 1 << level, edge = place >> level, along = place & (side - 1);
     return edge == 0   ? ivec2(along, 0)
            : edge == 1 ? ivec2(side, along)
            : edge == 2 ? ivec2(side - along, side)
@@ -53,10 +53,12 @@ ivec2 on_border(int place, int side) {
                        : ivec2(0);
 }
 
-int corners_on_border(ivec2 first, int side) {
+int corners_on_border(ivec2 first, int level) {
+    if (level == 0)
+        return 4;
     int corners = 0;
-    for (int place = 0; place < 4 * side; ++place)
-        corners += is_corner(first + on_border(place, side)) ? 1 : 0;
+    for (int place = 0; place < 4 << level; ++place)
+        corners += is_corner(first + on_border(place, level)) ? 1 : 0;
     return corners;
 }
 
@@ -73,7 +75,7 @@ uvec2 counts_of(ivec2 p, uint cell) {
             triangles += k_of[k_at(p + CORNERS[i])] >= 0.0 ? 2u : 0u;
         return uvec2(CUT_POINTS, triangles);
     }
-    int side = 1 << int(kind - 1u), corners = side == 1 ? 4 : corners_on_border(p, side);
+    int corners = corners_on_border(p, int(kind - 1u));
     return corners == 4 ? uvec2(0u, 2u) : uvec2(1u, uint(corners));
 }
 
@@ -166,8 +168,9 @@ void add_cut(ivec2 p, uint with_next, uint first_further) {
     }
 }
 
-void add_whole(ivec2 p, int side, uint first_further) {
-    int corners = side == 1 ? 4 : corners_on_border(p, side);
+/// Of a cell on whose border there are so many corners.
+void add_whole(ivec2 p, int level, int corners, uint first_further) {
+    int side = 1 << level;
     if (corners == 4) {
         uint a = corner_number(p), c = corner_number(p + side);
         add_triangle(p, a, corner_number(p + ivec2(side, 0)), c);
@@ -177,8 +180,8 @@ void add_whole(ivec2 p, int side, uint first_further) {
     ivec2 middle = p + side / 2;
     put_point(first_further, lattice_direction(origin + middle), k_of[k_at(middle)]);
     uint last = corner_number(p);
-    for (int place = 1; place <= 4 * side; ++place) {
-        ivec2 at = p + on_border(place, side);
+    for (int place = 1; place <= 4 << level; ++place) {
+        ivec2 at = p + on_border(place, level);
         if (!is_corner(at))
             continue;
         uint number = corner_number(at);
@@ -273,8 +276,9 @@ void main() {
                     add_cut(p, cell >> 4, further);
                     further += CUT_POINTS;
                 } else if (kind != 0u) {
-                    add_whole(p, 1 << int(kind - 1u), further);
-                    further += counts_of(p, cell).x;
+                    int level = int(kind - 1u), corners = corners_on_border(p, level);
+                    add_whole(p, level, corners, further);
+                    further += corners == 4 ? 0u : 1u;
                 }
             }
         }
