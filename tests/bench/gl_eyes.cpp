@@ -34,6 +34,7 @@ struct GlEyes {
     gl::GapTiles gaps;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
+    gl::SpecularTextures specular;
     bench::PeerTargets peer_targets{bench::big_view, 2};
     bench::MeshWarp mesh_warp{bench::big_sphere};
     bench::BackwardSearch backward_search;
@@ -55,7 +56,7 @@ struct GlEyes {
     }
     void judge() {
         const gl::EyeDepth depth = targets.depth();
-        map.estimate(source, textures, {eyes, depth, targets});
+        map.estimate({source, textures, specular}, {eyes, depth, targets});
     }
 };
 

@@ -4,17 +4,25 @@ layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 2) uniform usampler2D region_map;
+layout(binding = 3) uniform sampler2D source_specular;
+layout(binding = 4) uniform sampler2D source_virtual_depth;
 layout(binding = 0, r32ui) uniform uimage2D candidates;
 layout(binding = 1, rgba8) uniform writeonly image2D carried_colour;
 layout(binding = 2, r32f) uniform writeonly image2D carried_depth;
 layout(binding = 3, r8ui) uniform writeonly uimage2D carried_map;
+layout(binding = 4, r32f) uniform writeonly image2D carried_specular;
+layout(binding = 5, r32f) uniform writeonly image2D carried_virtual_depth;
 
 #include "carry_regions.glsl"
+
+uniform int has_mask;  // what is specular; the textures above and below are there
 
 struct Shown {
     vec3 colour;
     float depth_m;
     uint region;
+    ivec2 was;       // of which sample
+    float farther_m;  // by so much than there
 };
 
 /// Bilinear, of one region's pixels.
@@ -48,7 +56,7 @@ void show(ivec2 at, uint candidate, inout Shown shown) {
     // What rests there and is nearer; infinity and NaN are not.
     if (shown.region == 0u && shown.depth_m <= now_m)
         return;
-    shown = Shown(colour_before(was, region), now_m, region);
+    shown = Shown(colour_before(was, region), now_m, region, ivec2(was), now_m - before_m);
 }
 
 void main() {
@@ -56,7 +64,7 @@ void main() {
     if (any(greaterThanEqual(at, source_size)))
         return;
     bool moves = texelFetch(region_map, at, 0).x != 0u;
-    Shown shown = Shown(texelFetch(source_colour, at, 0).rgb, texelFetch(source_depth, at, 0).x, 0u);
+    Shown shown = Shown(texelFetch(source_colour, at, 0).rgb, texelFetch(source_depth, at, 0).x, 0u, at, 0.0);
     if (moves)
         shown.depth_m = UNKNOWN;
     uint candidate = imageLoad(candidates, at).x;
@@ -67,4 +75,8 @@ void main() {
     imageStore(carried_colour, at, vec4(shown.colour, 1.0));
     imageStore(carried_depth, at, vec4(shown.depth_m));
     imageStore(carried_map, at, uvec4(shown.region));
+    if (has_mask == 0)
+        return;
+    imageStore(carried_specular, at, texelFetch(source_specular, shown.was, 0));
+    imageStore(carried_virtual_depth, at, texelFetch(source_virtual_depth, shown.was, 0) + shown.farther_m);
 }

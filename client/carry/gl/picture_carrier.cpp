@@ -120,7 +120,7 @@ void PictureCarrier::rest() {
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
-void PictureCarrier::carry_on(const SourceTextures& picture, double seconds) {
+void PictureCarrier::carry_on(const SourceTextures& picture, const SpecularTextures& specular, double seconds) {
     assert(info_ != nullptr && picture.depth() != 0);
     if (!marked_)
         mark();
@@ -140,6 +140,14 @@ void PictureCarrier::carry_on(const SourceTextures& picture, double seconds) {
     glBindImageTexture(1, carried_.colour_to_write(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(2, carried_.depth_to_write(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
     glBindImageTexture(3, carried_map_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R8UI);
+    carried_specular_.size_for(size_, specular.has_mask());
+    show_.set("has_mask", int(specular.has_mask()));
+    if (specular.has_mask()) {
+        glBindTextureUnit(3, specular.mask());
+        glBindTextureUnit(4, specular.virtual_depth());
+        glBindImageTexture(4, carried_specular_.mask(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+        glBindImageTexture(5, carried_specular_.virtual_depth(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+    }
     show_.dispatch(size_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }

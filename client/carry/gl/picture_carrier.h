@@ -1,7 +1,7 @@
 #pragma once
 /// PictureCarrier (carry_on.h) on the GPU. Only pixels' outlines may differ from the CPU's, by rounding. Storage grows
 /// with pictures' sizes and what moves in them, and is kept. The context it was made in is current in every call.
-#include "../../reproject/gl/source_textures.h"
+#include "../../reproject/gl/specular_textures.h"
 
 #include <equistream/frame.h>
 
@@ -22,11 +22,13 @@ public:
     void set_picture(const FrameInfo& info);
     /// All is where the picture shows it; carried() is of no use then.
     void rest();
-    /// The picture some time later; it has depth wherever something moves and where that may come to.
-    void carry_on(const SourceTextures& picture, double seconds);
+    /// The picture some time later; it has depth wherever something moves and where that may come to. What it says of
+    /// mirrors comes along.
+    void carry_on(const SourceTextures& picture, const SpecularTextures& specular, double seconds);
 
     /// What it became; depth is NaN where nothing is known.
     const SourceTextures& carried() const { return carried_; }
+    const SpecularTextures& carried_specular() const { return carried_specular_; }
     /// For carry_regions.glsl: the grid of the picture and the regions as they are then. Uniform block 0, storage
     /// blocks 0 and 1.
     void bind() const;
@@ -51,6 +53,7 @@ private:
     Size size_;
     Texture map_, candidates_, carried_map_;
     SourceTextures carried_;
+    SpecularTextures carried_specular_;
     std::vector<RegionBlock> blocks_;
     std::vector<glm::uvec2> pieces_;
     std::size_t piece_room_ = 0;

@@ -38,8 +38,8 @@ glm::mat4 change(const Pose& from, const Pose& to) {
 
 FoundDepth::FoundDepth()
     : draw_(made("forward_depth.glsl")), draw_patches_(made("forward_depth.glsl", std::vector<std::string>{"PATCHES"})),
-      end_(made("end_forward.glsl")), still_there_(made("still_there.glsl")),
-      background_(made("background_depth.glsl")) {}
+      end_(made("end_forward.glsl")), groups_pass_(made("forward_groups.glsl")), still_there_(made("still_there.glsl")),
+      background_(made("background_depth.glsl")), groups_(make_buffer(3 * sizeof(GLuint), 0)) {}
 
 void FoundDepth::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eyes_)
@@ -60,12 +60,25 @@ void FoundDepth::draw(const Program& program, const GapTargets& to, GLuint depth
     program.set("tile_grid", grid_of(to.gaps));
 }
 
+/// Into groups_, for passes over all samples in so many layers, or, if there are no gaps, over none.
+void FoundDepth::count_groups(Size samples, int layers, const GapTargets& to) const {
+    to.gaps.bind();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, groups_.name());
+    groups_pass_.set("groups_with_gaps", glm::ivec3((samples.width + group_width - 1) / group_width,
+                                                    (samples.height + group_height - 1) / group_height, layers));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    groups_pass_.use();
+    glDispatchCompute(1, 1, 1);
+    glMemoryBarrier(GL_COMMAND_BARRIER_BIT);
+}
+
 void FoundDepth::draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth) {
     blocks_.set(from.view, to.eyes);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
     draw(draw_, to, depth);
-    draw_.dispatch(from.textures.size(), eyes_);
+    count_groups(from.textures.size(), eyes_, to);
+    draw_.dispatch_indirect(groups_.name(), 0);
     end(to);
 }
 
@@ -91,7 +104,8 @@ void FoundDepth::draw_still_there(const OtherPicture& earlier, const OtherPictur
     glBindTextureUnit(1, earlier.textures.depth());
     glBindTextureUnit(4, main.textures.depth());
     glBindImageTexture(0, earlier_depth_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    still_there_.dispatch(size);
+    count_groups(size, 1, to);
+    still_there_.dispatch_indirect(groups_.name(), 0);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     draw_picture(earlier, to, earlier_depth_.name());
 }
@@ -103,14 +117,23 @@ void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& t
     glBindTextureUnit(4, textures.slots());
     draw_patches_.set("block_side", patches.atlas->block_side);
     draw_patches_.set("slot_columns", patches.atlas->columns);
+    count_groups({patches.atlas->sphere_width, patches.atlas->sphere_height}, eyes_, to);
     for (int i = 0; i < int(patches.atlas->offsets_m.size()); ++i) {
         std::array<Pose, most_eyes> poses;
         poses.fill(patch_sphere_pose(patches, i));
         blocks_.set(std::span(poses).first(to.eyes.size()), patches.box_radius_m, to.eyes);
         glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
         draw_patches_.set("patch_spheres", glm::ivec2(i));
-        draw_patches_.dispatch({patches.atlas->sphere_width, patches.atlas->sphere_height}, eyes_);
+        draw_patches_.dispatch_indirect(groups_.name(), 0);
     }
+    end(to);
+}
+
+void FoundDepth::forget(const GapTargets& to) {
+    size_for(to.targets);
+    to.gaps.bind();
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
     end(to);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What gap pixels see where the eyes have no depth of their own but that which an engine found (an R32F texture of 1 /
 /// planar depth, NaN for gaps): drawn forward from the pictures that rungs look up in, as forward_depth.h has it, or
-/// the background's, as background_depth.h has it. For all eyes at once.
+/// the background's, as background_depth.h has it. For all eyes at once; nothing is drawn where no gaps are left.
 #include "gap_look_up.h"
 #include "patch_look_up.h"
 
@@ -18,20 +18,24 @@ public:
     void draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to);
     /// Of all spheres.
     void draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to);
+    /// Of gaps, nothing: what was drawn forward into them from another picture is none of the next one's.
+    void forget(const GapTargets& to);
     /// What gaps see that nothing else fills: their background.
     void find_background(const SourceView& main, const GapTargets& to);
 
 private:
     void draw(const Program& program, const GapTargets& to, GLuint depth);
     void draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth);
+    void count_groups(Size samples, int layers, const GapTargets& to) const;
     void end(const GapTargets& to);
     void size_for(const EyeTargets& targets);
 
-    Program draw_, draw_patches_, end_, still_there_, background_;
+    Program draw_, draw_patches_, end_, groups_pass_, still_there_, background_;
     EyeBlocks blocks_;
     Size size_, earlier_size_;
     int eyes_ = 0;
     Texture keys_, earlier_depth_;
+    Buffer groups_;  ///< of the next pass over samples
 };
 
 }  // namespace equistream::gl

@@ -71,20 +71,6 @@ ReliabilityMap::ReliabilityMap()
       fill_depth_pass_(made("map_fill_depth.glsl", std::vector<std::string>{"ACROSS"})), map_pass_(made("map.glsl")),
       shares_(uploaded_shares()), numbers_(make_buffer(sizeof(MapNumbers), GL_DYNAMIC_STORAGE_BIT)) {}
 
-void ReliabilityMap::upload(const SourceView& source) {
-    const ImageView<const float>& mask = source.specular;
-    if (mask.data == nullptr)
-        return;
-    const Size size{mask.width, mask.height};
-    if (!(size == specular_size_)) {
-        specular_ = make_texture(size, GL_R32F);
-        specular_size_ = size;
-    }
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(mask.row_stride / mask.channels));
-    glTextureSubImage2D(specular_.name(), 0, 0, 0, size.width, size.height, GL_RED, GL_FLOAT, mask.data);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-}
-
 void ReliabilityMap::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eyes_)
         return;
@@ -126,19 +112,19 @@ void ReliabilityMap::find_fill_depth(const EyeTargets& targets) {
     }
 }
 
-void ReliabilityMap::estimate(const SourceView& source, const SourceTextures& textures, const JudgedEyes& judged,
+void ReliabilityMap::estimate(const SpecularSource& source, const JudgedEyes& judged,
                               const ReliabilityOptions& options) {
     const EyeTargets& targets = judged.targets;
     assert(int(judged.eyes.size()) == targets.eyes());
     size_for(targets);
     find_fill_depth(targets);
-    set_numbers(source, judged, options);
-    blocks_.set(source, judged.eyes);
-    const std::array uniforms = {textures.grid(), blocks_.name(), numbers_.name()};
+    set_numbers(source.view, judged, options);
+    blocks_.set(source.view, judged.eyes);
+    const std::array uniforms = {source.textures.grid(), blocks_.name(), numbers_.name()};
     for (GLuint i = 0; i < uniforms.size(); ++i)
         glBindBufferBase(GL_UNIFORM_BUFFER, i, uniforms[i]);
     const std::array sampled = {targets.colour(), targets.origin(),   judged.depth.texture, surroundings_.name(),
-                                rows_.name(),     fill_depth_.name(), shares_.name(),       specular_.name()};
+                                rows_.name(),     fill_depth_.name(), shares_.name(),       source.specular.mask()};
     for (GLuint i = 0; i < sampled.size(); ++i)
         glBindTextureUnit(i, sampled[i]);
     for (const Program* program : {&surroundings_pass_, &map_pass_})

@@ -2,7 +2,7 @@
 /// The reliability map (reliability.h) on the GPU, for all eyes at once.
 #include "../../fill/gl/gap_tiles.h"
 #include "../../reproject/gl/eye_blocks.h"
-#include "../../reproject/gl/source_textures.h"
+#include "../../reproject/gl/specular_textures.h"
 
 #include <equistream_client/reliability.h>
 
@@ -21,12 +21,9 @@ class ReliabilityMap {
 public:
     ReliabilityMap();
 
-    /// Where the source's mirrors are, from its specular mask, if it has one; its pixels are read before this returns.
-    void upload(const SourceView& source);
-    /// Fills texture(). `source` is that of the last upload, of whose grid `textures` know. Storage is kept as long as
-    /// the targets' size stays; what comes after needs no barrier of its own, as in LookUp.
-    void estimate(const SourceView& source, const SourceTextures& textures, const JudgedEyes& judged,
-                  const ReliabilityOptions& options = {});
+    /// Fills texture(). Of the source's textures only the grid and, where its view has one, the specular mask are read.
+    /// Storage is kept as long as the targets' size stays; what comes after needs no barrier of its own, as in LookUp.
+    void estimate(const SpecularSource& source, const JudgedEyes& judged, const ReliabilityOptions& options = {});
 
     /// A layer for each eye: the probability, 0 to 1 (GL_R8).
     GLuint texture() const { return reliability_.name(); }
@@ -40,9 +37,9 @@ private:
 
     Program surroundings_pass_, rows_pass_, column_steps_pass_, fill_depth_pass_, map_pass_;
     GapTiles filled_{GapTiles::Of::not_source};
-    Size size_, specular_size_;
+    Size size_;
     int eyes_ = 0;
-    Texture surroundings_, rows_, column_steps_, fill_depth_, reliability_, shares_, specular_;
+    Texture surroundings_, rows_, column_steps_, fill_depth_, reliability_, shares_;
     Buffer numbers_;
     EyeBlocks blocks_;
 };

@@ -1,7 +1,7 @@
 // The cells of a source's mesh, as mesh_cells.h has them; a group is a block. Of each block a quadtree is built from
 // below: a node is flat if its four parts are and its two triangles hold all its points. Nodes whose parents are not
 // flat are the cells.
-layout(local_size_x = 256) in;
+layout(local_size_x = 64) in;
 
 #define BUILDS
 #include "source_grid.glsl"
@@ -11,12 +11,14 @@ layout(local_size_x = 256) in;
 uniform vec2 joins;  // box radius in metres, sin e, of what is one surface
 uniform float share; // sine of what cells may be off by
 
-const int LEVELS = 5, SIDE = 1 << LEVELS, POINTS = SIDE + 1, MARGIN = 1, STRIDE = SIDE + 4;
+const int MARGIN = 1, STRIDE = SIDE + 4;
 const int NODES = (4 * SIDE * SIDE - 1) / 3;
 
 shared float k_of[STRIDE * STRIDE];  // of points from (-1, -1) on
-shared float qx[POINTS * POINTS], qy[POINTS * POINTS], qz[POINTS * POINTS];
+shared vec2 columns[POINTS], rows[POINTS];  // what directions are made of
 shared uint flat_nodes[NODES];
+shared vec3 upper_planes[SIDE * SIDE / 4], lower_planes[SIDE * SIDE / 4];  // of the nodes of one level
+shared uint has_flat[MESH_LEVELS + 1];  // by level
 
 int k_at(ivec2 p) {
     return (p.y + MARGIN) * STRIDE + p.x + MARGIN;
@@ -28,8 +30,7 @@ bool joined(ivec2 p, ivec2 step) {
 }
 
 vec3 q_of(ivec2 p) {
-    int i = p.y * POINTS + p.x;
-    return vec3(qx[i], qy[i], qz[i]);
+    return direction_of_angles(columns[p.x], rows[p.y]);
 }
 
 /// Where a level's nodes begin; they stand row by row.
@@ -52,97 +53,99 @@ vec3 plane_through(ivec2 a, ivec2 b, ivec2 c) {
     return vec3(k * origin + s * u + t * v);
 }
 
-bool row_holds(ivec2 first, int last_x, vec3 plane) {
+/// Row j of both triangles of a node, split from its first corner to the opposite one, where both hold.
+bool row_holds(ivec2 first, int size, int j, int node) {
+    vec3 lower = lower_planes[node], upper = upper_planes[node];
+    vec2 row = rows[first.y + j];
+    int at = k_at(first + ivec2(0, j));
     bool good = true;
-    for (ivec2 p = first; p.x <= last_x; ++p.x)
-        good = good && same_inverse(dot(plane, q_of(p)), k_of[k_at(p)]);
+    for (int i = 0; i <= size + 1; ++i) {
+        int x = i <= j ? i : i - 1;
+        vec3 q = direction_of_angles(columns[first.x + x], row);
+        good = good && same_inverse(dot(i <= j ? lower : upper, q), k_of[at + x]);
+    }
     return good;
 }
 
-/// Row j of both triangles of a cell, split from its first corner to the opposite one.
-bool holds(ivec2 first, int size, int j) {
-    ivec2 opposite = first + size;
-    vec3 upper = plane_through(first, ivec2(opposite.x, first.y), opposite);
-    vec3 lower = plane_through(first, opposite, ivec2(first.x, opposite.y));
-    return row_holds(first + ivec2(0, j), first.x + j, lower) && row_holds(first + ivec2(j, j), opposite.x, upper);
-}
-
-void build(int level, ivec2 cells) {
-    int size = 1 << level, across = SIDE >> level;
-    for (int i = int(gl_LocalInvocationIndex); i < across * across; i += 256) {
-        ivec2 n = ivec2(i % across, i / across);
-        bool parts = all(lessThanEqual((n + 1) * size, cells));
+/// Whether any node of the level is flat. Planes are found once a node, all rows of all nodes looked through at once.
+bool build(int level, ivec2 cells) {
+    // Shifts, for dividing whole numbers is slow.
+    int size = 1 << level, across_bits = MESH_LEVELS - level, last = (1 << across_bits) - 1;
+    int nodes = 1 << (2 * across_bits);
+    for (int i = int(gl_LocalInvocationIndex); i < nodes; i += 64) {
+        ivec2 n = ivec2(i & last, i >> across_bits), first = n * size, opposite = first + size;
+        bool parts = all(lessThanEqual(opposite, cells));
         for (int k = 0; k < 4; ++k)
             parts = parts && flat_nodes[node_of(level - 1, 2 * n + ivec2(k & 1, k >> 1))] != 0u;
-        flat_nodes[node_of(level, n)] = parts ? 1u : 0u;
+        if (parts) {
+            upper_planes[i] = plane_through(first, ivec2(opposite.x, first.y), opposite);
+            lower_planes[i] = plane_through(first, opposite, ivec2(first.x, opposite.y));
+            flat_nodes[node_of(level, n)] = 1u;
+            has_flat[level] = 1u;
+        }
     }
     barrier();
-    for (int i = int(gl_LocalInvocationIndex); i < across * across * (size + 1); i += 256) {
-        ivec2 n = ivec2(i % across, i / across % across);
-        int node = node_of(level, n);
-        if (flat_nodes[node] != 0u && !holds(n * size, size, i / (across * across)))
-            atomicAnd(flat_nodes[node], 0u);
+    if (has_flat[level] == 0u)
+        return false;
+    for (int i = int(gl_LocalInvocationIndex); i < nodes * (size + 1); i += 64) {
+        int of = i & (nodes - 1);
+        ivec2 n = ivec2(of & last, of >> across_bits);
+        if (flat_nodes[node_of(level, n)] != 0u && !row_holds(n * size, size, i >> (2 * across_bits), of))
+            flat_nodes[node_of(level, n)] = 0u;
     }
     barrier();
+    return true;
 }
 
 void load(ivec2 origin, ivec2 cells) {
-    for (int i = int(gl_LocalInvocationIndex); i < STRIDE * STRIDE; i += 256)
+    int own = int(gl_LocalInvocationIndex);
+    for (int i = own; i < STRIDE * STRIDE; i += 64)
         k_of[i] = lattice_inverse(origin + ivec2(i % STRIDE, i / STRIDE) - MARGIN);
-    for (int i = int(gl_LocalInvocationIndex); i < POINTS * POINTS; i += 256) {
-        vec3 q = lattice_direction(origin + ivec2(i % POINTS, i / POINTS));
-        qx[i] = q.x;
-        qy[i] = q.y;
-        qz[i] = q.z;
+    for (int i = own; i < POINTS; i += 64) {
+        columns[i] = column_angles(origin.x + i);
+        rows[i] = row_angles(origin.y + i);
     }
+    for (int i = own; i < NODES; i += 64)
+        flat_nodes[i] = 0u;
+    if (own <= MESH_LEVELS)
+        has_flat[own] = 0u;
     barrier();
-    box_radius_m = joins.x;
-    tolerance = joins.y;
-    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 256) {
+    for (int i = own; i < SIDE * SIDE; i += 64) {
         ivec2 p = ivec2(i % SIDE, i / SIDE);
-        bool whole = all(lessThan(p, cells)) && joined(p, ivec2(1, 0)) && joined(p + ivec2(0, 1), ivec2(1, 0)) &&
-                     joined(p, ivec2(0, 1)) && joined(p + ivec2(1, 0), ivec2(0, 1));
-        flat_nodes[node_of(0, p)] = whole ? 1u : 0u;
+        if (all(lessThan(p, cells)) && joined(p, ivec2(1, 0)) && joined(p + ivec2(0, 1), ivec2(1, 0)) &&
+            joined(p, ivec2(0, 1)) && joined(p + ivec2(1, 0), ivec2(0, 1)))
+            flat_nodes[node_of(0, p)] = 1u;
     }
     barrier();
 }
 
-void give(ivec2 first, ivec2 in_block, int level, bool whole) {
-    for (int k = 0; k < 4; ++k)
-        imageStore(cell_corners, corner_place(first + (ivec2(k & 1, k >> 1) << level)), uvec4(1u));
-    if (!whole) {
-        uint with_next = (joined(in_block, ivec2(1, 0)) ? 1u : 0u) |
-                         (joined(in_block + ivec2(1, 0), ivec2(0, 1)) ? 2u : 0u) |
-                         (joined(in_block + ivec2(0, 1), ivec2(1, 0)) ? 4u : 0u) |
-                         (joined(in_block, ivec2(0, 1)) ? 8u : 0u);
-        cuts[appended(CUTS)] = packed_cell(first, with_next);
-    } else if (level == 0) {
-        quads[appended(QUADS)] = packed_cell(first, 0u);
-    } else {
-        uint before = atomicAdd(large_count, 1u);
-        large_cells[before] = packed_cell(first, uint(level));
-        if ((before & 255u) == 0u)
-            atomicAdd(large_groups[0], 1u);
-    }
+uint cut_cell(ivec2 p) {
+    return CUT | (joined(p, ivec2(1, 0)) ? 0x10u : 0u) | (joined(p + ivec2(1, 0), ivec2(0, 1)) ? 0x20u : 0u) |
+           (joined(p + ivec2(0, 1), ivec2(1, 0)) ? 0x40u : 0u) | (joined(p, ivec2(0, 1)) ? 0x80u : 0u);
 }
 
 void main() {
-    ivec2 first_of_all = ivec2(source_closes != 0 ? 0 : -1, -1);
-    ivec2 origin = first_of_all + ivec2(gl_WorkGroupID.xy) * SIDE;
-    ivec2 cells = min(ivec2(SIDE), source_size - origin);
+    ivec2 origin = block_origin(), cells = cells_in_block();
+    box_radius_m = joins.x;
+    tolerance = joins.y;
     load(origin, cells);
     tolerance = share;
-    for (int level = 1; level <= LEVELS; ++level)
-        build(level, cells);
+    for (int level = 1; level <= MESH_LEVELS; ++level)
+        if (!build(level, cells))
+            break;
     tolerance = joins.y;
-    for (int level = 0; level <= LEVELS; ++level) {
-        int across = SIDE >> level;
-        for (int i = int(gl_LocalInvocationIndex); i < across * across; i += 256) {
-            ivec2 n = ivec2(i % across, i / across), in_block = n << level;
-            bool whole = flat_nodes[node_of(level, n)] != 0u, within = all(lessThan(in_block, cells));
-            bool in_larger = level < LEVELS && flat_nodes[node_of(level + 1, n / 2)] != 0u;
-            if (within && !in_larger && (whole || level == 0))
-                give(origin + in_block, in_block, level, whole);
-        }
+    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 64) {
+        ivec2 p = ivec2(i % SIDE, i / SIDE);
+        if (any(greaterThanEqual(p, cells)))
+            continue;
+        int flat_levels = 0;
+        while (flat_levels <= MESH_LEVELS && flat_nodes[node_of(flat_levels, p >> flat_levels)] != 0u)
+            ++flat_levels;
+        int side = 1 << max(flat_levels - 1, 0);
+        bool begins = all(equal(p & (side - 1), ivec2(0)));
+        imageStore(mesh_cells, origin + p + 1, uvec4(!begins ? 0u : flat_levels == 0 ? cut_cell(p) : uint(flat_levels)));
+        if (begins)
+            for (int k = 0; k < 4; ++k)
+                imageStore(mesh_corners, corner_place(origin + p + ivec2(k & 1, k >> 1) * side), uvec4(1u));
     }
 }

@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -20,16 +22,30 @@ namespace equistream::gl {
 namespace {
 
 /// As mesh_lists.glsl has them.
+struct Counts {
+    GLuint points = 0, indices = 0, draws = 0;
+};
+struct Block {
+    std::array<float, 4> cone;
+    std::array<float, 2> inverses;
+    GLuint first_index, index_count;
+};
 struct Draw {
-    GLuint vertices = 0, instances = 0, first_vertex = 0, first_instance = 0;
+    GLuint index_count, instances, first_index, base_vertex, eye;
 };
-struct ListsHead {
-    std::array<Draw, 3> draws;
-    std::array<GLuint, 4> large_groups = {0, 1, 1, 0};
-};
+constexpr std::size_t point_bytes = 4 * sizeof(float);
 
 /// Of the depth buffer alone: what is nearer keeps its order no more, and its distance all the same.
-const std::vector<std::string> defines = {"NEAR_PLANE_M 1e-3"};
+const std::vector<std::string> defines = {
+    "NEAR_PLANE_M 1e-3", "MESH_LEVELS " + std::to_string(std::countr_zero(unsigned(LatticeBlock::side)))};
+
+/// By which what cells may be off by, and from how far, is rounded, so that they are not built anew at every step.
+constexpr double step = 1.25;
+
+/// Of more than is needed: the next source needs a little more or less.
+GLuint with_reserve(GLuint needed) {
+    return needed + needed / 2;
+}
 
 Texture uploaded_angles(const Camera& camera) {
     const LatticeAngles angles(camera);
@@ -51,10 +67,38 @@ Texture uploaded_angles(const Camera& camera) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options)
-    : options_(options), cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}),
-      fans_({{GL_COMPUTE_SHADER, "mesh_fans.glsl"}}),
+    : options_(options), cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}, defines),
+      points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}, defines),
+      cull_({{GL_COMPUTE_SHADER, "mesh_cull.glsl"}}, defines),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
-      forget_gaps_({{GL_COMPUTE_SHADER, "forget_gaps.glsl"}}), no_vertices_(make_vertex_array()) {}
+      forget_gaps_({{GL_COMPUTE_SHADER, "forget_gaps.glsl"}}), vertices_(make_vertex_array()),
+      counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
+    constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
+    needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
+    std::array<GLuint, most_eyes> numbers{};
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    eye_numbers_ = make_buffer_of(std::span<const GLuint>(numbers));
+    const GLuint name = vertices_.name();
+    glVertexArrayAttribFormat(name, 0, 4, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribIFormat(name, 1, 1, GL_UNSIGNED_INT, 0);
+    glVertexArrayVertexBuffer(name, 1, eye_numbers_.name(), 0, sizeof(GLuint));
+    glVertexArrayBindingDivisor(name, 1, 1);
+    for (const GLuint attribute : {0U, 1U}) {
+        glVertexArrayAttribBinding(name, attribute, attribute);
+        glEnableVertexArrayAttrib(name, attribute);
+    }
+}
+
+MeshDepth::~MeshDepth() {
+    glDeleteSync(counted_);
+}
+
+Size MeshDepth::blocks() const {
+    constexpr int side = LatticeBlock::side;
+    const int columns = source_.width + (closes_ ? 0 : 1), rows = source_.height + 1;
+    return {(columns + side - 1) / side, (rows + side - 1) / side};
+}
 
 void MeshDepth::size_for_source(const Camera& camera) {
     const Size size{width_of(camera), height_of(camera)};
@@ -64,20 +108,33 @@ void MeshDepth::size_for_source(const Camera& camera) {
         throw WorkError(expected_found("method mesh",
                                        "pictures of up to " + std::to_string(most_side) + " columns and rows",
                                        std::to_string(size.width) + "x" + std::to_string(size.height)));
-    built_ = {};
+    is_built_ = has_room_ = false;
     const auto* sphere = std::get_if<EquirectCamera>(&camera);
     closes_ = sphere != nullptr && sphere->range.closes();
     angles_ = uploaded_angles(camera);
     corners_ = make_texture({size.width + 2, size.height + 2}, GL_R8UI);
-    const std::size_t cells = std::size_t(size.width + 1) * std::size_t(size.height + 1);
-    lists_ = make_buffer(sizeof(ListsHead), GL_DYNAMIC_STORAGE_BIT);
-    for (Buffer* list : {&quads_, &cuts_})
-        *list = make_buffer(cells * sizeof(GLuint), 0);
-    // A cell's border is no longer than its area, those of two a side that meet smaller ones taken together with them.
-    fans_list_ = make_buffer(2 * cells * sizeof(GLuint), 0);
-    large_ = make_buffer(cells / 4 * sizeof(GLuint) + sizeof(GLuint), 0);
+    cell_map_ = make_texture({size.width + 1, size.height + 1}, GL_R8UI);
     camera_ = camera;
     source_ = size;
+    const auto block_count = std::size_t(blocks().width) * std::size_t(blocks().height);
+    blocks_ = make_buffer(block_count * sizeof(Block), 0);
+    draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
+    // Enough for walls and furniture; leaves and railings make room for more.
+    const auto cells = GLuint(size.width) * GLuint(size.height);
+    make_room({std::max(room_.points, cells / 2), std::max(room_.indices, 3 * cells)});
+}
+
+void MeshDepth::make_room(Room room) {
+    if (room.points > room_.points) {
+        points_ = make_buffer(room.points * point_bytes, 0);
+        glVertexArrayVertexBuffer(vertices_.name(), 0, points_.name(), 0, point_bytes);
+        room_.points = room.points;
+    }
+    if (room.indices > room_.indices) {
+        indices_ = make_buffer(room.indices * sizeof(GLuint), 0);
+        glVertexArrayElementBuffer(vertices_.name(), indices_.name());
+        room_.indices = room.indices;
+    }
 }
 
 void MeshDepth::size_for_eyes(Size size, int eyes) {
@@ -95,53 +152,112 @@ void MeshDepth::size_for_eyes(Size size, int eyes) {
     eyes_ = eyes;
 }
 
-void MeshDepth::bind_lists() const {
-    const std::array lists = {lists_.name(), quads_.name(), fans_list_.name(), cuts_.name(), large_.name()};
-    for (GLuint i = 0; i < lists.size(); ++i)
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, lists[i]);
-}
-
-void MeshDepth::build(const Within& within) {
-    const ListsHead nothing;
+void MeshDepth::build() {
+    const Counts nothing;
     const GLuint no_corner = 0;
-    // A shader wrote what is there.
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
-    glNamedBufferSubData(lists_.name(), 0, sizeof nothing, &nothing);
+    // Shaders wrote and read what is there.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
+    glNamedBufferSubData(counts_.name(), 0, sizeof nothing, &nothing);
     glClearTexImage(corners_.name(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &no_corner);
-    glBindImageTexture(0, corners_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
-    cells_.set("joins", glm::vec2(within.box_radius_m, within.tolerance));
-    cells_.set("share", within.share);
+    glBindImageTexture(0, cell_map_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
+    glBindImageTexture(1, corners_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
+    const std::array buffers = {counts_.name(), blocks_.name(), points_.name(), indices_.name()};
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
+    const Size groups = blocks();
+    const glm::vec2 joins(within_.box_radius_m, std::sin(within_.tolerance_rad));
+    cells_.set("joins", joins);
+    // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by as
+    // much again.
+    cells_.set("share", 0.5f * float(std::sin(options_.mesh_share * within_.tolerance_rad)));
     cells_.use();
-    constexpr int side = LatticeBlock::side;
-    const int columns = source_.width + (closes_ ? 0 : 1), rows = source_.height + 1;
-    glDispatchCompute(GLuint((columns + side - 1) / side), GLuint((rows + side - 1) / side), 1);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
-    fans_.dispatch_indirect(lists_.name(), offsetof(ListsHead, large_groups));
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-    built_ = within;
+    glDispatchCompute(GLuint(groups.width), GLuint(groups.height), 1);
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    points_pass_.set("joins", joins);
+    points_pass_.set("block_columns", groups.width);
+    points_pass_.use();
+    glDispatchCompute(GLuint(groups.width), GLuint(groups.height), 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_ELEMENT_ARRAY_BARRIER_BIT |
+                    GL_BUFFER_UPDATE_BARRIER_BIT);
+    glCopyNamedBufferSubData(counts_.name(), needed_.name(), 0, 0, sizeof(Room));
+    glDeleteSync(counted_);
+    counted_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    is_built_ = true;
 }
 
-void MeshDepth::draw(const Within& within) {
-    const auto instances = GLuint(eyes_);
-    for (std::size_t list = 0; list < ListsHead{}.draws.size(); ++list)
-        glNamedBufferSubData(lists_.name(), GLintptr(list * sizeof(Draw) + offsetof(Draw, instances)), sizeof instances,
-                             &instances);
+/// If it is known by now what the last build needed, or by waiting.
+void MeshDepth::make_room_if_needed(bool wait) {
+    if (counted_ == nullptr)
+        return;
+    const GLenum state = glClientWaitSync(counted_, GL_SYNC_FLUSH_COMMANDS_BIT, wait ? GL_TIMEOUT_IGNORED : 0);
+    if (state != GL_ALREADY_SIGNALED && state != GL_CONDITION_SATISFIED)
+        return;
+    glDeleteSync(counted_);
+    counted_ = nullptr;
+    has_room_ = true;
+    const Room needed = *needed_words_;
+    if (needed.points <= room_.points && needed.indices <= room_.indices)
+        return;
+    make_room({with_reserve(needed.points), with_reserve(needed.indices)});
+    is_built_ = false;
+}
+
+void MeshDepth::build_within(const Within& wanted) {
+    const auto serves = [](double built, double needed) { return built >= needed / step && built <= needed * step; };
+    const bool wide_enough = within_.box_radius_m >= wanted.box_radius_m;
+    const bool fine_enough = within_.tolerance_rad <= wanted.tolerance_rad;
+    if (!(wide_enough && serves(within_.box_radius_m, wanted.box_radius_m)) ||
+        !(fine_enough && serves(within_.tolerance_rad, wanted.tolerance_rad))) {
+        // Those of the first frame as they are; later ones in the middle of what they serve.
+        const double room = within_.tolerance_rad == 0 ? 1 : std::sqrt(step);
+        within_ = {wanted.box_radius_m * room, wanted.tolerance_rad / room};
+        is_built_ = false;
+    }
+    make_room_if_needed(false);
+    if (is_built_)
+        return;
+    build();
+    if (has_room_)
+        return;
+    make_room_if_needed(true);
+    if (!is_built_)
+        build();
+}
+
+void MeshDepth::cull() {
+    constexpr GLuint none = 0;
+    // The last draws were written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glNamedBufferSubData(counts_.name(), offsetof(Counts, draws), sizeof none, &none);
+    const std::array buffers = {counts_.name(), blocks_.name(), draws_.name()};
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
+    const int count = blocks().width * blocks().height;
+    cull_.set("block_count", count);
+    cull_.set("eye_count", eyes_);
+    cull_.set("eye_size", glm::vec2(eye_size_.width, eye_size_.height));
+    cull_.use();
+    glDispatchCompute(GLuint((count + 63) / 64), 1, 1);
+    glMemoryBarrier(GL_COMMAND_BARRIER_BIT);
+}
+
+void MeshDepth::draw() {
     const DrawingState state(GL_GEQUAL, DrawingState::Near::clamped);
     const float miss = 0, nothing = std::nanf("");
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
     glClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, 0, &nothing);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
     glViewport(0, 0, eye_size_.width, eye_size_.height);
-    glBindVertexArray(no_vertices_.name());
+    glBindVertexArray(vertices_.name());
     draw_.set("eye_size", glm::vec2(eye_size_.width, eye_size_.height));
-    draw_.set("joins", glm::vec2(within.box_radius_m, within.tolerance));
     draw_.use();
-    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, lists_.name());
-    for (std::size_t list = 0; list < ListsHead{}.draws.size(); ++list) {
-        draw_.set("list", int(list));
-        glDrawArraysIndirect(GL_TRIANGLES, reinterpret_cast<const void*>(list * sizeof(Draw)));
-    }
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_BACK);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, draws_.name());
+    glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
+    glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, nullptr, offsetof(Counts, draws),
+                                        blocks().width * blocks().height * eyes_, sizeof(Draw));
+    glDisable(GL_CULL_FACE);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
@@ -152,20 +268,14 @@ void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::
     double radius_m = view.box_radius_m;
     for (const EyeView& eye : eyes)
         radius_m = std::max(radius_m, glm::distance(view.pose.position_m, eye.pose.position_m));
-    const double tolerance_rad = 4 * options_.error_budget_px * error_budget_rad(camera.focal_px());
-    // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by as
-    // much again.
-    const Within within{float(radius_m), float(std::sin(tolerance_rad)),
-                        0.5f * float(std::sin(options_.mesh_share * tolerance_rad))};
     eye_blocks_.set(view, eyes, options_.error_budget_px);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(5, angles_.name());
-    bind_lists();
-    if (!(within == built_))
-        build(within);
-    draw(within);
+    build_within({radius_m, 4 * options_.error_budget_px * error_budget_rad(camera.focal_px())});
+    cull();
+    draw();
 }
 
 void MeshDepth::forget_gaps(const EyeTargets& targets) const {

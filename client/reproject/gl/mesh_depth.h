@@ -1,6 +1,7 @@
 #pragma once
 /// Engine `mesh` (engine.h) on the GPU, its first half: how far away is what the eyes see, from the source's depth
-/// alone? Cells are built once for each source, triangles drawn for all eyes at once. The second half is LookUp's.
+/// alone? Cells, and the points and triangles that they are drawn of, are found once for each source; at each refresh
+/// blocks of them that an eye sees are drawn, for all eyes at once. The second half is LookUp's.
 #include "eye_blocks.h"
 #include "eye_targets.h"
 #include "source_textures.h"
@@ -14,13 +15,18 @@ namespace equistream::gl {
 class MeshDepth {
 public:
     explicit MeshDepth(const EngineOptions& options = {});
+    ~MeshDepth();
+    MeshDepth(const MeshDepth&) = delete;
+    MeshDepth& operator=(const MeshDepth&) = delete;
 
     /// The source's depth is another from now on.
-    void forget_source() { built_ = {}; }
+    void forget_source() { is_built_ = false; }
     /// Finds the depth of eyes of one size, whose depth_m is not read; `source` has depth. Cells are built where the
-    /// source or what they may be off by is another than before: within the head box that does not hang on where the
-    /// eyes are. Throws WorkError for sources of more columns or rows than most_side. What comes after may sample
-    /// texture() without a barrier of its own.
+    /// source is another than before, or what they may be off by is by more than a step: within the head box that does
+    /// not hang on where the eyes are. Waits for the GPU after a source's size changed; where a source needs more
+    /// storage than those before it, blocks that there was no room for are there from the next refresh on. Throws
+    /// WorkError for sources of more columns or rows than most_side, and where the driver has no such storage. What
+    /// comes after may sample texture() without a barrier of its own.
     void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes);
     /// Makes unknown what gap pixels of the targets see.
     void forget_gaps(const EyeTargets& targets) const;
@@ -31,29 +37,40 @@ public:
     static constexpr int most_side = (1 << 14) - 2;
 
 private:
-    /// What cells hang on.
+    /// What cells hang on: how far eyes may be from the source's centre, and what depth may be off by.
     struct Within {
-        float box_radius_m = -1, tolerance = 0, share = 0;
-        bool operator==(const Within&) const = default;
+        double box_radius_m = 0, tolerance_rad = 0;
+    };
+    /// What a mesh needs, or has room for.
+    struct Room {
+        GLuint points = 0, indices = 0;
     };
 
     void size_for_source(const Camera& camera);
     void size_for_eyes(Size size, int eyes);
-    void bind_lists() const;
-    void build(const Within& within);
-    void draw(const Within& within);
+    void make_room(Room room);
+    Size blocks() const;
+    void build_within(const Within& wanted);
+    void build();
+    void make_room_if_needed(bool wait);
+    void cull();
+    void draw();
 
     EngineOptions options_;
-    Program cells_, fans_, draw_, forget_gaps_;
-    VertexArray no_vertices_;
+    Program cells_, points_pass_, cull_, draw_, forget_gaps_;
+    VertexArray vertices_;
     EyeBlocks eye_blocks_;
     Camera camera_ = EquirectCamera{};
     Size source_, eye_size_;
     int eyes_ = 0;
     bool closes_ = false;
-    Within built_;
-    Texture angles_, corners_, depth_, depth_buffer_;
-    Buffer lists_, quads_, fans_list_, cuts_, large_;
+    bool is_built_ = false, has_room_ = false;  ///< for this source; what sources of its size need
+    Within within_;
+    Room room_;
+    Texture angles_, cell_map_, corners_, depth_, depth_buffer_;
+    Buffer counts_, blocks_, points_, indices_, draws_, eye_numbers_, needed_;
+    const Room* needed_words_ = nullptr;  ///< of needed_, where the GPU writes
+    GLsync counted_ = nullptr;
     Framebuffer framebuffer_;
 };
 

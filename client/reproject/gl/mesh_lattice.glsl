@@ -11,8 +11,11 @@ ivec2 lattice_wrapped(ivec2 p) {
     bool north = p.y < 0 && source_north_pole != 0, south = p.y >= source_size.y && source_south_pole != 0;
     if (north || south)
         p = ivec2(p.x + source_size.x / 2, north ? -1 - p.y : 2 * source_size.y - 1 - p.y);
-    if (source_closes != 0)
-        p.x = p.x < 0 ? p.x + source_size.x : p.x >= source_size.x ? (p.x - source_size.x) % source_size.x : p.x;
+    // Nothing is further out than a block: dividing whole numbers is slow.
+    int around = source_closes != 0 ? source_size.x : 0;
+    p.x += p.x < 0 ? around : 0;
+    p.x -= p.x >= source_size.x ? around : 0;
+    p.x -= p.x >= source_size.x ? around : 0;
     return p;
 }
 
@@ -33,10 +36,26 @@ float lattice_inverse(ivec2 p) {
     return max(1.5 * k - 0.5 * inverse_of_sample(clamp(2 * inner - p, ivec2(0), source_size - 1)), 0.0);
 }
 
-vec3 lattice_direction(ivec2 p) {
-    p = clamp(lattice_wrapped(p), ivec2(-1), source_size) + 1;
-    vec2 column = texelFetch(lattice_angles, ivec2(p.x, 0), 0).xy, row = texelFetch(lattice_angles, ivec2(p.y, 1), 0).xy;
+/// What directions are made of, of any column and row of the lattice: a sphere's row beyond a pole goes on over it, so
+/// that cosines of latitude are negative there.
+vec2 column_angles(int x) {
+    x = source_closes != 0 ? lattice_wrapped(ivec2(x, 0)).x : clamp(x, -1, source_size.x);
+    return texelFetch(lattice_angles, ivec2(x + 1, 0), 0).xy;
+}
+
+vec2 row_angles(int y) {
+    bool north = y < 0 && source_north_pole != 0, south = y >= source_size.y && source_south_pole != 0;
+    int of = clamp(north ? -1 - y : south ? 2 * source_size.y - 1 - y : y, -1, source_size.y);
+    vec2 row = texelFetch(lattice_angles, ivec2(of + 1, 1), 0).xy;
+    return north || south ? vec2(row.x, -row.y) : row;
+}
+
+vec3 direction_of_angles(vec2 column, vec2 row) {
     if (source_is_sphere == 0)
         return vec3(column.x, row.x, -1.0) * inversesqrt(1.0 + column.x * column.x + row.x * row.x);
     return vec3(row.y * column.x, row.x, -row.y * column.y);
+}
+
+vec3 lattice_direction(ivec2 p) {
+    return direction_of_angles(column_angles(p.x), row_angles(p.y));
 }

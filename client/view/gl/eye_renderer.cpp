@@ -35,7 +35,9 @@ struct EyeRenderer::Geometry {
     DepthPass pass;
     SphereDepth sphere_depth;
     std::vector<DepthViewpoint> views;
-    bool has_whole_depth = false;  ///< all of the frame's, of its own time
+    // Of the frame, of its own time:
+    bool has_whole_depth = false;  ///< of all of its samples
+    bool has_small_depth = false;  ///< of the small view's
 };
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m) : turn_(false), surface_(true) {
@@ -53,9 +55,9 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     frames_[next].upload(std::move(frame));
     current_ = next;
     later_s_ = 0;
-    mirrors_.upload(current().main().view);
+    specular_.upload(current().main().view);
     if (geometry_ != nullptr) {
-        geometry_->has_whole_depth = false;
+        geometry_->has_whole_depth = geometry_->has_small_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
     } else {
         finder_->mesh.forget_source();
@@ -101,18 +103,22 @@ bool EyeRenderer::has_rung(Rung rung) const {
     return std::ranges::find(rungs_, rung) != rungs_.end();
 }
 
-/// Of all of its samples: it is small.
+bool EyeRenderer::needs_small_depth() {
+    return !geometry_->has_small_depth && current().small() != nullptr &&
+           (has_rung(Rung::small) || has_rung(Rung::small_wide));
+}
+
+/// Of all of its samples: it is small. Once a frame, without what eyes saw last, which is theirs to keep.
 void EyeRenderer::find_small_depth() {
     UploadedPicture* small = current().small();
-    if (small == nullptr || !(has_rung(Rung::small) || has_rung(Rung::small_wide)))
-        return;
     const auto* sphere = std::get_if<EquirectCamera>(&small->view.camera);
     const SphereViews around =
         sphere != nullptr ? cube_views(*sphere, small->view.pose)
                           : flat_source_views(std::get<PerspectiveCamera>(small->view.camera), small->view.pose);
-    geometry_->pass.draw({around.views.data(), around.views.size()});
+    geometry_->pass.draw({around.views.data(), around.views.size()}, Culling::outside);
     small->textures.forget_depth();
     geometry_->sphere_depth.resolve(geometry_->pass, 0, around, small->view.pose, small->textures);
+    geometry_->has_small_depth = true;
 }
 
 void EyeRenderer::find_depth() {
@@ -121,7 +127,8 @@ void EyeRenderer::find_depth() {
         finder_->mesh.find(main.view, main.textures, eyes_);
         return;
     }
-    find_small_depth();
+    if (needs_small_depth())
+        find_small_depth();
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)
@@ -141,14 +148,16 @@ void EyeRenderer::find_depth() {
 void EyeRenderer::find_depths_apart() {
     UploadedPicture& main = current().main();
     const double frame_s = frame().main.info.time_s;
+    if (!geometry_->has_whole_depth || needs_small_depth())
+        geometry_->set_time(frame_s);
+    if (needs_small_depth())
+        find_small_depth();
     if (!geometry_->has_whole_depth) {
         const auto* sphere = std::get_if<EquirectCamera>(&main.view.camera);
         const SphereViews around =
             sphere != nullptr ? cube_views(*sphere, main.view.pose)
                               : flat_source_views(std::get<PerspectiveCamera>(main.view.camera), main.view.pose);
-        geometry_->set_time(frame_s);
-        find_small_depth();
-        geometry_->pass.draw({around.views.data(), around.views.size()});
+        geometry_->pass.draw({around.views.data(), around.views.size()}, Culling::outside);
         main.textures.forget_depth();
         geometry_->sphere_depth.resolve(geometry_->pass, 0, around, main.view.pose, main.textures);
         geometry_->has_whole_depth = true;
@@ -170,14 +179,15 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     eyes_.assign(eyes.begin(), eyes.end());
     by_depth_ = by_depth && has_depth();
     has_motion_ = false;
-    if (by_depth_ && can_carry_on())
+    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0;
+    // Depth from everywhere is kept for as long as there is some: what comes next may be carried on again.
+    if (is_carried_ || (by_depth_ && geometry_ != nullptr && geometry_->has_whole_depth))
         find_depths_apart();
     else if (by_depth_)
         find_depth();
     times.mark(RenderStage::depth);
-    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0;
     if (is_carried_)
-        carrier_.carry_on(source(), later_s_);
+        carrier_.carry_on(source(), specular_, later_s_);
     times.mark(RenderStage::carry);
 }
 
@@ -189,6 +199,8 @@ void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets&
             finder_->gaps.draw_forward(from, to);
         else if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
             finder_->gaps.draw_still_there(from, main, to);
+        else if (finder_ != nullptr)
+            finder_->gaps.forget(to);
     }
     if (rung == Rung::small_wide)
         gap_look_up_.fill_wide(from, to);
@@ -244,7 +256,8 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         surface_.reproject(main.view, looked_up(), eyes_, known, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
-    mirrors_.rework(main.view, looked_up(), eyes_, known, targets, options.mirrors);
+    const SpecularSource seen{main.view, looked_up(), is_carried_ ? carrier_.carried_specular() : specular_};
+    mirrors_.rework(seen, eyes_, known, targets, options.mirrors);
     if (known.texture != 0 && finder_ != nullptr)
         finder_->mesh.forget_gaps(targets);
     times.mark(RenderStage::reproject);
@@ -253,8 +266,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     times.mark(RenderStage::fill);
     if (options.reliability) {
         const bool found = known.texture != 0 && finder_ != nullptr;
-        reliability_.upload(main.view);
-        reliability_.estimate(main.view, looked_up(), {eyes_, known, targets},
+        reliability_.estimate(seen, {eyes_, known, targets},
                               {.depth_tolerance_w = found ? depth_tolerance_w(frame().main.info.depth_code) : 0,
                                .coding_loss = coding_loss_of(frame().main.info),
                                .specular_reworked = options.mirrors != MirrorTreatment::surface});

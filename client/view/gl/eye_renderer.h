@@ -95,6 +95,7 @@ private:
     const FrameTextures* earlier() const;
     void find_depth();
     void find_depths_apart();
+    bool needs_small_depth();
     void find_small_depth();
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
@@ -116,6 +117,7 @@ private:
     PictureCarrier carrier_;
     MotionView motion_;
     LookUp turn_, surface_;
+    SpecularTextures specular_;
     Mirrors mirrors_;
     GapTiles gaps_;
     GapLookUp gap_look_up_;

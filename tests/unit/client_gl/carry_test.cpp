@@ -21,26 +21,55 @@ class GlCarry : public Gl {
 protected:
     struct Carried {
         ByteImage rgb, regions;
-        FloatImage depth_m;
+        FloatImage depth_m, specular, virtual_depth_m;
     };
 
     Carried on_the_gpu(const moving_ball::Picture& picture, double seconds) {
         gl::SourceTextures source;
-        source.upload(source_view(picture.received, picture.depth_m));
+        const SourceView view = source_view(picture.received, picture.depth_m);
+        source.upload(view);
+        gl::SpecularTextures specular;
+        specular.upload(view);
         carrier.set_picture(picture.received.info);
-        carrier.carry_on(source, 3 * seconds);  // what it leaves must not show
-        carrier.carry_on(source, seconds);
+        carrier.carry_on(source, specular, 3 * seconds);  // what it leaves must not show
+        carrier.carry_on(source, specular, seconds);
         const gl::Size size = source.size();
-        Carried carried{ByteImage(size.width, size.height, 3), ByteImage(size.width, size.height, 1),
-                        FloatImage(size.width, size.height, 1)};
+        Carried carried{ByteImage(size.width, size.height, 3),
+                        ByteImage(size.width, size.height, 1),
+                        FloatImage(size.width, size.height, 1),
+                        {},
+                        {}};
         const auto width = std::size_t(size.width);
         gl::download(carrier.carried().colour(), 0, size, {GL_RGB, GL_UNSIGNED_BYTE, 3}, carried.rgb.samples().data(),
                      3 * width);
-        gl::download(carrier.carried().depth(), 0, size, {GL_RED, GL_FLOAT, sizeof(float)},
-                     carried.depth_m.samples().data(), width * sizeof(float));
+        const auto download = [&](GLuint texture, FloatImage& to) {
+            to = FloatImage(size.width, size.height, 1);
+            gl::download(texture, 0, size, {GL_RED, GL_FLOAT, sizeof(float)}, to.samples().data(),
+                         width * sizeof(float));
+        };
+        download(carrier.carried().depth(), carried.depth_m);
+        EXPECT_EQ(carrier.carried_specular().has_mask(), specular.has_mask());
+        if (specular.has_mask()) {
+            download(carrier.carried_specular().mask(), carried.specular);
+            download(carrier.carried_specular().virtual_depth(), carried.virtual_depth_m);
+        }
         gl::download(carrier.regions(), 0, size, {GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1},
                      carried.regions.samples().data(), width);
         return carried;
+    }
+
+    /// What was a mirror is one where it came to, and the image in it is as far behind it as it was.
+    static void expect_same_mirrors(const moving_ball::Picture& picture, const Carried& found,
+                                    const ReceivedPicture& expected) {
+        int changed = 0, others = 0;
+        for (std::size_t i = 0; i < found.specular.samples().size(); ++i) {
+            const float mask = expected.specular.samples()[i], image_m = expected.virtual_depth_m.samples()[i];
+            changed += mask != picture.received.specular.samples()[i];
+            others += found.specular.samples()[i] != mask ||
+                      !(std::abs(found.virtual_depth_m.samples()[i] - image_m) <= 1e-4f * std::abs(image_m));
+        }
+        EXPECT_GT(changed, 100);
+        EXPECT_LE(double(others), 0.02 * double(changed));
     }
 
     /// Both pictures alike; colours over what moved before or afterwards to 50 dB.
@@ -49,6 +78,8 @@ protected:
         PictureCarrier cpu;
         CarriedPicture expected;
         cpu.carry_on(picture.received, picture.depth_m, seconds, expected);
+        if (!picture.received.specular.empty())
+            expect_same_mirrors(picture, found, expected.picture);
         double squares = 0, held_squares = 0;
         std::int64_t moving = 0, other_depths = 0, shown = 0, uncovered = 0;
         for (int y = 0; y < found.rgb.height(); ++y)
@@ -100,6 +131,20 @@ TEST_F(GlCarry, GivesWhatTheCpuGives) {
         SCOPED_TRACE(one.what);
         expect_same(look(one.scene, 0), 0.15);
     }
+}
+
+/// Stripes of mirror, over the ball and what rests.
+TEST_F(GlCarry, CarriesMirrorsAlong) {
+    const glm::dvec3 ahead = turned.position_m + turned.orientation * glm::dvec3(-0.4, 0.1, -2);
+    moving_ball::Picture picture = look({sphere, turned, {ahead, 0.5, {1, 0.5, 0.3}, {0.3, 1, 0}}}, 0);
+    FloatImage& mask = picture.received.specular;
+    mask = picture.received.virtual_depth_m = FloatImage(sphere.width, sphere.height, 1);
+    for (int y = 0; y < sphere.height; ++y)
+        for (int x = 0; x < sphere.width; ++x) {
+            *mask.pixel(x, y) = x / 16 % 3 == 0 ? 1.0f : 0.0f;
+            *picture.received.virtual_depth_m.pixel(x, y) = 1.5f + *picture.depth_m.pixel(x, y);
+        }
+    expect_same(picture, 0.15);
 }
 
 /// Two bodies whose ways cross, the second the nearer: regions are told apart by number.

@@ -21,10 +21,9 @@
 namespace equistream::test {
 
 /// The ball and the wall of fill_scene.h as triangles.
-inline void write_model(const std::filesystem::path& file) {
+inline void write_model(const std::filesystem::path& file, int steps = 90) {
     std::ofstream obj(file);
     obj << "o ball\n";
-    constexpr int steps = 90;
     for (int j = 0; j <= steps; ++j)
         for (int i = 0; i <= 2 * steps; ++i) {
             const double longitude = pi * i / steps, latitude = pi * j / steps;
@@ -98,8 +97,12 @@ inline std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const
 
 inline constexpr glm::dvec3 ball_m_s(2.4, 0.6, 0);
 
-/// The ball on its way, painted, before the wall; the frame says how it moves. The head stands still.
-inline std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index, const Camera& camera) {
+enum class Mirror { none, wall, ball };
+
+/// The ball on its way, painted, before the wall; the frame says how it moves. The head stands still. Mirrors: none, a
+/// part of the wall that the ball comes before, or the ball.
+inline std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index, const Camera& camera,
+                                                              Mirror mirror = Mirror::none) {
     const double time_s = double(index) / 30;
     const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + time_s * ball_m_s;
     const auto ball = [&](const glm::dvec3& o, const glm::dvec3& d) { return to_sphere(o, d, centre_m, 0.3); };
@@ -127,6 +130,18 @@ inline std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index
                 region.runs.push_back({y, x, x + 1});
         }
     info.moving = {region};
+    if (mirror != Mirror::none) {
+        frame->main.specular = frame->main.virtual_depth_m = FloatImage(width_of(camera), height_of(camera), 1);
+        for (int y = 0; y < main.depth_m.height(); ++y)
+            for (int x = 0; x < main.depth_m.width(); ++x) {
+                const glm::dvec3 d = direction_of(camera, x + 0.5, y + 0.5);
+                const bool on_ball = ball(pose.position_m, d) < infinity;
+                const bool in_frame = d.z < 0 && std::abs(d.x / d.z + 0.35) < 0.25 && std::abs(d.y / d.z) < 0.35;
+                *frame->main.specular.pixel(x, y) =
+                    (mirror == Mirror::ball ? on_ball : in_frame && !on_ball) ? 1.0f : 0.0f;
+                *frame->main.virtual_depth_m.pixel(x, y) = *main.depth_m.pixel(x, y) + 1;
+            }
+    }
     // What it uncovers: push-pull would spread a single pixel of its outline over all of that.
     Rendered wall = render(
         wall_alone, [](const glm::dvec3& p, double) { return smooth(p, 1.5); }, camera, pose);

@@ -35,9 +35,10 @@ protected:
         }
         gl::SourceTextures textures;
         textures.describe(source.camera);
-        map.upload(source);
+        gl::SpecularTextures specular;
+        specular.upload(source);
         const gl::EyeDepth depth = has_depth ? targets.depth() : gl::EyeDepth{};
-        map.estimate(source, textures, {eyes, depth, targets}, options);
+        map.estimate({source, textures, specular}, {eyes, depth, targets}, options);
         for (std::size_t k = 0; k < 2; ++k) {
             EyePicture expected = pictures[k], found;
             estimate_reliability(source, eyes[k], expected, options);

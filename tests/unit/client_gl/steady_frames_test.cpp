@@ -33,12 +33,13 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     gl::PatchLookUp patch_look_up;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
+    gl::SpecularTextures specular;
     std::mt19937 random(3);
     const auto frame = [&](const Pose& pose) {
         main_textures.upload(scene.main_view);
         small_textures.upload(small);
         patch_textures.upload(patches);
-        map.upload(scene.main_view);
+        specular.upload(scene.main_view);
         targets.size_for(scene.camera, 2);
         const std::array eyes = {scene.eye, EyeView{scene.camera, pose, scene.eye.depth_m}};
         for (int k = 0; k < 2; ++k)
@@ -52,7 +53,7 @@ TEST_F(GlSteadyFrames, MakeNothing) {
         look_up.fill_wide({small, small_textures, PixelOrigin::small}, to);
         look_up.fill({small, small_textures, PixelOrigin::small}, to);
         push_pull.fill(scene.main_view, eyes, depth, gaps, targets);
-        map.estimate(scene.main_view, main_textures, {eyes, depth, targets});
+        map.estimate({scene.main_view, main_textures, specular}, {eyes, depth, targets});
         EyePicture picture;
         targets.download(1, picture);
         return picture.count(PixelOrigin::gap);
