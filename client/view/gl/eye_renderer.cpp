@@ -226,6 +226,12 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
             finder_->gaps.find_background(current().main().view, to);
         push_pull_.fill(current().main().view, eyes_, to.depth, gaps_, to.targets);
         break;
+    case Rung::spread: {
+        // Depth that was found says nothing of gaps.
+        const EyeDepth own = finder_ == nullptr ? to.depth : EyeDepth{};
+        spread_.fill({to.eyes, own, to.gaps, to.targets});
+        break;
+    }
     }
 }
 

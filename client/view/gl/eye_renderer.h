@@ -12,6 +12,7 @@
 #include <fill/gl/found_depth.h>
 #include <fill/gl/push_pull.h>
 #include <fill/gl/rungs.h>
+#include <fill/gl/spread.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
@@ -121,6 +122,7 @@ private:
     GapLookUp gap_look_up_;
     PatchLookUp patch_look_up_;
     PushPull push_pull_;
+    Spread spread_;
     ReliabilityMap reliability_;
 };
 
