@@ -4,7 +4,6 @@
 
 #include <equistream/formatted.h>
 
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -21,32 +20,10 @@ std::vector<std::string> defines() {
 
 Mirrors::Mirrors() : program_({{GL_COMPUTE_SHADER, "mirrors.glsl"}}, defines()) {}
 
-void Mirrors::upload(const SourceView& source) {
-    has_mask_ = source.specular.data != nullptr;
-    if (!has_mask_)
-        return;
-    const Size size{source.specular.width, source.specular.height};
-    if (!(size == size_)) {
-        specular_ = make_texture(size, GL_R32F);
-        virtual_depth_ = make_texture(size, GL_R32F);
-        size_ = size;
-    }
-    const auto put = [&](const Texture& texture, const ImageView<const float>& plane) {
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(plane.row_stride / plane.channels));
-        glTextureSubImage2D(texture.name(), 0, 0, 0, size.width, size.height, GL_RED, GL_FLOAT, plane.data);
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-    };
-    put(specular_, source.specular);
-    const float unknown = std::nanf("");
-    if (source.virtual_depth_m.data != nullptr)
-        put(virtual_depth_, source.virtual_depth_m);
-    else
-        glClearTexImage(virtual_depth_.name(), 0, GL_RED, GL_FLOAT, &unknown);
-}
-
-void Mirrors::rework(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
-                     const EyeDepth& depth, const EyeTargets& targets, MirrorTreatment treatment) {
-    if (!has_mask_ || source.depth() == 0 || depth.texture == 0 || treatment == MirrorTreatment::surface)
+void Mirrors::rework(const MirroringPicture& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
+                     const EyeTargets& targets, MirrorTreatment treatment) {
+    const auto& [view, source, planes] = picture;
+    if (!picture.tells() || depth.texture == 0 || treatment == MirrorTreatment::surface)
         return;
     blocks_.set(view, eyes, SpecularOptions{}.error_budget_px);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
@@ -55,8 +32,7 @@ void Mirrors::rework(const SourceView& view, const SourceTextures& source, std::
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
     glBindTextureUnit(3, targets.origin());
-    glBindTextureUnit(6, specular_.name());
-    glBindTextureUnit(7, virtual_depth_.name());
+    planes.bind();
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     program_.set("inverse_depth_scale", depth.scale);

@@ -22,9 +22,13 @@ constexpr double longest_memory_s = 1;
 
 /// The client's own geometry, where it is at the time of the frame that is shown.
 struct EyeRenderer::Geometry {
-    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m)
+    /// `with_colours`: the model has shading.
+    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m, bool with_colours)
         : instances(loaded, description), pass(loaded),
-          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {}
+          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {
+        if (with_colours)
+            colours.emplace(loaded);
+    }
 
     void set_time(double time_s) {
         if (instances.any_moves())
@@ -34,15 +38,20 @@ struct EyeRenderer::Geometry {
     MovedInstances instances;
     DepthPass pass;
     SphereDepth sphere_depth;
+    std::optional<GeometryRung> colours;
     std::vector<DepthViewpoint> views;
     bool has_whole_depth = false;  ///< all of the frame's, of its own time
 };
 
-EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m) : turn_(false), surface_(true) {
-    if (scene != nullptr)
-        geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);
-    else
+EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs)
+    : rungs_(std::move(rungs)), turn_(false), surface_(true) {
+    if (scene == nullptr) {
         finder_ = std::make_unique<Finder>();
+        return;
+    }
+    const bool with_colours = has_rung(Rung::geometry) && scene->stands_for.empty();
+    geometry_ =
+        std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = with_colours}), box_radius_m, with_colours);
 }
 
 EyeRenderer::~EyeRenderer() = default;
@@ -53,7 +62,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     frames_[next].upload(std::move(frame));
     current_ = next;
     later_s_ = 0;
-    mirrors_.upload(current().main().view);
+    mirror_planes_[current_].upload(current().main().view);
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
@@ -181,6 +190,14 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     times.mark(RenderStage::carry);
 }
 
+GapTargets EyeRenderer::with_mirrors(Rung rung, const GapTargets& to) {
+    GapTargets with = to;
+    const UploadedPicture& before = frames_[1 - current_].main();
+    const MirroringPicture own{before.view, before.textures, mirror_planes_[1 - current_]};
+    with.image_behind = gap_mirrors_.find(rung == Rung::earlier && own.tells() ? own : mirroring(), to);
+    return with;
+}
+
 /// From a picture with depth; of a small one without, by direction alone.
 void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets& to) {
     if (from.textures.depth() != 0) {
@@ -190,10 +207,11 @@ void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets&
         else if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
             finder_->gaps.draw_still_there(from, main, to);
     }
+    const GapTargets with = from.textures.depth() != 0 ? with_mirrors(rung, to) : to;
     if (rung == Rung::small_wide)
-        gap_look_up_.fill_wide(from, to);
+        gap_look_up_.fill_wide(from, with);
     else
-        gap_look_up_.fill(from, to);
+        gap_look_up_.fill(from, with);
 }
 
 void EyeRenderer::run(Rung rung, const GapTargets& to) {
@@ -208,7 +226,7 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
             by_depth && patches != nullptr && patches->atlas().depth() != 0) {
             if (finder_ != nullptr)
                 finder_->gaps.draw_forward(current().patches_view(), *patches, to);
-            patch_look_up_.fill(current().patches_view(), *patches, to);
+            patch_look_up_.fill(current().patches_view(), *patches, with_mirrors(rung, to));
         }
         break;
     case Rung::earlier:
@@ -220,6 +238,10 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
         if (const UploadedPicture* small = current().small();
             small != nullptr && (by_depth || small->textures.depth() == 0))
             look_up({small->view, small->textures, PixelOrigin::small}, rung, to);
+        break;
+    case Rung::geometry:
+        if (by_depth && geometry_ != nullptr && geometry_->colours)
+            geometry_->colours->fill(geometry_->pass, to);
         break;
     case Rung::push_pull:
         if (by_depth && finder_ != nullptr)
@@ -250,7 +272,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         surface_.reproject(main.view, looked_up(), eyes_, known, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
-    mirrors_.rework(main.view, looked_up(), eyes_, known, targets, options.mirrors);
+    mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);
     if (known.texture != 0 && finder_ != nullptr)
         finder_->mesh.forget_gaps(targets);
     times.mark(RenderStage::reproject);

@@ -8,6 +8,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/gl_depth.h>
+#include <equistream_client/ray_colour.h>
 #include <equistream_client/received_view.h>
 #include <equistream_client/reliability.h>
 #include <equistream_client/specular.h>
@@ -47,28 +48,31 @@ inline ReceivedPicture picture_of(const Rendered& rendered) {
     return picture;
 }
 
-/// High up on the wall, where no gaps are; what is in it lies a metre behind.
-inline void hang_mirror(const Rendered& rendered, ReceivedPicture& picture) {
+/// High up on the wall, where no gaps are.
+inline constexpr double mirror_height_m = 1.1;
+
+/// On the wall from a height on; what is in it lies a metre behind.
+inline void hang_mirror(const Rendered& rendered, double height_m, ReceivedPicture& picture) {
     picture.specular = picture.virtual_depth_m = FloatImage(rendered.depth_m.width(), rendered.depth_m.height(), 1);
     for (int y = 0; y < picture.specular.height(); ++y)
         for (int x = 0; x < picture.specular.width(); ++x) {
             const glm::dvec3 d = direction_of(rendered.camera, x + 0.5, y + 0.5);
             const float r = *rendered.depth_m.pixel(x, y);
-            *picture.specular.pixel(x, y) = r * d.y > 1.1 && r < 10 ? 1.0f : 0.0f;
+            *picture.specular.pixel(x, y) = r * d.y > height_m && r > 2 && r < 10 ? 1.0f : 0.0f;
             *picture.virtual_depth_m.pixel(x, y) = r + 1;
         }
 }
 
 /// Where a centimetre a frame along X leads; everything there is to fill gaps from comes with it.
 inline std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera,
-                                                       bool with_depth = false) {
+                                                       bool with_depth = false, double mirror_m = mirror_height_m) {
     const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
     auto frame = std::make_shared<ReceivedFrame>();
     const Rendered main = render(ball_and_wall, red_and_smooth, camera, pose);
     frame->main = picture_of(main);
     if (with_depth)
         frame->main.depth_m = main.depth_m;
-    hang_mirror(main, frame->main);
+    hang_mirror(main, mirror_m, frame->main);
     Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
     for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
         if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
@@ -167,6 +171,8 @@ protected:
 class OnTheCpu {
 public:
     OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs) : rungs_(rungs) {
+        if (scene != nullptr && rungs.find("geometry") != std::string::npos)
+            colours_.emplace(*scene);
         if (scene != nullptr)
             depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
     }
@@ -209,12 +215,15 @@ public:
         engine->reproject(eye, picture);
         mirrored += rework_specular(main, eye, picture).by_image;
         const FillLadder ladder = make_fill_ladder(rungs_);
+        if (colours_)
+            colours_->set_time(frame.main.info.time_s + later_s);
         for (const auto& rung : ladder)
             rung->set_frame({.main = &main,
                              .small = small ? &*small : nullptr,
                              .earlier = earlier,
                              .hidden = hidden ? &*hidden : nullptr,
-                             .patches = patches ? &*patches : nullptr});
+                             .patches = patches ? &*patches : nullptr,
+                             .geometry = colours_ ? &*colours_ : nullptr});
         fill_gaps(ladder, eye, picture);
         estimate_reliability(main, eye, picture, {.specular_reworked = true});
         return picture;
@@ -237,6 +246,7 @@ private:
 
     std::string rungs_;
     std::optional<GlDepth> depth_;
+    std::optional<RayColour> colours_;
 };
 
 inline double psnr_db(const ByteImage& a, const ByteImage& b) {

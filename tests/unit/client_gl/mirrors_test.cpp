@@ -22,20 +22,21 @@ protected:
                                      MirrorTreatment treatment) {
         gl::SourceTextures textures;
         textures.upload(source);
-        mirrors.upload(source);
+        planes.upload(source);
         gl::EyeTargets targets;
         targets.size_for(eyes[0].camera, 2);
         for (int i = 0; i < 2; ++i) {
             upload(before, i, targets);
             targets.upload_depth(i, eyes[std::size_t(i)].camera, eyes[std::size_t(i)].depth_m);
         }
-        mirrors.rework(source, textures, eyes, targets.depth(), targets, treatment);
+        mirrors.rework({source, textures, planes}, eyes, targets.depth(), targets, treatment);
         std::array<EyePicture, 2> pictures;
         for (int i = 0; i < 2; ++i)
             targets.download(i, pictures[std::size_t(i)]);
         return pictures;
     }
 
+    gl::MirrorPlanes planes;
     gl::Mirrors mirrors;
 };
 
