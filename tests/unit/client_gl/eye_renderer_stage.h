@@ -48,31 +48,28 @@ inline ReceivedPicture picture_of(const Rendered& rendered) {
     return picture;
 }
 
-/// High up on the wall, where no gaps are.
-inline constexpr double mirror_height_m = 1.1;
-
-/// On the wall from a height on; what is in it lies a metre behind.
-inline void hang_mirror(const Rendered& rendered, double height_m, ReceivedPicture& picture) {
+/// High up on the wall, where no gaps are; what is in it lies a metre behind.
+inline void hang_mirror(const Rendered& rendered, ReceivedPicture& picture) {
     picture.specular = picture.virtual_depth_m = FloatImage(rendered.depth_m.width(), rendered.depth_m.height(), 1);
     for (int y = 0; y < picture.specular.height(); ++y)
         for (int x = 0; x < picture.specular.width(); ++x) {
             const glm::dvec3 d = direction_of(rendered.camera, x + 0.5, y + 0.5);
             const float r = *rendered.depth_m.pixel(x, y);
-            *picture.specular.pixel(x, y) = r * d.y > height_m && r > 2 && r < 10 ? 1.0f : 0.0f;
+            *picture.specular.pixel(x, y) = r * d.y > 1.1 && r < 10 ? 1.0f : 0.0f;
             *picture.virtual_depth_m.pixel(x, y) = r + 1;
         }
 }
 
 /// Where a centimetre a frame along X leads; everything there is to fill gaps from comes with it.
 inline std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const Camera& camera,
-                                                       bool with_depth = false, double mirror_m = mirror_height_m) {
+                                                       bool with_depth = false) {
     const Pose pose{{-0.0315 - 0.01 * double(index), 0, 0}, {1, 0, 0, 0}};
     auto frame = std::make_shared<ReceivedFrame>();
     const Rendered main = render(ball_and_wall, red_and_smooth, camera, pose);
     frame->main = picture_of(main);
     if (with_depth)
         frame->main.depth_m = main.depth_m;
-    hang_mirror(main, mirror_m, frame->main);
+    hang_mirror(main, frame->main);
     Rendered hidden = render(wall_alone, red_and_smooth, camera, pose);
     for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
         if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
@@ -213,7 +210,8 @@ public:
         engine->set_source(main);
         EyePicture picture;
         engine->reproject(eye, picture);
-        mirrored += rework_specular(main, eye, picture).by_image;
+        const SpecularCounts counts = rework_specular(main, eye, picture, {.treatment = mirrors});
+        mirrored += mirrors == MirrorTreatment::gaps ? counts.gaps : counts.by_image;
         const FillLadder ladder = make_fill_ladder(rungs_);
         if (colours_)
             colours_->set_time(frame.main.info.time_s + later_s);
@@ -229,7 +227,8 @@ public:
         return picture;
     }
 
-    std::int64_t mirrored = 0;  ///< pixels that were looked up by images
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    std::int64_t mirrored = 0;  ///< pixels that were looked up by images, or made gaps
 
 private:
     FloatImage depth_of(const ReceivedPicture& picture) {
