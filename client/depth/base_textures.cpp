@@ -20,9 +20,8 @@ int wrapped(int i, int n, Wrap wrap) {
     return m < n ? m : period - 1 - m;
 }
 
-/// Coordinates beyond this say nothing about a texel any more, and would overflow an int.
 float bounded(float coordinate) {
-    return std::abs(coordinate) < 1e5f ? coordinate : 0.0f;
+    return std::abs(coordinate) < BaseTextures::farthest_coordinate ? coordinate : 0.0f;
 }
 
 }  // namespace

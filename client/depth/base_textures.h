@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 namespace equistream {
@@ -14,21 +15,27 @@ public:
     /// Longest side that is kept of an image: what a gap shows is small.
     static constexpr int longest_side = 1024;
 
+    /// Coordinates beyond this say nothing about a texel any more, and would overflow an int.
+    static constexpr float farthest_coordinate = 1e5f;
+
+    struct Level {
+        int width = 0, height = 0;
+        std::vector<std::uint8_t> rgb;  ///< sRGB
+    };
+
     /// `model` is borrowed.
     explicit BaseTextures(const SceneModel& model);
     ~BaseTextures();
 
     /// Makes ready what `lookup` would make the first time. Any number of threads.
     void decode(std::uint32_t texture) const;
+    /// What decode() made ready, finest first; empty before that, and where the image cannot be decoded.
+    std::span<const Level> levels(std::uint32_t texture) const { return chains_[texture].levels; }
     /// Linear colour at glTF texture coordinates, bilinear, from the level whose texels are about `footprint` wide (in
     /// texture coordinates). White where the image cannot be decoded. Any number of threads.
     glm::vec3 lookup(std::uint32_t texture, glm::vec2 uv, float footprint) const;
 
 private:
-    struct Level {
-        int width = 0, height = 0;
-        std::vector<std::uint8_t> rgb;  ///< sRGB
-    };
     struct Chain {
         std::once_flag once;
         std::vector<Level> levels;  ///< finest first

@@ -1,9 +1,9 @@
 #include <equistream_client/ray_colour.h>
 
+#include "base_colour.h"
 #include "base_textures.h"
 
 #include <equistream_scene/embree_rays.h>
-#include <equistream_scene/shading_model.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -101,14 +101,12 @@ GeometryHit RayColour::State::Loaded::shade(const GeometryRay& ray, const HitId&
         hit.normal = -hit.normal;
     if (texture_of(id) != no_index) {
         const glm::vec2 a = c.uv[1] - c.uv[0], b = c.uv[2] - c.uv[0];
-        const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, 1e-12f));
+        const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, least_triangle_m2));
         const glm::vec2 uv = (1 - id.u - id.v) * c.uv[0] + id.u * c.uv[1] + id.v * c.uv[2];
-        const float width_m = ray.spread_rad * distance_m / std::sqrt(std::max(std::abs(cosine), 1e-3f));
+        const float width_m = ray.spread_rad * distance_m / std::sqrt(std::max(std::abs(cosine), least_seen_cosine));
         hit.base_colour *= textures.lookup(material.base_colour_texture, uv, width_m * uv_per_m);
     }
-    const bool emits = glm::any(glm::greaterThan(material.emission, glm::vec3(0)));
-    const bool mirrors = material.metallic > 0.5f && material.roughness < mirror_roughness;
-    hit.matte = !emits && !mirrors && !(material.transmission > 0.5f);
+    hit.matte = is_matte(material);
     return hit;
 }
 

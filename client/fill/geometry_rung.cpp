@@ -1,5 +1,7 @@
 #include "geometry_rung.h"
 
+#include "geometry_light.h"
+
 #include <equistream/srgb.h>
 
 #include <tbb/blocked_range.h>
@@ -14,11 +16,7 @@ namespace equistream {
 
 namespace {
 
-constexpr int tile_side = 8;
-constexpr int sample_step = 2;    ///< of filled pixels, those at every second column and row are asked
-constexpr int farthest_tile = 6;  ///< around a gap's own where its instance is looked for
-constexpr std::size_t enough_samples = 12;
-constexpr float least_base = 0.02f;  ///< darker surfaces' colours say little about their light
+constexpr int tile_side = light_tile_side, sample_step = light_sample_step;
 
 struct Pixel {
     int x = 0, y = 0;
@@ -50,11 +48,12 @@ public:
         : columns_((picture.origin.width() + tile_side - 1) / tile_side),
           rows_((picture.origin.height() + tile_side - 1) / tile_side), first_(std::size_t(columns_) * rows_ + 1) {
         std::vector<std::uint8_t> wanted(std::size_t(columns_) * rows_);
+        constexpr int reach = lit_tiles_around;
         for (const GapSpan& span : gaps.spans())
-            for (int row = std::max(span.y / tile_side - 2, 0); row <= std::min(span.y / tile_side + 2, rows_ - 1);
-                 ++row)
-                for (int column = std::max(span.begin / tile_side - 2, 0);
-                     column <= std::min((span.end - 1) / tile_side + 2, columns_ - 1); ++column)
+            for (int row = std::max(span.y / tile_side - reach, 0);
+                 row <= std::min(span.y / tile_side + reach, rows_ - 1); ++row)
+                for (int column = std::max(span.begin / tile_side - reach, 0);
+                     column <= std::min((span.end - 1) / tile_side + reach, columns_ - 1); ++column)
                     wanted[std::size_t(row) * columns_ + column] = 1;
         for (int row = 0; row < rows_; ++row)
             for (int column = 0; column < columns_; ++column) {
@@ -72,7 +71,7 @@ public:
     std::vector<const LitSample*> around(Pixel pixel, std::uint32_t instance) const {
         std::vector<const LitSample*> found;
         const int column = pixel.x / tile_side, row = pixel.y / tile_side;
-        for (int ring = 0; ring <= farthest_tile && found.size() < enough_samples; ++ring)
+        for (int ring = 0; ring <= farthest_light_tile && found.size() < enough_light_samples; ++ring)
             for (int y = std::max(row - ring, 0); y <= std::min(row + ring, rows_ - 1); ++y) {
                 const bool edge = std::abs(y - row) == ring;
                 for (int x = column - ring; x <= column + ring; x += edge || ring == 0 ? 1 : 2 * ring)
@@ -109,7 +108,7 @@ glm::vec3 light_at(const std::vector<const LitSample*>& samples, Pixel pixel, co
     for (const LitSample* sample : samples) {
         const float dx = float(sample->pixel.x - pixel.x), dy = float(sample->pixel.y - pixel.y);
         const float facing = std::max(glm::dot(sample->hit.normal, normal), 0.0f);
-        const float weight = (facing * facing * facing * facing + 1e-3f) / (dx * dx + dy * dy);
+        const float weight = (facing * facing * facing * facing + least_light_weight) / (dx * dx + dy * dy);
         seen += weight * sample->seen;
         base += weight * glm::max(sample->hit.base_colour, glm::vec3(least_base));
     }

@@ -1,8 +1,9 @@
 #include "spread_rung.h"
 
+#include "spread_likeness.h"
+
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace equistream {
 
@@ -14,10 +15,6 @@ struct Pixel {
 };
 
 constexpr std::array<Pixel, 8> around = {{{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
-
-/// Depths whose ratio is below about 1.1 are one surface, whatever the head box: what colours come from is a guess
-/// anyway, which the bound says nothing of.
-constexpr float same_surface_likeness = 0.1f;
 
 /// One layer after the other: the colours of a layer come from the layers before it only, so the result does not
 /// depend on the order within it.
@@ -54,16 +51,10 @@ private:
         return inside(from) && !open(from) && (across_surfaces_ || likeness(from, to) > same_surface_likeness);
     }
 
-    /// 1 at the same depth, less the more the depths' ratio differs from one; never quite 0.
     float likeness(Pixel a, Pixel b) const {
         if (eye_.depth_m.data == nullptr)
             return 1;
-        const float p = eye_.depth_m.pixel(a.x, a.y)[0];
-        const float q = eye_.depth_m.pixel(b.x, b.y)[0];
-        if (p == q)
-            return 1;
-        const float difference = std::abs(p - q) / std::min(p, q);
-        return std::isfinite(difference) ? 1 / (1 + 1e3f * difference * difference) : 1e-6f;
+        return depth_likeness(eye_.depth_m.pixel(a.x, a.y)[0], eye_.depth_m.pixel(b.x, b.y)[0]);
     }
 
     std::vector<Pixel> all_open() const {

@@ -1,7 +1,8 @@
 #pragma once
 /// Rungs `hidden`, `earlier`, `small` and `small-wide` (fill.h) on the GPU, for all eyes at once: gap pixels take what
-/// they see from another picture, by the eyes' depth: their own, or what found_depth.h finds. Mirrors are looked up
-/// like any surface.
+/// they see from another picture, by the eyes' depth: their own, or what found_depth.h finds. What
+/// mirrors and glass show is not on them: such a pixel is coloured only where the picture shows the same in them from
+/// its own place, within the budget.
 #include "wide_gaps.h"
 
 #include "../../reproject/gl/eye_blocks.h"
@@ -18,6 +19,9 @@ struct GapTargets {
     /// Of the targets as they are, or as they were before some of their gaps were filled.
     const GapTiles& gaps;
     const EyeTargets& targets;
+    /// How far behind the surface that a gap pixel sees its image in a mirror lies (GapMirrors), a layer for each eye;
+    /// 0: mirrors are looked up like any surface.
+    GLuint image_behind = 0;
 };
 
 /// The picture to look up in: what it is of, and its pixels, which are those of `view`.

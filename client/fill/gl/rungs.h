@@ -7,9 +7,9 @@
 
 namespace equistream::gl {
 
-enum class Rung { hidden, patches, earlier, small, small_wide, push_pull };
-inline constexpr std::array<std::string_view, 6> rung_names = {"hidden", "patches",    "earlier",
-                                                               "small",  "small-wide", "pushpull"};
+enum class Rung { hidden, patches, earlier, small, small_wide, geometry, push_pull, spread };
+inline constexpr std::array<std::string_view, 8> rung_names = {"hidden",     "patches",  "earlier",  "small",
+                                                               "small-wide", "geometry", "pushpull", "spread"};
 
 /// Of a comma-separated list, in its order; "none" alone: of none. Throws InputError naming the accepted words.
 std::vector<Rung> parse_rungs(const std::string& list);

@@ -156,8 +156,9 @@ std::function<void()> set_up(CLI::App& app) {
            "(as if painted on it)")
         ->capture_default_str();
     app.add_option("--fill", arguments->fill,
-                   "Rungs that fill gaps, as of play, of hidden, patches, earlier, small, small-wide and pushpull; on: "
-                   "hidden,patches,earlier,pushpull; off: gaps stay black")
+                   "Rungs that fill gaps, as of play: a list of hidden, patches, earlier, small, small-wide, geometry, "
+                   "pushpull and spread; on: " +
+                       std::string(default_fill) + "; off: gaps stay black")
         ->capture_default_str();
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();

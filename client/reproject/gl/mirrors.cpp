@@ -20,20 +20,19 @@ std::vector<std::string> defines() {
 
 Mirrors::Mirrors() : program_({{GL_COMPUTE_SHADER, "mirrors.glsl"}}, defines()) {}
 
-void Mirrors::rework(const SpecularSource& of, std::span<const EyeView> eyes, const EyeDepth& depth,
+void Mirrors::rework(const SpecularSource& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
                      const EyeTargets& targets, MirrorTreatment treatment) {
-    const SourceTextures& source = of.textures;
-    if (!of.specular.has_mask() || source.depth() == 0 || depth.texture == 0 || treatment == MirrorTreatment::surface)
+    const auto& [view, source, specular] = picture;
+    if (!picture.tells() || depth.texture == 0 || treatment == MirrorTreatment::surface)
         return;
-    blocks_.set(of.view, eyes, SpecularOptions{}.error_budget_px);
+    blocks_.set(view, eyes, SpecularOptions{}.error_budget_px);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
     glBindTextureUnit(0, source.colour());
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
     glBindTextureUnit(3, targets.origin());
-    glBindTextureUnit(6, of.specular.mask());
-    glBindTextureUnit(7, of.specular.virtual_depth());
+    specular.bind();
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     program_.set("inverse_depth_scale", depth.scale);

@@ -5,8 +5,6 @@ layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 3) uniform usampler2DArray eye_origin;
-layout(binding = 6) uniform sampler2D source_specular;
-layout(binding = 7) uniform sampler2D source_virtual_depth;  // NaN where nobody has told
 layout(binding = 0, rgba8) uniform writeonly image2DArray eye_colour;
 layout(binding = 1, r8ui) uniform writeonly uimage2DArray reworked_origin;  // the same as eye_origin
 
@@ -14,21 +12,12 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray reworked_origin;  // t
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
 #include "depth_reach.glsl"
+#include "mirror_planes.glsl"
 
 uniform int looks_for_images;  // 0: what is not known to be within the budget is a gap
 
 ivec2 nearest_sample(vec2 position) {
     return clamp(ivec2(floor(position)), ivec2(0), source_size - 1);
-}
-
-bool is_specular(ivec2 s) {
-    return texelFetch(source_specular, s, 0).x > LEAST_SPECULAR;
-}
-
-/// What a sample's mirror shows is so far away; NaN where it shows nothing, or nobody has told.
-float image_of(ivec2 s) {
-    float image_m = texelFetch(source_virtual_depth, s, 0).x;
-    return is_specular(s) && image_m > 0.0 ? min(image_m, FAR_DISTANCE_M) : UNKNOWN;
 }
 
 float image_towards(vec3 d) {

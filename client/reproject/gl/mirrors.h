@@ -14,9 +14,9 @@ class Mirrors {
 public:
     Mirrors();
 
-    /// After an engine's reproject of the same source. Without mask or depth nothing is done, nor by
+    /// After an engine's reproject of the picture. Without mask or depth nothing is done, nor by
     /// MirrorTreatment::surface. What comes after needs no barrier of its own, as in LookUp.
-    void rework(const SpecularSource& source, std::span<const EyeView> eyes, const EyeDepth& depth,
+    void rework(const SpecularSource& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
                 const EyeTargets& targets, MirrorTreatment treatment = MirrorTreatment::images);
 
 private:

@@ -30,4 +30,9 @@ void SpecularTextures::upload(const SourceView& source) {
         glClearTexImage(virtual_depth_.name(), 0, GL_RED, GL_FLOAT, &unknown);
 }
 
+void SpecularTextures::bind() const {
+    glBindTextureUnit(6, mask_.name());
+    glBindTextureUnit(7, virtual_depth_.name());
+}
+
 }  // namespace equistream::gl

@@ -16,6 +16,8 @@ public:
     void size_for(Size size, bool has_mask);
 
     bool has_mask() const { return has_mask_; }
+    /// For shaders that include mirror_planes.glsl: texture units 6 and 7. Only with a mask.
+    void bind() const;
     GLuint mask() const { return mask_.name(); }                    ///< GL_R32F, 0 to 1
     GLuint virtual_depth() const { return virtual_depth_.name(); }  ///< GL_R32F; NaN where nobody has told
 
@@ -30,6 +32,9 @@ struct SpecularSource {
     const SourceView& view;
     const SourceTextures& textures;
     const SpecularTextures& specular;
+
+    /// Whether it says where mirrors are, and how far they are.
+    bool tells() const { return specular.has_mask() && textures.depth() != 0; }
 };
 
 }  // namespace equistream::gl

@@ -22,9 +22,13 @@ constexpr double longest_memory_s = 1;
 
 /// The client's own geometry, where it is at the time of the frame that is shown.
 struct EyeRenderer::Geometry {
-    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m)
+    /// `with_colours`: the model has shading.
+    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m, bool with_colours)
         : instances(loaded, description), pass(loaded),
-          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {}
+          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {
+        if (with_colours)
+            colours.emplace(loaded);
+    }
 
     void set_time(double time_s) {
         if (instances.any_moves())
@@ -34,17 +38,22 @@ struct EyeRenderer::Geometry {
     MovedInstances instances;
     DepthPass pass;
     SphereDepth sphere_depth;
+    std::optional<GeometryRung> colours;
     std::vector<DepthViewpoint> views;
     // Of the frame, of its own time:
     bool has_whole_depth = false;  ///< of all of its samples
     bool has_small_depth = false;  ///< of the small view's
 };
 
-EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m) : turn_(false), surface_(true) {
-    if (scene != nullptr)
-        geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);
-    else
+EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs)
+    : rungs_(std::move(rungs)), turn_(false), surface_(true) {
+    if (scene == nullptr) {
         finder_ = std::make_unique<Finder>();
+        return;
+    }
+    const bool with_colours = has_rung(Rung::geometry) && scene->stands_for.empty();
+    geometry_ =
+        std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = with_colours}), box_radius_m, with_colours);
 }
 
 EyeRenderer::~EyeRenderer() = default;
@@ -55,7 +64,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     frames_[next].upload(std::move(frame));
     current_ = next;
     later_s_ = 0;
-    specular_.upload(current().main().view);
+    specular_[current_].upload(current().main().view);
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = geometry_->has_small_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
@@ -187,8 +196,20 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
         find_depth();
     times.mark(RenderStage::depth);
     if (is_carried_)
-        carrier_.carry_on(source(), specular_, later_s_);
+        carrier_.carry_on(source(), specular_[current_], later_s_);
     times.mark(RenderStage::carry);
+}
+
+SpecularSource EyeRenderer::mirroring() {
+    return {current().main().view, looked_up(), is_carried_ ? carrier_.carried_specular() : specular_[current_]};
+}
+
+GapTargets EyeRenderer::with_mirrors(Rung rung, const GapTargets& to) {
+    GapTargets with = to;
+    const UploadedPicture& before = frames_[1 - current_].main();
+    const SpecularSource own{before.view, before.textures, specular_[1 - current_]};
+    with.image_behind = gap_mirrors_.find(rung == Rung::earlier && own.tells() ? own : mirroring(), to);
+    return with;
 }
 
 /// From a picture with depth; of a small one without, by direction alone.
@@ -202,10 +223,11 @@ void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets&
         else if (finder_ != nullptr)
             finder_->gaps.forget(to);
     }
+    const GapTargets with = from.textures.depth() != 0 ? with_mirrors(rung, to) : to;
     if (rung == Rung::small_wide)
-        gap_look_up_.fill_wide(from, to);
+        gap_look_up_.fill_wide(from, with);
     else
-        gap_look_up_.fill(from, to);
+        gap_look_up_.fill(from, with);
 }
 
 void EyeRenderer::run(Rung rung, const GapTargets& to) {
@@ -220,7 +242,7 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
             by_depth && patches != nullptr && patches->atlas().depth() != 0) {
             if (finder_ != nullptr)
                 finder_->gaps.draw_forward(current().patches_view(), *patches, to);
-            patch_look_up_.fill(current().patches_view(), *patches, to);
+            patch_look_up_.fill(current().patches_view(), *patches, with_mirrors(rung, to));
         }
         break;
     case Rung::earlier:
@@ -233,11 +255,21 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
             small != nullptr && (by_depth || small->textures.depth() == 0))
             look_up({small->view, small->textures, PixelOrigin::small}, rung, to);
         break;
+    case Rung::geometry:
+        if (by_depth && geometry_ != nullptr && geometry_->colours)
+            geometry_->colours->fill(geometry_->pass, to);
+        break;
     case Rung::push_pull:
         if (by_depth && finder_ != nullptr)
             finder_->gaps.find_background(current().main().view, to);
         push_pull_.fill(current().main().view, eyes_, to.depth, gaps_, to.targets);
         break;
+    case Rung::spread: {
+        // Depth that was found says nothing of gaps.
+        const EyeDepth own = finder_ == nullptr ? to.depth : EyeDepth{};
+        spread_.fill({to.eyes, own, to.gaps, to.targets});
+        break;
+    }
     }
 }
 
@@ -256,8 +288,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         surface_.reproject(main.view, looked_up(), eyes_, known, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
-    const SpecularSource seen{main.view, looked_up(), is_carried_ ? carrier_.carried_specular() : specular_};
-    mirrors_.rework(seen, eyes_, known, targets, options.mirrors);
+    mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);
     if (known.texture != 0 && finder_ != nullptr)
         finder_->mesh.forget_gaps(targets);
     times.mark(RenderStage::reproject);
@@ -266,7 +297,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     times.mark(RenderStage::fill);
     if (options.reliability) {
         const bool found = known.texture != 0 && finder_ != nullptr;
-        reliability_.estimate(seen, {eyes_, known, targets},
+        reliability_.estimate(mirroring(), {eyes_, known, targets},
                               {.depth_tolerance_w = found ? depth_tolerance_w(frame().main.info.depth_code) : 0,
                                .coding_loss = coding_loss_of(frame().main.info),
                                .specular_reworked = options.mirrors != MirrorTreatment::surface});

@@ -10,8 +10,11 @@
 #include <depth/gl/depth_pass.h>
 #include <depth/gl/sphere_depth.h>
 #include <fill/gl/found_depth.h>
+#include <fill/gl/gap_mirrors.h>
+#include <fill/gl/geometry_rung.h>
 #include <fill/gl/push_pull.h>
 #include <fill/gl/rungs.h>
+#include <fill/gl/spread.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
@@ -41,12 +44,11 @@ struct RefreshOptions {
 class EyeRenderer {
 public:
     /// Without a scene the eyes' depth is found from the frame's, and where it has none they only turn. `box_radius_m`
-    /// sizes what depth may be off by.
-    EyeRenderer(const SceneDescription* scene, double box_radius_m);
+    /// sizes what depth may be off by. `rungs` fill gaps, in this order; a client's model has no colours for
+    /// `geometry`.
+    EyeRenderer(const SceneDescription* scene, double box_radius_m,
+                std::vector<Rung> rungs = parse_rungs(default_fill));
     ~EyeRenderer();
-
-    /// By which gaps are filled, in this order; until it is said, those of default_fill.
-    void set_rungs(std::vector<Rung> rungs) { rungs_ = std::move(rungs); }
 
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
@@ -103,6 +105,10 @@ private:
     void fill(const EyeDepth& depth, const EyeTargets& targets);
     void run(Rung rung, const GapTargets& to);
     void look_up(const OtherPicture& from, Rung rung, const GapTargets& to);
+    /// The main picture of the frame that is shown, as it is looked up.
+    SpecularSource mirroring();
+    /// The same with what is known of mirrors: by what an earlier picture says itself, else by the main one.
+    GapTargets with_mirrors(Rung rung, const GapTargets& to);
 
     std::unique_ptr<Geometry> geometry_;
     std::unique_ptr<Finder> finder_;  ///< without geometry
@@ -110,19 +116,21 @@ private:
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
-    std::vector<Rung> rungs_ = parse_rungs(default_fill);
+    const std::vector<Rung> rungs_;
     bool by_depth_ = false;  ///< whether theirs was found
     double later_s_ = 0;
     bool is_carried_ = false, has_motion_ = false;
     PictureCarrier carrier_;
     MotionView motion_;
     LookUp turn_, surface_;
-    SpecularTextures specular_;
+    std::array<SpecularTextures, 2> specular_;  ///< of frames_
     Mirrors mirrors_;
     GapTiles gaps_;
     GapLookUp gap_look_up_;
     PatchLookUp patch_look_up_;
+    GapMirrors gap_mirrors_;
     PushPull push_pull_;
+    Spread spread_;
     ReliabilityMap reliability_;
 };
 

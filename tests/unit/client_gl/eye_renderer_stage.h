@@ -8,6 +8,7 @@
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 #include <equistream_client/gl_depth.h>
+#include <equistream_client/ray_colour.h>
 #include <equistream_client/received_view.h>
 #include <equistream_client/reliability.h>
 #include <equistream_client/specular.h>
@@ -182,6 +183,8 @@ protected:
 class OnTheCpu {
 public:
     OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs) : rungs_(rungs) {
+        if (scene != nullptr && rungs.find("geometry") != std::string::npos)
+            colours_.emplace(*scene);
         if (scene != nullptr)
             depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
     }
@@ -222,20 +225,25 @@ public:
         engine->set_source(main);
         EyePicture picture;
         engine->reproject(eye, picture);
-        mirrored += rework_specular(main, eye, picture).by_image;
+        const SpecularCounts counts = rework_specular(main, eye, picture, {.treatment = mirrors});
+        mirrored += mirrors == MirrorTreatment::gaps ? counts.gaps : counts.by_image;
         const FillLadder ladder = make_fill_ladder(rungs_);
+        if (colours_)
+            colours_->set_time(frame.main.info.time_s + later_s);
         for (const auto& rung : ladder)
             rung->set_frame({.main = &main,
                              .small = small ? &*small : nullptr,
                              .earlier = earlier,
                              .hidden = hidden ? &*hidden : nullptr,
-                             .patches = patches ? &*patches : nullptr});
+                             .patches = patches ? &*patches : nullptr,
+                             .geometry = colours_ ? &*colours_ : nullptr});
         fill_gaps(ladder, eye, picture);
         estimate_reliability(main, eye, picture, {.specular_reworked = true});
         return picture;
     }
 
-    std::int64_t mirrored = 0;  ///< pixels that were looked up by images
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    std::int64_t mirrored = 0;  ///< pixels that were looked up by images, or made gaps
 
 private:
     FloatImage depth_of(const ReceivedPicture& picture) {
@@ -252,6 +260,7 @@ private:
 
     std::string rungs_;
     std::optional<GlDepth> depth_;
+    std::optional<RayColour> colours_;
 };
 
 inline double psnr_db(const ByteImage& a, const ByteImage& b) {

@@ -1,8 +1,10 @@
 #include "engine_scenes.h"
 #include "filled_pictures.h"
 #include "gl_fixture.h"
+#include "mirror_room.h"
 #include "patches_scene.h"
 
+#include <fill/gl/gap_mirrors.h>
 #include <fill/gl/patch_look_up.h>
 
 #include <array>
@@ -195,6 +197,53 @@ TEST_F(GlRungs, TakeForWideWhatTheCpuTakes) {
                     *picture.origin.pixel(x, y) = std::uint8_t(open ? PixelOrigin::gap : PixelOrigin::source);
                 }
         expect_from_picture("small-wide", {.main = &small, .small = &small}, views, {&small, 1}, PixelOrigin::small);
+    }
+}
+
+/// Where the main picture's mask, or an earlier one's own, says that a mirror shows something else from there.
+TEST_F(GlRungs, PassMirrorsOverAsTheCpuDoes) {
+    const Pose beside{{0.1, 0.05, 0}, yaw_pitch(0.3, -0.1)};
+    const MirrorView main(EquirectCamera{720, 360, {}}, {}), other(EquirectCamera{720, 360, {}}, beside);
+    // The one so close to the other picture that far mirrors look the same from there.
+    const std::array<Pose, 2> poses = {Pose{beside.position_m + glm::dvec3(0.004, 0.003, 0), yaw_pitch(0.05, -0.6)},
+                                       Pose{{-0.05, 0.02, 0.08}, yaw_pitch(-0.1, -0.7)}};
+    SourceView painted = main.source(), masked = other.source();
+    painted.specular = painted.virtual_depth_m = {};
+    OpenViews views(MirrorRoom::depth, painted, poses);
+    for (EyePicture& picture : views.before)
+        picture.reset(views.camera);
+    SourceView teller = main.source(), unmasked = other.picture.source(0.15);
+    for (const bool with_images : {true, false}) {
+        if (!with_images)
+            teller.virtual_depth_m = masked.virtual_depth_m = {};
+        gl::SourceTextures teller_textures;
+        teller_textures.upload(teller);
+        textures.upload(unmasked);
+        gl::SpecularTextures tellers_planes, own_planes;
+        tellers_planes.upload(teller);
+        own_planes.upload(masked);
+        gl::GapMirrors mirrors;
+        const auto fill_by = [&](const gl::SpecularSource& by) {
+            return [&](const gl::GapTargets& to) {
+                gl::GapTargets with = to;
+                with.image_behind = mirrors.find(by, to);
+                look_up.fill({unmasked, textures, PixelOrigin::hidden}, with);
+            };
+        };
+        const FillInputs by_main{.main = &teller, .hidden = &unmasked}, by_itself{.main = &teller, .hidden = &masked};
+        expect_the_cpus("hidden", by_main, views, fill_by({teller, teller_textures, tellers_planes}));
+        expect_the_cpus("hidden", by_itself, views, fill_by({masked, textures, own_planes}));
+        EXPECT_EQ(
+            mirrors.find({painted, teller_textures, gl::SpecularTextures()}, {views.eyes, gl::EyeDepth{}, gaps, targets}),
+            0U);
+        for (std::size_t eye = 0; eye < 2; ++eye) {
+            const auto count = [&](const FillInputs& inputs) {
+                return filled("hidden", inputs, views.eyes[eye], views.before[eye]).count(PixelOrigin::hidden);
+            };
+            const std::int64_t all = count({.main = &painted, .hidden = &unmasked});
+            EXPECT_LT(count(by_main), all - 2000) << "mirrors are in sight";
+            EXPECT_LT(count(by_itself), all - 2000);
+        }
     }
 }
 

@@ -22,7 +22,6 @@ protected:
                                      MirrorTreatment treatment) {
         gl::SourceTextures textures;
         textures.upload(source);
-        gl::SpecularTextures specular;
         specular.upload(source);
         gl::EyeTargets targets;
         targets.size_for(eyes[0].camera, 2);
@@ -37,6 +36,7 @@ protected:
         return pictures;
     }
 
+    gl::SpecularTextures specular;
     gl::Mirrors mirrors;
 };
 
