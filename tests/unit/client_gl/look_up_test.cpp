@@ -172,13 +172,15 @@ TEST_F(GlLookUp, ADecodersPlanesAreTheirRgb) {
     for (int row = 0; row < 48; ++row)
         for (int column = 0; column < 96; ++column)
             std::ranges::copy(yuv_to_rgb::rgb_at(planes.yuv, column, row), rgb.pixel(column, row));
-    gl::SourceTextures textures;
-    textures.upload(planes);
-    ByteImage found(96, 48, 3);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(textures.colour(), 0, GL_RGB, GL_UNSIGNED_BYTE, GLsizei(found.samples().size()),
-                      found.samples().data());
-    EXPECT_TRUE(std::ranges::equal(found.samples(), rgb.samples()));
+    for (const gl::PlaneReader reader : {gl::PlaneReader::cpu, gl::PlaneReader::gpu}) {
+        gl::SourceTextures textures(reader);
+        textures.upload(planes);
+        ByteImage found(96, 48, 3);
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glGetTextureImage(textures.colour(), 0, GL_RGB, GL_UNSIGNED_BYTE, GLsizei(found.samples().size()),
+                          found.samples().data());
+        EXPECT_TRUE(std::ranges::equal(found.samples(), rgb.samples())) << int(reader);
+    }
 }
 
 }  // namespace
