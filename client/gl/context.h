@@ -9,6 +9,9 @@ namespace equistream::gl {
 /// What the driver calls itself.
 struct Driver {
     std::string vendor, renderer, version;
+
+    /// Whether it draws on the CPU (Mesa's llvmpipe and softpipe), where shaders cost what loops of C++ do not.
+    bool is_software() const;
 };
 
 class Context {

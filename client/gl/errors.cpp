@@ -38,6 +38,10 @@ void abort_on_errors() {
     is_wanted = true;
 }
 
+bool Driver::is_software() const {
+    return renderer.starts_with("llvmpipe") || renderer.starts_with("softpipe");
+}
+
 Driver Context::driver() {
     const auto text = [](GLenum name) {
         const GLubyte* found = glGetString(name);

@@ -41,6 +41,7 @@ public:
                            .images = options.specular,
                            .left_out = asked_to_leave_out(options),
                            .hardware = options.hardware,
+                           .memory = options.memory,
                            .interrupted = options.interrupted,
                            .read = reading_from(connection_.get())}),
           options_(options), left_out_(asked_to_leave_out(options)), tracks_(reader_.tracks().size()) {

@@ -158,6 +158,7 @@ bool Presenter::advance(double now_s) {
             followed_.show(true_eyes_ != nullptr ? true_eyes_->head : moment.frame->main.info.head);
             show(moment.frame);
             ++report_.frames;
+            report_.decode_ms += moment.frame->main.decode_ms;
             is_new = true;
         }
         if (moment.is_over)
@@ -360,6 +361,7 @@ ViewerReport Presenter::report() const {
     ViewerReport report = report_;
     report.seconds = now_s_ - began_s_;
     report.latency_s = latency_.seconds();
+    report.decode_ms /= double(std::max<std::int64_t>(1, report.frames));
     report.later_s /= double(std::max<std::int64_t>(1, report.refreshes));
     if (playback_.is_live())
         report.playout_delay_s = playback_.playout_delay_s();

@@ -30,6 +30,8 @@ public:
     Presenter(const Presenter&) = delete;
     Presenter& operator=(const Presenter&) = delete;
 
+    /// EyeRenderer's.
+    void read_in_place(const std::shared_ptr<gl::PictureBuffers>& buffers) { renderer_.read_in_place(buffers); }
     /// Until the window is closed, or it was told to end.
     void run();
     ViewerReport report() const;

@@ -35,8 +35,10 @@ TrackRoles unused_roles(const ViewerSettings& settings) {
 }  // namespace
 
 Viewer::Viewer(const ViewerSettings& settings)
-    : loader_(settings.source, {.depth = true,
+    : pictures_(settings.upload == PictureUpload::copied ? nullptr : std::make_shared<gl::PictureBuffers>()),
+      loader_(settings.source, {.depth = true,
                                 .hardware = settings.hardware,
+                                .memory = pictures_,
                                 .yuv = true,
                                 .pq = true,
                                 .hdr_display = settings.hdr_display,
@@ -49,9 +51,14 @@ Viewer::Viewer(const ViewerSettings& settings)
     window_ = Window::open("equistream: " + settings.source, settings.size.value_or(size));
     observe();
     presenter_ = std::make_unique<Presenter>(settings, truth_ ? &*truth_ : nullptr, loader_, poses_, box_, *window_);
+    // Until somebody reads there, the buffers stay empty and decoders keep to memory of their own.
+    if (settings.upload == PictureUpload::mapped || !gl::Context::driver().is_software())
+        presenter_->read_in_place(pictures_);
 }
 
-Viewer::~Viewer() = default;
+Viewer::~Viewer() {
+    window_->make_current();  // for what is mapped, when nobody reads the source any more
+}
 
 ViewerReport Viewer::run() {
     ViewerReport report;
@@ -62,6 +69,7 @@ ViewerReport Viewer::run() {
             window_->make_current();
             presenter_->run();
             report = presenter_->report();
+            report.mapped_bytes = pictures_ ? pictures_->bytes() : 0;
         } catch (...) {
             failure = std::current_exception();
         }

@@ -27,8 +27,9 @@ private:
 
     std::optional<Truth> truth_;
     PoseSender poses_;
-    FrameLoader loader_;
     std::unique_ptr<Window> window_;
+    std::shared_ptr<gl::PictureBuffers> pictures_;  ///< in the window's context; null: pictures are copied
+    FrameLoader loader_;                            ///< writes into them
     InputBox box_;
     std::unique_ptr<Presenter> presenter_;
     TakenInputs seen_;  ///< memory for observe()

@@ -22,6 +22,10 @@ namespace equistream {
 inline constexpr gl::Size default_window_size{1280, 720};
 inline constexpr double default_view_fov_deg = 90;
 
+/// How a decoder's pictures come to the GPU. mapped: it reads them where the decoder wrote them, in its driver's own
+/// buffers, where the driver has such; copied: they are copied. by_driver: mapped, unless the driver draws on the CPU.
+enum class PictureUpload { by_driver, mapped, copied };
+
 struct ViewerSettings {
     std::string source;                     ///< file, URL or folder
     std::optional<SceneDescription> scene;  ///< whose geometry gives depth
@@ -36,6 +40,7 @@ struct ViewerSettings {
     std::shared_ptr<const HdrDisplay> hdr_display;
     bool headset = false;  ///< shown in one by OpenXR, the window beside it
     bool hardware = true;  ///< decode by it where there is some
+    PictureUpload upload = PictureUpload::by_driver;
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;
     const Anaglyph* anaglyph = &anaglyphs().front();
@@ -55,6 +60,8 @@ struct ViewerReport {
     double latency_s = 0;            ///< from the last look at what steers until the buffers were swapped, on average
     std::optional<double> playout_delay_s;  ///< of a live source, in the end
     std::string decoder;                    ///< of the last frame; empty: it was not coded
+    double decode_ms = 0;                   ///< ReceivedPicture's, on average over frames
+    std::size_t mapped_bytes = 0;           ///< of buffers that decoders wrote into, in the end
     /// Of all refreshes, in milliseconds; nothing unless stages were told apart.
     std::optional<gl::StageTimes::Row> stages_ms;
 };

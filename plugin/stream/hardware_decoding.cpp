@@ -14,7 +14,7 @@ namespace {
 
 /// libavcodec asks again without a format whose hardware then fails.
 AVPixelFormat choose_format(AVCodecContext* codec, const AVPixelFormat* offered) {
-    const AVPixelFormat wanted = *static_cast<const AVPixelFormat*>(codec->opaque);
+    const AVPixelFormat wanted = static_cast<const DecoderCallbacks*>(codec->opaque)->hardware_format;
     for (const AVPixelFormat* format = offered; *format != AV_PIX_FMT_NONE; ++format)
         if (*format == wanted)
             return wanted;
@@ -42,11 +42,11 @@ void HardwareDecoding::look_for(const AVCodecParameters& parameters) {
     }
 }
 
-void HardwareDecoding::offer_to(AVCodecContext& codec) {
+void HardwareDecoding::offer_to(AVCodecContext& codec, DecoderCallbacks& callbacks) const {
     if (device_ == nullptr)
         return;
     codec.hw_device_ctx = av_buffer_ref(device_);
-    codec.opaque = &format_;
+    callbacks.hardware_format = format_;
     codec.get_format = choose_format;
 }
 
@@ -54,25 +54,22 @@ std::string_view HardwareDecoding::name_of(const AVFrame& frame) const {
     return device_ != nullptr && frame.format == format_ ? av_hwdevice_get_type_name(type_) : "software";
 }
 
-bool HardwareDecoding::fetch(av::Frame& frame) const {
+bool HardwareDecoding::fetch(av::Frame& frame, PictureMemory* memory) const {
     if (device_ == nullptr || frame->format != format_)
         return true;
     av::Frame fetched = av::make_frame();
     if (av_hwframe_transfer_data(fetched.get(), frame.get(), 0) < 0 ||
         av_frame_copy_props(fetched.get(), frame.get()) < 0)
         return false;
-    frame = with_own_chroma_planes(std::move(fetched));
+    frame = with_own_chroma_planes(std::move(fetched), memory);
     return frame != nullptr;
 }
 
-av::Frame with_own_chroma_planes(av::Frame frame) {
+av::Frame with_own_chroma_planes(av::Frame frame, PictureMemory* memory) {
     if (frame->format != AV_PIX_FMT_NV12)
         return frame;
-    av::Frame planar = av::make_frame();
-    planar->format = AV_PIX_FMT_YUV420P;
-    planar->width = frame->width;
-    planar->height = frame->height;
-    if (av_frame_get_buffer(planar.get(), 0) < 0 || av_frame_copy_props(planar.get(), frame.get()) < 0)
+    av::Frame planar = make_frame_in(memory, AV_PIX_FMT_YUV420P, frame->width, frame->height);
+    if (planar == nullptr || av_frame_copy_props(planar.get(), frame.get()) < 0)
         return nullptr;
     av_image_copy_plane(planar->data[0], planar->linesize[0], frame->data[0], frame->linesize[0], frame->width,
                         frame->height);

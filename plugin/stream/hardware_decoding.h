@@ -1,7 +1,7 @@
 #pragma once
 /// Decoding by whatever hardware libavcodec finds (VAAPI, CUDA, ...), pictures fetched into ordinary memory.
 /// Where there is none, or it does not take this stream, nothing is said and the decoder works by itself.
-#include "libav.h"
+#include "direct_rendering.h"
 
 #include <string_view>
 
@@ -17,13 +17,13 @@ public:
     /// Opens a device for this codec, if there is one. For 4:2:0 of 8 bits alone: what else there is, hardware hands
     /// over in layouts of its own.
     void look_for(const AVCodecParameters& parameters);
-    /// Before the decoder is opened; lives as long as it does.
-    void offer_to(AVCodecContext& codec);
+    /// Before the decoder is opened, whose `opaque` these are; lives as long as it does.
+    void offer_to(AVCodecContext& codec, DecoderCallbacks& callbacks) const;
     /// What decoded this picture: "software" or the device's name, of static lifetime. Before fetch().
     std::string_view name_of(const AVFrame& frame) const;
-    /// A picture in the device's memory becomes one of planes Y, Cb and Cr here; others stay. False where the device
-    /// does not give it.
-    bool fetch(av::Frame& frame) const;
+    /// A picture in the device's memory becomes one of planes Y, Cb and Cr here, in `memory` where that has room (null:
+    /// ordinary memory); others stay. False where the device does not give it.
+    bool fetch(av::Frame& frame, PictureMemory* memory) const;
 
 private:
     AVBufferRef* device_ = nullptr;
@@ -31,7 +31,8 @@ private:
     AVPixelFormat format_ = AV_PIX_FMT_NONE;  ///< of pictures in its memory
 };
 
-/// Chroma that alternates (NV12) in planes of its own; what is not NV12 stays. Null: no memory.
-av::Frame with_own_chroma_planes(av::Frame frame);
+/// Chroma that alternates (NV12) in planes of its own, in `memory` where that has room; what is not NV12 stays. Null:
+/// there is no memory.
+av::Frame with_own_chroma_planes(av::Frame frame, PictureMemory* memory = nullptr);
 
 }  // namespace equistream

@@ -57,8 +57,8 @@ bool unit_lengths_add_up(std::span<const std::uint8_t> packet) {
 }
 
 struct ReadTrack {
-    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source, bool hardware)
-        : index(stream.index), decoder(stream, role, source, hardware) {}
+    ReadTrack(const AVStream& stream, TrackRole role, const std::string& source, const StreamReadOptions& options)
+        : index(stream.index), decoder(stream, role, source, options) {}
 
     int index;
     TrackDecoder decoder;
@@ -108,8 +108,7 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
             continue;
         }
         av::forget_unknown_colours(*stream.codecpar);
-        tracks.push_back(
-            std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options.hardware));
+        tracks.push_back(std::make_unique<ReadTrack>(stream, assumed_role(stream, tracks.size()), source, options));
         if (holds_back)
             tracks.back()->held = av::make_packet();
         else

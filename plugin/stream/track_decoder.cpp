@@ -42,7 +42,8 @@ void check_size(const std::string& source, int width, int height) {
                                         std::to_string(width) + "x" + std::to_string(height)));
 }
 
-av::Codec open_decoder(const AVStream& stream, const std::string& source, HardwareDecoding& hardware) {
+av::Codec open_decoder(const AVStream& stream, const std::string& source, const HardwareDecoding& hardware,
+                       DecoderCallbacks& callbacks) {
     const AVCodecParameters& parameters = *stream.codecpar;
     const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
     if (!decoder)
@@ -57,7 +58,10 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source, Hardwa
     if (av::is_url(source) && parameters.video_delay == 0)
         codec->thread_type = FF_THREAD_SLICE;
     codec->max_pixels = max_image_pixels;
-    hardware.offer_to(*codec);
+    codec->opaque = &callbacks;
+    hardware.offer_to(*codec, callbacks);
+    if (callbacks.memory != nullptr)
+        render_into_memory(*codec);
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)
         throw InputError(source + ": " + decoder->name + ": " + av::error_text(code));
@@ -149,12 +153,15 @@ StreamTrackSummary summarise(const AVStream& stream, TrackRole role) {
 
 }  // namespace
 
-TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source, bool hardware)
+TrackDecoder::TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source,
+                           const StreamReadOptions& options)
     : source_(source), stream_(stream) {
     check_size(source, stream.codecpar->width, stream.codecpar->height);
-    if (hardware && !is_depth(assumed_role))
+    if (options.hardware && !is_depth(assumed_role))
         hardware_.look_for(*stream.codecpar);
-    codec_ = open_decoder(stream, source, hardware_);
+    if (!is_depth(assumed_role))  // which is read here, sample by sample
+        callbacks_.memory = options.memory;
+    codec_ = open_decoder(stream, source, hardware_, callbacks_);
     summary_ = summarise(stream, assumed_role);
     tally_.role = assumed_role;
 }
@@ -246,7 +253,7 @@ bool TrackDecoder::is_repetition(const TrackPosition& position) {
 
 void TrackDecoder::accept(av::Frame frame) {
     const std::string_view decoder = hardware_.name_of(*frame);
-    if (!hardware_.fetch(frame)) {
+    if (!hardware_.fetch(frame, callbacks_.memory.get())) {
         ++tally_.unreadable;
         return;
     }

@@ -29,7 +29,10 @@ struct TrackTally {
 class TrackDecoder {
 public:
     /// Throws InputError for a codec that is not there or a size beyond image.h's limits.
-    TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source, bool hardware = false);
+    TrackDecoder(const AVStream& stream, TrackRole assumed_role, const std::string& source,
+                 const StreamReadOptions& options);
+    TrackDecoder(const TrackDecoder&) = delete;
+    TrackDecoder& operator=(const TrackDecoder&) = delete;
 
     /// `suspect`: the last packet of a track that may have been cut short.
     void decode(const AVPacket& packet, bool suspect = false);
@@ -75,6 +78,7 @@ private:
     std::string source_;
     const AVStream& stream_;
     HardwareDecoding hardware_;
+    DecoderCallbacks callbacks_;
     av::Codec codec_;
     YuvToRgb converter_;
     std::unique_ptr<DepthCode> depth_code_;

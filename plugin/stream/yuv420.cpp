@@ -88,6 +88,16 @@ void rgb_row(const std::uint8_t* luma, const int* cb, const int* cr, int width, 
     }
 }
 
+EQUISTREAM_ALSO_FOR_AVX2
+void rgba_row(const std::uint8_t* luma, const int* cb, const int* cr, int width, std::uint8_t* rgba) {
+    for (int x = 0; x < width; ++x) {
+        const yuv_to_rgb::Rgb sample = yuv_to_rgb::rgb_of(luma[x], cb[x], cr[x]);
+        for (int c = 0; c < 3; ++c)
+            rgba[4 * x + c] = sample[static_cast<std::size_t>(c)];
+        rgba[4 * x + 3] = 255;
+    }
+}
+
 }  // namespace
 
 void rgb_to_yuv420(ImageView<const std::uint8_t> rgb, const Yuv420View<std::uint8_t>& yuv) {
@@ -103,14 +113,15 @@ void rgb_to_yuv420(ImageView<const std::uint8_t> rgb, const Yuv420View<std::uint
     });
 }
 
-void yuv420_to_rgb(const Yuv420View<const std::uint8_t>& yuv, ImageView<std::uint8_t> rgb) {
-    assert(rgb.width % 2 == 0 && rgb.height % 2 == 0 && rgb.channels == 3);
+void yuv420_to_rgb(const YuvView& yuv, ImageView<std::uint8_t> rgb) {
+    assert(rgb.width % 2 == 0 && rgb.height % 2 == 0 && (rgb.channels == 3 || rgb.channels == 4));
+    const auto row = rgb.channels == 4 ? rgba_row : rgb_row;
     tbb::parallel_for(tbb::blocked_range<int>(0, rgb.height, rows_per_block), [&](const auto& rows) {
         std::vector<int> cb(static_cast<std::size_t>(rgb.width)), cr(static_cast<std::size_t>(rgb.width));
         for (int y = rows.begin(); y < rows.end(); ++y) {
             upsampled_chroma(yuv.cb, y, cb.data());
             upsampled_chroma(yuv.cr, y, cr.data());
-            rgb_row(yuv.y.row(y), cb.data(), cr.data(), rgb.width, rgb.row(y));
+            row(yuv.y.row(y), cb.data(), cr.data(), rgb.width, rgb.row(y));
         }
     });
 }

@@ -74,6 +74,7 @@ public:
 struct FeedOptions {
     bool depth = false;     ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
     bool hardware = false;  ///< as in StreamReadOptions
+    std::shared_ptr<PictureMemory> memory{};  ///< the same
     bool yuv = false;  ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
     bool pq = false;   ///< the same of HDR streams, which are else brought to `hdr_display`
     /// Null: HdrDisplay's defaults. Where one is given, and HDR is not what comes, next() throws InputError.

@@ -25,7 +25,7 @@ struct Arguments {
     HdrOptions hdr;
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
-                      mirrors = "images", decode = "auto", predict = "auto";
+                      mirrors = "images", decode = "auto", upload = "auto", predict = "auto";
     double fov_deg = default_view_fov_deg, ipd_m = 0;
     bool keys = false, json = false;
 };
@@ -44,6 +44,8 @@ Enum parse_word(const char* option, const std::string& word, const std::array<st
 
 constexpr std::array<std::string_view, 2> methods = {"sphere", "surface"}, switches = {"off", "on"},
                                           decoders = {"software", "auto"};
+/// As PictureUpload has them.
+constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
 
 /// HeadPredictor looks no further ahead.
 constexpr double most_predicted_ms = 150;
@@ -71,6 +73,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
+    settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);
     settings.hdr_display = arguments.hdr.display();
     settings.predict_s = parse_prediction(arguments.predict);
     if (app.count("--anaglyph") > 0)
@@ -115,6 +118,8 @@ nlohmann::ordered_json json_of(const ViewerReport& report) {
     json["decoder"] = nullptr;
     if (!report.decoder.empty())
         json["decoder"] = report.decoder;
+    json["decode_ms"] = report.decode_ms;
+    json["mapped_bytes"] = report.mapped_bytes;
     json["stages_ms"] = nullptr;
     for (std::size_t stage = 0; report.stages_ms && stage < report.stages_ms->size(); ++stage)
         json["stages_ms"][std::string(gl::render_stage_names[stage])] = (*report.stages_ms)[stage];
@@ -170,6 +175,11 @@ std::function<void()> set_up(CLI::App& app) {
     arguments->hdr.add_to(app);
     app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
     app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
+        ->capture_default_str();
+    app.add_option(
+           "--upload", arguments->upload,
+           "How decoded pictures come to the GPU: mapped (it reads them where they were decoded to), copied, or "
+           "auto (mapped, unless OpenGL runs on the CPU)")
         ->capture_default_str();
     app.add_option("--predict", arguments->predict,
                    "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")

@@ -20,9 +20,10 @@ float depth_around(ivec2 at) {
 #include "depth_agreement.glsl"
 
 void main() {
-    if (gl_GlobalInvocationID.x >= pixel_count)
+    uint index = list_index(gl_WorkGroupID, gl_LocalInvocationIndex);
+    if (index >= pixel_count)
         return;
-    ivec3 at = listed_pixel(gl_GlobalInvocationID.x);
+    ivec3 at = listed_pixel(index);
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;

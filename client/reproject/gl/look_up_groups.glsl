@@ -4,5 +4,7 @@ layout(local_size_x = 1) in;
 #include "look_up_list.glsl"
 
 void main() {
-    pixel_groups[0] = (pixel_count + LIST_GROUP - 1u) / LIST_GROUP;
+    uint groups = (pixel_count + LIST_GROUP - 1u) / LIST_GROUP;
+    pixel_groups[0] = min(groups, MOST_GROUPS);
+    pixel_groups[1] = (groups + MOST_GROUPS - 1u) / MOST_GROUPS;
 }

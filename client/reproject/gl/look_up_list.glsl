@@ -1,6 +1,7 @@
 // Pixels that wait for the whole rule.
 
 const uint LIST_GROUP = 256u;
+const uint MOST_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
 
 layout(std430, binding = 0) buffer PixelList {
     uint pixel_groups[3];  // of LIST_GROUP invocations
@@ -10,6 +11,11 @@ layout(std430, binding = 0) buffer PixelList {
 
 void append(ivec3 at) {
     pixels[atomicAdd(pixel_count, 1u)] = uint(at.x) | uint(at.y) << 15 | uint(at.z) << 30;
+}
+
+/// Of the invocation, from the work group that it is in.
+uint list_index(uvec3 group, uint invocation) {
+    return (group.y * MOST_GROUPS + group.x) * LIST_GROUP + invocation;
 }
 
 ivec3 listed_pixel(uint index) {

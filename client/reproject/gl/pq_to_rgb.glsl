@@ -11,7 +11,7 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(colour))))
         return;
     vec2 chroma = (vec2(chroma_eighths(at)) / 8.0 - CHROMA_MIDDLE) / CHROMA_SCALE;
-    float grey = (float(texelFetch(luma, at, 0).x) - LUMA_BLACK) / LUMA_SCALE;
+    float grey = (float(luma_at(at)) - LUMA_BLACK) / LUMA_SCALE;
     vec3 pq = grey + vec3(RED_FROM_CR * chroma.y, GREEN_FROM_CB * chroma.x + GREEN_FROM_CR * chroma.y,
                           BLUE_FROM_CB * chroma.x);
     vec3 shown = pq_to_display(vec4(clamp(pq, 0.0, 1.0), 1.0)).rgb;

@@ -2,6 +2,8 @@
 
 #include "../warp.h"
 
+#include <gl/context.h>
+
 #include <cassert>
 #include <cmath>
 #include <string>
@@ -28,31 +30,38 @@ struct PixelType {
     GLenum format, type;
 };
 
-/// Rows may lie anywhere in memory that a whole number of samples apart reaches.
+/// Rows may lie anywhere in memory that a whole number of samples apart reaches, or in a buffer at `place`.
 template <typename T>
-void upload_plane(const Texture& texture, const ImageView<const T>& plane, PixelType pixels) {
+void upload_plane(const Texture& texture, const ImageView<const T>& plane, PixelType pixels,
+                  const std::optional<PictureBuffers::Place>& place = std::nullopt) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(plane.row_stride / plane.channels));
-    glTextureSubImage2D(texture.name(), 0, 0, 0, plane.width, plane.height, pixels.format, pixels.type, plane.data);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, place ? place->buffer : 0);
+    const void* const from = place ? reinterpret_cast<const void*>(place->offset) : plane.data;
+    glTextureSubImage2D(texture.name(), 0, 0, 0, plane.width, plane.height, pixels.format, pixels.type, from);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
-std::vector<std::string> yuv_defines() {
+Program yuv_program(bool in_one_buffer) {
     const auto define = [](const char* name, int value) { return std::string(name) + " " + std::to_string(value); };
     using namespace yuv_to_rgb;
-    return {define("SUM_BITS", sum_bits),
-            define("LUMA_GAIN", luma_gain),
-            define("OFFSET", offset),
-            define("RED_FROM_CR", red_from_cr),
-            define("BLUE_FROM_CB", blue_from_cb),
-            define("GREEN_FROM_CB", yuv_to_rgb::green_from_cb),
-            define("GREEN_FROM_CR", yuv_to_rgb::green_from_cr)};
+    std::vector<std::string> defines = {define("SUM_BITS", sum_bits),
+                                        define("LUMA_GAIN", luma_gain),
+                                        define("OFFSET", offset),
+                                        define("RED_FROM_CR", red_from_cr),
+                                        define("BLUE_FROM_CB", blue_from_cb),
+                                        define("GREEN_FROM_CB", yuv_to_rgb::green_from_cb),
+                                        define("GREEN_FROM_CR", yuv_to_rgb::green_from_cr)};
+    if (in_one_buffer)
+        defines.push_back("IN_ONE_BUFFER");
+    return Program({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, defines);
 }
 
 }  // namespace
 
-SourceTextures::SourceTextures()
-    : yuv_to_rgb_({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, yuv_defines()),
+SourceTextures::SourceTextures(PlaneReader reader)
+    : on_cpu_(reader == PlaneReader::by_driver ? Context::driver().is_software() : reader == PlaneReader::cpu),
       grid_(make_buffer(sizeof(GridBlock), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void SourceTextures::describe(const Camera& camera) {
@@ -126,8 +135,11 @@ void SourceTextures::upload_planes(const Yuv420View<T>& yuv, GLenum storage, GLe
     for (std::size_t i = 0; i < planes.size(); ++i) {
         if (!planes_[i])
             planes_[i] = make_texture({planes[i].width, planes[i].height}, storage);
-        upload_plane(planes_[i], planes[i], {GL_RED_INTEGER, type});
+        upload_plane(planes_[i], planes[i], {GL_RED_INTEGER, type},
+                     buffers_ ? buffers_->find(planes[i].data) : std::nullopt);
     }
+    if (buffers_)
+        buffers_->was_read(yuv.y.data);
 }
 
 void SourceTextures::upload_pq(const PqView& pq) {
@@ -143,11 +155,47 @@ void SourceTextures::show_again() {
 }
 
 void SourceTextures::upload_yuv(const YuvView& yuv) {
+    if (buffers_ && convert_in_place(yuv))
+        return;
+    if (on_cpu_) {
+        if (rgba_.width() != size_.width || rgba_.height() != size_.height)
+            rgba_ = ByteImage(size_.width, size_.height, 4);
+        yuv420_to_rgb(yuv, rgba_.view());
+        upload_rgb(rgba_.view());
+        return;
+    }
     upload_planes(yuv, GL_R8UI, GL_UNSIGNED_BYTE);
     for (std::size_t i = 0; i < planes_.size(); ++i)
         glBindTextureUnit(GLuint(i), planes_[i].name());
+    if (!from_textures_)
+        from_textures_ = yuv_program(false);
+    run(*from_textures_);
+}
+
+/// False where the planes lie elsewhere.
+bool SourceTextures::convert_in_place(const YuvView& yuv) {
+    const auto y = buffers_->find(yuv.y.data), cb = buffers_->find(yuv.cb.data), cr = buffers_->find(yuv.cr.data);
+    if (!y || !cb || !cr || cb->buffer != y->buffer || cr->buffer != y->buffer)
+        return false;
+    planes_storage_ = GL_NONE;
+    if (!from_buffer_)
+        from_buffer_ = yuv_program(true);
+    const auto place = [](const PictureBuffers::Place& at, const ImageView<const std::uint8_t>& plane) {
+        return glm::ivec2(int(at.offset), int(plane.row_stride));
+    };
+    from_buffer_->set("luma_place", place(*y, yuv.y));
+    from_buffer_->set("cb_place", place(*cb, yuv.cb));
+    from_buffer_->set("cr_place", place(*cr, yuv.cr));
+    from_buffer_->set("chroma_size", glm::ivec2(yuv.cb.width, yuv.cb.height));
+    glBindTextureUnit(0, y->bytes);
+    run(*from_buffer_);
+    buffers_->was_read(yuv.y.data);
+    return true;
+}
+
+void SourceTextures::run(const Program& yuv_to_rgb) {
     glBindImageTexture(0, colour_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
-    yuv_to_rgb_.dispatch(size_);
+    yuv_to_rgb.dispatch(size_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 /// A source picture on the GPU. The context it was made in is current in every call.
+#include "picture_buffers.h"
 #include "pq_display.h"
 
 #include <gl/program.h>
@@ -9,12 +10,17 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 namespace equistream::gl {
 
+/// Who turns a decoder's planes of 8 bits into colours, the same ones. Where the driver itself runs on the CPU, loops
+/// of C++ do it many times as fast as its shaders.
+enum class PlaneReader { by_driver, cpu, gpu };
+
 class SourceTextures {
 public:
-    SourceTextures();
+    explicit SourceTextures(PlaneReader reader = PlaneReader::by_driver);
 
     /// What directions of the source's samples are: for depth that a pass finds, where no picture is needed.
     void describe(const Camera& camera);
@@ -25,6 +31,8 @@ public:
     void upload(const SourceView& source) { upload(source, {}); }
     /// The same of an HDR picture, whose colour is in `pq` where the view has none.
     void upload(const SourceView& source, const PqView& pq);
+    /// Planes in these buffers are read there by the GPU, whoever reads others.
+    void read_in_place(std::shared_ptr<PictureBuffers> buffers) { buffers_ = std::move(buffers); }
     /// How HDR pictures that are uploaded from now on come to the display. Until there is one, none may come.
     void show_pq_by(std::shared_ptr<const PqDisplay> display) { pq_display_ = std::move(display); }
     /// An HDR picture once more, after its display's exposure changed; others stay.
@@ -42,12 +50,17 @@ public:
 private:
     void upload_rgb(const ImageView<const std::uint8_t>& rgb);
     void upload_yuv(const YuvView& yuv);
+    bool convert_in_place(const YuvView& yuv);
+    void run(const Program& yuv_to_rgb);
     void upload_pq(const PqView& pq);
     template <typename T>
     void upload_planes(const Yuv420View<T>& planes, GLenum storage, GLenum type);
     void make_depth();
 
-    Program yuv_to_rgb_;
+    bool on_cpu_;
+    std::optional<Program> from_textures_, from_buffer_;  ///< yuv_to_rgb.glsl's, once they were needed
+    std::shared_ptr<PictureBuffers> buffers_;             ///< null: there are none
+    ByteImage rgba_;                                      ///< memory for what the CPU makes
     Size size_;
     Texture colour_, depth_;
     bool has_depth_ = false;  ///< what depth_ holds is of this view

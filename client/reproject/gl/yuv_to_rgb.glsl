@@ -14,7 +14,7 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(colour))))
         return;
     ivec2 chroma = chroma_eighths(at) - 8 * 128;
-    int base = LUMA_GAIN * int(texelFetch(luma, at, 0).x) + OFFSET;
+    int base = LUMA_GAIN * int(luma_at(at)) + OFFSET;
     imageStore(colour, at,
                vec4(byte_of(base + RED_FROM_CR * chroma.y),
                     byte_of(base + GREEN_FROM_CB * chroma.x + GREEN_FROM_CR * chroma.y),

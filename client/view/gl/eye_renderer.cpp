@@ -79,6 +79,11 @@ bool EyeRenderer::can_carry_on() const {
     return geometry_ != nullptr && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
 }
 
+void EyeRenderer::read_in_place(const std::shared_ptr<PictureBuffers>& buffers) {
+    for (FrameTextures& frame : frames_)
+        frame.read_in_place(buffers);
+}
+
 void EyeRenderer::show_pq_by(std::shared_ptr<PqDisplay> display) {
     pq_display_ = std::move(display);
     for (FrameTextures& frame : frames_)

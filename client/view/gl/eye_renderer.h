@@ -58,6 +58,8 @@ public:
     void carry_on(double seconds) { later_s_ = seconds; }
     /// Whether that changes anything: the frame says what moves, and the scene does that too.
     bool can_carry_on() const;
+    /// FrameTextures', of frames that are shown from now on.
+    void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);
     /// How HDR frames come to the display; before the first one. Null is no display.
     void show_pq_by(std::shared_ptr<PqDisplay> display);
     /// The same frames by another exposure; nothing where they are not HDR.

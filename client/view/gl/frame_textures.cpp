@@ -30,13 +30,19 @@ void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
 
 }  // namespace
 
+void FrameTextures::read_in_place(const std::shared_ptr<PictureBuffers>& buffers) {
+    buffers_ = buffers;
+    for (SourceTextures* textures : all_textures())
+        textures->read_in_place(buffers);
+}
+
 void FrameTextures::show_pq_by(const std::shared_ptr<const PqDisplay>& display) {
-    for (SourceTextures* textures : {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()})
+    for (SourceTextures* textures : all_textures())
         textures->show_pq_by(display);
 }
 
 void FrameTextures::show_again() {
-    for (SourceTextures* textures : {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()})
+    for (SourceTextures* textures : all_textures())
         textures->show_again();
 }
 
@@ -48,6 +54,8 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
         require_tagged_size(*frame->small, "small");
     if (frame->patches)
         require_tagged_size(*frame->patches, "patches");
+    if (buffers_)
+        buffers_->provide();
     frame_ = std::move(frame);
     upload_picture(frame_->main, main_);
     has_hidden_ = frame_->hidden.has_value();

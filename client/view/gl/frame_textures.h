@@ -6,6 +6,7 @@
 #include <equistream_client/fill.h>
 #include <equistream_client/receive.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -24,6 +25,8 @@ public:
     /// nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
 
+    /// SourceTextures', of all pictures; provided for before each upload.
+    void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);
     /// SourceTextures', of all pictures.
     void show_pq_by(const std::shared_ptr<const PqDisplay>& display);
     void show_again();
@@ -37,6 +40,11 @@ public:
     const PatchesView& patches_view() const { return *patches_; }
 
 private:
+    std::array<SourceTextures*, 4> all_textures() {
+        return {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()};
+    }
+
+    std::shared_ptr<PictureBuffers> buffers_;  ///< null: there are none
     std::shared_ptr<const ReceivedFrame> frame_;
     UploadedPicture main_, hidden_, small_;
     bool has_hidden_ = false, has_small_ = false;

@@ -3,6 +3,7 @@
 /// container libavformat knows. Written front to back, so a file and a socket carry the same bytes. The payload's
 /// table is docs/stream-format.md. Errors name the file or URL. One object, one thread.
 #include <equistream/frame.h>
+#include <equistream/picture_memory.h>
 #include <equistream/pq.h>
 #include <equistream/yuv_picture.h>
 
@@ -219,6 +220,9 @@ struct StreamReadOptions {
     /// Decode colour by hardware where there is some that can, without a word by software else. The standards of the
     /// codecs leave no choice: both give the same pictures.
     bool hardware = false;
+    /// Where colour is decoded to, for as long as it has room; null: anywhere. Pictures are the same. What it gives is
+    /// held by `yuv` and `pq`, and by the reader for pictures to come.
+    std::shared_ptr<PictureMemory> memory{};
 
     bool wants(TrackRole role) const {
         if (role != TrackRole::main && left_out[std::size_t(role)])

@@ -85,4 +85,8 @@ inline Rgb rgb_at(const YuvView& planes, int x, int y) {
 
 }  // namespace yuv_to_rgb
 
+/// A whole picture's colours, those of yuv_to_rgb: 3 channels, or 4 of which the last is 255. Sides are even. Rows run
+/// in parallel.
+void yuv420_to_rgb(const YuvView& yuv, ImageView<std::uint8_t> rgb);
+
 }  // namespace equistream

@@ -111,6 +111,34 @@ TEST_F(GlLookUp, MixesAcrossSeamAndPoles) {
     }
 }
 
+/// Across the seam no filter mixes, so that all of this view's pixels wait for the whole rule: more than an axis of
+/// work groups has invocations.
+TEST_F(GlLookUp, MorePixelsMayWaitThanAnAxisOfWorkGroupsHas) {
+    constexpr int side = 4100;
+    static_assert(side * side > 65535 * 256);
+    constexpr int left = 200, right = 40;
+    ByteImage rgb(2, 64, 3, right);
+    for (int y = 0; y < rgb.height(); ++y)
+        std::ranges::fill_n(rgb.pixel(1, y), 3, std::uint8_t(left));
+    const SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{2, 64, {}}};
+    gl::SourceTextures textures;
+    textures.upload(view);
+    gl::LookUp look_up(false);
+    gl::EyeTargets targets;
+    const EyeView eye{PerspectiveCamera{side, side, pi / 2}, {{0, 0, 0}, yaw_pitch(pi, 0)}, {}};
+    targets.size_for(eye.camera, 1);
+    look_up.reproject(view, textures, {&eye, 1}, targets.depth(), targets);
+    EyePicture found;
+    targets.download(0, found);
+    int most = 0;
+    for (int x = 0; x < side; ++x) {
+        const double share = 0.5 + std::atan((x + 0.5) / (side / 2) - 1) / pi, expected = left + share * (right - left);
+        for (int y = 0; y < side; ++y)
+            most = std::max(most, int(std::abs(found.rgba.pixel(x, y)[1] - expected)));
+    }
+    EXPECT_LE(most, 1);
+}
+
 /// A view without depth does not look up by that of the view before; a pass that finds it starts from unknown.
 TEST_F(GlLookUp, DepthDoesNotOutliveItsView) {
     const ByteImage rgb(64, 32, 3);
@@ -144,13 +172,15 @@ TEST_F(GlLookUp, ADecodersPlanesAreTheirRgb) {
     for (int row = 0; row < 48; ++row)
         for (int column = 0; column < 96; ++column)
             std::ranges::copy(yuv_to_rgb::rgb_at(planes.yuv, column, row), rgb.pixel(column, row));
-    gl::SourceTextures textures;
-    textures.upload(planes);
-    ByteImage found(96, 48, 3);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(textures.colour(), 0, GL_RGB, GL_UNSIGNED_BYTE, GLsizei(found.samples().size()),
-                      found.samples().data());
-    EXPECT_TRUE(std::ranges::equal(found.samples(), rgb.samples()));
+    for (const gl::PlaneReader reader : {gl::PlaneReader::cpu, gl::PlaneReader::gpu}) {
+        gl::SourceTextures textures(reader);
+        textures.upload(planes);
+        ByteImage found(96, 48, 3);
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glGetTextureImage(textures.colour(), 0, GL_RGB, GL_UNSIGNED_BYTE, GLsizei(found.samples().size()),
+                          found.samples().data());
+        EXPECT_TRUE(std::ranges::equal(found.samples(), rgb.samples())) << int(reader);
+    }
 }
 
 }  // namespace
