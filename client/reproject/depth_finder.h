@@ -23,6 +23,17 @@ struct FindingTask {
 /// 1 / planar depth of a pixel where nothing was found; any found is >= 0.
 inline constexpr float nothing_found = -1;
 
+/// Of `splat`: half a side of the largest footprint in pixels. Larger ones belong to what is so near to the eye, and so
+/// far from the source by comparison, that its samples are no picture any more.
+inline constexpr float largest_half_side = 32;
+/// Of `splat`: a pixel of the source more on either side, against cracks from rounding and from the parallelogram being
+/// one.
+inline constexpr float footprint_overlap = 0.05f;
+/// Of `gather`: nothing nearer than this to the eye's plane is looked for, one over metres.
+inline constexpr float nearest_s = 1e3f;
+/// Of `gather`: the share of their distance by which surfaces go on beyond their samples.
+inline constexpr float beyond_samples = 0.02f;
+
 class DepthFinder {
 public:
     virtual ~DepthFinder() = default;

@@ -139,8 +139,8 @@ public:
                 Ray ray{rays_.direction(x, y), rays_.eye()};
                 ray.square = dot(ray.direction, ray.direction);
                 ray.along_eye = dot(ray.direction, ray.eye);
-                Span span{ray.leaves(farthest_inverse_m * (1 - margin_), eye_square_),
-                          std::min(ray.leaves(nearest_inverse_m * (1 + margin_), eye_square_), nearest_s_)};
+                Span span{ray.leaves(farthest_inverse_m * (1 - beyond_samples), eye_square_),
+                          std::min(ray.leaves(nearest_inverse_m * (1 + beyond_samples), eye_square_), nearest_s)};
                 row[x] = solve(ray, span, seeds_around(box, inverse_planar, x, y, span.far));
             }
         }
@@ -257,11 +257,6 @@ private:
         }
         return nothing_found;
     }
-
-    /// Nothing nearer than this to the eye's plane is looked for, one over metres.
-    static constexpr float nearest_s_ = 1e3f;
-    /// Surfaces go on a little beyond their samples.
-    static constexpr float margin_ = 0.02f;
 
     const EyeRays& rays_;
     DepthAgreement same_surface_, found_;

@@ -22,12 +22,6 @@ struct Footprint {
     int row;
 };
 
-/// Half a side of the largest footprint in pixels. Larger ones belong to what is so near to the eye, and so far from
-/// the source by comparison, that its samples are no picture any more.
-constexpr float largest_half_side = 32;
-/// A pixel of the source more on either side, against cracks from rounding and from the parallelogram being one.
-constexpr float overlap = 0.05f;
-
 struct Step {
     float x = 0, y = 0, inverse_planar = 0;
 };
@@ -42,7 +36,7 @@ float length(Step s) {
 /// From one side's middle to the other's, and how far each lies from the pixel's centre as a share of that.
 struct Axis {
     Step step;
-    float half = 0.5f + overlap;
+    float half = 0.5f + footprint_overlap;
 };
 
 /// `before` and `after` lead from one neighbour to the pixel and on to the other.
@@ -56,7 +50,7 @@ Axis between(bool joined_before, Step before, bool joined_after, Step after) {
     // Reaches halfway to the farther neighbour.
     const float longest = std::max(length(before), length(after));
     const float mean_length = length(mean);
-    return {mean, mean_length > 0 ? 0.5f * longest / mean_length + overlap : 0};
+    return {mean, mean_length > 0 ? 0.5f * longest / mean_length + footprint_overlap : 0};
 }
 
 /// By row, how much wider a pixel is at its wider edge than in its middle: much next to a sphere's poles.
