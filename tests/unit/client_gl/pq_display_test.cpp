@@ -164,7 +164,7 @@ TEST_F(GlPqDisplay, LeavesOpenNothingButTheExposure) {
     std::ofstream(folder / "open.ctf") << R"(<?xml version="1.0" encoding="UTF-8"?>
 <ProcessList version="2" id="open">
     <ExposureContrast inBitDepth="32f" outBitDepth="32f" style="linear">
-        <ECParams exposure="-0.5" contrast="1.4" gamma="1.2" pivot="0.18" />
+        <ECParams exposure="-0.1" contrast="1.4" gamma="1.1" pivot="0.18" />
         <DynamicParameter param="EXPOSURE" />
         <DynamicParameter param="CONTRAST" />
         <DynamicParameter param="GAMMA" />
@@ -173,7 +173,7 @@ TEST_F(GlPqDisplay, LeavesOpenNothingButTheExposure) {
 )";
     write_curve(folder);
     const std::string config =
-        config_of(folder, "open.ocio", std::string("        - !<FileTransform> {src: open.ctf}\n") + curve_step);
+        config_of(folder, "open.ocio", curve_step + std::string("        - !<FileTransform> {src: open.ctf}\n"));
     expect_same(Chosen{.config = config});
     expect_same(Chosen{.config = config, .exposure_stops = -2});
 }
