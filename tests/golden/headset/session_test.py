@@ -89,6 +89,21 @@ class Time(Worn):
             _, _, result = self.worn([*script, STILL, STILL, "exit"], "--json")
             self.assertAlmostEqual(json.loads(result.stdout)["latency_ms"], latency_ms, delta=1e-3)
 
+    def test_what_moves_is_carried_on_until_it_is_seen(self):
+        scene = PROGRAMS.scene("motion", self.root)
+        folder, stream = self.root / "moving_frames", self.root / "moving.mkv"
+        PROGRAMS.run("render", scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
+        PROGRAMS.run("encode", folder, "--out", stream, "--depth", "none", "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
+        server = live_server.LiveServer(PROGRAMS.folder / "equistream", stream, self.scripted([]), "--loop")
+        self.addCleanup(server.close)
+        viewer = WornViewer(self, ["lead-ms 10000", STILL, "until carried", "exit"], "--scene", scene, "--carry", "1", "--json", source=server.url)
+        wait_for(lambda: (viewer.folder / "log.jsonl").exists() and len(viewer.log().frames) >= 5, "frames of the headset")
+        viewer.go_on("carried")
+        self.assertEqual(viewer.end(), (0, ""))
+        report = json.loads(viewer.printed)
+        self.assertAlmostEqual(report["latency_ms"], 10000, delta=1)
+        self.assertGreaterEqual(report["moved_on_ms"], 999)  # as far as it may
+
     def test_what_is_kept_is_written_between_frames(self):
         viewer = WornViewer(self, [STILL, "until recorded", "exit"], "--paused", "--method", "sphere")
         viewer.wait_for_frame(0)
