@@ -60,6 +60,7 @@ public:
     std::vector<FeedTrack> tracks() const override { return tracks_; }
     std::optional<double> fraction_done() const override { return double(position_) / double(frames_.size()); }
     bool is_live() const override { return false; }
+    std::vector<std::string> transfers() const override { return {}; }
     bool seek(std::int64_t frame) override {
         position_ = std::size_t(std::ranges::lower_bound(frames_, frame) - frames_.begin());
         return true;

@@ -41,6 +41,7 @@ public:
     std::vector<FeedTrack> tracks() const override { return given_.tracks; }
     std::optional<double> fraction_done() const override { return given_.fraction_done; }
     bool is_live() const override { return feed_->is_live(); }
+    std::vector<std::string> transfers() const override { return feed_->transfers(); }
     bool seek(std::int64_t) override { return false; }
 
 private:

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,14 @@ constexpr std::size_t most_held_bytes = std::size_t{512} << 20;
 
 /// A track is somebody else's if its first pictures carry no frame data; a single one of ours may have lost it.
 constexpr int pictures_to_judge_by = 4;
+
+std::string transfer_of(const StreamTrackSummary& track) {
+    std::istringstream words(track.colour);
+    std::string word;
+    for (int i = 0; i < 3; ++i)
+        std::getline(words, word, '/');
+    return word;
+}
 
 class StreamFeed : public FrameFeed {
 public:
@@ -80,6 +89,12 @@ public:
         return file_bytes_ > 0 ? std::optional(std::min(1.0, double(reader_.position()) / file_bytes_)) : std::nullopt;
     }
     bool is_live() const override { return reader_.is_live(); }
+    std::vector<std::string> transfers() const override {
+        std::vector<std::string> names;
+        for (const StreamTrackSummary& track : reader_.tracks())
+            names.push_back(transfer_of(track));
+        return names;
+    }
     bool seek(std::int64_t frame) override {
         if (!begun_ || !reader_.seek(double(frame - begun_->index) / begun_->frames_per_second))
             return false;
@@ -284,8 +299,10 @@ private:
 
     void bring_to_display(ReceivedPicture& picture) {
         if (picture.pq.empty() && options_.hdr_display)
-            throw InputError(expected_found(source_, "an HDR stream, for a display, a view or an exposure to be chosen",
-                                            "one for sRGB displays"));
+            throw InputError(expected_found(
+                source_,
+                "an HDR stream (PQ by BT.2020, of even sides), for a display, a view or an exposure to be chosen",
+                "another"));
         if (picture.pq.empty() || options_.pq)
             return;
         const auto start = Clock::now();

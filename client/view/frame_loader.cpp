@@ -34,6 +34,7 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     if (!frame)
         throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
     is_live_ = feed_->is_live();
+    transfers_ = feed_->transfers();
     first_ = frame->main.info;
     wanted_first_ = first_.index;
     deliver(std::move(*frame));
@@ -125,6 +126,10 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
         wait_to_try_again(lock);
     else
         ended_ = true;
+}
+
+bool FrameLoader::has_transfer(const std::string& name) const {
+    return std::ranges::find(transfers_, name) != transfers_.end();
 }
 
 LoaderState FrameLoader::state() const {

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace equistream {
 
@@ -48,6 +49,8 @@ public:
     /// Of the first frame.
     const FrameInfo& first() const { return first_; }
     bool is_live() const { return is_live_; }
+    /// Whether a track says that its transfer is this one (FrameFeed::transfers).
+    bool has_transfer(const std::string& name) const;
     /// On the clock of FrameStamp::arrival_s.
     double now_s() const { return seconds_since(began_); }
 
@@ -78,6 +81,7 @@ private:
     std::unique_ptr<FrameFeed> feed_;
     FrameInfo first_;
     bool is_live_ = false;
+    std::vector<std::string> transfers_;
     std::shared_ptr<FrameReel> reel_;
     std::int64_t newest_ = -1;  ///< number in the reel; the reading thread's own
     std::size_t ahead_ = 0;     ///< of them, not yet passed

@@ -1,8 +1,10 @@
 #include "head_motion.h"
 
+#include <equistream/formatted.h>
 #include <equistream_client/engine.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace equistream {
 
@@ -46,6 +48,16 @@ Pose HeadMotion::predict(double ahead_s) const {
 
 bool HeadMotion::is_resting() const {
     return !time_s_ || *time_s_ - moved_s_ > resting_s;
+}
+
+std::string in_words(const Pose& head) {
+    const glm::dvec3 ahead = head.orientation * glm::dvec3(0, 0, -1), right = head.orientation * glm::dvec3(1, 0, 0);
+    const auto degrees = [](double rad) { return std::round(rad * 180 / pi) + 0.0; };
+    const auto cm = [](double m) { return std::round(100 * m) + 0.0; };  // no "-0"
+    const glm::dvec3& at_m = head.position_m;
+    // By what is to its right, which says where ahead is of one that looks straight up too.
+    return formatted("yaw %.0f pitch %.0f deg, head %.0f %.0f %.0f cm", degrees(std::atan2(-right.z, right.x)),
+                     degrees(std::asin(std::clamp(ahead.y, -1.0, 1.0))), cm(at_m.x), cm(at_m.y), cm(at_m.z));
 }
 
 Pose composed(const Pose& outer, const Pose& inner) {

@@ -6,6 +6,7 @@
 #include <equistream_client/head_prediction.h>
 
 #include <optional>
+#include <string>
 
 namespace equistream {
 
@@ -42,6 +43,9 @@ private:
     std::optional<double> time_s_;
     double moved_s_ = 0;  ///< when it did last
 };
+
+/// Where it looks and where it is: "yaw 25 pitch -10 deg, head 10 5 -2 cm"; left and up are positive.
+std::string in_words(const Pose& head);
 
 /// A pose in the axes of `outer`, in the axes that `outer` is in.
 Pose composed(const Pose& outer, const Pose& inner);

@@ -15,6 +15,9 @@
 #include "window.h"
 #include "xr/headset.h"
 
+#include <equistream_client/engine.h>
+
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,19 +40,32 @@ public:
     ViewerReport report() const;
 
 private:
+    /// What is drawn again only if it changes.
+    struct Drawn {
+        Pose head;
+        double later_s;
+        StatusLine status;
+        bool operator==(const Drawn& other) const {
+            return same_pose(head, other.head) && later_s == other.later_s && status == other.status;
+        }
+    };
+
+    void make_hdr_display();
     void show(SharedFrame frame);
     void expose(double more_stops);
     bool refresh();
+    bool refresh_window();
     void take_inputs();
     void refresh_headset();
     void draw_headset(const HeadsetView& seen);
     void mirror(GLuint framebuffer, const ViewPart& part);
+    void show_mirror();
     void add_times();
     void rest(bool drew);
     void steer(double now_s);
     bool advance(double now_s);
     void lead();
-    double wanted_later_s() const;
+    double wanted_later_s(double until_seen_s) const;
     gl::RefreshOptions refresh_options() const;
     void end();
     void log_connection();
@@ -57,7 +73,7 @@ private:
     void look(gl::Size window);
     bool shows_truth() const;
     std::string why_no_truth() const;
-    const ByteImage& true_picture() const;
+    bool find_truth();
     void put_truth_beside();
     void draw_eyes(gl::Size window, bool splits);
     void act(Action action);
@@ -66,7 +82,8 @@ private:
     Pose head() const;           ///< in the world, where it is now
     Pose foretold_head() const;  ///< in the world, where it is foretold to be
     double ipd_m() const;
-    double beyond_head_box() const;  ///< fading, 0 to 1
+    std::array<glm::dvec3, 2> eyes_m() const;  ///< in the world, left and right
+    double beyond_head_box() const;            ///< fading, 0 to 1
     std::string lateness() const;
     StatusLine status() const;
     void tell(std::string message);
@@ -76,7 +93,9 @@ private:
 
     ViewerSettings settings_;
     Truth* truth_;
-    const TrueEyes* true_eyes_ = nullptr;  ///< of the frame that is shown
+    std::shared_ptr<const TrueEye> true_eye_;  ///< of the frame that is shown, or null
+    bool truth_is_coming_ = false;             ///< it is being read
+    std::string truth_problem_;                ///< why it cannot be read; empty: it can
     double fov_deg_;
     FrameLoader& loader_;
     PoseSender& poses_;
@@ -95,16 +114,16 @@ private:
     HeadMotion motion_;
     FollowedHead followed_;
     DisplayLatency latency_;
-    Pose seen_head_;      ///< in the axes of what it is moved around, foretold
-    double later_s_ = 0;  ///< by which what moves is shown later than in the frame
-    Pose drawn_head_;     ///< these three as they were drawn last
-    double drawn_later_s_ = 0;
-    StatusLine drawn_status_;
-    double began_s_, now_s_, drawn_s_ = 0;  ///< on the loader's clock
+    Pose seen_head_;                           ///< in the axes of what it is moved around, foretold
+    double later_s_ = 0;                       ///< by which what moves is shown later than in the frame
+    bool is_worn_ = false;                     ///< the headset shows this frame to somebody, and seen_head_ is theirs
+    std::array<glm::dvec3, 2> worn_eyes_m_{};  ///< in the world, where it is worn
+    std::optional<Drawn> drawn_;               ///< into the window last; nothing: what the headset shows
+    double began_s_, now_s_, drawn_s_ = 0;     ///< on the loader's clock
     bool was_lost_ = false;
     float split_ = 1;
     bool quit_ = false, picture_wanted_ = false;
-    std::optional<double> exposure_stops_;  ///< of HDR frames; nothing: none came yet
+    std::optional<double> exposure_stops_;  ///< of HDR frames; nothing: there are none
     std::string message_;                   ///< what was written last
     double message_until_s_ = 0;
     std::optional<double> truth_db_;  ///< of what was drawn last

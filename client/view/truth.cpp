@@ -1,11 +1,8 @@
 #include "truth.h"
 
 #include <equistream/error.h>
-#include <equistream_client/receive.h>
 
 #include <cmath>
-#include <optional>
-#include <utility>
 #include <variant>
 
 namespace equistream {
@@ -17,55 +14,99 @@ constexpr std::array<const char*, 2> eye_folders = {"left", "right"};
 }  // namespace
 
 Truth::Truth(const std::filesystem::path& folder) : folder_(folder) {
-    for (std::size_t eye = 0; eye < feeds_.size(); ++eye)
-        if (std::filesystem::is_directory(folder_ / eye_folders[eye]))
-            feeds_[eye] = open_feed((folder_ / eye_folders[eye]).string());
-    bool any = false;
-    for (std::size_t eye = 0; eye < feeds_.size(); ++eye)
-        if (feeds_[eye] && read(eye, 0) && !std::exchange(any, true)) {
-            camera_ = eyes_.camera;
-            first_s_ = eyes_.time_s;
-            first_index_ = eyes_.index;
-        }
-    if (!any)
+    for (std::size_t eye = feeds_.size(); eye-- > 0;) {
+        if (!std::filesystem::is_directory(folder_ / eye_folders[eye]))
+            continue;
+        feeds_[eye] = open_feed((folder_ / eye_folders[eye]).string());
+        const std::optional<ReceivedFrame> first = feeds_[eye]->next();
+        if (!first)
+            continue;
+        first_index_ = first->main.info.index;
+        first_s_ = first->main.info.time_s;
+        frames_per_second_ = first->main.info.frames_per_second;
+        wanted_ = {eye, first_index_};
+        read_[wanted_].eye = read(wanted_);
+        camera_ = read_[wanted_].eye->camera;
+    }
+    if (read_.empty())
         throw InputError(expected_found(
             folder_.string(), "a folder left or right of eyes (render --camera perspective --eye both)", "neither"));
-    eyes_ = {};
+    thread_ = std::thread([this] { run(); });
 }
 
-/// The first frame from that one on; false: there is none.
-bool Truth::read(std::size_t eye, std::int64_t index) {
-    if (!feeds_[eye]->seek(index))
-        return false;
+Truth::~Truth() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+/// Null: there is none.
+std::shared_ptr<const TrueEye> Truth::read(const Place& place) {
+    const auto [eye, index] = place;
+    if (!feeds_[eye] || !feeds_[eye]->seek(index))
+        return nullptr;
     std::optional<ReceivedFrame> frame = feeds_[eye]->next();
-    if (!frame)
-        return false;
+    if (!frame || frame->main.info.index != index)
+        return nullptr;
     const FrameInfo& info = frame->main.info;
     const auto* camera = std::get_if<PerspectiveCamera>(&info.camera);
     if (camera == nullptr)
         throw InputError(expected_found((folder_ / eye_folders[eye]).string(),
                                         "eyes that render --camera perspective wrote", "spheres"));
-    frames_per_second_ = info.frames_per_second;
-    if (eyes_.index != info.index)
-        eyes_ = {};
-    eyes_.index = info.index;
-    eyes_.time_s = info.time_s;
-    eyes_.ipd_m = info.ipd_m;
-    eyes_.head = info.head;
-    eyes_.camera = *camera;
-    eyes_.rgb[eye] = std::move(frame->main.rgb);
-    return true;
+    return std::make_shared<const TrueEye>(
+        TrueEye{info.time_s, info.ipd_m, info.head, *camera, std::move(frame->main.rgb)});
 }
 
-const TrueEyes* Truth::at(double time_s) {
-    const auto index = first_index_ + std::int64_t(std::llround((time_s - first_s_) * frames_per_second_));
-    if (eyes_.index != index) {
-        eyes_ = {};
-        for (std::size_t eye = 0; eye < feeds_.size(); ++eye)
-            if (feeds_[eye])
-                read(eye, index);
+bool Truth::is_wanted(const Place& place) const {
+    return place.first == wanted_.first && place.second >= wanted_.second &&
+           place.second <= wanted_.second + frames_ahead;
+}
+
+std::optional<Truth::Place> Truth::next_to_read() const {
+    for (Place place = wanted_; is_wanted(place); ++place.second)
+        if (!read_.contains(place))
+            return place;
+    return std::nullopt;
+}
+
+void Truth::run() {
+    std::unique_lock lock(mutex_);
+    while (!stopping_) {
+        const std::optional<Place> place = next_to_read();
+        if (!place) {
+            changed_.wait(lock);
+            continue;
+        }
+        lock.unlock();
+        Slot slot;
+        try {
+            slot.eye = read(*place);
+        } catch (const std::exception& error) {
+            slot.problem = error.what();
+        }
+        lock.lock();
+        read_[*place] = std::move(slot);
+        std::erase_if(read_, [this](const auto& entry) { return !is_wanted(entry.first); });
     }
-    return eyes_.index == index && std::abs(eyes_.time_s - time_s) <= 0.5 / frames_per_second_ ? &eyes_ : nullptr;
+}
+
+Truth::Found Truth::at(double time_s, Eye eye) {
+    const Place place{eye == Eye::right ? 1 : 0,
+                      first_index_ + std::int64_t(std::llround((time_s - first_s_) * frames_per_second_))};
+    const std::unique_lock lock(mutex_);
+    if (wanted_ != place) {
+        wanted_ = place;
+        changed_.notify_all();
+    }
+    const auto found = read_.find(place);
+    if (found == read_.end())
+        return {.eye = nullptr, .is_coming = true, .problem = {}};
+    const Slot& slot = found->second;
+    const bool is_near = slot.eye && std::abs(slot.eye->time_s - time_s) <= 0.5 / frames_per_second_;
+    return {.eye = is_near ? slot.eye : nullptr, .is_coming = false, .problem = slot.problem};
 }
 
 }  // namespace equistream

@@ -7,17 +7,18 @@
 
 #include <array>
 #include <cstring>
+#include <string_view>
 
 namespace equistream {
 
 namespace {
 
 constexpr const char *pq_display = "Rec.2100-PQ - Display", *default_display = "sRGB - Display";
-/// What that display has for 1, nits.
+/// What that display, and each whose encoding is HDR video, has for 1, nits.
 constexpr double pq_unit_nits = 100;
 
-/// Between scene-referred linear Rec.709, 1 being pq_white_nits, and PQ.
-ocio::GroupTransformRcPtr pq_of_linear(ocio::TransformDirection direction) {
+/// From 1 being our white to 1 being what HDR displays have for it.
+ocio::MatrixTransformRcPtr white_to_unit() {
     constexpr double gain = pq_white_nits / pq_unit_nits;
     constexpr std::array<double, 4> gains = {gain, gain, gain, 1};
     std::array<double, 16> matrix;
@@ -25,8 +26,13 @@ ocio::GroupTransformRcPtr pq_of_linear(ocio::TransformDirection direction) {
     ocio::MatrixTransform::Scale(matrix.data(), offset.data(), gains.data());
     auto scale = ocio::MatrixTransform::Create();
     scale->setMatrix(matrix.data());
+    return scale;
+}
+
+/// Between scene-referred linear Rec.709, 1 being pq_white_nits, and PQ.
+ocio::GroupTransformRcPtr pq_of_linear(ocio::TransformDirection direction) {
     auto group = ocio::GroupTransform::Create();
-    group->appendTransform(scale);
+    group->appendTransform(white_to_unit());
     group->appendTransform(display_view(scene_space, pq_display, default_view, ocio::TRANSFORM_DIR_FORWARD));
     group->setDirection(direction);
     return group;
@@ -41,6 +47,36 @@ void check_display(const ocio::Config& config, const std::string& display) {
         accepted += (accepted.empty() ? "" : ", ") + ("\"" + name + "\"");
     }
     throw InputError(expected_found("display", "one of " + accepted, "\"" + display + "\""));
+}
+
+/// Whether light is shown as it is, up to what an HDR display can: white must be as bright there as in the stream.
+/// Other views of such displays say themselves how bright it is.
+bool keeps_light(const ocio::Config& config, const HdrDisplaySettings& settings) {
+    const char *display = settings.display.c_str(), *view = settings.view.c_str();
+    const std::string named = config.getDisplayViewColorSpaceName(display, view);
+    const auto space = config.getColorSpace(named == ocio::OCIO_VIEW_USE_DISPLAY_NAME ? display : named.c_str());
+    return space && std::string_view(space->getEncoding()) == "hdr-video" &&
+           std::string_view(config.getDisplayViewTransformName(display, view)) == default_view;
+}
+
+/// What a file of a config leaves open stays as the file has it: the exposure alone is to be set.
+ocio::ConstTransformRcPtr with_all_fixed(const ocio::ConstProcessorRcPtr& processor) {
+    const ocio::GroupTransformRcPtr group = processor->createGroupTransform();
+    for (int i = 0; i < group->getNumTransforms(); ++i) {
+        const ocio::TransformRcPtr& one = group->getTransform(i);
+        if (const auto contrast = OCIO_DYNAMIC_POINTER_CAST<ocio::ExposureContrastTransform>(one)) {
+            contrast->makeExposureNonDynamic();
+            contrast->makeContrastNonDynamic();
+            contrast->makeGammaNonDynamic();
+        } else if (const auto primary = OCIO_DYNAMIC_POINTER_CAST<ocio::GradingPrimaryTransform>(one)) {
+            primary->makeNonDynamic();
+        } else if (const auto curve = OCIO_DYNAMIC_POINTER_CAST<ocio::GradingRGBCurveTransform>(one)) {
+            curve->makeNonDynamic();
+        } else if (const auto tone = OCIO_DYNAMIC_POINTER_CAST<ocio::GradingToneTransform>(one)) {
+            tone->makeNonDynamic();
+        }
+    }
+    return group;
 }
 
 /// OpenColorIO's messages may have several lines.
@@ -118,6 +154,7 @@ FloatImage PqEncoding::encode(ImageView<const float> linear, double exposure) co
 struct HdrDisplay::Transforms {
     ocio::ConstTransformRcPtr to_scene;   ///< PQ to linear Rec.709
     ocio::ConstTransformRcPtr to_config;  ///< null: it has that space
+    ocio::ConstTransformRcPtr brighten;   ///< null: the view says itself how bright white is
     ocio::ConstTransformRcPtr to_display;
     ocio::ConstCPUProcessorRcPtr cpu;
 
@@ -132,6 +169,8 @@ struct HdrDisplay::Transforms {
         group->appendTransform(exposure);
         if (to_config)
             group->appendTransform(to_config->createEditableCopy());
+        if (brighten)
+            group->appendTransform(brighten->createEditableCopy());
         group->appendTransform(to_display->createEditableCopy());
         return ocio::Config::CreateRaw()->getProcessor(group);
     }
@@ -161,7 +200,9 @@ HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
                     ->createGroupTransform();
         const auto to_display = display_view(own ? scene_space : ocio::ROLE_SCENE_LINEAR, settings_.display,
                                              settings_.view, ocio::TRANSFORM_DIR_FORWARD);
-        transforms_->to_display = config->getProcessor(to_display)->createGroupTransform();
+        transforms_->to_display = with_all_fixed(config->getProcessor(to_display));
+        if (keeps_light(*config, settings_))
+            transforms_->brighten = white_to_unit();
         transforms_->cpu = transforms_->with_exposure(settings_.exposure_stops, false)
                                ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
     } catch (const ocio::Exception& error) {
@@ -187,8 +228,11 @@ DisplayShader HdrDisplay::shader() const {
     transforms_->with_exposure(settings_.exposure_stops, true)
         ->getOptimizedGPUProcessor(ocio::OPTIMIZATION_LOSSLESS)
         ->extractGpuShaderInfo(desc);
+    if (desc->getNumUniforms() != 1)
+        throw InputError(expected_found(settings_.config.empty() ? "OpenColorIO" : settings_.config,
+                                        "a view that leaves nothing open but the exposure",
+                                        std::to_string(desc->getNumUniforms() - 1) + " more uniforms"));
     ocio::GpuShaderDesc::UniformData data;
-    assert(desc->getNumUniforms() == 1);
     return {desc->getShaderText(), desc->getUniform(0, data), tables_of(*desc)};
 }
 

@@ -301,8 +301,9 @@ void TrackDecoder::give_colour(av::Frame frame, const StreamReadOptions& options
     if (options.yuv && is_our_yuv420(*frame)) {
         const std::shared_ptr<const AVFrame> owner(frame.release(), av::Delete());
         picture.yuv = {yuv420_planes_of(*owner), owner};
-    } else if (options.pq && is_our_pq420(*frame)) {
-        const std::shared_ptr<const AVFrame> owner(frame.release(), av::Delete());
+    } else if (options.pq && is_pq(*frame)) {
+        av::Frame ours = is_our_pq420(*frame) ? std::move(frame) : pq_scaler_.as_ours(*frame);
+        const std::shared_ptr<const AVFrame> owner(ours.release(), av::Delete());
         picture.pq = {pq420_planes_of(*owner), owner};
     } else if (options.rgb) {
         picture.rgb = converter_.convert(*frame);

@@ -2,6 +2,7 @@
 /// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
 #include "hardware_decoding.h"
 #include "picture_converter.h"
+#include "pq_scaler.h"
 
 #include <equistream/depth_code.h>
 #include <equistream/stream.h>
@@ -81,6 +82,7 @@ private:
     DecoderCallbacks callbacks_;
     av::Codec codec_;
     YuvToRgb converter_;
+    PqScaler pq_scaler_;
     std::unique_ptr<DepthCode> depth_code_;
     TrackTally tally_;
     StreamTrackSummary summary_;

@@ -65,6 +65,9 @@ public:
     virtual std::optional<double> fraction_done() const = 0;
     /// Whether frames come at their server's pace, as StreamReader::is_live; else they wait to be asked for.
     virtual bool is_live() const = 0;
+    /// How each track says that its samples stand for light, by libav's names ("smpte2084": PQ), whether or not a
+    /// picture of it has come. Of folders none.
+    virtual std::vector<std::string> transfers() const = 0;
     /// From here on next() gives the frames from this one on, not before FeedOptions::first_frame; of a stream no more
     /// is decoded for that than the group of pictures it is in. False where that cannot be done (StreamReader::seek,
     /// before the first frame, with frames_ahead): the feed is of no further use then.

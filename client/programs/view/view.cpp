@@ -2,6 +2,7 @@
 #include <equistream_cli/program.h>
 #include <hdr_options.h>
 #include <view/viewer.h>
+#include <view/xr/headset.h>
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
@@ -203,6 +204,7 @@ std::function<void()> set_up(CLI::App& app) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    Headset::be_quiet();
     return cli::run_program(argc, argv,
                             {"view", "Shows a stream in a window, from wherever the head is (h there shows the keys)",
                              "equistream view walk.mp4 --scene scenes/pavilion.json"},

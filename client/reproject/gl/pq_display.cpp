@@ -5,6 +5,7 @@
 #include <equistream/pq.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace equistream::gl {
 
@@ -38,8 +39,8 @@ Texture make_table(const ShaderTable& table) {
     GLint most = 0;
     glGetIntegerv(table.depth > 0 ? GL_MAX_3D_TEXTURE_SIZE : GL_MAX_TEXTURE_SIZE, &most);
     if (std::max({table.width, table.height, table.depth}) > most)
-        throw WorkError(expected_found("OpenColorIO's view", formatted("tables of at most %d a side, here", most),
-                                       formatted("%dx%dx%d", table.width, table.height, table.depth)));
+        throw InputError(expected_found("OpenColorIO's view", formatted("tables of at most %d a side, here", most),
+                                        formatted("%dx%dx%d", table.width, table.height, table.depth)));
     GLuint name = 0;
     glCreateTextures(target, 1, &name);
     Texture texture(name);
@@ -59,9 +60,22 @@ Texture make_table(const ShaderTable& table) {
     return texture;
 }
 
+/// The view is the user's: what its shader asks for may be more than a driver has.
 Program make_program(const DisplayShader& shader) {
+    GLint units = 0;
+    glGetIntegerv(GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS, &units);
+    const int most = units - int(first_table_unit);
+    if (int(shader.tables.size()) > most)
+        throw InputError(expected_found("OpenColorIO's view", formatted("at most %d tables, here", most),
+                                        std::to_string(shader.tables.size())));
     const std::string text = shader.text + "\n" + shader_text("pq_to_rgb.glsl");
-    return Program({{GL_COMPUTE_SHADER, "pq_to_rgb.glsl", text}}, pq_defines());
+    try {
+        return Program({{GL_COMPUTE_SHADER, "pq_to_rgb.glsl", text}}, pq_defines());
+    } catch (const std::logic_error& error) {
+        const std::string said = error.what();
+        throw InputError(
+            expected_found("OpenColorIO's view", "a shader that this driver takes", said.substr(0, said.find('\n'))));
+    }
 }
 
 }  // namespace

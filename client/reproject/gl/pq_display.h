@@ -12,7 +12,7 @@ namespace equistream::gl {
 
 class PqDisplay {
 public:
-    /// Compiles its shader.
+    /// Compiles its shader. Throws InputError in one line where that, or a table, is more than the driver takes.
     explicit PqDisplay(const HdrDisplay& display);
 
     double exposure_stops() const { return exposure_stops_; }

@@ -35,14 +35,23 @@ struct Headset::Handles {
     XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
     std::vector<XrSwapchainImageOpenGLKHR> images;
     std::vector<gl::Framebuffer> framebuffers;
+    std::optional<xr::RuntimeClock> clock;
     XrTime display_time = 0;
+    XrDuration period = 0;               ///< from one frame's time to the next
+    std::optional<XrTime> recentred_at;  ///< from then on the runtime's space is another
     std::array<XrView, 2> views{};
 };
+
+void Headset::be_quiet() {
+    setenv("XR_LOADER_DEBUG", "none", 0);
+}
 
 Headset::Headset() : handles_(std::make_unique<Handles>()) {
     handles_->instance = xr::create_instance();
     find_system();
     handles_->session = xr::create_session(handles_->instance, handles_->system);
+    xr::require_our_format(handles_->session);
+    handles_->clock.emplace(handles_->instance);
     create_space();
 }
 
@@ -98,6 +107,14 @@ void Headset::recentre() {
     head_.reset();
 }
 
+/// What was centred by us was so in the space that is no more.
+void Headset::centre_with_runtime() {
+    handles_->recentred_at.reset();
+    centre_ = {};
+    create_space();
+    head_.reset();
+}
+
 void Headset::begin_session() {
     auto begin = xr::made<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
     begin.primaryViewConfigurationType = xr::stereo;
@@ -114,6 +131,11 @@ void Headset::poll() {
         check(result, "xrPollEvent");
         if (event.type == XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING)
             throw WorkError(xr::lost);
+        if (event.type == XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING) {
+            const auto& change = reinterpret_cast<const XrEventDataReferenceSpaceChangePending&>(event);
+            if (change.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_LOCAL)
+                handles_->recentred_at = change.changeTime;
+        }
         if (event.type != XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED)
             continue;
         switch (reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state) {
@@ -141,12 +163,21 @@ std::optional<HeadsetView> Headset::begin_frame() {
     check(xrWaitFrame(h.session, nullptr, &state), "xrWaitFrame");
     check(xrBeginFrame(h.session, nullptr), "xrBeginFrame");
     h.display_time = state.predictedDisplayTime;
-    seen_.reset();
-    if (state.shouldRender == XR_FALSE)
-        return std::nullopt;
+    h.period = state.predictedDisplayPeriod;
+    if (h.recentred_at && h.display_time >= *h.recentred_at)
+        centre_with_runtime();
+    seen_ = state.shouldRender == XR_TRUE ? locate() : std::nullopt;
+    if (seen_)
+        create_swapchain(seen_->view);
+    return seen_;
+}
+
+/// Nothing until it is tracked.
+std::optional<HeadsetView> Headset::locate() {
+    Handles& h = *handles_;
     auto where = xr::made<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
     where.viewConfigurationType = xr::stereo;
-    where.displayTime = state.predictedDisplayTime;
+    where.displayTime = h.display_time;
     where.space = h.space;
     auto known = xr::made<XrViewState>(XR_TYPE_VIEW_STATE);
     h.views.fill(xr::made<XrView>(XR_TYPE_VIEW));
@@ -154,7 +185,7 @@ std::optional<HeadsetView> Headset::begin_frame() {
     check(xrLocateViews(h.session, &where, &known, 2, &count, h.views.data()), "xrLocateViews");
     constexpr XrViewStateFlags both = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
     if (count != 2 || (known.viewStateFlags & both) != both)
-        return std::nullopt;  // until it is tracked
+        return std::nullopt;
     HeadsetView seen;
     std::array<FieldOfView, 2> fovs;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -165,10 +196,9 @@ std::optional<HeadsetView> Headset::begin_frame() {
     seen.head.position_m = 0.5 * (seen.eyes[0].position_m + seen.eyes[1].position_m);
     seen.head.orientation = glm::slerp(seen.eyes[0].orientation, seen.eyes[1].orientation, 0.5);
     seen.view = covering_view(fovs, columns_, most_);
+    seen.until_seen_s = std::max(0.0, h.clock->seconds_until(h.display_time).value_or(1e-9 * double(h.period)));
     head_ = seen.head;
-    create_swapchain(seen.view);
-    seen_ = seen;
-    return seen_;
+    return seen;
 }
 
 void Headset::create_swapchain(const CoveringView& view) {

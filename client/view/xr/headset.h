@@ -16,10 +16,15 @@ struct HeadsetView {
     Pose head;  ///< between the eyes
     std::array<Pose, 2> eyes;
     CoveringView view;
+    double until_seen_s = 0;  ///< from when it was said
 };
 
 class Headset {
 public:
+    /// OpenXR's loader is to say nothing on standard error, where ours is one line. Changes the environment: before
+    /// there are other threads.
+    static void be_quiet();
+
     /// Throws InputError in one line where there is no runtime, no headset, or none that OpenGL can draw for.
     Headset();
     ~Headset();
@@ -42,7 +47,7 @@ public:
     void end_frame();
 
     /// Where the head is now is the middle of the space from the next frame on, ahead is where it looks along the
-    /// floor.
+    /// floor. Where the runtime centres its own space, that is the middle from then on.
     void recentre();
 
 private:
@@ -51,7 +56,9 @@ private:
     void find_system();
     void create_swapchain(const CoveringView& view);
     void create_space();
+    void centre_with_runtime();
     void begin_session();
+    std::optional<HeadsetView> locate();
     void acquire();
 
     std::unique_ptr<Handles> handles_;

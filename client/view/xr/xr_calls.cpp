@@ -39,26 +39,20 @@ XrPosef from_pose(const Pose& pose) {
     return {{float(q.x), float(q.y), float(q.z), float(q.w)}, {float(p.x), float(p.y), float(p.z)}};
 }
 
-XrInstance create_instance() {
-    // What is wrong is said by us, in one line.
-    setenv("XR_LOADER_DEBUG", "none", 0);
-    const char* const extensions[] = {XR_KHR_OPENGL_ENABLE_EXTENSION_NAME};
-    auto wanted = made<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
-    std::strncpy(wanted.applicationInfo.applicationName, "equistream", XR_MAX_APPLICATION_NAME_SIZE - 1);
-    wanted.applicationInfo.apiVersion = XR_CURRENT_API_VERSION;
-    wanted.enabledExtensionCount = 1;
-    wanted.enabledExtensionNames = extensions;
-    XrInstance instance = XR_NULL_HANDLE;
-    const XrResult result = xrCreateInstance(&wanted, &instance);
-    if (result == XR_ERROR_EXTENSION_NOT_PRESENT)
-        throw InputError(expected_found("--headset", "an OpenXR runtime that OpenGL can draw for", "one without"));
-    if (XR_FAILED(result))
-        throw InputError(expected_found("--headset", "an OpenXR runtime (the system's active one, or XR_RUNTIME_JSON)",
-                                        name_of(result)));
-    return instance;
-}
-
 namespace {
+
+/// Of 8 bits a channel; ours are sRGB. What a runtime has besides, it takes for linear.
+constexpr std::int64_t picture_format = GL_SRGB8_ALPHA8;
+
+bool has_extension(const char* name) {
+    std::uint32_t count = 0;
+    if (XR_FAILED(xrEnumerateInstanceExtensionProperties(nullptr, 0, &count, nullptr)))
+        return false;
+    std::vector<XrExtensionProperties> known(count, made<XrExtensionProperties>(XR_TYPE_EXTENSION_PROPERTIES));
+    return XR_SUCCEEDED(xrEnumerateInstanceExtensionProperties(nullptr, count, &count, known.data())) &&
+           std::ranges::any_of(
+               known, [name](const XrExtensionProperties& one) { return std::strcmp(one.extensionName, name) == 0; });
+}
 
 template <typename Function>
 Function function_of(XrInstance instance, const char* name) {
@@ -82,6 +76,26 @@ GLXFBConfig config_of(Display* display, GLXContext context) {
 }
 
 }  // namespace
+
+XrInstance create_instance() {
+    std::vector<const char*> extensions = {XR_KHR_OPENGL_ENABLE_EXTENSION_NAME};
+    if (has_extension(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME))
+        extensions.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+    auto wanted = made<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    std::strncpy(wanted.applicationInfo.applicationName, "equistream", XR_MAX_APPLICATION_NAME_SIZE - 1);
+    // No more than is used: older runtimes refuse newer versions, whatever headers this was compiled with.
+    wanted.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
+    wanted.enabledExtensionCount = std::uint32_t(extensions.size());
+    wanted.enabledExtensionNames = extensions.data();
+    XrInstance instance = XR_NULL_HANDLE;
+    const XrResult result = xrCreateInstance(&wanted, &instance);
+    if (result == XR_ERROR_EXTENSION_NOT_PRESENT)
+        throw InputError(expected_found("--headset", "an OpenXR runtime that OpenGL can draw for", "one without"));
+    if (XR_FAILED(result))
+        throw InputError(expected_found("--headset", "an OpenXR runtime (the system's active one, or XR_RUNTIME_JSON)",
+                                        name_of(result)));
+    return instance;
+}
 
 XrSession create_session(XrInstance instance, XrSystemId system) {
     auto required = made<XrGraphicsRequirementsOpenGLKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_OPENGL_KHR);
@@ -116,18 +130,20 @@ XrSession create_session(XrInstance instance, XrSystemId system) {
     return session;
 }
 
-XrSwapchain create_swapchain(XrSession session, gl::Size size) {
+void require_our_format(XrSession session) {
     const auto formats = list<std::int64_t>({}, "xrEnumerateSwapchainFormats",
                                             [&](std::uint32_t capacity, std::uint32_t* count, std::int64_t* to) {
                                                 return xrEnumerateSwapchainFormats(session, capacity, count, to);
                                             });
-    constexpr std::array<std::int64_t, 2> usable = {GL_SRGB8_ALPHA8, GL_RGBA8};
-    const auto format = std::ranges::find_first_of(usable, formats);
-    if (format == usable.end())
-        throw WorkError("the headset's runtime has no pictures of 8 bits a channel");
+    if (std::ranges::find(formats, picture_format) == formats.end())
+        throw InputError(
+            expected_found("--headset", "a runtime with sRGB pictures of 8 bits a channel", "one without"));
+}
+
+XrSwapchain create_swapchain(XrSession session, gl::Size size) {
     auto wanted = made<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
-    wanted.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT;
-    wanted.format = *format;
+    wanted.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT;
+    wanted.format = picture_format;
     wanted.sampleCount = 1;
     wanted.width = std::uint32_t(size.width);
     wanted.height = std::uint32_t(size.height);
@@ -137,6 +153,21 @@ XrSwapchain create_swapchain(XrSession session, gl::Size size) {
     XrSwapchain swapchain = XR_NULL_HANDLE;
     check(xrCreateSwapchain(session, &wanted, &swapchain), "xrCreateSwapchain");
     return swapchain;
+}
+
+RuntimeClock::RuntimeClock(XrInstance instance) : instance_(instance) {
+    PFN_xrVoidFunction function = nullptr;
+    if (XR_SUCCEEDED(xrGetInstanceProcAddr(instance, "xrConvertTimespecTimeToTimeKHR", &function)))
+        convert_ = reinterpret_cast<PFN_xrConvertTimespecTimeToTimeKHR>(function);
+}
+
+std::optional<double> RuntimeClock::seconds_until(XrTime time) const {
+    XrTime now = 0;
+    timespec monotonic{};
+    if (convert_ == nullptr || clock_gettime(CLOCK_MONOTONIC, &monotonic) != 0 ||
+        XR_FAILED(convert_(instance_, &monotonic, &now)))
+        return std::nullopt;
+    return 1e-9 * double(time - now);
 }
 
 }  // namespace equistream::xr

@@ -4,7 +4,9 @@
 
 #define XR_USE_PLATFORM_XLIB
 #define XR_USE_GRAPHICS_API_OPENGL
+#define XR_USE_TIMESPEC
 // Xlib and GLX come by way of epoxy's own header, before OpenXR's.
+#include <ctime>
 #include <epoxy/glx.h>
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
@@ -14,6 +16,7 @@
 #include <gl/objects.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +57,21 @@ XrPosef from_pose(const Pose& pose);
 XrInstance create_instance();
 /// Bound to the GLX context that is current. Throws InputError where there is none.
 XrSession create_session(XrInstance instance, XrSystemId system);
-/// Of 8 bits a channel, whose values are taken for sRGB where the runtime knows that format.
+/// Throws InputError where the runtime takes no pictures as create_swapchain() makes them.
+void require_our_format(XrSession session);
+/// Of 8 bits a channel, whose values are taken for sRGB; to be drawn to and copied from.
 XrSwapchain create_swapchain(XrSession session, gl::Size size);
+
+/// The runtime's time and ours.
+class RuntimeClock {
+public:
+    explicit RuntimeClock(XrInstance instance);
+    /// Nothing where the runtime does not say what its time is by now.
+    std::optional<double> seconds_until(XrTime time) const;
+
+private:
+    XrInstance instance_;
+    PFN_xrConvertTimespecTimeToTimeKHR convert_ = nullptr;
+};
 
 }  // namespace equistream::xr

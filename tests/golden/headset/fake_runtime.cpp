@@ -1,11 +1,18 @@
 /// An OpenXR runtime for tests, found by the loader through XR_RUNTIME_JSON: no device, a head path out of a file, and
-/// everything that is submitted written to a folder. It refuses calls that come in another order than OpenXR allows.
+/// everything that is submitted written to a folder. It refuses calls that come in another order than OpenXR allows,
+/// and handles that were not made or are destroyed.
 ///
-/// EQUISTREAM_FAKE_XR   a folder with `script.txt`: one line a frame, "x y z qw qx qy qz" of the head (in LOCAL), or
-///                      "idle" (nobody sees it); "until NAME" has the one before it again and again until a file of
-///                      that name lies in the folder; at the end "exit" or "loss".
-/// It writes there      frame.NNNN.EYE.pgm.. as PPM, and `log.jsonl`: a line a frame and one at the end.
-#include "fake_state.h"
+/// EQUISTREAM_FAKE_XR   a folder with `script.txt`. A frame is "x y z qw qx qy qz" of the head (in LOCAL), "idle"
+///                      (nobody sees it) or "untracked" (nobody knows where the head is). After one may stand
+///                      "until NAME": it is asked for again and again until a file of that name lies in the folder;
+///                      "recentre N": so many frames later LOCAL begins anew, in which heads are given from there on;
+///                      "stop [NAME]": the session stops, and is ready again once that file is there;
+///                      and ends, "exit", "loss" (of the session), "instance-loss" or "lost-call" (said by a call).
+///                      Of the frames after it: "fov OUT IN UP DOWN" in sixteenths of tangents, "ipd M", "cant DEGREES"
+///                      (eyes turned outwards). Of all: "lead-ms MS" (frames are seen so long after any time that
+///                      is asked for), "no headset", "no opengl", "no srgb".
+/// It writes there      frame.NNNN.EYE.ppm, and `log.jsonl`: a line a frame and one at the end.
+#include "fake_objects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +21,11 @@
 
 namespace fake {
 
-State state;
-
 namespace {
 
-/// Wider outwards and downwards, as headsets are; tangents in sixteenths.
-XrFovf fov_of(int eye) {
-    const float out = std::atan(17.0f / 16), in = std::atan(13.0f / 16);
-    return {eye == 0 ? -out : -in, eye == 0 ? in : out, std::atan(14.0f / 16), -std::atan(18.0f / 16)};
+XrFovf fov_of(const Tangents& tangents, int eye) {
+    const float out = std::atan(tangents.out / 16), in = std::atan(tangents.in / 16);
+    return {eye == 0 ? -out : -in, eye == 0 ? in : out, std::atan(tangents.up / 16), -std::atan(tangents.down / 16)};
 }
 
 XrVector3f turned(const XrQuaternionf& q, XrVector3f v) {
@@ -44,102 +48,102 @@ XrPosef seen_from(const XrPosef& space, const XrPosef& pose) {
     return {product(back, pose.orientation), turned(back, {p.x - o.x, p.y - o.y, p.z - o.z})};
 }
 
-XrResult XRAPI_CALL locate_views(XrSession, const XrViewLocateInfo* where, XrViewState* known, std::uint32_t capacity,
-                                 std::uint32_t* count, XrView* views) {
+XrResult XRAPI_CALL locate_views(XrSession session, const XrViewLocateInfo* where, XrViewState* known,
+                                 std::uint32_t capacity, std::uint32_t* count, XrView* views) {
+    const auto space = state.spaces.find(reinterpret_cast<std::uintptr_t>(where->space));
+    if (is_gone(session) || space == state.spaces.end())
+        return gone("xrLocateViews");
     *count = 2;
     if (capacity < 2)
         return XR_SUCCESS;
-    if (where->displayTime != state.display_time)
+    if (!state.begun || where->displayTime != state.display_time)
         return state.broken("xrLocateViews for another time than xrWaitFrame's");
-    known->viewStateFlags = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
-    const XrPosef head =
-        seen_from(state.spaces.at(reinterpret_cast<std::uintptr_t>(where->space) - 1), state.frames[state.frame].head);
+    const Frame& frame = state.now();
+    known->viewStateFlags = 0;
+    if (frame.seen != Seen::untracked)
+        known->viewStateFlags = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
+    const XrPosef head = seen_from(space->second, frame.head);
     for (int eye = 0; eye < 2; ++eye) {
-        const XrVector3f side = turned(head.orientation, {eye == 0 ? -0.032f : 0.032f, 0, 0});
-        views[eye].pose = {head.orientation,
+        const float outwards = eye == 0 ? -1.0f : 1.0f, half_rad = -0.5f * outwards * frame.cant_rad;
+        const XrVector3f side = turned(head.orientation, {outwards * frame.ipd_m / 2, 0, 0});
+        views[eye].pose = {product(head.orientation, {0, std::sin(half_rad), 0, std::cos(half_rad)}),
                            {head.position.x + side.x, head.position.y + side.y, head.position.z + side.z}};
-        views[eye].fov = fov_of(eye);
+        views[eye].fov = fov_of(frame.fov, eye);
     }
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL wait_frame(XrSession, const XrFrameWaitInfo*, XrFrameState* frame) {
+XrResult XRAPI_CALL wait_frame(XrSession session, const XrFrameWaitInfo*, XrFrameState* frame) {
+    if (is_gone(session))
+        return gone("xrWaitFrame");
+    if (state.lost)
+        return XR_ERROR_SESSION_LOST;
     if (!state.running || state.waited)
         return state.broken("xrWaitFrame out of turn");
     state.waited = true;
-    state.display_time += 11111111;
+    state.display_time += period_ns;
     frame->predictedDisplayTime = state.display_time;
-    frame->predictedDisplayPeriod = 11111111;
-    frame->shouldRender = state.frames[state.frame].idle ? XR_FALSE : XR_TRUE;
+    frame->predictedDisplayPeriod = period_ns;
+    frame->shouldRender = state.now().seen == Seen::by_nobody ? XR_FALSE : XR_TRUE;
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL begin_frame(XrSession, const XrFrameBeginInfo*) {
+XrResult XRAPI_CALL begin_frame(XrSession session, const XrFrameBeginInfo*) {
+    if (is_gone(session))
+        return gone("xrBeginFrame");
     if (!state.waited || state.begun)
         return state.broken("xrBeginFrame out of turn");
     state.begun = true;
+    state.pictures_at_begin = state.pictures();
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL acquire(XrSwapchain, const XrSwapchainImageAcquireInfo*, std::uint32_t* index) {
-    if (!state.begun || state.acquired)
-        return state.broken("xrAcquireSwapchainImage out of turn");
-    state.acquired = true;
-    *index = state.image = (state.image + 1) % std::uint32_t(state.images.size());
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL wait_image(XrSwapchain, const XrSwapchainImageWaitInfo*) {
-    if (!state.acquired || state.image_waited)
-        return state.broken("xrWaitSwapchainImage out of turn");
-    state.image_waited = true;
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL release(XrSwapchain, const XrSwapchainImageReleaseInfo*) {
-    if (!state.image_waited)
-        return state.broken("xrReleaseSwapchainImage out of turn");
-    state.acquired = state.image_waited = false;
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL end_frame(XrSession, const XrFrameEndInfo* end) {
-    if (!state.begun || state.acquired)
+XrResult XRAPI_CALL end_frame(XrSession session, const XrFrameEndInfo* end) {
+    if (is_gone(session))
+        return gone("xrEndFrame");
+    if (!state.begun || is_any_acquired())
         return state.broken("xrEndFrame out of turn");
     if (end->displayTime != state.display_time || end->environmentBlendMode != XR_ENVIRONMENT_BLEND_MODE_OPAQUE)
         return state.broken("xrEndFrame with another time or blend mode");
-    const Frame& frame = state.frames[state.frame];
-    if (end->layerCount != (frame.idle ? 0u : 1u))
+    if (end->layerCount != (state.now().seen == Seen::by_somebody ? 1u : 0u))
         return state.broken("xrEndFrame with another number of layers");
-    for (std::uint32_t i = 0; i < end->layerCount; ++i)
-        if (end->layers[i]->type != XR_TYPE_COMPOSITION_LAYER_PROJECTION)
+    if (end->layerCount == 1) {
+        const auto& layer = *reinterpret_cast<const XrCompositionLayerProjection*>(end->layers[0]);
+        if (layer.type != XR_TYPE_COMPOSITION_LAYER_PROJECTION)
             return state.broken("a layer that is no projection");
-    if (end->layerCount == 1)
-        if (!state.record(*reinterpret_cast<const XrCompositionLayerProjection*>(end->layers[0])))
+        if (!state.spaces.contains(reinterpret_cast<std::uintptr_t>(layer.space)))
+            return gone("xrEndFrame with a space");
+        if (!state.record(layer))
             return state.broken("a view outside of its swapchain");
+    }
     state.waited = state.begun = false;
-    if (!state.go_on())
-        state.send(state.ends_by_loss ? XR_SESSION_STATE_LOSS_PENDING : XR_SESSION_STATE_STOPPING);
+    state.go_on();
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL begin_session(XrSession, const XrSessionBeginInfo* begin) {
+XrResult XRAPI_CALL begin_session(XrSession session, const XrSessionBeginInfo* begin) {
+    if (is_gone(session))
+        return gone("xrBeginSession");
     if (!state.ready || state.running ||
         begin->primaryViewConfigurationType != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO)
         return state.broken("xrBeginSession out of turn");
+    state.ready = false;
     state.running = true;
+    ++state.begun_sessions;
     for (const XrSessionState next :
          {XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_FOCUSED})
         state.send(next);
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL end_session(XrSession) {
-    if (!state.running || !state.stopping)
+XrResult XRAPI_CALL end_session(XrSession session) {
+    if (is_gone(session))
+        return gone("xrEndSession");
+    if (!state.running || !state.stopping || state.waited)
         return state.broken("xrEndSession out of turn");
-    state.running = false;
+    state.running = state.stopping = false;
     state.send(XR_SESSION_STATE_IDLE);
-    state.send(XR_SESSION_STATE_EXITING);
+    state.send(state.exits ? XR_SESSION_STATE_EXITING : XR_SESSION_STATE_READY);
     return XR_SUCCESS;
 }
 
@@ -149,45 +153,18 @@ XrResult XRAPI_CALL poll_event(XrInstance, XrEventDataBuffer* event) {
 
 XrResult XRAPI_CALL create_session(XrInstance, const XrSessionCreateInfo* wanted, XrSession* session) {
     const auto* binding = static_cast<const XrGraphicsBindingOpenGLXlibKHR*>(wanted->next);
+    if (state.has_session)
+        return state.broken("xrCreateSession again", XR_ERROR_LIMIT_REACHED);
     if (!state.asked_requirements)
         return XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING;
     if (binding == nullptr || binding->type != XR_TYPE_GRAPHICS_BINDING_OPENGL_XLIB_KHR ||
         binding->xDisplay == nullptr || binding->glxContext == nullptr || binding->glxDrawable == 0 ||
         binding->glxFBConfig == nullptr || binding->visualid == 0)
         return XR_ERROR_GRAPHICS_DEVICE_INVALID;
-    *session = reinterpret_cast<XrSession>(std::uintptr_t{1});
+    *session = session_handle;
+    state.has_session = true;
     state.send(XR_SESSION_STATE_IDLE);
     state.send(XR_SESSION_STATE_READY);
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL create_space(XrSession, const XrReferenceSpaceCreateInfo* wanted, XrSpace* space) {
-    if (wanted->referenceSpaceType != XR_REFERENCE_SPACE_TYPE_LOCAL)
-        return XR_ERROR_REFERENCE_SPACE_UNSUPPORTED;
-    state.spaces.push_back(wanted->poseInReferenceSpace);
-    *space = reinterpret_cast<XrSpace>(state.spaces.size());
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL create_swapchain(XrSession, const XrSwapchainCreateInfo* wanted, XrSwapchain* swapchain) {
-    if (wanted->format != GL_SRGB8_ALPHA8 || wanted->width > 4096 || wanted->height > 2048)
-        return XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED;
-    state.make_images(int(wanted->width), int(wanted->height));
-    *swapchain = reinterpret_cast<XrSwapchain>(std::uintptr_t{1});
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL images(XrSwapchain, std::uint32_t capacity, std::uint32_t* count, XrSwapchainImageBaseHeader* to) {
-    *count = std::uint32_t(state.images.size());
-    for (std::uint32_t i = 0; i < capacity && i < *count; ++i)
-        reinterpret_cast<XrSwapchainImageOpenGLKHR*>(to)[i].image = state.images[i];
-    return XR_SUCCESS;
-}
-
-XrResult XRAPI_CALL formats(XrSession, std::uint32_t capacity, std::uint32_t* count, std::int64_t* to) {
-    constexpr std::int64_t known[] = {GL_RGBA16F, GL_SRGB8_ALPHA8};
-    *count = 2;
-    std::copy_n(known, std::min<std::uint32_t>(capacity, 2), to);
     return XR_SUCCESS;
 }
 
@@ -213,7 +190,7 @@ XrResult XRAPI_CALL blend_modes(XrInstance, XrSystemId, XrViewConfigurationType,
 
 XrResult XRAPI_CALL get_system(XrInstance, const XrSystemGetInfo*, XrSystemId* system) {
     *system = 1;
-    return state.has_headset ? XR_SUCCESS : XR_ERROR_FORM_FACTOR_UNAVAILABLE;
+    return state.script.has_headset ? XR_SUCCESS : XR_ERROR_FORM_FACTOR_UNAVAILABLE;
 }
 
 XrResult XRAPI_CALL system_properties(XrInstance, XrSystemId, XrSystemProperties* properties) {
@@ -229,15 +206,31 @@ XrResult XRAPI_CALL requirements(XrInstance, XrSystemId, XrGraphicsRequirementsO
 }
 
 XrResult XRAPI_CALL extensions(const char*, std::uint32_t capacity, std::uint32_t* count, XrExtensionProperties* to) {
-    *count = 1;
-    if (capacity > 0)
-        std::strcpy(to[0].extensionName, XR_KHR_OPENGL_ENABLE_EXTENSION_NAME);
+    // The loader asks before there is an instance.
+    Script script;
+    script.read(script_folder() + "/script.txt");
+    std::vector<const char*> known;
+    if (script.has_opengl)
+        known.push_back(XR_KHR_OPENGL_ENABLE_EXTENSION_NAME);
+    if (script.lead_ns > 0)
+        known.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+    *count = std::uint32_t(known.size());
+    for (std::uint32_t i = 0; i < capacity && i < *count; ++i)
+        std::strcpy(to[i].extensionName, known[i]);
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo*, XrInstance* instance) {
-    *instance = reinterpret_cast<XrInstance>(std::uintptr_t{1});
-    return state.load() ? XR_SUCCESS : XR_ERROR_RUNTIME_FAILURE;
+XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* wanted, XrInstance* instance) {
+    if (state.has_instance)
+        return XR_ERROR_LIMIT_REACHED;
+    if (!state.load())
+        return XR_ERROR_RUNTIME_FAILURE;
+    // The first runtimes have no more than that.
+    if (wanted->applicationInfo.apiVersion != XR_MAKE_VERSION(1, 0, 0))
+        return XR_ERROR_API_VERSION_UNSUPPORTED;
+    state.has_instance = true;
+    *instance = instance_handle;
+    return XR_SUCCESS;
 }
 
 XrResult XRAPI_CALL instance_properties(XrInstance, XrInstanceProperties* properties) {
@@ -245,17 +238,30 @@ XrResult XRAPI_CALL instance_properties(XrInstance, XrInstanceProperties* proper
     return XR_SUCCESS;
 }
 
-XrResult XRAPI_CALL destroy_instance(XrInstance) {
+/// And what was made of it.
+XrResult XRAPI_CALL destroy_session(XrSession session) {
+    if (is_gone(session))
+        return gone("xrDestroySession");
+    if (is_any_acquired())
+        return state.broken("xrDestroySession while an image is acquired");
+    state.has_session = false;
+    state.spaces.clear();
+    state.swapchains.clear();
+    return XR_SUCCESS;
+}
+
+XrResult XRAPI_CALL destroy_instance(XrInstance instance) {
+    if (instance != instance_handle || !state.has_instance)
+        return gone("xrDestroyInstance");
+    if (state.has_session)
+        state.broken("xrDestroyInstance before its session");
+    state.has_instance = state.has_session = false;
     state.close();
     return XR_SUCCESS;
 }
-XrResult XRAPI_CALL destroy_session(XrSession) {
-    return XR_SUCCESS;
-}
-XrResult XRAPI_CALL destroy_space(XrSpace) {
-    return XR_SUCCESS;
-}
-XrResult XRAPI_CALL destroy_swapchain(XrSwapchain) {
+
+XrResult XRAPI_CALL time_of(XrInstance, const timespec*, XrTime* time) {
+    *time = state.display_time - state.script.lead_ns;
     return XR_SUCCESS;
 }
 
@@ -294,9 +300,11 @@ XrResult XRAPI_CALL function_of(XrInstance, const char* name, PFN_xrVoidFunction
         {"xrWaitFrame", as(wait_frame)},
         {"xrBeginFrame", as(begin_frame)},
         {"xrEndFrame", as(end_frame)},
+        {"xrConvertTimespecTimeToTimeKHR", as(time_of)},
     };
+    const bool tells_time = state.script.lead_ns > 0;
     for (const Entry& entry : entries)
-        if (std::strcmp(entry.name, name) == 0) {
+        if (std::strcmp(entry.name, name) == 0 && (tells_time || entry.function != as(time_of))) {
             *function = entry.function;
             return XR_SUCCESS;
         }
@@ -306,11 +314,26 @@ XrResult XRAPI_CALL function_of(XrInstance, const char* name, PFN_xrVoidFunction
 
 }  // namespace
 
+/// As the loader's documentation has them (its header is not installed).
+struct LoaderInfo {
+    std::uint32_t struct_type, struct_version;
+    std::size_t struct_size;
+    std::uint32_t min_interface, max_interface;
+    XrVersion min_api, max_api;
+};
+struct RuntimeRequest {
+    std::uint32_t struct_type, struct_version;
+    std::size_t struct_size;
+    std::uint32_t interface_version;
+    XrVersion api_version;
+    PFN_xrGetInstanceProcAddr function_of;
+};
+
 XrResult negotiate(const LoaderInfo& loader, RuntimeRequest& runtime) {
     if (loader.min_interface > 1 || loader.max_interface < 1)
         return XR_ERROR_INITIALIZATION_FAILED;
     runtime.interface_version = 1;
-    runtime.api_version = XR_CURRENT_API_VERSION;
+    runtime.api_version = XR_MAKE_VERSION(1, 0, 0);
     runtime.function_of = function_of;
     return XR_SUCCESS;
 }

@@ -1,70 +1,89 @@
 #pragma once
-/// What the runtime for tests remembers: its script, where the session and the frame stand, and what was submitted.
+/// What the runtime for tests remembers: where the session and the frame stand, what was made and not destroyed, and
+/// what was submitted.
+#include "fake_script.h"
+
 #include <epoxy/gl.h>
 
 #include <epoxy/glx.h>
 
 #define XR_USE_PLATFORM_XLIB
 #define XR_USE_GRAPHICS_API_OPENGL
+#define XR_USE_TIMESPEC
 #include <openxr/openxr.h>
+
+#include <ctime>
 #include <openxr/openxr_platform.h>
 
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace fake {
 
-/// As the loader's documentation has them (its header is not installed).
-struct LoaderInfo {
-    std::uint32_t struct_type, struct_version;
-    std::size_t struct_size;
-    std::uint32_t min_interface, max_interface;
-    XrVersion min_api, max_api;
-};
-struct RuntimeRequest {
-    std::uint32_t struct_type, struct_version;
-    std::size_t struct_size;
-    std::uint32_t interface_version;
-    XrVersion api_version;
-    PFN_xrGetInstanceProcAddr function_of;
+struct Swapchain {
+    std::vector<std::uint32_t> images;  ///< names of textures
+    std::uint32_t image = 0;            ///< acquired last
+    int width = 0, height = 0;
+    bool acquired = false, waited = false;
 };
 
-struct Frame {
-    bool idle = false;
-    XrPosef head{{0, 0, 0, 1}, {0, 0, 0}};
-    std::string until;  ///< it is asked for again until a file of that name is there; empty: once
-};
+inline constexpr XrDuration period_ns = 11111111;
+
+/// One of each at a time.
+inline const auto instance_handle = reinterpret_cast<XrInstance>(std::uintptr_t{1});
+inline const auto session_handle = reinterpret_cast<XrSession>(std::uintptr_t{2});
 
 struct State {
     std::string folder;
-    std::vector<Frame> frames;
+    Script script;
     std::size_t frame = 0;
-    bool ends_by_loss = false, has_headset = true;
 
-    bool asked_requirements = false, ready = false, running = false, stopping = false;
-    bool waited = false, begun = false, acquired = false, image_waited = false;
+    bool has_instance = false, has_session = false, asked_requirements = false;
+    bool ready = false, running = false, stopping = false, exits = false, lost = false;
+    bool waited = false, begun = false;
     XrTime display_time = 1000000000;
-    std::vector<XrPosef> spaces;
-    std::vector<std::uint32_t> images;
-    std::uint32_t image = 0;
-    int width = 0, height = 0;
-    std::deque<XrSessionState> events;
+    std::map<std::uintptr_t, XrPosef> spaces;
+    std::map<std::uintptr_t, Swapchain> swapchains;
+    int begun_sessions = 0, made_spaces = 0, made_swapchains = 0;
+    std::deque<XrEventDataBuffer> events;
+    std::string ready_until;  ///< a file that the session waits for before it is ready; empty: none
     std::ofstream log;
+    long pictures_at_begin = 0;
 
     bool load();
     void close();
-    /// To the frame after this one; false: there is none.
-    bool go_on();
+    const Frame& now() const { return script.frames[frame]; }
+    bool is_there(const std::string& name) const;
+    /// The frame was submitted: what the script has after it.
+    void go_on();
     /// A call that OpenXR does not allow there: it is written down and refused.
-    XrResult broken(const char* what);
-    void send(XrSessionState next) { events.push_back(next); }
+    XrResult broken(const char* what, XrResult why = XR_ERROR_CALL_ORDER_INVALID);
+    template <typename Event>
+    void send(const Event& event) {
+        static_assert(sizeof(Event) <= sizeof(XrEventDataBuffer));
+        std::memcpy(&events.emplace_back(), &event, sizeof event);
+    }
+    void send(XrSessionState next);
+    /// Of another value than any before it.
+    std::uintptr_t new_handle() { return next_handle_++; }
     bool take(XrEventDataBuffer& event);
-    void make_images(int columns, int rows);
-    /// Reads back what is shown; false where it lies outside of the swapchain.
+    /// Pictures that the viewer has written so far.
+    long pictures() const;
+    /// Reads back what is shown; false where it lies outside of its swapchain, or that is not there.
     bool record(const XrCompositionLayerProjection& layer);
+
+private:
+    void send_recentred(int frames_on);
+    std::uintptr_t next_handle_ = 16;
 };
+
+extern State state;
+
+std::string script_folder();
 
 }  // namespace fake

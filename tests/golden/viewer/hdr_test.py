@@ -3,6 +3,7 @@
 usage: hdr_test.py BIN_DIR
 """
 
+import copy
 import json
 import pathlib
 import shutil
@@ -77,11 +78,72 @@ class Hdr(unittest.TestCase):
         darker = self.played("--exposure", "-1")
         wait_for(lambda: psnr(viewer.picture(), darker) >= 50 or None, "a picture one stop darker")
 
+    def light_ahead(self):
+        """What was rendered of frame 0, exposed, as an eye that turns only looks into it."""
+        light = json.loads(self.scene.read_text())["exposure"] * colour_of(read_frame(self.folder / "centre" / "frame.0000.exr"))
+        tags = json.loads(PROGRAMS.run("info", self.streams["pq"], "--json"))["tracks"][0]["first_frame"]
+        (width, height), (rows, columns) = SIZE, light.shape[:2]
+        ahead = perspective_direction(*pixel_centres(width, height), width, height, np.pi / 2) @ rotation(tags["head"]["orientation_wxyz"]).T
+        u, v = equirect_pixel(ahead @ rotation(tags["camera_pose"]["orientation_wxyz"]), columns, rows)
+        return lambda exposed: sample(exposed(light), u, v)
+
     def test_what_is_brighter_than_white_is_kept(self):
-        # Two stops down, what was clipped at white has shades again; an sRGB stream has none.
+        # Five stops down, what was clipped at white has shades again, and those of the light that was rendered.
         white = (self.played(transfer="srgb") >= 255).all(axis=2)
         self.assertGreater(white.sum(), 50)
-        self.assertGreater(self.played("--exposure", "-5")[white].std(), 2)
+        ahead = self.light_ahead()
+        shown, light = self.played("--exposure", "-5")[white], ahead(lambda light: 255 * srgb(light / 32))[white]
+        clipped = ahead(lambda light: 255 * srgb(np.minimum(light, 1) / 32))[white]
+        self.assertGreater(light.std(), 2)
+        self.assertGreater(psnr(shown, light), 40)
+        self.assertLess(psnr(clipped, light), 25)
+
+    def coded_otherwise(self, name, pixels, *words):
+        """The HDR stream once more with its samples in other places; its frame data stays."""
+        stream = self.root / f"{name}.mkv"
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", self.streams["pq"], "-map", "0:v:0", *words, "-c:v", "libx264", "-preset", "ultrafast", "-qp", "4",
+                        "-udu_sei", "1", "-pix_fmt", pixels, "-color_primaries", "bt2020", "-color_trc", "smpte2084", "-colorspace", "bt2020nc", stream], check=True)
+        self.streams[name] = stream
+        return name
+
+    def test_hdr_whose_samples_lie_otherwise(self):
+        top_left = self.coded_otherwise("top-left", "yuv420p10le", "-vf", "scale=out_h_chr_pos=0:out_v_chr_pos=0", "-x264-params", "chromaloc=2")
+        for name in (top_left, self.coded_otherwise("whole", "yuv444p10le")):
+            with self.subTest(name):
+                self.assertGreater(psnr(self.played("--exposure", "-2", transfer=name), self.played("--exposure", "-2")), 40)
+
+    def mixed(self):
+        """A small stream in HDR, which has no first picture, beside a main one of 8 bits."""
+        folder = self.root / "with_small"
+        PROGRAMS.run("render", self.scene, "--frames", "0-2", "--fps", 5, "--size", "512x256", "--spp", 1, "--aovs", "none", "--small", "right", "--out", folder)
+        coded = {}
+        for transfer in ("srgb", "pq"):
+            coded[transfer] = self.root / f"with_small.{transfer}.mkv"
+            PROGRAMS.run("encode", folder, "--out", coded[transfer], "--transfer", transfer, "--depth", "none", "--fill", "small", "--gop", "1", "--preset", "ultrafast",
+                         "--progress", "none")
+        mixed = self.root / "mixed.mkv"
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", coded["srgb"], "-i", coded["pq"], "-map", "0:v:0", "-map", "1:v:1", "-c", "copy", "-bsf:v:1",
+                        "noise=drop=not(n)", mixed], check=True)
+        tracks = json.loads(PROGRAMS.run("info", "--frames", "--json", mixed))["tracks"]
+        self.assertEqual([len(track["frames"]) for track in tracks], [3, 2])
+        return mixed
+
+    def test_a_shader_is_made_before_its_first_picture_comes(self):
+        shaders = self.root / "shaders"
+        shaders.mkdir()
+        display = copy.copy(self.display)
+        display.environment = {**self.display.environment, "MESA_SHADER_DUMP_PATH": str(shaders)}
+        viewer = ViewerProcess(display, PROGRAMS.folder / "equistream", pathlib.Path(tempfile.mkdtemp(dir=self.root)), self.mixed(), "--scene", self.scene, "--fill",
+                               "small-wide", "--paused", "--size", "{}x{}".format(*SIZE))
+        self.addCleanup(viewer.close)
+        first = viewer.picture()
+        made = len(list(shaders.iterdir()))
+        self.assertGreater(made, 10)
+        viewer.press("period")
+        wait_for(lambda: psnr(viewer.picture(), first) < 60, "the next frame, whose small picture is HDR")
+        self.assertEqual(len(list(shaders.iterdir())), made)
+        viewer.press("Escape")
+        self.assertEqual(viewer.end(), (0, ""))
 
     def refused(self, program, *words):
         result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", program, *words]], env=self.display.environment, capture_output=True, text=True)

@@ -118,5 +118,15 @@ TEST(DisplayLatency, IsAnAverageOfTheLast) {
     EXPECT_NEAR(latency.seconds(), 0.02, 0.002);
 }
 
+TEST(HeadInWords, IsWhereItLooksAndWhereItIs) {
+    EXPECT_EQ(in_words({}), "yaw 0 pitch 0 deg, head 0 0 0 cm");
+    const auto turned = [](double yaw_deg, double pitch_deg) {
+        return glm::angleAxis(glm::radians(yaw_deg), glm::dvec3(0, 1, 0)) *
+               glm::angleAxis(glm::radians(pitch_deg), glm::dvec3(1, 0, 0));
+    };
+    EXPECT_EQ(in_words({{0.1, -0.204, 0.351}, turned(30, -20)}), "yaw 30 pitch -20 deg, head 10 -20 35 cm");
+    EXPECT_EQ(in_words({{-0.001, 0, 0}, turned(-70, 90)}), "yaw -70 pitch 90 deg, head 0 0 0 cm");
+}
+
 }  // namespace
 }  // namespace equistream::test

@@ -74,6 +74,16 @@ TEST(HdrDisplay, AsksForNothingAndShowsWhatSrgbStreamsShow) {
     EXPECT_LT(worst, 0.5 / 255);
 }
 
+TEST(HdrDisplay, PqDisplaysShowPqAsItIs) {
+    FloatImage pq = PqEncoding().encode(bright_colours(64, 32).view(), 1);
+    const FloatImage shown =
+        HdrDisplay(Chosen{.display = "Rec.2100-PQ - Display", .view = default_view}).to_display(pq.view());
+    double worst = 0;
+    for (std::size_t i = 0; i < pq.samples().size(); ++i)
+        worst = std::max(worst, std::abs(double(shown.samples()[i]) - double(pq.samples()[i])));
+    EXPECT_LT(worst, 4e-4);  // a third of a 10-bit step
+}
+
 TEST(HdrDisplay, AStopDoublesLight) {
     const FloatImage pq = PqEncoding().encode(bright_colours(40, 40).view(), 1);
     const FloatImage light = DisplayTransform().to_linear(HdrDisplay().to_display(pq.view()).view(), 1);
