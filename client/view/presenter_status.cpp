@@ -38,7 +38,7 @@ StatusLine Presenter::status() const {
         int(layout.size()), layout.data(), headset_ && !is_worn_ ? " (nobody wears the headset)" : "",
         !settings_.surface || !renderer_.has_depth() ? "sphere"
         : renderer_.has_geometry()                   ? "surface"
-                                                     : "mesh",
+                                                     : settings_.finding_engine.c_str(),
         settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
     if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)

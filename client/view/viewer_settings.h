@@ -4,6 +4,7 @@
 #include "gl/stage_times.h"
 
 #include <fill/gl/rungs.h>
+#include <reproject/gl/eye_depth_finder.h>
 
 #include <equistream/hdr_display.h>
 #include <equistream/object_motion.h>
@@ -32,7 +33,8 @@ struct ViewerSettings {
     /// Nothing: the truth's, else as the defaults are.
     std::optional<gl::Size> size;
     std::optional<double> fov_deg;
-    std::optional<double> ipd_m;  ///< nothing: what the frames are tagged with
+    std::optional<double> ipd_m;                              ///< nothing: what the frames are tagged with
+    std::string finding_engine{gl::finding_engines.front()};  ///< by which depth is found without a scene
     bool surface = true, fill = true, loop = true, paused = false, times = false;
     std::vector<gl::Rung> rungs;  ///< that gaps are filled by, where they are
     MirrorTreatment mirrors = MirrorTreatment::images;

@@ -43,8 +43,9 @@ Enum parse_word(const char* option, const std::string& word, const std::array<st
     return Enum(found - names.begin());
 }
 
-constexpr std::array<std::string_view, 2> methods = {"sphere", "surface"}, switches = {"off", "on"},
-                                          decoders = {"software", "auto"};
+constexpr std::array<std::string_view, 2> switches = {"off", "on"}, decoders = {"software", "auto"};
+/// By depth from `surface` on: of geometry, else found by an engine.
+constexpr std::array<std::string_view, 5> methods = {"sphere", "surface", "mesh", "splat", "gather"};
 /// As PictureUpload has them.
 constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
 
@@ -68,7 +69,13 @@ void complete(Arguments& arguments, const CLI::App& app) {
     ViewerSettings& settings = arguments.settings;
     settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
-    settings.surface = parse_word<int>("--method", arguments.method, methods) == 1;
+    settings.surface = parse_word<int>("--method", arguments.method, methods) > 0;
+    if (std::ranges::find(gl::finding_engines, arguments.method) != gl::finding_engines.end()) {
+        if (app.count("--scene") + app.count("--model") > 0)
+            throw InputError(expected_found("--method " + arguments.method, "the stream's own depth",
+                                            "--scene or --model, whose geometry has the eyes' (--method surface)"));
+        settings.finding_engine = arguments.method;
+    }
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.fill = arguments.fill != "off";
     settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
@@ -150,7 +157,8 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         ->excludes(scene);
     app.add_option("--method", arguments->method,
-                   "surface (by depth: of --scene or --model, else the stream's own) or sphere (rotation only)")
+                   "surface (by depth: of --scene or --model, else the stream's own by mesh), sphere (rotation only), "
+                   "or by the stream's own depth mesh, splat or gather")
         ->capture_default_str();
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();

@@ -18,7 +18,6 @@ public:
 
     Size size() const { return size_; }
     int eyes() const { return eyes_; }
-    GLuint name() const { return depth_.name(); }
     EyeDepth depth() const { return {depth_.name(), 1}; }
 
 private:

@@ -4,7 +4,6 @@
 
 #include <glm/vec4.hpp>
 
-#include <cassert>
 #include <cmath>
 #include <string>
 #include <variant>
@@ -37,7 +36,7 @@ Size tiles_of(Size size, int side) {
 }  // namespace
 
 GatherDepth::GatherDepth(const EngineOptions& options)
-    : options_(options), find_blocks_({{GL_COMPUTE_SHADER, "gather_blocks.glsl"}}, defines()),
+    : EyeDepthFinder(options), find_blocks_({{GL_COMPUTE_SHADER, "gather_blocks.glsl"}}, defines()),
       gather_({{GL_COMPUTE_SHADER, "gather.glsl"}}, defines()) {}
 
 void GatherDepth::find_blocks() {
@@ -54,16 +53,11 @@ void GatherDepth::find_blocks() {
 }
 
 void GatherDepth::find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
-    assert(source.depth() != 0 && !eyes.empty() && eyes.size() <= std::size_t(most_eyes));
     const PerspectiveCamera& camera = eyes.front().camera;
     const Size size{camera.width, camera.height};
     layers_.size_for(size, int(eyes.size()));
     knows_blocks_ = lattice_.set(view.camera) && knows_blocks_;
-    eye_blocks_.set(view, eyes, options_.error_budget_px);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
-    glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
-    glBindTextureUnit(1, source.depth());
-    lattice_.bind();
+    bind(view, source, eyes);
     if (!knows_blocks_)
         find_blocks();
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, blocks_.name());

@@ -47,32 +47,14 @@ GLuint with_reserve(GLuint needed) {
     return needed + needed / 2;
 }
 
-Texture uploaded_angles(const Camera& camera) {
-    const LatticeAngles angles(camera);
-    const std::size_t width = std::max(angles.column_a.size(), angles.row_a.size());
-    Texture texture = make_texture({int(width), 2}, GL_RG32F);
-    const auto upload = [&](int row, const std::vector<float>& a, const std::vector<float>& b) {
-        std::vector<float> both(2 * a.size());
-        for (std::size_t i = 0; i < a.size(); ++i) {
-            both[2 * i] = a[i];
-            both[2 * i + 1] = b.empty() ? 0 : b[i];
-        }
-        glTextureSubImage2D(texture.name(), 0, 0, row, GLsizei(a.size()), 1, GL_RG, GL_FLOAT, both.data());
-    };
-    upload(0, angles.column_a, angles.column_b);
-    upload(1, angles.row_a, angles.row_b);
-    return texture;
-}
-
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options)
-    : options_(options), cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}, defines),
+    : EyeDepthFinder(options), cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}, defines),
       points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}, defines),
       cull_({{GL_COMPUTE_SHADER, "mesh_cull.glsl"}}, defines),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
-      forget_gaps_({{GL_COMPUTE_SHADER, "forget_gaps.glsl"}}), vertices_(make_vertex_array()),
-      counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
+      vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
@@ -96,14 +78,14 @@ MeshDepth::~MeshDepth() {
 
 Size MeshDepth::blocks() const {
     constexpr int side = LatticeBlock::side;
-    const int columns = source_.width + (closes_ ? 0 : 1), rows = source_.height + 1;
+    const int columns = lattice_.size().width + (closes_ ? 0 : 1), rows = lattice_.size().height + 1;
     return {(columns + side - 1) / side, (rows + side - 1) / side};
 }
 
 void MeshDepth::size_for_source(const Camera& camera) {
-    const Size size{width_of(camera), height_of(camera)};
-    if (source_.width != 0 && same_camera(camera, camera_))
+    if (lattice_.set(camera))
         return;
+    const Size size = lattice_.size();
     if (std::max(size.width, size.height) > most_side)
         throw WorkError(expected_found("method mesh",
                                        "pictures of up to " + std::to_string(most_side) + " columns and rows",
@@ -111,11 +93,8 @@ void MeshDepth::size_for_source(const Camera& camera) {
     is_built_ = has_room_ = false;
     const auto* sphere = std::get_if<EquirectCamera>(&camera);
     closes_ = sphere != nullptr && sphere->range.closes();
-    angles_ = uploaded_angles(camera);
     corners_ = make_texture({size.width + 2, size.height + 2}, GL_R8UI);
     cell_map_ = make_texture({size.width + 1, size.height + 1}, GL_R8UI);
-    camera_ = camera;
-    source_ = size;
     const auto block_count = std::size_t(blocks().width) * std::size_t(blocks().height);
     blocks_ = make_buffer(block_count * sizeof(Block), 0);
     draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
@@ -138,18 +117,15 @@ void MeshDepth::make_room(Room room) {
 }
 
 void MeshDepth::size_for_eyes(Size size, int eyes) {
-    if (size == eye_size_ && eyes == eyes_)
+    if (layers_.size_for(size, eyes))
         return;
-    depth_ = make_layered_texture(size, eyes, GL_R32F);
     depth_buffer_ = make_layered_texture(size, eyes, GL_DEPTH_COMPONENT32F);
     GLuint name = 0;
     glCreateFramebuffers(1, &name);
     framebuffer_ = Framebuffer(name);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, depth_.name(), 0);
+    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, layers_.depth().texture, 0);
     glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_buffer_.name(), 0);
     require_complete(framebuffer_);
-    eye_size_ = size;
-    eyes_ = eyes;
 }
 
 void MeshDepth::build() {
@@ -232,8 +208,8 @@ void MeshDepth::cull() {
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
     const int count = blocks().width * blocks().height;
     cull_.set("block_count", count);
-    cull_.set("eye_count", eyes_);
-    cull_.set("eye_size", glm::vec2(eye_size_.width, eye_size_.height));
+    cull_.set("eye_count", layers_.eyes());
+    cull_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
     cull_.use();
     glDispatchCompute(GLuint((count + 63) / 64), 1, 1);
     glMemoryBarrier(GL_COMMAND_BARRIER_BIT);
@@ -245,45 +221,32 @@ void MeshDepth::draw() {
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
     glClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, 0, &nothing);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-    glViewport(0, 0, eye_size_.width, eye_size_.height);
+    glViewport(0, 0, layers_.size().width, layers_.size().height);
     glBindVertexArray(vertices_.name());
-    draw_.set("eye_size", glm::vec2(eye_size_.width, eye_size_.height));
+    draw_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
     draw_.use();
     glEnable(GL_CULL_FACE);
     glCullFace(GL_BACK);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, draws_.name());
     glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
     glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, nullptr, offsetof(Counts, draws),
-                                        blocks().width * blocks().height * eyes_, sizeof(Draw));
+                                        blocks().width * blocks().height * layers_.eyes(), sizeof(Draw));
     glDisable(GL_CULL_FACE);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
-    assert(source.depth() != 0 && !eyes.empty() && eyes.size() <= std::size_t(most_eyes));
     size_for_source(view.camera);
     const PerspectiveCamera& camera = eyes.front().camera;
     size_for_eyes({camera.width, camera.height}, int(eyes.size()));
     double radius_m = view.box_radius_m;
     for (const EyeView& eye : eyes)
         radius_m = std::max(radius_m, glm::distance(view.pose.position_m, eye.pose.position_m));
-    eye_blocks_.set(view, eyes, options_.error_budget_px);
-    glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
-    glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
-    glBindTextureUnit(1, source.depth());
-    glBindTextureUnit(5, angles_.name());
+    bind(view, source, eyes);
     build_within({radius_m, 4 * options_.error_budget_px * error_budget_rad(camera.focal_px())});
     cull();
     draw();
-}
-
-void MeshDepth::forget_gaps(const EyeTargets& targets) const {
-    assert(targets.size() == eye_size_ && targets.eyes() == eyes_);
-    glBindTextureUnit(3, targets.origin());
-    glBindImageTexture(0, depth_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
-    forget_gaps_.dispatch(eye_size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
 }  // namespace equistream::gl

@@ -45,10 +45,11 @@ struct EyeRenderer::Geometry {
     bool has_small_depth = false;  ///< of the small view's
 };
 
-EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs)
+EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs,
+                         std::string_view finding_engine)
     : rungs_(std::move(rungs)), turn_(false), surface_(true) {
     if (scene == nullptr) {
-        finder_ = std::make_unique<Finder>();
+        finder_ = std::make_unique<Finder>(make_depth_finder(finding_engine));
         return;
     }
     const bool with_colours = has_rung(Rung::geometry) && scene->stands_for.empty();
@@ -69,7 +70,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
         geometry_->has_whole_depth = geometry_->has_small_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
     } else {
-        finder_->mesh.forget_source();
+        finder_->engine->forget_source();
     }
     carrier_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
@@ -110,7 +111,7 @@ EyeDepth EyeRenderer::depth() const {
     if (!by_depth_)
         return {};
     return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale()}
-                                : finder_->mesh.depth();
+                                : finder_->engine->depth();
 }
 
 bool EyeRenderer::has_rung(Rung rung) const {
@@ -138,7 +139,7 @@ void EyeRenderer::find_small_depth() {
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
     if (geometry_ == nullptr) {
-        finder_->mesh.find(main.view, main.textures, eyes_);
+        finder_->engine->find(main.view, main.textures, eyes_);
         return;
     }
     if (needs_small_depth())
@@ -295,7 +296,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
     mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);
     if (known.texture != 0 && finder_ != nullptr)
-        finder_->mesh.forget_gaps(targets);
+        finder_->engine->forget_gaps(targets);
     times.mark(RenderStage::reproject);
     if (options.fill)
         fill(known, targets);

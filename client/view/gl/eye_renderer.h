@@ -1,8 +1,8 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry (engine `surface`) or by the frame's own (engine `mesh`), engine, mirrors, gaps and reliability,
-/// all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for and is kept. The
-/// context it was made in is current in every call.
+/// scene's geometry (engine `surface`) or by the frame's own (one of finding_engines), engine, mirrors, gaps and
+/// reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for and is
+/// kept. The context it was made in is current in every call.
 #include "frame_textures.h"
 #include "stage_times.h"
 
@@ -16,9 +16,9 @@
 #include <fill/gl/rungs.h>
 #include <fill/gl/spread.h>
 #include <reliability/gl/reliability_map.h>
+#include <reproject/gl/eye_depth_finder.h>
 #include <reproject/gl/eye_targets.h>
 #include <reproject/gl/look_up.h>
-#include <reproject/gl/mesh_depth.h>
 #include <reproject/gl/mirrors.h>
 
 #include <equistream_scene/scene.h>
@@ -43,11 +43,12 @@ struct RefreshOptions {
 
 class EyeRenderer {
 public:
-    /// Without a scene the eyes' depth is found from the frame's, and where it has none they only turn. `box_radius_m`
+    /// Without a scene the eyes' depth is found from the frame's by `finding_engine`, and where it has none they only
+    /// turn. `box_radius_m`
     /// sizes what depth may be off by. `rungs` fill gaps, in this order; a client's model has no colours for
     /// `geometry`.
-    EyeRenderer(const SceneDescription* scene, double box_radius_m,
-                std::vector<Rung> rungs = parse_rungs(default_fill));
+    EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs = parse_rungs(default_fill),
+                std::string_view finding_engine = finding_engines.front());
     ~EyeRenderer();
 
     /// From now on this frame is shown; the one before it stays for gaps.
@@ -90,7 +91,7 @@ private:
     struct Geometry;
     /// The eyes' depth where they have none of their own.
     struct Finder {
-        MeshDepth mesh;
+        std::unique_ptr<EyeDepthFinder> engine;
         FoundDepth gaps;
     };
 

@@ -182,7 +182,9 @@ protected:
 /// As `play` does it: with a scene by --depth gl, without by the frame's depth.
 class OnTheCpu {
 public:
-    OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs) : rungs_(rungs) {
+    OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs,
+             const std::string& finding_engine = "mesh")
+        : rungs_(rungs), engine_(scene != nullptr ? "surface" : finding_engine) {
         if (scene != nullptr && rungs.find("geometry") != std::string::npos)
             colours_.emplace(*scene);
         if (scene != nullptr)
@@ -221,7 +223,7 @@ public:
                                   .atlas = &*frame.patches->info.patches,
                                   .pose = frame.patches->info.camera_pose,
                                   .box_radius_m = main.box_radius_m};
-        const auto engine = make_engine(depth_ ? "surface" : "mesh");
+        const auto engine = make_engine(engine_);
         engine->set_source(main);
         EyePicture picture;
         engine->reproject(eye, picture);
@@ -258,7 +260,7 @@ private:
         return depth_m;
     }
 
-    std::string rungs_;
+    std::string rungs_, engine_;
     std::optional<GlDepth> depth_;
     std::optional<RayColour> colours_;
 };

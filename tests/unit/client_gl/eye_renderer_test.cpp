@@ -101,6 +101,28 @@ TEST_F(GlRefresh, LightsTheScenesSurfaces) {
     expect_the_cpus("hidden,geometry,pushpull", {PixelOrigin::hidden}, MirrorTreatment::images, large_fills);
 }
 
+/// Without a scene, by another engine than the default.
+TEST_F(GlRefresh, FindsDepthByOtherEnginesToo) {
+    const auto before = make_frame(0, flat, true), frame = make_frame(1, flat, true);
+    const double radius_m = head_box_radius(frame->main.info);
+    gl::EyeRenderer renderer(nullptr, radius_m, gl::parse_rungs(default_fill), "splat");
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+    for (const auto& shown : {before, frame}) {
+        renderer.show(shown, times);
+        renderer.look(eyes, true, times);
+        renderer.draw({.reliability = true}, targets, times);
+    }
+    OnTheCpu cpu(nullptr, radius_m, default_fill, "splat");
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        EyePicture found;
+        targets.download(int(i), found);
+        renderer.download_reliability(int(i), found);
+        expect_same(found, cpu.see(*frame, *before, eyes[i]), Limits{});
+    }
+}
+
 TEST(GlRungs, AreThoseOfAList) {
     EXPECT_EQ(gl::parse_rungs("small-wide,hidden"), (std::vector{gl::Rung::small_wide, gl::Rung::hidden}));
     EXPECT_TRUE(gl::parse_rungs("none").empty());

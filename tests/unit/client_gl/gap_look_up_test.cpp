@@ -233,9 +233,9 @@ TEST_F(GlRungs, PassMirrorsOverAsTheCpuDoes) {
         const FillInputs by_main{.main = &teller, .hidden = &unmasked}, by_itself{.main = &teller, .hidden = &masked};
         expect_the_cpus("hidden", by_main, views, fill_by({teller, teller_textures, tellers_planes}));
         expect_the_cpus("hidden", by_itself, views, fill_by({masked, textures, own_planes}));
-        EXPECT_EQ(
-            mirrors.find({painted, teller_textures, gl::SpecularTextures()}, {views.eyes, gl::EyeDepth{}, gaps, targets}),
-            0U);
+        EXPECT_EQ(mirrors.find({painted, teller_textures, gl::SpecularTextures()},
+                               {views.eyes, gl::EyeDepth{}, gaps, targets}),
+                  0U);
         for (std::size_t eye = 0; eye < 2; ++eye) {
             const auto count = [&](const FillInputs& inputs) {
                 return filled("hidden", inputs, views.eyes[eye], views.before[eye]).count(PixelOrigin::hidden);

@@ -1,0 +1,29 @@
+#include "eye_depth_finder.h"
+
+#include "gather_depth.h"
+#include "mesh_depth.h"
+#include "splat_depth.h"
+
+#include <cassert>
+
+namespace equistream::gl {
+
+void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
+    assert(source.depth() != 0 && !eyes.empty() && eyes.size() <= std::size_t(most_eyes));
+    eye_blocks_.set(view, eyes, options_.error_budget_px);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
+    glBindTextureUnit(1, source.depth());
+    lattice_.bind();
+}
+
+std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
+    if (engine == "splat")
+        return std::make_unique<SplatDepth>(options);
+    if (engine == "gather")
+        return std::make_unique<GatherDepth>(options);
+    assert(engine == "mesh");
+    return std::make_unique<MeshDepth>(options);
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,50 @@
+#pragma once
+/// The first half of the engines that need the source's depth alone, on the GPU: how far away is what the eyes see? The
+/// second half is LookUp's.
+#include "eye_blocks.h"
+#include "eye_depth_layers.h"
+#include "lattice_textures.h"
+#include "source_textures.h"
+
+#include <equistream_client/engine.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace equistream::gl {
+
+class EyeDepthFinder {
+public:
+    explicit EyeDepthFinder(const EngineOptions& options) : options_(options) {}
+    virtual ~EyeDepthFinder() = default;
+    EyeDepthFinder(const EyeDepthFinder&) = delete;
+    EyeDepthFinder& operator=(const EyeDepthFinder&) = delete;
+
+    /// The source's depth is another from now on.
+    virtual void forget_source() = 0;
+    /// Finds the depth of eyes of one size, whose depth_m is not read; `source` has depth. What comes after may sample
+    /// depth() without a barrier of its own.
+    virtual void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) = 0;
+
+    /// Makes unknown what gap pixels of the targets see.
+    void forget_gaps(const EyeTargets& targets) const { layers_.forget_gaps(targets); }
+    /// A layer for each eye; NaN where nothing was found.
+    EyeDepth depth() const { return layers_.depth(); }
+
+protected:
+    /// Of the source, and of how the eyes look at it, for source_grid.glsl, eye_rays.glsl and mesh_lattice.glsl.
+    void bind(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes);
+
+    EngineOptions options_;
+    EyeBlocks eye_blocks_;
+    LatticeTextures lattice_;
+    EyeDepthLayers layers_;
+};
+
+/// As engine.h has them: the first is what is taken where nobody says otherwise.
+inline constexpr std::array<std::string_view, 3> finding_engines = {"mesh", "splat", "gather"};
+std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options = {});
+
+}  // namespace equistream::gl
