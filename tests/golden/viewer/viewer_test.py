@@ -127,7 +127,10 @@ class Viewer(unittest.TestCase):
         # Drawn when it comes up, and again where the display asks for that; two seconds have a hundred refreshes.
         self.assertLessEqual(still["refreshes"], 6)
         viewer = self.view("--json", "--method", "sphere", size="64x48")
-        viewer.hold("Left", 2)
+        self.display.tool("keydown", "Left")
+        seen = set()
+        wait_for(lambda: seen.add(viewer.picture().tobytes()) or len(seen) >= 9, "nine views while it turns")
+        self.display.tool("keyup", "Left")
         turning = self.report_of(viewer)
         self.assertEqual(turning["frames"], 1)
         self.assertGreater(turning["refreshes"], still["refreshes"] + 2)
