@@ -1,11 +1,11 @@
 #include "picture_converter.h"
 
+#include "scaling.h"
 #include "yuv420.h"
 
 #include <equistream/error.h>
 
 extern "C" {
-#include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
 }
 
@@ -14,8 +14,6 @@ extern "C" {
 namespace equistream {
 
 namespace {
-
-constexpr int accurate = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP;
 
 template <typename T>
 Yuv420View<T> planes_of(const AVFrame& frame) {
@@ -32,11 +30,6 @@ int matrix_of(const AVFrame& frame) {
     if (frame.colorspace == AVCOL_SPC_UNSPECIFIED)
         return frame.height >= 720 ? SWS_CS_ITU709 : SWS_CS_ITU601;
     return frame.colorspace;
-}
-
-void set(SwsContext& scaler, const char* option, int value) {
-    [[maybe_unused]] const int code = av_opt_set_int(&scaler, option, value, 0);
-    assert(code >= 0);
 }
 
 /// Of planes as we write them ourselves.
@@ -97,20 +90,13 @@ av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb) {
 void YuvToRgb::prepare(const Format& format) {
     if (scaler_ && format == format_)
         return;
-    scaler_.reset(sws_alloc_context());
+    scaler_ = make_scaler(format.width, format.height, format.pixel_format, AV_PIX_FMT_RGB24);
     scaled_ = av::make_frame();
     scaled_->format = AV_PIX_FMT_RGB24;
     scaled_->width = format.width;
     scaled_->height = format.height;
-    if (!scaler_ || av_frame_get_buffer(scaled_.get(), 0) < 0)
+    if (av_frame_get_buffer(scaled_.get(), 0) < 0)
         throw std::bad_alloc();
-    for (const char* option : {"srcw", "dstw"})
-        set(*scaler_, option, format.width);
-    for (const char* option : {"srch", "dsth"})
-        set(*scaler_, option, format.height);
-    set(*scaler_, "src_format", format.pixel_format);
-    set(*scaler_, "dst_format", AV_PIX_FMT_RGB24);
-    set(*scaler_, "sws_flags", accurate);
     if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
         throw WorkError(std::string("no conversion to RGB from pixel format ") +
                         av_get_pix_fmt_name(static_cast<AVPixelFormat>(format.pixel_format)));

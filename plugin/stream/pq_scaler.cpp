@@ -1,20 +1,19 @@
 #include "pq_scaler.h"
 
+#include "scaling.h"
+
 #include <equistream/error.h>
 
 extern "C" {
-#include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
 }
 
-#include <cassert>
 #include <new>
 
 namespace equistream {
 
 namespace {
 
-constexpr int accurate = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP;
 constexpr AVPixelFormat ours = AV_PIX_FMT_YUV420P10LE;
 
 /// Of chroma's samples within luma's grid, in 256ths of a pixel; as swscale has it.
@@ -39,11 +38,6 @@ ChromaPlace place_of(int location) {
     }
 }
 
-void set(SwsContext& scaler, const char* option, int value) {
-    [[maybe_unused]] const int code = av_opt_set_int(&scaler, option, value, 0);
-    assert(code >= 0);
-}
-
 }  // namespace
 
 bool is_pq(const AVFrame& frame) {
@@ -54,25 +48,16 @@ bool is_pq(const AVFrame& frame) {
 void PqScaler::prepare(const Format& format) {
     if (scaler_ && format == format_)
         return;
-    scaler_.reset(sws_alloc_context());
-    if (!scaler_)
-        throw std::bad_alloc();
-    for (const char* option : {"srcw", "dstw"})
-        set(*scaler_, option, format.width);
-    for (const char* option : {"srch", "dsth"})
-        set(*scaler_, option, format.height);
-    set(*scaler_, "src_format", format.pixel_format);
-    set(*scaler_, "dst_format", ours);
-    set(*scaler_, "sws_flags", accurate);
+    scaler_ = make_scaler(format.width, format.height, format.pixel_format, ours);
     const AVPixFmtDescriptor& lies = *av_pix_fmt_desc_get(static_cast<AVPixelFormat>(format.pixel_format));
     const ChromaPlace from = place_of(format.chroma_location), to;
     // Where chroma is whole it has no place of its own.
     if (lies.log2_chroma_w > 0)
-        set(*scaler_, "src_h_chr_pos", from.x);
+        set_scaling(*scaler_, "src_h_chr_pos", from.x);
     if (lies.log2_chroma_h > 0)
-        set(*scaler_, "src_v_chr_pos", from.y);
-    set(*scaler_, "dst_h_chr_pos", to.x);
-    set(*scaler_, "dst_v_chr_pos", to.y);
+        set_scaling(*scaler_, "src_v_chr_pos", from.y);
+    set_scaling(*scaler_, "dst_h_chr_pos", to.x);
+    set_scaling(*scaler_, "dst_v_chr_pos", to.y);
     if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
         throw WorkError(std::string("no conversion of PQ from pixel format ") + lies.name);
     const int* matrix = sws_getCoefficients(SWS_CS_BT2020);

@@ -11,16 +11,7 @@ layout(binding = 0, r32f) uniform writeonly image2D sphere_depth;
 #include "geometry.glsl"
 #include "masks.glsl"
 #include "source_grid.glsl"
-
-layout(std430, binding = 2) readonly buffer Positions {
-    float positions[];
-};
-layout(std430, binding = 3) readonly buffer TextureCoordinates {
-    vec2 uvs[];
-};
-layout(std430, binding = 4) readonly buffer Indices {
-    uint indices[];
-};
+#include "triangles.glsl"
 
 struct FlatView {
     mat4 view_from_source;

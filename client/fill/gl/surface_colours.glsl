@@ -1,14 +1,6 @@
 // Base colours of the scene's surfaces, as RayColour and BaseTextures have them. Needs geometry.glsl.
 
-layout(std430, binding = 2) readonly buffer Positions {
-    float positions[];
-};
-layout(std430, binding = 3) readonly buffer TextureCoordinates {
-    vec2 uvs[];
-};
-layout(std430, binding = 4) readonly buffer Indices {
-    uint indices[];
-};
+#include "triangles.glsl"
 
 struct Surface {
     float red, green, blue;  // linear

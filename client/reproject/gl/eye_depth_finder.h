@@ -34,7 +34,7 @@ public:
     EyeDepth depth() const { return layers_.depth(); }
 
 protected:
-    /// Of the source, and of how the eyes look at it, for source_grid.glsl, eye_rays.glsl and mesh_lattice.glsl.
+    /// Of the source, and of how the eyes look at it, for source_grid.glsl, eye_rays.glsl and source_lattice.glsl.
     void bind(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes);
 
     EngineOptions options_;

@@ -9,12 +9,11 @@ uniform vec2 finding;  // sine of the share of the budget that finding may use u
 
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
-#include "mesh_lattice.glsl"
+#include "source_lattice.glsl"
 #include "gather_block.glsl"
 
 const int INVOCATIONS = GROUP_WIDTH * GROUP_HEIGHT;
 const float NOTHING_FOUND = -1.0;
-const float LARGEST = 3.4e38;
 
 EyeRays eye;
 float eye_square;
@@ -49,8 +48,7 @@ bool is_found(float a, float b) {
 }
 
 float sample_inverse(ivec2 p) {
-    p = lattice_wrapped(p);
-    return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, source_size)) ? inverse_of_sample(p) : UNKNOWN;
+    return is_sample(p) ? inverse_of_sample(lattice_wrapped(p)) : UNKNOWN;
 }
 
 bool connected(ivec2 p, ivec2 step) {

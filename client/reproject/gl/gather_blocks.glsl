@@ -3,7 +3,7 @@
 layout(local_size_x = GATHER_BLOCK_GROUP) in;
 
 #include "source_grid.glsl"
-#include "mesh_lattice.glsl"
+#include "source_lattice.glsl"
 #include "gather_block.glsl"
 
 shared float nearest[GATHER_BLOCK_GROUP], farthest[GATHER_BLOCK_GROUP], least_cosine[GATHER_BLOCK_GROUP];
@@ -14,7 +14,7 @@ void main() {
     vec3 axis = lattice_direction((first + last) / 2);
     int column = int(gl_LocalInvocationID.x);
     // A block without depth shows nothing.
-    float near = 0.0, far = FARTHEST_INVERSE, cosine = 1.0;
+    float near = 0.0, far = LARGEST, cosine = 1.0;
     for (int x = first.x + column; x <= last.x; x += GATHER_BLOCK_GROUP)
         for (int y = first.y; y <= last.y; ++y) {
             float k = lattice_inverse(ivec2(x, y));

@@ -1,5 +1,5 @@
 #pragma once
-/// What mesh_lattice.glsl knows of a source's lattice beside its depth: the sines and cosines of its columns and rows.
+/// What source_lattice.glsl knows of a source's lattice beside its depth: the sines and cosines of its columns and rows.
 #include <gl/objects.h>
 
 #include <equistream/camera.h>
@@ -12,7 +12,7 @@ class LatticeTextures {
 public:
     /// Kept as long as the camera stays. Whether it did.
     bool set(const Camera& camera);
-    /// To the unit that mesh_lattice.glsl reads.
+    /// To the unit that source_lattice.glsl reads.
     void bind() const;
     Size size() const { return size_; }  ///< of the source
 

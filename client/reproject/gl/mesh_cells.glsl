@@ -5,7 +5,7 @@ layout(local_size_x = 64) in;
 
 #define BUILDS
 #include "source_grid.glsl"
-#include "mesh_lattice.glsl"
+#include "source_lattice.glsl"
 #include "mesh_lists.glsl"
 
 uniform vec2 joins;  // box radius in metres, sin e, of what is one surface

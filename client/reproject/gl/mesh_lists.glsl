@@ -1,4 +1,4 @@
-// What a mesh is drawn of: for each block of a source's lattice (mesh_lattice.glsl) points and triangles, found once a
+// What a mesh is drawn of: for each block of a source's lattice (source_lattice.glsl) points and triangles, found once a
 // frame (mesh_cells.glsl, then mesh_points.glsl), and draws of those that eyes see (mesh_cull.glsl).
 
 struct MeshBlock {

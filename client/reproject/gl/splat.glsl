@@ -6,7 +6,7 @@ layout(binding = 0, r32ui) uniform uimage2DArray nearest;  // 0: nothing
 
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
-#include "mesh_lattice.glsl"
+#include "source_lattice.glsl"
 
 EyeRays eye;
 
@@ -21,11 +21,6 @@ Seen seen_at(vec3 q, float k) {
     vec3 point = (q - k * eye.eye.xyz) * mat3(eye.source_from_eye);
     float ahead = -point.z;
     return Seen(eye.view.x * vec2(point.x, -point.y) / ahead + eye.view.yz, k / ahead, ahead > 0.0);
-}
-
-bool is_sample(ivec2 p) {
-    p = lattice_wrapped(p);
-    return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, source_size));
 }
 
 /// From one side's middle to the other's, and how far each lies from the sample's place as a share of that.

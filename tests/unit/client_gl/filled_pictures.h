@@ -1,13 +1,21 @@
 #pragma once
 /// Pictures before and after a rung, on the GPU and on the CPU.
+#include "random_picture.h"
+
 #include <reproject/gl/eye_targets.h>
 
 #include <equistream_client/fill.h>
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
 
 namespace equistream::test {
 
@@ -60,6 +68,57 @@ inline EyePicture filled(const std::string& rung, const FillInputs& inputs, cons
     ladder[0]->set_frame(inputs);
     ladder[0]->fill(eye, picture);
     return picture;
+}
+
+/// Two eyes' pictures, filled at once by `fill` (of their depth, and the targets with the pictures in), are those that
+/// a rung on the CPU fills one by one, by their own depth or by none.
+template <typename Fill>
+void expect_the_cpus(const std::string& rung, const FillInputs& inputs, double least_db,
+                     std::span<const EyeView, 2> eyes, std::span<const EyePicture, 2> before, gl::EyeTargets& targets,
+                     const Fill& fill) {
+    targets.size_for(eyes[0].camera, 2);
+    const bool has_depth = eyes[0].depth_m.data != nullptr;
+    for (int k = 0; k < 2; ++k) {
+        upload(before[std::size_t(k)], k, targets);
+        if (has_depth)
+            targets.upload_depth(k, eyes[0].camera, eyes[std::size_t(k)].depth_m);
+    }
+    fill(has_depth ? targets.depth() : gl::EyeDepth{});
+    for (int k = 0; k < 2; ++k) {
+        const EyePicture& open = before[std::size_t(k)];
+        const EyePicture expected = filled(rung, inputs, eyes[std::size_t(k)], open);
+        EyePicture found;
+        targets.download(k, found);
+        const FilledPixels pixels = compare_filled(open, expected, found);
+        EXPECT_GE(pixels.psnr_db, least_db) << "eye " << k << ", " << pixels.count << " pixels";
+        EXPECT_EQ(pixels.other_origins, 0) << "eye " << k << ", " << pixels.count << " pixels";
+        EXPECT_TRUE(pixels.others_untouched) << "eye " << k;
+    }
+}
+
+/// From picture to picture, whatever their sizes, with every eye's depth and with none: `expect` of two eyes and their
+/// pictures. `depth_in_gap` is what the first eye's gaps have at a pixel, if anything else than they were made with.
+template <typename DepthInGap, typename Expect>
+void over_random_pictures(unsigned seed, const DepthInGap& depth_in_gap, const Expect& expect) {
+    std::mt19937 random(seed);
+    for (const auto& [width, height] : {std::pair{131, 77}, {64, 64}, {7, 5}, {200, 9}, {1, 1}, {97, 130}})
+        for (int i = 0; i < 4; ++i) {
+            SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
+            std::array<RandomPicture, 2> made = {RandomPicture(width, height, random),
+                                                 RandomPicture(width, height, random)};
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    if (const std::optional<float> depth_m = depth_in_gap(x, y);
+                        depth_m && *made[0].picture.origin.pixel(x, y) == 0)
+                        *made[0].depth_m.pixel(x, y) = *depth_m;
+            const PerspectiveCamera camera{width, height, 1};
+            const auto depth_of = [&](const RandomPicture& picture) {
+                return i % 2 == 0 ? picture.depth_m.view() : ImageView<const float>{};
+            };
+            const std::array<EyeView, 2> eyes = {EyeView{camera, {}, depth_of(made[0])},
+                                                 EyeView{camera, {{0.2, 0, 0.1}, {1, 0, 0, 0}}, depth_of(made[1])}};
+            expect(eyes, std::array{made[0].picture, made[1].picture});
+        }
 }
 
 }  // namespace equistream::test

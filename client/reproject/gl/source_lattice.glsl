@@ -24,6 +24,12 @@ float inverse_of_sample(ivec2 s) {
     return distance_m > 0.0 ? 1.0 / distance_m : UNKNOWN;
 }
 
+/// Whether it is a sample's place, once round a sphere or over its poles.
+bool is_sample(ivec2 p) {
+    p = lattice_wrapped(p);
+    return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, source_size));
+}
+
 /// k: on the picture's edge, half a pixel beyond a sample, where its plane leads; NaN further out.
 float lattice_inverse(ivec2 p) {
     p = lattice_wrapped(p);
