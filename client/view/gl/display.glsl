@@ -1,24 +1,22 @@
-// A pixel of the window. Eyes' rows run down, the window's up.
-layout(binding = 0) uniform sampler2DArray eyes;
-layout(binding = 1) uniform usampler2DArray origins;
-layout(binding = 2) uniform sampler2DArray eye_depth;
-layout(binding = 3) uniform sampler2DArray reliability;
-layout(binding = 4) uniform sampler2DArray other_eyes;
-layout(binding = 5) uniform sampler2D source;
-layout(binding = 6) uniform sampler2DArray motion;
+// A pixel of a window that shows one kind of picture (SHOWN) under one overlay (OVERLAY): a program each,
+// for what runs pixel by pixel on a CPU pays for every branch of it. Eyes' rows run down, the window's up.
+#include "motion_colour.glsl"
 
-uniform int layout_shown;
-uniform int overlay;
-uniform float depth_scale;
-uniform int has_reliability;
-uniform int has_motion;
-uniform ivec2 eye_size;
+layout(binding = 0) uniform sampler2DArray eyes;
+layout(binding = 1) uniform sampler2DArray overlaid;
+layout(binding = 2) uniform usampler2DArray origins;
+layout(binding = 3) uniform sampler2D source;
+
 uniform ivec2 window_size;
+uniform ivec2 eye_size;
+uniform int middle;  // the column from which on the second eye is shown
+uniform float depth_scale;
+uniform int has_motion;
 uniform mat3 from_left;
 uniform mat3 from_right;
 uniform vec3 lens;
 uniform float fading;
-uniform float split;
+uniform float line;  // where the split is, in columns
 
 out vec4 colour;
 
@@ -45,49 +43,23 @@ const vec3 origin_colours[9] =
     vec3[9](vec3(1.0, 0.0, 0.0), vec3(0.0), vec3(1.0, 0.6, 0.0), vec3(0.9, 0.2, 0.9), vec3(0.2, 0.5, 1.0),
             vec3(0.1, 0.9, 0.3), vec3(0.0, 0.9, 0.9), vec3(1.0, 1.0, 0.2), vec3(0.9, 0.2, 0.9));
 
-/// Of radians a second to the right and down: red to the right, yellow-green up, cyan to the left, violet down; dark
-/// where slow.
-vec3 motion_colour(vec2 moves) {
-    float hue = 6.0 * fract(atan(-moves.y, moves.x) / (2.0 * PI));
-    vec3 full = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
-    return full * clamp(length(moves) / FULL_MOTION, 0.0, 1.0);
-}
-
-vec3 with_overlay(vec3 seen, ivec2 at, int eye) {
-    if (overlay == OVERLAY_depth)
-        return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(eye_depth, ivec3(at, eye), 0).x) : 0.3 * seen;
-    if (overlay == OVERLAY_gaps) {
-        uint origin = texelFetch(origins, ivec3(at, eye), 0).x;
-        return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 8u)], 0.7);
-    }
-    if (overlay == OVERLAY_reliability && has_reliability != 0) {
-        float trusted = texelFetch(reliability, ivec3(at, eye), 0).x;
-        return mix(vec3(1.0, 0.1, 0.1), seen, trusted);
-    }
-    if (overlay == OVERLAY_motion) {
-        vec3 moves = has_motion != 0 ? texelFetch(motion, ivec3(at, eye), 0).xyz : vec3(0.0);
-        vec3 grey = vec3(0.35 * dot(seen, vec3(0.2126, 0.7152, 0.0722)));
-        return moves.z > 0.0 ? motion_colour(moves.xy) : grey;
-    }
-    return seen;
-}
-
-/// What an overlay's colours say, over a corner of the window.
-vec3 with_legend(vec3 seen) {
-    if (overlay != OVERLAY_motion || layout_shown == LAYOUT_sphere)
-        return seen;
-    vec2 up = (gl_FragCoord.xy - vec2(float(window_size.x) - LEGEND_PLACE.x, LEGEND_PLACE.y)) / LEGEND_RADIUS;
-    float away = length(up);
-    if (away > 1.0)
-        return away < 1.06 ? vec3(0.9) : seen;
-    return motion_colour(FULL_MOTION * vec2(up.x, -up.y));
-}
-
-vec3 eye_at(ivec2 at, int eye) {
+vec3 eye_at(ivec2 at, int layer) {
     at = clamp(at, ivec2(0), eye_size - 1);
-    bool others = gl_FragCoord.x > split * float(window_size.x);
-    vec3 seen = others ? texelFetch(other_eyes, ivec3(at, eye), 0).rgb : texelFetch(eyes, ivec3(at, eye), 0).rgb;
-    return others ? seen : with_overlay(seen, at, eye);
+    vec3 seen = texelFetch(eyes, ivec3(at, layer), 0).rgb;
+#if OVERLAY == OVERLAY_depth
+    return depth_scale > 0.0 ? depth_colour(depth_scale * texelFetch(overlaid, ivec3(at, layer), 0).x) : 0.3 * seen;
+#elif OVERLAY == OVERLAY_gaps
+    uint origin = texelFetch(origins, ivec3(at, layer), 0).x;
+    return origin == ORIGIN_SOURCE ? 0.6 * seen : mix(seen, origin_colours[min(origin, 8u)], 0.7);
+#elif OVERLAY == OVERLAY_reliability
+    return mix(vec3(1.0, 0.1, 0.1), seen, texelFetch(overlaid, ivec3(at, layer), 0).x);
+#elif OVERLAY == OVERLAY_motion
+    vec3 moves = has_motion != 0 ? texelFetch(overlaid, ivec3(at, layer), 0).xyz : vec3(0.0);
+    vec3 grey = vec3(0.35 * dot(seen, vec3(0.2126, 0.7152, 0.0722)));
+    return moves.z > 0.0 ? motion_colour(moves.xy) : grey;
+#else
+    return seen;
+#endif
 }
 
 vec3 behind_lens(ivec2 at, int eye) {
@@ -112,22 +84,25 @@ vec3 whole_sphere(ivec2 at) {
     return inside ? texelFetch(source, ivec2(place), 0).rgb : vec3(0.08);
 }
 
+vec3 shown(ivec2 at) {
+#if SHOWN == SHOWN_sphere
+    return whole_sphere(at);
+#elif SHOWN == SHOWN_anaglyph
+    return to_display(from_left * to_linear(eye_at(at, 0)) + from_right * to_linear(eye_at(at, 1)));
+#else
+    int eye = at.x < middle ? 0 : 1;
+    ivec2 within = ivec2(at.x - eye * middle, at.y);
+#if SHOWN == SHOWN_lens
+    return behind_lens(within, eye);
+#else
+    return eye_at(within, eye);
+#endif
+#endif
+}
+
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.x, float(window_size.y) - gl_FragCoord.y);
-    vec3 seen;
-    if (layout_shown == LAYOUT_sphere) {
-        seen = whole_sphere(at);
-    } else if (layout_shown == LAYOUT_sbs || layout_shown == LAYOUT_headset) {
-        int eye = at.x < window_size.x / 2 ? 0 : 1;
-        ivec2 within = ivec2(at.x - eye * (window_size.x / 2), at.y);
-        seen = layout_shown == LAYOUT_sbs ? eye_at(within, eye) : behind_lens(within, eye);
-    } else if (layout_shown == LAYOUT_anaglyph) {
-        seen = to_display(from_left * to_linear(eye_at(at, 0)) + from_right * to_linear(eye_at(at, 1)));
-    } else {
-        seen = eye_at(at, 0);
-    }
-    if (layout_shown != LAYOUT_sphere && split < 1.0 && abs(gl_FragCoord.x - split * float(window_size.x)) < 1.0)
-        seen = vec3(1.0);
+    vec3 seen = shown(ivec2(gl_FragCoord.x, float(window_size.y) - gl_FragCoord.y));
+    seen = abs(gl_FragCoord.x - line) < 1.0 ? vec3(1.0) : seen;
     float grey = dot(seen, vec3(0.2126, 0.7152, 0.0722));
-    colour = vec4(with_legend(mix(seen, mix(vec3(grey), vec3(0.5), 0.6), fading)), 1.0);
+    colour = vec4(mix(seen, mix(vec3(grey), vec3(0.5), 0.6), fading), 1.0);
 }

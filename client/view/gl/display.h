@@ -10,6 +10,7 @@
 
 #include <array>
 #include <string_view>
+#include <vector>
 
 namespace equistream::gl {
 
@@ -59,6 +60,7 @@ struct DisplayedPictures {
 int eyes_of(DisplayLayout layout);
 Size eye_size(DisplayLayout layout, Size window);
 
+/// Programs for everything that may be shown are made when it is.
 class Display {
 public:
     Display();
@@ -67,9 +69,24 @@ public:
     void draw(const DisplayedPictures& pictures, const DisplayOptions& options, Size window) const;
 
 private:
-    Program program_;
+    /// Of the window, in pixels.
+    struct Columns {
+        int begin, end;
+    };
+    struct Box {
+        int left, bottom, width, height;
+    };
+
+    void draw_sphere(const SourceTextures& source, float fading, Size window) const;
+    void draw_eyes(const DisplayedPictures& pictures, const DisplayOptions& options, Columns columns,
+                   Size window) const;
+    void draw_legend(Size window) const;
+    void cover(const Program& program, Box box) const;
+
+    std::vector<Program> eyes_;  ///< one, through coloured glasses, behind a lens: each under each overlay
+    Program sphere_, legend_;
     VertexArray no_vertices_;
-    Texture nothing_, nothing_known_;  ///< stand where a picture is missing
+    Texture nothing_;  ///< stands where a picture is missing
 };
 
 }  // namespace equistream::gl
