@@ -107,17 +107,18 @@ LatticePoint SourceLattice::point(int x, int y) const {
 }
 
 void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
-    constexpr int margin = LatticeBlock::margin, stride = LatticeBlock::stride, side = LatticeBlock::side;
+    constexpr int before = LatticeBlock::before, after = LatticeBlock::after;
+    constexpr int stride = LatticeBlock::stride, side = LatticeBlock::side;
     block.x0 = first_column() + block_x * side;
     block.y0 = first_row() + block_y * side;
     block.columns = std::min(side, width() - block.x0);
     block.rows = std::min(side, height() - block.y0);
-    const bool columns_inside = block.x0 >= margin && block.x0 + side + margin <= width();
-    for (int y = -margin; y < side + margin; ++y) {
+    const bool columns_inside = block.x0 >= before && block.x0 + side + after <= width();
+    for (int y = -before; y < side + after; ++y) {
         const int row = block.y0 + y;
-        const int first = LatticeBlock::at(-margin, y);
+        const int first = LatticeBlock::at(-before, y);
         if (!columns_inside || row < 0 || row >= height()) {
-            for (int x = -margin; x < side + margin; ++x) {
+            for (int x = -before; x < side + after; ++x) {
                 const LatticePoint p = point(block.x0 + x, row);
                 const int i = LatticeBlock::at(x, y);
                 block.qx[i] = p.q.x;
@@ -127,15 +128,15 @@ void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
             }
             continue;
         }
-        const float* depth = depth_m_.row(row) + block.x0 - margin;
-        const float* a = &angles_.column_a[block.x0 - margin + 1];
+        const float* depth = depth_m_.row(row) + block.x0 - before;
+        const float* a = &angles_.column_a[block.x0 - before + 1];
         const float p = angles_.row_a[row + 1];
         float* qx = &block.qx[first];
         float* qy = &block.qy[first];
         float* qz = &block.qz[first];
         float* k = &block.k[first];
         if (equirect_) {
-            const float* b = &angles_.column_b[block.x0 - margin + 1];
+            const float* b = &angles_.column_b[block.x0 - before + 1];
             const float c = angles_.row_b[row + 1];
             for (int i = 0; i < stride; ++i) {
                 qx[i] = c * a[i];
@@ -160,6 +161,7 @@ void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, 
     constexpr int stride = LatticeBlock::stride, count = stride * stride;
     const DepthAgreement same = same_surface;
     const float* k = block.k.data();
+    // Of points beyond those that are wanted too, across the ends of rows: loops without a branch are vector code.
     for (int i = 1; i < count - 2; ++i)
         joined.right[i] = same.connected(k[i - 1], k[i], k[i + 1], k[i + 2]);
     for (int i = stride; i < count - 2 * stride; ++i)

@@ -22,18 +22,19 @@ struct LatticePoint {
     float k = 0;  ///< length of q over the distance; NaN where nothing is known
 };
 
-/// The samples of one block and two more on each side. Large: one a thread.
+/// The samples of one block and those beside it: what joins the points that its last cells end on lies two beyond them.
+/// Large: one a thread.
 struct LatticeBlock {
     static constexpr int side = 32;
-    static constexpr int margin = 2;
-    static constexpr int stride = side + 2 * margin;
+    static constexpr int before = 2, after = 3;
+    static constexpr int stride = before + side + after;
 
     int x0 = 0, y0 = 0;         ///< lattice coordinates of its first point
     int columns = 0, rows = 0;  ///< cells from there on, at most `side` each
     std::array<float, stride * stride> qx{}, qy{}, qz{}, k{};
 
-    /// Of the block's own coordinates, from -margin to side + margin - 1.
-    static constexpr int at(int x, int y) { return (y + margin) * stride + x + margin; }
+    /// Of the block's own coordinates, from -before to side + after - 1.
+    static constexpr int at(int x, int y) { return (y + before) * stride + x + before; }
     LatticePoint point(int x, int y) const {
         const int i = at(x, y);
         return {{qx[i], qy[i], qz[i]}, k[i]};

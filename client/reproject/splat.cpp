@@ -130,16 +130,16 @@ private:
             for (int i = 0; i < LatticeBlock::stride; ++i)
                 flags[from + i * step] = 0;
         };
-        constexpr int margin = LatticeBlock::margin, stride = LatticeBlock::stride;
+        constexpr int before = LatticeBlock::before, stride = LatticeBlock::stride;
         const int inner_x = std::max(block.x0, 0), inner_y = std::max(block.y0, 0);
         if (!task_.lattice.is_sample(block.x0, inner_y))
-            clear(joined.right, LatticeBlock::at(0, -margin), stride);
+            clear(joined.right, LatticeBlock::at(0, -before), stride);
         if (!task_.lattice.is_sample(block.x0 + block.columns, inner_y))
-            clear(joined.right, LatticeBlock::at(block.columns - 1, -margin), stride);
+            clear(joined.right, LatticeBlock::at(block.columns - 1, -before), stride);
         if (!task_.lattice.is_sample(inner_x, block.y0))
-            clear(joined.down, LatticeBlock::at(-margin, 0), 1);
+            clear(joined.down, LatticeBlock::at(-before, 0), 1);
         if (!task_.lattice.is_sample(inner_x, block.y0 + block.rows))
-            clear(joined.down, LatticeBlock::at(-margin, block.rows - 1), 1);
+            clear(joined.down, LatticeBlock::at(-before, block.rows - 1), 1);
     }
 
     /// Farther from the box than a footprint reaches.
