@@ -71,7 +71,7 @@ void find_by_gather(const PlainTask& task, Image<double>& inverse_planar) {
         }
     const double distance_m = glm::length(task.eye_from_source_m());
     const double from = std::min(nearest / std::max(1 - nearest * distance_m, 1e-6), 1e3);
-    const double to = farthest / (1 + farthest * distance_m);
+    const double to = 0.99999 * farthest / (1 + farthest * distance_m);
     const double pixel_rad = std::visit([](const auto& c) { return c.pixel_angle_rad(); }, task.source.camera);
     const int steps = std::max(2, int(4 * std::atan(distance_m * from) * 1.6 / pixel_rad));
     for (int y = 0; y < inverse_planar.height(); ++y)
@@ -80,7 +80,8 @@ void find_by_gather(const PlainTask& task, Image<double>& inverse_planar) {
             double last = from * 1.00001 + 1e-9;
             double found = -1;
             for (int i = 0; i <= steps && found < 0; ++i) {
-                const double s = from + (to * 0.99999 - from) * i / steps;
+                // Exactly 0 for what is infinitely far: rounded to less, nothing would be behind it.
+                const double s = i < steps ? from + (to - from) * i / steps : to;
                 if (ray.behind(last) < 0 && ray.behind(s) >= 0) {
                     double near = last, far = s;
                     for (int n = 0; n < 50; ++n)
