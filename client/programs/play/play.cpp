@@ -152,7 +152,10 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     CLI::Option* scene = app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         ->excludes(scene);
-    app.add_option("--head", settings.head, "CSV of head poses; default: the pose each picture is tagged with");
+    app.add_option(
+        "--head", settings.head,
+        "CSV of head poses; default: the pose each picture is tagged with. A server at tcp:// is told them, so "
+        "that a live one makes each frame for where the head will be then");
     app.add_option(
         "--method", settings.method,
         "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide.md says "

@@ -2,6 +2,7 @@
 
 #include "frame_fill.h"
 #include "frame_player.h"
+#include "head_steering.h"
 #include "view_writer.h"
 
 #include <equistream/elapsed.h>
@@ -112,8 +113,12 @@ public:
                                             .left_out = [this] { return TrackRoles(left_out_.load()); },
                                             .first_frame = settings.frames.first,
                                             .last_frame = settings.frames.last,
-                                            .frames_ahead = 1});
+                                            .frames_ahead = 1,
+                                            .poses = settings.head.empty() ? nullptr : &poses_});
         player_ = std::make_unique<FramePlayer>(settings);
+        if (!settings.head.empty())
+            steering_.emplace([this](double time_s) { return player_->head_at(time_s); },
+                              [this](const ViewerPose& pose) { return poses_.send(pose); });
         first_ = read();
         if (!first_)
             throw InputError(expected_found(
@@ -170,6 +175,8 @@ private:
         std::optional<ReceivedFrame> frame = feed_->next();
         if (!frame)
             return std::nullopt;
+        if (steering_ && frame->posed)
+            steering_->came(frame->main.info);
         std::int64_t bytes = 0;
         for (const FeedTrack& track : feed_->tracks())
             bytes += track.bytes;
@@ -266,6 +273,8 @@ private:
 
     void write_report() {
         report_.tracks = feed_->tracks();
+        if (steering_ && steering_->figures().heads_sent > 0)
+            report_.steering = steering_->figures();
         report_.output_bytes = outputs_->bytes();
         if (report_.viewing) {
             report_.viewing->report = report_viewing(report_.viewing->refreshes, *report_.settings.refresh_hz);
@@ -277,7 +286,9 @@ private:
     Report report_;
     cli::Progress progress_;
     std::atomic<unsigned long> left_out_ = 0;  ///< TrackRoles, as the feed's thread asks for them
+    PoseSender poses_;
     std::unique_ptr<FrameFeed> feed_;
+    std::optional<HeadSteering> steering_;  ///< where there is a head's path
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
     std::int64_t read_bytes_ = 0;

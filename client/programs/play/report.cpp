@@ -196,6 +196,10 @@ Json Report::json() const {
         json["bytes"]["input"][track.name] = {{"bytes", track.bytes}, {"pictures", track.pictures}};
     if (viewing)
         json["viewing"] = viewing_json(viewing->report, viewing->refreshes);
+    if (steering)
+        json["steering"] = {{"heads_sent", steering->heads_sent},
+                            {"frames_made_for_them", steering->frames},
+                            {"late_ms", 1e3 * steering->late_s}};
     json["frames"] = Json::array();
     for (const FrameFigures& frame : frames) {
         Json entry = {{"index", frame.index}, {"time_s", frame.time_s}, {"small", frame.has_small}};
@@ -250,6 +254,10 @@ std::string Report::table() const {
         out +=
             formatted("what moves was carried on in %lld refreshes, by up to %.1f ms\n", static_cast<long long>(moved),
                       1e3 * std::ranges::max(frames, {}, &FrameFigures::moved_on_s).moved_on_s);
+    if (steering)
+        out += formatted("head sent %lld times: %lld frames were made for where it was %.1f ms before them\n",
+                         static_cast<long long>(steering->heads_sent), static_cast<long long>(steering->frames),
+                         1e3 * steering->late_s);
     for (const FeedTrack& track : tracks)
         out += formatted("%-6s %lld bytes in %lld pictures\n", track.name.c_str(), static_cast<long long>(track.bytes),
                          static_cast<long long>(track.pictures));

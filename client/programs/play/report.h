@@ -1,6 +1,7 @@
 #pragma once
 /// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
 #include "choice.h"
+#include "head_steering.h"
 #include "rechoose.h"
 #include "settings.h"
 
@@ -55,8 +56,9 @@ struct Report {
     std::optional<Choice> choice;  ///< of --method auto, at the start
     std::vector<Change> changes;   ///< of it, while playing
     std::vector<std::string> notes;
-    std::vector<FrameFigures> frames;  ///< or refreshes that are not blank
-    std::optional<Viewing> viewing;    ///< where there are refreshes
+    std::vector<FrameFigures> frames;         ///< or refreshes that are not blank
+    std::optional<Viewing> viewing;           ///< where there are refreshes
+    std::optional<SteeringFigures> steering;  ///< where heads were sent
     std::vector<FeedTrack> tracks;
     std::optional<FrameInfo> source;  ///< of the first main picture; nothing where it is foreign video
     std::string truncation;
