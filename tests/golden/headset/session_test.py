@@ -50,6 +50,16 @@ class Sessions(Worn):
                 self.assertIn("--headset: expected " + said, self.refused(self.runtime_of(self.scripted([missing, STILL, "exit"]))))
 
 
+    def test_the_loader_says_more_where_it_is_asked_to(self):
+        nowhere = {"XR_RUNTIME_JSON": str(self.root / "none.json"), "XR_LOADER_DEBUG": "all"}
+        result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "view", self.stream, "--headset"]],
+                                env={**self.display.environment, **nowhere}, capture_output=True, text=True, timeout=PATIENCE_S)
+        lines = (result.stdout + result.stderr).splitlines()
+        self.assertEqual(result.returncode, 2)
+        self.assertTrue(any("OpenXR-Loader" in line for line in lines), lines)
+        self.assertTrue(any("--headset: expected an OpenXR runtime" in line for line in lines), lines)
+
+
 class Spaces(Worn):
     def assert_at(self, frame, head):
         view = frame["views"][0]

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -144,6 +145,32 @@ class Hdr(unittest.TestCase):
         self.assertEqual(len(list(shaders.iterdir())), made)
         viewer.press("Escape")
         self.assertEqual(viewer.end(), (0, ""))
+
+    def foreign(self, transfer):
+        """Somebody else's video of 10 bits, by how it says that its samples stand for light."""
+        video = self.root / f"{transfer}.mp4"
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "color=0x406080:size=256x128:rate=5:duration=1", "-c:v", "libx264", "-pix_fmt", "yuv420p10le",
+                        "-color_primaries", "bt2020", "-color_trc", transfer, "-colorspace", "bt2020nc", video], check=True)
+        return video
+
+    def test_hdr_that_is_not_pq_is_said_to_be_dull(self):
+        seen, said = {}, {}
+        for transfer in ("arib-std-b67", "bt2020-10"):
+            viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", pathlib.Path(tempfile.mkdtemp(dir=self.root)), self.foreign(transfer), "--paused",
+                                   "--size", "760x100")
+            self.addCleanup(viewer.close)
+            seen[transfer] = viewer.picture()
+            time.sleep(4.5)  # until what was written has gone
+            red, green, blue = np.moveaxis(viewer.screen()[:100, :760], -1, 0)
+            orange = (red > 180) & (green > 100) & (green < 180) & (blue > 40) & (blue < 110)  # the bar of progress has no blue
+            said[transfer] = np.flatnonzero(orange.any(axis=0))
+            viewer.press("Escape")
+            self.assertEqual(viewer.end(), (0, ""))
+        # Shown alike; the one line is that of ordinary video, the other is more than twice as long.
+        self.assertEqual(psnr(*seen.values()), float("inf"))
+        self.assertGreater(len(said["bt2020-10"]), 40)
+        self.assertGreater(said["arib-std-b67"].max(), 2 * said["bt2020-10"].max())
+        self.assertIn("expected an HDR stream (PQ", self.refused("play", self.foreign("arib-std-b67"), "--exposure", "1", "--out", self.root / "nothing"))
 
     def refused(self, program, *words):
         result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", program, *words]], env=self.display.environment, capture_output=True, text=True)
