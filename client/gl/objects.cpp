@@ -29,14 +29,14 @@ void require_within(GLenum limit, std::int64_t wanted, const std::string& what) 
 }
 
 /// After storage was asked for.
-void require_memory(std::int64_t bytes) {
+void require_memory(const std::string& what) {
     constexpr int most_flags = 8;
     for (int i = 0; i < most_flags; ++i) {
         const GLenum error = glGetError();
         if (error == GL_NO_ERROR)
             return;
         if (error == GL_OUT_OF_MEMORY)
-            throw WorkError("OpenGL: the driver has no memory for " + std::to_string(bytes) + " bytes");
+            throw WorkError("OpenGL: the driver has no memory for " + what);
     }
 }
 
@@ -45,9 +45,9 @@ void require_size(Size size, int layers) {
     require_within(GL_MAX_ARRAY_TEXTURE_LAYERS, layers, "layers of a texture");
 }
 
-/// Of formats of up to 4 bytes, their first level.
-std::int64_t bytes_of(Size size, int layers) {
-    return std::int64_t(4) * size.width * size.height * layers;
+std::string in_words(Size size, int layers) {
+    const std::string each = std::to_string(size.width) + "x" + std::to_string(size.height);
+    return layers == 1 ? "a texture of " + each : std::to_string(layers) + " layers of " + each;
 }
 
 Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
@@ -57,7 +57,7 @@ Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
     Buffer buffer(name);
     // A buffer of nothing is an error of use; one byte is not.
     glNamedBufferStorage(name, bytes == 0 ? 1 : GLsizeiptr(bytes), bytes == 0 ? nullptr : content, flags);
-    require_memory(std::int64_t(bytes));
+    require_memory("a buffer of " + std::to_string(bytes) + " bytes");
     return buffer;
 }
 
@@ -67,7 +67,7 @@ Texture make_texture(Size size, GLenum format) {
     require_size(size, 1);
     Texture texture = make(GL_TEXTURE_2D);
     glTextureStorage2D(texture.name(), 1, format, size.width, size.height);
-    require_memory(bytes_of(size, 1));
+    require_memory(in_words(size, 1));
     return texture;
 }
 
@@ -75,7 +75,7 @@ Texture make_layered_texture(Size size, int layers, GLenum format, int levels) {
     require_size(size, layers);
     Texture texture = make(GL_TEXTURE_2D_ARRAY);
     glTextureStorage3D(texture.name(), levels, format, size.width, size.height, layers);
-    require_memory(bytes_of(size, layers));
+    require_memory(in_words(size, layers));
     return texture;
 }
 

@@ -44,6 +44,9 @@ public:
     void set(const char* uniform, const glm::mat3& value) const;
     void set(const char* uniform, const glm::mat4& value) const;
 
+    /// Whether it has such a uniform: of text that is not ours the compiler may find some unused.
+    bool reads(const char* uniform) const { return glGetUniformLocation(name(), uniform) >= 0; }
+
     /// A compute program over `size` in groups of 16x8.
     void dispatch(Size size, int layers = 1) const;
     /// As many groups as three words of a buffer say, in whatever groups the shader has.

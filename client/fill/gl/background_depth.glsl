@@ -7,18 +7,12 @@ layout(binding = 0, r32f) uniform image2DArray eye_inverse_planar;
 #include "gap_tiles.glsl"
 #include "eye_rays.glsl"
 
-/// Radial over planar depth.
-float length_of(ivec3 at) {
-    vec2 aside = (vec2(at.xy) - eyes[at.z].view.yz) / eyes[at.z].view.x;
-    return sqrt(1.0 + dot(aside, aside));
-}
-
 /// The distance at which a gap pixel's run ends on one side; NaN at the picture's border.
 float end_of_run(ivec3 at, ivec2 step, ivec2 size) {
     for (at.xy += step; all(greaterThanEqual(at.xy, ivec2(0))) && all(lessThan(at.xy, size)); at.xy += step)
         if (texelFetch(eye_origin, at, 0).x != ORIGIN_GAP) {
             float z = imageLoad(eye_inverse_planar, at).x;
-            return z > 0.0 ? length_of(at) / z : z == 0.0 ? INFINITE : UNKNOWN;
+            return z > 0.0 ? radial_over_planar(eyes[at.z], at.xy) / z : z == 0.0 ? INFINITE : UNKNOWN;
         }
     return UNKNOWN;
 }
@@ -44,6 +38,6 @@ void main() {
     float depth_m = along.x == along.y  ? farther(in_row, in_column)
                     : along.x > along.y ? (isnan(in_row) ? in_column : in_row)
                                         : (isnan(in_column) ? in_row : in_column);
-    float z = isnan(depth_m) ? UNKNOWN : isinf(depth_m) ? 0.0 : length_of(at) / depth_m;
+    float z = isnan(depth_m) ? UNKNOWN : isinf(depth_m) ? 0.0 : radial_over_planar(eye, at.xy) / depth_m;
     imageStore(eye_inverse_planar, at, vec4(z));
 }

@@ -28,10 +28,6 @@ vec4 weights_of_direction(ivec3 at, EyeRays eye, out Taps taps) {
     return is_covered(position) && find_taps(position, taps, weights) && enough(weights) ? weights : NONE;
 }
 
-float w_of(float distance_m) {
-    return box_radius_m / reach_of(distance_m);
-}
-
 /// Whether samples taken from the source's place have what the eye sees at a pixel, which may be an image: as far behind
 /// the surface from either place, nearly.
 bool mirrors_show_the_same(ivec3 at, EyeRays eye) {

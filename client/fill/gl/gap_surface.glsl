@@ -10,7 +10,7 @@ const vec4 NONE = vec4(0.0);
 uniform int unmixed_only;  // 1: only samples whose colours are not mixed with what stands before them
 
 float inverse_around(ivec2 s) {
-    return 1.0 / min(depth_around(s), FAR_DISTANCE_M);
+    return 1.0 / bounded_distance(depth_around(s));
 }
 
 /// Whether something nearer begins beside a sample: its colour, filtered over the pixel, has a share in it. What a slope

@@ -44,9 +44,8 @@ uint filled_at(uint index) {
 
 /// Radial, in metres: +inf for a miss, NaN where it is not known.
 float distance_at(ivec2 p) {
-    vec2 aside = (vec2(p) - eyes[eye_number].view.yz) / eyes[eye_number].view.x;
     float z = inverse_depth_scale * texelFetch(eye_depth, ivec3(p, eye_number), 0).x;
-    return z == 0.0 ? INFINITE : sqrt(1.0 + dot(aside, aside)) / z;
+    return z == 0.0 ? INFINITE : radial_over_planar(eyes[eye_number], p) / z;
 }
 
 float likeness(float a_m, float b_m) {

@@ -4,9 +4,18 @@
 float box_radius_m;
 float tolerance;  // sin e
 
+/// Misses as far away as something may be. NaN stays what it is, of which min() and max() may make a number.
+float bounded_distance(float distance_m) {
+    return isnan(distance_m) ? UNKNOWN : min(distance_m, FAR_DISTANCE_M);
+}
+
 float reach_of(float distance_m) {
-    float r = min(distance_m, FAR_DISTANCE_M);
+    float r = bounded_distance(distance_m);
     return max(r - box_radius_m, LEAST_REACH_SHARE * r);
+}
+
+float w_of(float distance_m) {
+    return box_radius_m / reach_of(distance_m);
 }
 
 bool agree(float reach_a, float reach_b) {

@@ -23,3 +23,9 @@ vec2 change_by_slope(EyeRays eye, ivec2 pixel) {
     vec3 c = eye.eye_own_axes.xyz;
     return vec2(c.x, -c.y) * eye.view.x + c.z * (vec2(pixel) - eye.view.yz);
 }
+
+/// How much longer the way to what a pixel sees is than its planar depth.
+float radial_over_planar(EyeRays eye, ivec2 pixel) {
+    vec2 aside = (vec2(pixel) - eye.view.yz) / eye.view.x;
+    return sqrt(1.0 + dot(aside, aside));
+}

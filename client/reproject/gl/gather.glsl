@@ -93,7 +93,9 @@ float surface_inverse(vec3 direction) {
     }
     ivec2 own = s + ivec2(greaterThan(w, vec2(0.5)));
     vec2 by = p - vec2(own);
-    return max(sample_inverse(own) + by.x * slope(own, ivec2(1, 0), by.x) + by.y * slope(own, ivec2(0, 1), by.y), 0.0);
+    float k_own = sample_inverse(own);
+    k_own += by.x * slope(own, ivec2(1, 0), by.x) + by.y * slope(own, ivec2(0, 1), by.y);
+    return isnan(k_own) ? UNKNOWN : max(k_own, 0.0);
 }
 
 /// Of the nearest sample: quick, for signs only.

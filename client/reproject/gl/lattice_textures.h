@@ -1,5 +1,6 @@
 #pragma once
-/// What source_lattice.glsl knows of a source's lattice beside its depth: the sines and cosines of its columns and rows.
+/// What source_lattice.glsl knows of a source's lattice beside its depth: the sines and cosines of its columns and
+/// rows.
 #include <gl/objects.h>
 
 #include <equistream/camera.h>

@@ -30,7 +30,7 @@ bool all_agree(vec2 position, float distance_m) {
     reach_samples = max(reach_samples - box_radius_m, LEAST_REACH_SHARE * reach_samples);
     float reach = reach_of(distance_m);
     return all(lessThanEqual(box_radius_m * abs(reach - reach_samples), tolerance * (reach * reach_samples))) &&
-           all(greaterThan(reach_samples, vec4(0.0)));
+           all(greaterThan(samples_m, vec4(0.0))) && !any(isnan(samples_m));
 }
 
 void main() {

@@ -25,10 +25,6 @@ float image_towards(vec3 d) {
     return is_covered(position) ? image_of(nearest_sample(position)) : UNKNOWN;
 }
 
-float w_of(float distance_m) {
-    return box_radius_m / reach_of(distance_m);
-}
-
 bool is_displaced_by_little(vec3 eye, vec3 ray, vec3 towards, float image_m) {
     vec3 from_eye = towards * (image_m / length(towards)) - eye;
     vec3 beside = from_eye - ray * dot(from_eye, ray);

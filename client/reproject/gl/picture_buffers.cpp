@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -30,11 +31,11 @@ struct Block {
     }
 };
 
-/// Of a buffer that a shader reads byte by byte.
+/// Of a buffer that a shader reads byte by byte. Limits may be more than an int has room for.
 std::size_t largest_block() {
-    GLint texels = 0, storage = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    glGetIntegerv(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
+    GLint64 texels = 0, storage = 0;
+    glGetInteger64v(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
     return std::size_t(std::min(texels, storage));
 }
 
@@ -83,24 +84,18 @@ public:
         return {newest->bytes, [blocks = shared_from_this(), newest](std::uint8_t*) { blocks->give_back(*newest); }};
     }
 
+    /// Decoders do not wait while the driver makes buffers, or frees them.
     void provide(bool& may_map) {
-        const std::lock_guard lock(mutex_);
-        for (const auto& block : blocks_)
-            if (block->read_until != nullptr && is_signalled(block->read_until))
-                forget(*block);
-        std::erase_if(blocks_, [&](const auto& block) {
-            return !block->is_held && block->read_until == nullptr &&
-                   round_ - block->taken_in_round > PictureBuffers::most_rounds_unused;
-        });
-        for (const std::size_t size : std::exchange(wanted_, {})) {
-            if (!may_map || size > largest_block() || bytes() + size > PictureBuffers::most_bytes)
+        std::vector<std::unique_ptr<Block>> unused;
+        const std::vector<std::size_t> wanted = sort_out(unused);
+        unused.clear();
+        for (const std::size_t size : wanted) {
+            if (!may_map || size > largest_block() || total_bytes() + size > PictureBuffers::most_bytes)
                 continue;
             std::unique_ptr<Block> block = make_block(size);
             may_map = block != nullptr;
-            if (block) {
-                block->taken_in_round = round_;
-                blocks_.push_back(std::move(block));
-            }
+            if (block)
+                add(std::move(block));
         }
     }
 
@@ -133,7 +128,10 @@ public:
 
     std::size_t total_bytes() const {
         const std::lock_guard lock(mutex_);
-        return bytes();
+        std::size_t sum = 0;
+        for (const auto& block : blocks_)
+            sum += block->size;
+        return sum;
     }
     std::size_t count() const {
         const std::lock_guard lock(mutex_);
@@ -141,6 +139,25 @@ public:
     }
 
 private:
+    /// What was asked for in vain; blocks that nobody needs any more are `unused` from now on.
+    std::vector<std::size_t> sort_out(std::vector<std::unique_ptr<Block>>& unused) {
+        const std::lock_guard lock(mutex_);
+        for (const auto& block : blocks_)
+            if (block->read_until != nullptr && is_signalled(block->read_until))
+                forget(*block);
+        const auto first_unused = std::ranges::partition(blocks_, [&](const auto& block) {
+            return block->is_held || block->read_until != nullptr ||
+                   round_ - block->taken_in_round <= PictureBuffers::most_rounds_unused;
+        });
+        std::ranges::move(first_unused, std::back_inserter(unused));
+        blocks_.erase(first_unused.begin(), first_unused.end());
+        return std::exchange(wanted_, {});
+    }
+    void add(std::unique_ptr<Block> block) {
+        const std::lock_guard lock(mutex_);
+        block->taken_in_round = round_;
+        blocks_.push_back(std::move(block));
+    }
     void give_back(Block& block) {
         const std::lock_guard lock(mutex_);
         block.is_held = false;
@@ -152,12 +169,6 @@ private:
     static void forget(Block& block) {
         if (block.read_until != nullptr)
             glDeleteSync(std::exchange(block.read_until, nullptr));
-    }
-    std::size_t bytes() const {
-        std::size_t sum = 0;
-        for (const auto& block : blocks_)
-            sum += block->size;
-        return sum;
     }
 
     mutable std::mutex mutex_;

@@ -86,6 +86,8 @@ PqDisplay::PqDisplay(const DisplayShader& shader, double exposure_stops)
     : program_(make_program(shader)), exposure_uniform_(shader.exposure_uniform), linear_(make_sampler(GL_LINEAR)),
       nearest_(make_sampler(GL_NEAREST)) {
     for (const ShaderTable& table : shader.tables) {
+        if (!program_.reads(table.sampler.c_str()))
+            continue;
         const GLuint unit = first_table_unit + GLuint(tables_.size());
         program_.set(table.sampler.c_str(), int(unit));
         tables_.push_back({make_table(table), table.linear ? linear_.name() : nearest_.name()});
@@ -95,7 +97,8 @@ PqDisplay::PqDisplay(const DisplayShader& shader, double exposure_stops)
 
 void PqDisplay::set_exposure(double stops) {
     exposure_stops_ = std::clamp(stops, -most_exposure_stops, most_exposure_stops);
-    program_.set(exposure_uniform_.c_str(), float(exposure_stops_));
+    if (program_.reads(exposure_uniform_.c_str()))
+        program_.set(exposure_uniform_.c_str(), float(exposure_stops_));
 }
 
 void PqDisplay::convert(const std::array<Texture, 3>& planes, const Texture& colour, Size size) const {

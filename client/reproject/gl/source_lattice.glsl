@@ -38,8 +38,9 @@ float lattice_inverse(ivec2 p) {
         return inverse_of_sample(p);
     if (any(lessThan(p, ivec2(-1))) || any(greaterThan(p, source_size)))
         return UNKNOWN;
-    float k = inverse_of_sample(inner);
-    return max(1.5 * k - 0.5 * inverse_of_sample(clamp(2 * inner - p, ivec2(0), source_size - 1)), 0.0);
+    float behind = inverse_of_sample(clamp(2 * inner - p, ivec2(0), source_size - 1));
+    float k = 1.5 * inverse_of_sample(inner) - 0.5 * behind;
+    return isnan(k) ? UNKNOWN : max(k, 0.0);
 }
 
 /// What directions are made of, of any column and row of the lattice: a sphere's row beyond a pole goes on over it, so
@@ -62,6 +63,8 @@ vec3 direction_of_angles(vec2 column, vec2 row) {
     return vec3(row.y * column.x, row.x, -row.y * column.y);
 }
 
+/// Of a point beyond a pole, its sample's own: of an odd number of columns none lies right opposite.
 vec3 lattice_direction(ivec2 p) {
-    return direction_of_angles(column_angles(p.x), row_angles(p.y));
+    p = clamp(lattice_wrapped(p), ivec2(-1), source_size) + 1;
+    return direction_of_angles(texelFetch(lattice_angles, ivec2(p.x, 0), 0).xy, texelFetch(lattice_angles, ivec2(p.y, 1), 0).xy);
 }

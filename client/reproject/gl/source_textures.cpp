@@ -72,7 +72,7 @@ void SourceTextures::describe(const Camera& camera) {
         depth_ = {};
         has_depth_ = false;
         planes_ = {};
-        planes_storage_ = GL_NONE;
+        is_pq_ = false;
     }
     const GridBlock block = block_of(source_grid(camera));
     glNamedBufferSubData(grid_.name(), 0, sizeof block, &block);
@@ -86,6 +86,7 @@ void SourceTextures::forget_depth() {
 void SourceTextures::upload(const SourceView& source, const PqView& pq) {
     describe(source.camera);
     colour_to_write();
+    is_pq_ = source.rgb.data == nullptr && source.yuv.empty();
     if (source.rgb.data != nullptr)
         upload_rgb(source.rgb);
     else if (!source.yuv.empty())
@@ -122,7 +123,6 @@ GLuint SourceTextures::depth_to_write() {
 
 void SourceTextures::upload_rgb(const ImageView<const std::uint8_t>& rgb) {
     assert(rgb.row_stride % rgb.channels == 0);
-    planes_storage_ = GL_NONE;
     const GLenum format = rgb.channels == 4 ? GL_RGBA : GL_RGB;
     upload_plane(colour_, rgb, {format, GL_UNSIGNED_BYTE});
 }
@@ -148,7 +148,7 @@ void SourceTextures::upload_pq(const PqView& pq) {
 }
 
 void SourceTextures::show_again() {
-    if (planes_storage_ != GL_R16UI)
+    if (!is_pq_)
         return;
     assert(pq_display_ != nullptr);
     pq_display_->convert(planes_, colour_, size_);
@@ -177,7 +177,6 @@ bool SourceTextures::convert_in_place(const YuvView& yuv) {
     const auto y = buffers_->find(yuv.y.data), cb = buffers_->find(yuv.cb.data), cr = buffers_->find(yuv.cr.data);
     if (!y || !cb || !cr || cb->buffer != y->buffer || cr->buffer != y->buffer)
         return false;
-    planes_storage_ = GL_NONE;
     if (!from_buffer_)
         from_buffer_ = yuv_program(true);
     const auto place = [](const PictureBuffers::Place& at, const ImageView<const std::uint8_t>& plane) {

@@ -65,7 +65,8 @@ private:
     Texture colour_, depth_;
     bool has_depth_ = false;  ///< what depth_ holds is of this view
     std::array<Texture, 3> planes_;
-    GLenum planes_storage_ = GL_NONE;  ///< of planes_; GL_NONE: what colour_ holds did not come from there
+    GLenum planes_storage_ = GL_NONE;  ///< of planes_
+    bool is_pq_ = false;               ///< what colour_ holds came from there, and pq_display_ brought it
     std::shared_ptr<const PqDisplay> pq_display_;
     Buffer grid_;
 };

@@ -8,9 +8,14 @@
 
 #include <equistream_client/engine.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <ostream>
+#include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace equistream::test {
 namespace {
@@ -71,6 +76,72 @@ TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
                 EXPECT_LE(other_origins(expected, seen[k]), most_others) << "eye " << i + k;
             }
         }
+    }
+}
+
+/// Where samples are few or unknown: `splat` on the CPU, which draws what overlaps in another order, and `gather`'s
+/// plain reference, which walks every ray, part from what both have in common with the GPU's.
+void expect_the_cpus(const std::string& engine, gl::EyeDepthFinder& finder, const SourceView& view,
+                     const EyeView& eye) {
+    const auto cpu = make_engine(engine, {.reference = engine == "splat"});
+    cpu->set_source(view);
+    EyePicture expected;
+    cpu->reproject(eye, expected);
+    const EyePicture found = seen_by(finder, view, {&eye, 1})[0];
+    EXPECT_GT(psnr_where_seen(expected, found), 50);
+    EXPECT_LE(other_origins(expected, found), eye.camera.width * eye.camera.height / 250 + 1);
+}
+
+/// Patches of which nothing is known, small ones and large, over edges, sky and seam too.
+TEST_P(GlFindingEngines, ShowNothingWhereNothingIsKnown) {
+    const auto finder = gl::make_depth_finder(GetParam().engine);
+    std::mt19937 random(3);
+    for (const Camera& camera : engine_sources(240)) {
+        SCOPED_TRACE(width_of(camera));
+        Rendered source = render(furnished(), smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        FloatImage& depth_m = source.depth_m;
+        for (int patch = 0; patch < 40; ++patch) {
+            const int left = int(random() % unsigned(depth_m.width())),
+                      top = int(random() % unsigned(depth_m.height()));
+            const int side = 1 << random() % 5;
+            for (int y = top; y < std::min(top + side, depth_m.height()); ++y)
+                for (int x = left; x < left + side; ++x)
+                    *depth_m.pixel(x % depth_m.width(), y) = std::nanf("");
+        }
+        const SourceView view = source.source(0.11);
+        for (const double yaw : {0.5, 2.5})
+            expect_the_cpus(GetParam().engine, *finder, view,
+                            {{120, 75, pi / 2}, {{-0.063, 0.03, 0}, yaw_pitch(yaw, 0.1)}, {}});
+    }
+}
+
+/// Of no whole number of blocks, tiles or work groups; one eye.
+TEST_P(GlFindingEngines, ShowSourcesAndEyesOfAnySize) {
+    const auto finder = gl::make_depth_finder(GetParam().engine);
+    for (const Camera& camera :
+         std::vector<Camera>{EquirectCamera{46, 23, {}}, EquirectCamera{45, 22, {}}, PerspectiveCamera{33, 31, 1.8},
+                             PerspectiveCamera{5, 3, 1.8}, EquirectCamera{98, 31, {-2.4, 2.1, -0.8, 1.1}}}) {
+        SCOPED_TRACE(width_of(camera));
+        const Rendered source = render(hall, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        for (const auto& [width, height] : {std::pair{37, 21}, {1, 1}, {64, 33}})
+            for (const double pitch : {0.1, 1.4, -1.5})
+                expect_the_cpus(GetParam().engine, *finder, source.source(0.11),
+                                {{width, height, 1.5}, {{0.05, 0.02, -0.06}, yaw_pitch(0.7, pitch)}, {}});
+    }
+}
+
+/// A picture of the same camera after another.
+TEST_P(GlFindingEngines, KeepNothingOfTheSourceBefore) {
+    const auto finder = gl::make_depth_finder(GetParam().engine), another = gl::make_depth_finder(GetParam().engine);
+    const EquirectCamera camera{240, 120, {}};
+    const Rendered near = render(hall, smooth_colour, camera, {}), far = render(furnished(), smooth_colour, camera, {});
+    const std::array<EyeView, 2> eyes = {EyeView{eye_camera, {{0.05, 0, 0}, yaw_pitch(0.2, 0)}, {}},
+                                         EyeView{eye_camera, {{-0.05, 0, 0}, yaw_pitch(0.2, 0)}, {}}};
+    seen_by(*finder, near.source(0.11), eyes);
+    const auto found = seen_by(*finder, far.source(0.11), eyes), expected = seen_by(*another, far.source(0.11), eyes);
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_TRUE(std::ranges::equal(found[k].rgba.samples(), expected[k].rgba.samples()));
+        EXPECT_GT(found[k].count(PixelOrigin::source), 30000);
     }
 }
 

@@ -2,8 +2,10 @@
 #include "engine_scenes.h"
 #include "gl_fixture.h"
 
+#include <reproject/gl/lattice_textures.h>
 #include <reproject/gl/source_textures.h>
 #include <reproject/hiding_surface.h>
+#include <reproject/source_lattice.h>
 
 #include <equistream/depth_agreement.h>
 
@@ -80,6 +82,24 @@ void main() {
 }
 )glsl";
 
+const char* lattice_probe = R"glsl(
+layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
+#include "source_grid.glsl"
+#include "source_lattice.glsl"
+struct Point {
+    vec4 q;  // and k
+    uint is_sample, unused0, unused1, unused2;
+};
+layout(std430, binding = 1) writeonly buffer Points { Point points[]; };
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID), size = source_size + 6, p = at - 3;
+    if (all(lessThan(at, size)))
+        points[at.y * size.x + at.x] =
+            Point(vec4(lattice_direction(p), lattice_inverse(p)), is_sample(p) ? 1u : 0u, 0u, 0u, 0u);
+}
+)glsl";
+
 struct Query {
     glm::vec4 direction, others, at;
 };
@@ -113,9 +133,10 @@ protected:
     Query random_query() {
         const auto distance = [&](float near) {
             const int kind = int(random() % 16);
-            return kind == 0  ? float(infinity)
-                   : kind < 9 ? near * (1 + 1e-3f * float(one(random)))
-                              : 0.05f * std::exp2(4 + 4 * float(one(random)));
+            return kind == 0   ? float(infinity)
+                   : kind == 1 ? std::nanf("")
+                   : kind < 9  ? near * (1 + 1e-3f * float(one(random)))
+                               : 0.05f * std::exp2(4 + 4 * float(one(random)));
         };
         Query q;
         const float r = distance(2);
@@ -211,6 +232,53 @@ TEST_F(Formulas, FourSamplesHaveTheirOwnDirections) {
     }
 }
 
+/// Samples, and points beyond the edges, of every kind of picture; where nothing is known of a sample, nothing is known
+/// beside it.
+TEST_F(Formulas, LatticesAreThoseOfTheHeaders) {
+    const gl::Program program({{GL_COMPUTE_SHADER, "lattice", lattice_probe}});
+    struct Point {
+        glm::vec4 q;
+        std::array<GLuint, 4> is_sample;
+    };
+    std::vector<Camera> all = engine_sources(96);
+    all.push_back(EquirectCamera{64, 20, {-pi, pi, -0.7, 0.8}});
+    all.push_back(EquirectCamera{45, 22, {}});
+    for (const Camera& camera : all) {
+        const int width = width_of(camera), height = height_of(camera);
+        FloatImage depth_m(width, height, 1);
+        for (float& r : depth_m.samples())
+            r = random() % 4 == 0 ? std::nanf("") : random() % 4 == 0 ? float(infinity) : float(3 + one(random));
+        const ByteImage rgb(width, height, 3);
+        gl::SourceTextures source;
+        source.upload({.rgb = rgb.view(), .camera = camera, .depth_m = depth_m.view()});
+        gl::LatticeTextures angles;
+        angles.set(camera);
+        const gl::Size points{width + 6, height + 6};
+        std::vector<Point> found(std::size_t(points.width) * std::size_t(points.height));
+        const gl::Buffer out = gl::make_buffer(found.size() * sizeof(Point), 0);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, out.name());
+        glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
+        glBindTextureUnit(1, source.depth());
+        angles.bind();
+        program.dispatch(points);
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        glGetNamedBufferSubData(out.name(), 0, GLsizeiptr(found.size() * sizeof(Point)), found.data());
+        const SourceLattice lattice(camera, depth_m.view());
+        int others = 0, unknown = 0;
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const int x = int(i) % points.width - 3, y = int(i) / points.width - 3;
+            const LatticePoint point = lattice.point(x, y);
+            const glm::vec4& is = found[i].q;
+            const bool same_k = std::isnan(point.k) ? std::isnan(is.w) : std::abs(is.w - point.k) <= 1e-6f;
+            const glm::vec3 off = glm::vec3(is) - glm::vec3(point.q.x, point.q.y, point.q.z);
+            others += !same_k || glm::length(off) > 1e-6f || (found[i].is_sample[0] != 0) != lattice.is_sample(x, y);
+            unknown += std::isnan(point.k);
+        }
+        EXPECT_EQ(others, 0) << width;
+        EXPECT_GT(unknown, 100) << width;
+    }
+}
+
 /// Where the headers' answer hangs on a rounding, either will do.
 TEST_F(Formulas, DepthsAgreeWhereTheHeadersSayIt) {
     gl::SourceTextures source;
@@ -229,8 +297,8 @@ TEST_F(Formulas, DepthsAgreeWhereTheHeadersSayIt) {
             return std::array{agreement.same(reach, of_sample),
                               agreement.between(reach, agreement.reach(q.others.x), of_sample)};
         };
-        const float reach = DepthAgreement{q.others.z, 0}.reach(q.direction.w);
-        ASSERT_NEAR(answers[i].position.z / reach, 1, 1e-6);
+        const float reach = DepthAgreement{q.others.z, 0}.reach(q.direction.w), found = answers[i].position.z;
+        ASSERT_TRUE(std::isnan(reach) ? std::isnan(found) : std::abs(found / reach - 1) < 1e-6f) << q.direction.w;
         const auto expected = with(q.others.w), low = with(q.others.w * 0.999f), high = with(q.others.w * 1.001f);
         for (std::size_t k = 0; k < 2; ++k) {
             yes[k] += expected[k];

@@ -69,6 +69,20 @@ TEST_F(GlLookUp, FromTheSourcesOwnPlaceNeedsNoDepth) {
     expect_reference(true, view, hall, turned);
 }
 
+/// Patches of which nothing is known, over the sky too, are no part of what is seen around them.
+TEST_F(GlLookUp, SamplesOfUnknownDepthAreOfNoSurface) {
+    const SurfaceScene scene = furnished();
+    for (const Camera& camera : engine_sources(720)) {
+        SCOPED_TRACE(width_of(camera));
+        Rendered source = render(scene, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        for (int y = 0; y < source.depth_m.height(); ++y)
+            for (int x = 0; x < source.depth_m.width(); ++x)
+                if ((x / 9 + y / 7) % 4 == 0)
+                    *source.depth_m.pixel(x, y) = std::nanf("");
+        expect_reference(true, source.source(0.11), scene, engine_eyes());
+    }
+}
+
 /// A thin wall between the source and the eyes: both see the same points, each from its side, and so finely that their
 /// depths agree.
 TEST_F(GlLookUp, BacksOfSurfacesAreGaps) {

@@ -1,5 +1,6 @@
 /// Pictures that decoders write into the driver's own buffers, and that the GPU reads there.
 #include "gl_fixture.h"
+#include "made_objects.h"
 #include "synthetic.h"
 
 #include <reproject/gl/source_textures.h>
@@ -7,8 +8,11 @@
 #include <equistream/hdr_display.h>
 
 #include <algorithm>
+#include <chrono>
 #include <deque>
+#include <future>
 #include <utility>
+#include <vector>
 
 namespace equistream::test {
 namespace {
@@ -44,6 +48,10 @@ GLenum still_working(GLsync, GLbitfield, GLuint64) {
 }
 void* no_mapping(GLuint, GLintptr, GLsizeiptr, GLbitfield) {
     return nullptr;
+}
+/// As drivers answer whose limit has more than 32 bits.
+void no_integer(GLenum, GLint* value) {
+    *value = -4;
 }
 
 ByteImage downloaded(const gl::SourceTextures& textures) {
@@ -185,6 +193,58 @@ TEST_F(GlPictureBuffers, OfAnotherSizeTakeThePlaceOfThoseBefore) {
     }
 }
 
+/// While the driver makes a buffer, however long that takes.
+TEST_F(GlPictureBuffers, DecodersDoNotWaitForTheDriver) {
+    static gl::PictureBuffers* buffers;
+    static decltype(epoxy_glMapNamedBufferRange) map;
+    static std::future<void> decoder;
+    static bool has_answered;
+    gl::PictureBuffers asked;
+    taken(asked, some_bytes);  // which maps for the first time
+    buffers = &asked;
+    map = epoxy_glMapNamedBufferRange;
+    const Replaced<epoxy_glMapNamedBufferRange> slow(
+        [](GLuint buffer, GLintptr offset, GLsizeiptr bytes, GLbitfield to) {
+            decoder = std::async(std::launch::async, [] { buffers->take(3 * some_bytes); });
+            has_answered = decoder.wait_for(std::chrono::seconds(2)) == std::future_status::ready;
+            return map(buffer, offset, bytes, to);
+        });
+    EXPECT_NE(taken(asked, 2 * some_bytes), nullptr);
+    EXPECT_TRUE(has_answered);
+    decoder.wait();
+}
+
+/// Where buffers run short now and then, some pictures lie there and some do not.
+TEST_F(GlPictureBuffers, PicturesThereAndElsewhereKeepTheirStorage) {
+    const auto buffers = std::make_shared<gl::PictureBuffers>();
+    constexpr int width = 96, height = 64, luma = width * height;
+    const auto there = taken(*buffers, luma * 3 / 2);
+    ASSERT_NE(there, nullptr);
+    std::fill_n(there.get(), luma * 3 / 2, std::uint8_t{200});
+    const std::vector<std::uint8_t> elsewhere(luma * 3 / 2, 90);
+    gl::SourceTextures textures(gl::PlaneReader::gpu);
+    textures.read_in_place(buffers);
+    const auto shown = [&](const std::uint8_t* y) {
+        const std::uint8_t *cb = y + luma, *cr = cb + luma / 4;
+        textures.upload({.yuv = {{y, width, height, 1, width},
+                                 {cb, width / 2, height / 2, 1, width / 2},
+                                 {cr, width / 2, height / 2, 1, width / 2}},
+                         .camera = EquirectCamera{width, height, {}}});
+        return downloaded(textures);
+    };
+    const ByteImage first = shown(there.get()), second = shown(elsewhere.data());
+    EXPECT_FALSE(std::ranges::equal(first.samples(), second.samples()));
+    GLuint framebuffer = 0;
+    glCreateFramebuffers(1, &framebuffer);
+    const gl::Framebuffer owner(framebuffer);
+    const MadeObjects made;
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_TRUE(std::ranges::equal(shown(there.get()).samples(), first.samples()));
+        EXPECT_TRUE(std::ranges::equal(shown(elsewhere.data()).samples(), second.samples()));
+    }
+    EXPECT_EQ(made.count(), 0);
+}
+
 /// A driver's memory is not filled with what nobody reads, and what is too large lies elsewhere.
 TEST_F(GlPictureBuffers, HaveTheirLimits) {
     gl::PictureBuffers buffers;
@@ -197,6 +257,9 @@ TEST_F(GlPictureBuffers, HaveTheirLimits) {
     EXPECT_EQ(taken(buffers, std::size_t(most_texels) + 1), nullptr);
     EXPECT_EQ(taken(buffers, gl::PictureBuffers::most_bytes), nullptr);
     EXPECT_NE(taken(buffers, 2 * some_bytes), nullptr) << "which is no reason to map nothing more";
+    const Replaced<epoxy_glGetIntegerv> lost(no_integer);
+    EXPECT_EQ(taken(buffers, std::size_t(most_texels) + 1), nullptr);
+    EXPECT_NE(taken(buffers, 3 * some_bytes), nullptr) << "nor is one that has no room for its limit";
 }
 
 /// Decoders that are still there when the viewer is not.

@@ -178,6 +178,22 @@ TEST_F(GlPqDisplay, LeavesOpenNothingButTheExposure) {
     expect_same(Chosen{.config = config, .exposure_stops = -2});
 }
 
+/// The driver finds that neither the table nor the exposure says anything.
+TEST_F(GlPqDisplay, ViewsThatShowNothingOfThePictureAreShown) {
+    const ScratchFolder folder("ocio");
+    write_curve(folder);
+    const std::string grey = "        - !<MatrixTransform> {matrix: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1], "
+                             "offset: [0.5, 0.5, 0.5, 0]}\n";
+    const HdrDisplay display(Chosen{.config = config_of(folder, "grey.ocio", curve_step + grey)});
+    ASSERT_GE(display.shader().tables.size(), 1u);
+    const auto shown = std::make_shared<gl::PqDisplay>(display);
+    gl::SourceTextures textures;
+    textures.show_pq_by(shown);
+    shown->set_exposure(1);
+    HdrPicture().upload_to(textures);
+    EXPECT_EQ(downloaded(textures).pixel(20, 30)[0], 128);
+}
+
 TEST_F(GlPqDisplay, MoreTablesThanTheDriverTakesAreOneLine) {
     const ScratchFolder folder("ocio");
     write_curve(folder);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace equistream::test {
 namespace {
@@ -57,6 +58,32 @@ TEST_F(GlProgram, StorageBeyondTheDriversLimitsIsRefused) {
     expect_refused([] { gl::make_layered_texture({1, 1 << 24}, 2, GL_R8); }, "sides of textures");
     expect_refused([] { gl::make_layered_texture({1, 1}, 1 << 24, GL_R8); }, "layers");
     expect_refused([&] { gl::make_buffer(std::size_t(most_bytes) + 1, 0); }, "storage block");
+}
+
+/// A driver that has none left: its next error is that.
+TEST_F(GlProgram, StorageThatThereIsNoMemoryForIsSaidInOneLine) {
+    glGetError();
+    static decltype(epoxy_glGetError) original;
+    original = std::exchange(epoxy_glGetError, [] { return GLenum(GL_OUT_OF_MEMORY); });
+    const auto said = [](const auto& make) -> std::string {
+        try {
+            make();
+        } catch (const WorkError& error) {
+            return error.what();
+        }
+        return "nothing";
+    };
+    const std::string texture = said([] {
+        gl::make_texture({16, 8}, GL_RGBA32F);
+    }),
+                      layers = said([] {
+                          gl::make_layered_texture({16, 8}, 3, GL_RGBA32F);
+                      }),
+                      buffer = said([] { gl::make_buffer(100, 0); });
+    epoxy_glGetError = original;
+    EXPECT_EQ(texture, "OpenGL: the driver has no memory for a texture of 16x8");
+    EXPECT_EQ(layers, "OpenGL: the driver has no memory for 3 layers of 16x8");
+    EXPECT_EQ(buffer, "OpenGL: the driver has no memory for a buffer of 100 bytes");
 }
 
 /// Rows may be farther apart than they are long.
