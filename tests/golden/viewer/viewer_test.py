@@ -241,12 +241,13 @@ class Viewer(Viewing):
         viewer = self.by_geometry(size="640x300")
         viewer.picture()
         time.sleep(4.5)  # until what was written has gone
-        before = viewer.screen()
+        before = shown = viewer.screen()
         pages = 0
         while True:
             viewer.press("h")
-            time.sleep(1)
-            changed = np.abs(viewer.screen() - before)[:300, :640].max(axis=2) > 0
+            wait_for(lambda: (viewer.screen() != shown).any(), "another page, or none")
+            shown = wait_for(lambda: (lambda a, b: a if (a == b).all() else None)(viewer.screen(), viewer.screen()), "all of it")
+            changed = np.abs(shown - before)[:300, :640].max(axis=2) > 0
             if not changed.any():
                 break
             pages += 1
