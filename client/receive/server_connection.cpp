@@ -8,7 +8,8 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <cctype>
+#include <charconv>
+#include <cstdint>
 #include <string_view>
 
 namespace equistream {
@@ -24,9 +25,12 @@ constexpr std::chrono::milliseconds between_questions{50};
 
 bool is_server_address(const std::string& source) {
     const auto colon = source.rfind(':');
-    return source.starts_with(scheme) && colon > scheme.size() && colon + 1 < source.size() &&
-           std::all_of(source.begin() + std::ptrdiff_t(colon) + 1, source.end(),
-                       [](unsigned char c) { return std::isdigit(c) != 0; });
+    if (!source.starts_with(scheme) || colon <= scheme.size())
+        return false;
+    std::uint16_t port = 0;
+    const char* const end = source.data() + source.size();
+    const auto [stop, problem] = std::from_chars(source.data() + colon + 1, end, port);
+    return problem == std::errc() && stop == end && port > 0;
 }
 
 ServerConnection::ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted)
@@ -77,6 +81,11 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
     // libav reads on beyond an end, and Asio waits for ever where that was read already.
     if (has_ended_)
         return 0;
+    // Bytes that nothing can be made of may come without a pause: then nothing below ever waits.
+    if (interrupted_ && interrupted_()) {
+        has_ended_ = true;
+        return 0;
+    }
     bool done = false;
     std::size_t got = 0;
     socket_.async_read_some(asio::buffer(bytes.data(), bytes.size()),

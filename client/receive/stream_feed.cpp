@@ -1,5 +1,6 @@
 #include "feeds.h"
 #include "guided_depth.h"
+#include "packed_video.h"
 #include "server_connection.h"
 
 #include <equistream/bound.h>
@@ -216,17 +217,22 @@ private:
         for (Track& track : tracks_)
             track.origin = Origin::foreign;
         for (DecodedPicture& picture : std::exchange(unjudged_, {})) {
+            if (packing() != StereoPacking::none)
+                keep_left_eye(picture, packing());
             picture.info = foreign_info(picture);
             keep(std::move(picture), false);
         }
     }
+
+    /// Of foreign video.
+    StereoPacking packing() const { return reader_.tracks().front().stereo; }
 
     /// `picture` has its info.
     void keep(DecodedPicture picture, bool posed) {
         Track& track = tracks_[picture.track];
         const std::int64_t index = picture.info->index;
         if (!begun_ && track.role == TrackRole::main)
-            begun_ = {index, std::max(1.0, picture.info->frames_per_second)};
+            begun_ = {index, picture.info->frames_per_second};
         track.last = std::max(track.last, index);
         if (index > options_.last_frame) {
             track.is_past = true;
@@ -257,6 +263,7 @@ private:
     ReceivedFrame finish(Partial partial) {
         ReceivedFrame frame;
         frame.posed = partial.posed;
+        frame.one_of_two = !partial.posed && packing() != StereoPacking::none;
         frame.main = *give(partial, TrackRole::main);
         if (partial.posed) {
             give_images(partial, frame.main);

@@ -80,12 +80,16 @@ void FrameLoader::fail(std::unique_lock<std::mutex>& lock) {
         failure_ = std::current_exception();
 }
 
-void FrameLoader::wait_to_try_again(std::unique_lock<std::mutex>& lock) {
-    ++attempts_;
-    const unsigned seeks = seeks_;
+void FrameLoader::hang_up(std::unique_lock<std::mutex>& lock) {
     lock.unlock();  // who closes may ask whether to stop
     feed_.reset();
     lock.lock();
+}
+
+void FrameLoader::wait_to_try_again(std::unique_lock<std::mutex>& lock) {
+    ++attempts_;
+    const unsigned seeks = seeks_;
+    hang_up(lock);
     changed_.wait_for(lock, pause_before(attempts_), [&] { return stopping_ || seeks != seeks_; });
 }
 
@@ -123,9 +127,10 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
     }
     truncation_ = feed_->truncation();
     if (is_live_ && (attempts_ > 0 || !truncation_.empty()))
-        wait_to_try_again(lock);
-    else
-        ended_ = true;
+        return wait_to_try_again(lock);
+    ended_ = true;
+    if (is_live_)
+        hang_up(lock);
 }
 
 bool FrameLoader::has_transfer(const std::string& name) const {

@@ -70,6 +70,7 @@ private:
     bool may_read() const;
     void read(std::unique_lock<std::mutex>& lock);
     void fail(std::unique_lock<std::mutex>& lock);
+    void hang_up(std::unique_lock<std::mutex>& lock);
     void wait_to_try_again(std::unique_lock<std::mutex>& lock);
     void deliver(ReceivedFrame frame);
 

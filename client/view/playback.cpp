@@ -29,7 +29,7 @@ Playback::Playback(FrameLoader& loader, bool paused) : loader_(loader), paused_(
 }
 
 double Playback::interval_s() const {
-    return 1 / std::max(1.0, loader_.first().frames_per_second);
+    return 1 / loader_.first().frames_per_second;
 }
 
 double Playback::overdue_s() const {

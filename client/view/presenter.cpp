@@ -31,10 +31,8 @@ constexpr double still_m = 0.003;
 
 Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses,
                      InputBox& box, Window& window)
-    : settings_(settings), truth_(truth),
-      fov_deg_(
-          settings.fov_deg.value_or(truth != nullptr ? truth->camera().fov_x_rad * 180 / pi : default_view_fov_deg)),
-      loader_(loader), poses_(poses), box_(box), window_(window), playback_(loader, settings.paused),
+    : settings_(settings), truth_(truth), fov_deg_(first_fov_deg()), loader_(loader), poses_(poses), box_(box),
+      window_(window), playback_(loader, settings.paused),
       headset_(settings.headset ? std::make_unique<Headset>() : nullptr),
       renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first()), settings_.rungs,
                 settings_.finding_engine),
@@ -46,6 +44,10 @@ Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& 
 }
 
 Presenter::~Presenter() = default;
+
+double Presenter::first_fov_deg() const {
+    return settings_.fov_deg.value_or(truth_ != nullptr ? truth_->camera().fov_x_rad * 180 / pi : default_view_fov_deg);
+}
 
 bool Presenter::is_over() const {
     return quit_ || inputs_.is_closed || (settings_.seconds > 0 && now_s_ - began_s_ >= settings_.seconds);

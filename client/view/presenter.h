@@ -90,6 +90,7 @@ private:
     void keep_what_is_asked_for();
     ByteImage read_back() const;
     bool is_over() const;
+    double first_fov_deg() const;  ///< before anybody zoomed
 
     ViewerSettings settings_;
     Truth* truth_;

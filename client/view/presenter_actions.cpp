@@ -46,11 +46,13 @@ void Presenter::expose(double more_stops) {
 
 void Presenter::act(Action action) {
     const FrameInfo& info = frame().main.info;
-    const double interval_s = 1 / std::max(1.0, info.frames_per_second);
+    const double interval_s = 1 / info.frames_per_second;
+    const double jump_s = std::max(second_s, interval_s);  // never to the same frame
     try {
         switch (action) {
         case Action::centre:
             motion_.centre();
+            fov_deg_ = first_fov_deg();
             if (headset_)
                 headset_->recentre();
             break;
@@ -69,10 +71,10 @@ void Presenter::act(Action action) {
             playback_.step();
             break;
         case Action::second_back:
-            seek(info.time_s - second_s);
+            seek(info.time_s - jump_s);
             break;
         case Action::second_on:
-            seek(info.time_s + second_s);
+            seek(info.time_s + jump_s);
             break;
         case Action::to_start:
             seek(0);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <csignal>
 #include <exception>
 #include <thread>
 #include <utility>
@@ -15,6 +17,22 @@ namespace {
 
 /// Gamepads send no events, and those of the window that the displaying thread's own traffic brought wake nobody.
 constexpr double longest_wait_s = 0.008;
+
+std::atomic<bool> told_to_end = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// As closing the window does; a second one ends the program where it is.
+void end_in_order(int signal_number) {
+    told_to_end = true;
+    std::signal(signal_number, SIG_DFL);
+}
+
+/// But for those that whoever started the program has it ignore.
+void hear_signals() {
+    for (const int number : {SIGINT, SIGTERM})
+        if (std::signal(number, end_in_order) == SIG_IGN)
+            std::signal(number, SIG_IGN);
+}
 
 bool goes_on_by_repeats(Action action) {
     constexpr std::array repeated = {Action::frame_back, Action::frame_on,    Action::second_back, Action::second_on,
@@ -63,6 +81,7 @@ Viewer::~Viewer() {
 ViewerReport Viewer::run() {
     ViewerReport report;
     std::exception_ptr failure;
+    hear_signals();
     window_->release();
     std::thread display([&] {
         try {
@@ -95,7 +114,8 @@ HeldActions Viewer::held() const {
     if (window_->is_down(GLFW_KEY_LEFT_SHIFT) || window_->is_down(GLFW_KEY_RIGHT_SHIFT))
         return held;
     for (const KeyBinding& binding : key_bindings())
-        if (is_held(binding.action) && binding.modifiers == 0 && window_->is_down(binding.key))
+        if (is_held(binding.action) && binding.modifiers == 0 && window_->is_down(binding.key) &&
+            !std::ranges::count(chords_, binding.key))
             held.set(std::size_t(binding.action));
     return held;
 }
@@ -105,6 +125,10 @@ void Viewer::observe() {
     const Inputs inputs = window_->take_inputs();
     seen_.samples.clear();
     seen_.pressed.clear();
+    std::erase_if(chords_, [this](int key) { return !window_->is_down(key); });
+    for (const KeyPress& press : inputs.pressed)
+        if (press.modifiers != 0 && !press.repeated)
+            chords_.push_back(press.key);
     for (const KeyPress& press : inputs.pressed)
         if (const KeyBinding* binding = binding_of(press.key, press.modifiers);
             binding != nullptr && !is_held(binding->action) && (!press.repeated || goes_on_by_repeats(binding->action)))
@@ -119,7 +143,7 @@ void Viewer::observe() {
     seen_.scroll = inputs.scroll;
     seen_.click_x = inputs.click_x;
     seen_.window = size;
-    seen_.is_closed = window_->should_close();
+    seen_.is_closed = window_->should_close() || told_to_end;
     seen_.any = steers || resized || inputs.is_damaged || !seen_.pressed.empty() || inputs.scroll != 0 ||
                 inputs.click_x >= 0 || seen_.is_closed;
     if (seen_.any)

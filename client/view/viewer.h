@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace equistream {
 
@@ -32,8 +33,9 @@ private:
     FrameLoader loader_;                            ///< writes into them
     InputBox box_;
     std::unique_ptr<Presenter> presenter_;
-    TakenInputs seen_;  ///< memory for observe()
-    HeldActions held_;  ///< these three as they were told last
+    TakenInputs seen_;         ///< memory for observe()
+    std::vector<int> chords_;  ///< keys that are down since they were pressed with another: not held for themselves
+    HeldActions held_;         ///< these three as they were told last
     Sticks sticks_;
     gl::Size size_;
 };

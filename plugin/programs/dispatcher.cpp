@@ -42,6 +42,13 @@ void print_help(std::FILE* out) {
     std::fputs("\n'equistream COMMAND --help' shows a command's options and an example.\n", out);
 }
 
+std::string names_of_commands() {
+    std::string names;
+    for (const Command& command : commands)
+        names += (names.empty() ? "" : ", ") + std::string(command.name);
+    return names;
+}
+
 constexpr std::array hosts = {
     Command{"embree", "equistream-render-embree", ""},
     Command{"mitsuba", "equistream-render-mitsuba",
@@ -111,9 +118,6 @@ int main(int argc, char** argv) {
     if (name.empty())
         print_help(stderr);
     else
-        std::fprintf(
-            stderr,
-            "equistream: expected a command (render, import, encode, serve, play, compare, info, scene), found '%s'\n",
-            argv[1]);
+        std::fprintf(stderr, "equistream: expected a command (%s), found '%s'\n", names_of_commands().c_str(), argv[1]);
     return exit_usage;
 }

@@ -20,19 +20,27 @@ constexpr std::array<double, 3> earlier_s = {0, 2, 10};
 /// In a cut mp4 the other track's samples may still be there behind one that is not.
 constexpr int most_failures_in_a_row = 1000;
 
+double start_s(const AVStream& stream) {
+    return stream.start_time == AV_NOPTS_VALUE ? 0 : double(stream.start_time) * av_q2d(stream.time_base);
+}
+
 /// What the search knows of one stream.
 struct Found {
     int stream = 0;
+    double later_s = 0;    ///< its times are by so much, of one moment
     bool has_key = false;  ///< packets from a key frame on are kept
     bool is_past = false;  ///< no key frame that is shown in time can follow
 };
 
 class Search {
 public:
+    /// Tracks begin with one moment. An mp4 in fragments has no times below zero: there a track whose pictures are
+    /// coded in another order than they are shown in begins later.
     Search(AVFormatContext& format, std::span<const int> streams, double time_s)
         : format_(format), latest_s_(time_s + same_time_s) {
+        const double first_s = start_s(*format.streams[streams.front()]);
         for (const int stream : streams)
-            found_.push_back({stream, false, false});
+            found_.push_back({stream, start_s(*format.streams[stream]) - first_s, false, false});
     }
 
     /// From where the demuxer stands. False where it stands behind what is looked for.
@@ -60,7 +68,7 @@ public:
 
 private:
     double seconds(const Found& of, std::int64_t timestamp) const {
-        return double(timestamp) * av_q2d(format_.streams[of.stream]->time_base);
+        return double(timestamp) * av_q2d(format_.streams[of.stream]->time_base) - of.later_s;
     }
 
     bool take(av::Packet packet, Found& of) {
@@ -91,7 +99,8 @@ private:
     std::deque<av::Packet> packets_;
 };
 
-bool go_to(AVFormatContext& format, int stream, std::int64_t latest) {
+bool go_to(AVFormatContext& format, int stream, double time_s) {
+    const std::int64_t latest = std::llround(time_s / av_q2d(format.streams[stream]->time_base));
     return avformat_seek_file(&format, stream, std::numeric_limits<std::int64_t>::min(), latest, latest, 0) >= 0;
 }
 
@@ -101,15 +110,14 @@ std::optional<std::deque<av::Packet>> find_packets(AVFormatContext& format, std:
                                                    double time_s) {
     if (streams.empty())
         return std::nullopt;
-    const AVStream& first = *format.streams[streams.front()];
     Search search(format, streams, time_s);
-    for (const double before_s : earlier_s) {
-        const std::int64_t place = std::llround((time_s - before_s) / av_q2d(first.time_base));
-        if (go_to(format, streams.front(), place) && search.run() && search.all_have_keys())
-            return search.packets();
-    }
-    const std::int64_t beginning = first.start_time == AV_NOPTS_VALUE ? 0 : first.start_time;
-    if (go_to(format, streams.front(), beginning) && search.run())
+    // Encoders hold back different numbers of pictures: another track's key frame may lie before the first one's of the
+    // same time.
+    for (const double before_s : earlier_s)
+        for (const int stream : streams)
+            if (go_to(format, stream, time_s - before_s) && search.run() && search.all_have_keys())
+                return search.packets();
+    if (go_to(format, streams.front(), start_s(*format.streams[streams.front()])) && search.run())
         return search.packets();
     return std::nullopt;
 }

@@ -92,6 +92,8 @@ Source::Source(const std::string& name, const StreamReadOptions& read_options) {
     }
     format_.release();  // which is freed where opening fails
     const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
+    if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
+        throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
     if (code < 0)
         throw InputError(expected_found(name, "a video", av::error_text(code)));
     format_.reset(opened);

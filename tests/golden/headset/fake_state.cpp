@@ -64,17 +64,17 @@ void State::go_on() {
     }
 }
 
-/// Of other spaces first: nobody here has one.
+/// Of another space too, which nobody here has, and which begins anew at once.
 void State::send_recentred(int frames_on) {
     XrEventDataReferenceSpaceChangePending change{};
     change.type = XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING;
     change.session = session_handle;
     change.poseInPreviousSpace = {{0, 0, 0, 1}, {0, 0, 0}};
-    change.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_STAGE;
-    change.changeTime = 0;
-    send(change);
     change.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
     change.changeTime = display_time + frames_on * period_ns;
+    send(change);
+    change.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_STAGE;
+    change.changeTime = 0;
     send(change);
 }
 

@@ -153,6 +153,9 @@ class Window(Worn):
             self.assertEqual(worn.shape, (150, 200, 3))
             viewer.go_on("seen")
             self.assertEqual(viewer.end(), (0, ""))
+            left = Image.open(viewer.folder / "frame.0001.0.ppm")
+            mirrored = left.transform((200, 150), Image.AFFINE, (left.width / 200, 0, 0, 0, left.height / 150, 0), Image.BILINEAR)
+            self.assertGreater(psnr(worn, np.asarray(mirrored).astype(float)), 30)
 
 
 class Server(Worn):

@@ -1,5 +1,6 @@
 """A display without a screen, and a viewer on it that a program steers and looks at."""
 
+import ctypes
 import os
 import pathlib
 import subprocess
@@ -41,6 +42,16 @@ class Display:
 
     def tool(self, *words):
         return subprocess.run(["xdotool", *map(str, words)], env=self.environment, capture_output=True, text=True, check=False).stdout.split()
+
+    def set_iconic(self, window, is_iconic):
+        """Says of a window that it is minimised, or shown, as a window manager does."""
+        x11 = ctypes.CDLL("libX11.so.6")
+        x11.XOpenDisplay.restype = ctypes.c_void_p
+        connection = ctypes.c_void_p(x11.XOpenDisplay(self.name.encode()))
+        state = x11.XInternAtom(connection, b"WM_STATE", False)
+        words = (ctypes.c_long * 2)(3 if is_iconic else 1, 0)
+        x11.XChangeProperty(connection, ctypes.c_ulong(int(window)), ctypes.c_ulong(state), ctypes.c_ulong(state), 32, 0, words, 2)
+        x11.XCloseDisplay(connection)
 
 
 class ViewerProcess:

@@ -3,63 +3,14 @@
 usage: viewer_test.py BIN_DIR
 """
 
-import json
-import os
-import pathlib
-import shutil
-import subprocess
-import sys
-import tempfile
 import time
-import unittest
 
-import numpy as np
-from PIL import Image
+from viewing import *  # noqa: F403
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from display import Display, ViewerProcess, psnr, wait_for  # noqa: E402
-from independent import *  # noqa: E402,F403
-
-PROGRAMS = Programs(sys.argv.pop(1))
-WIDTH, HEIGHT = 320, 180
 SAME_DB = 40  # one geometry drawn by OpenGL for both; rasters of other sizes choose other samples at outlines
 
 
-class Viewer(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_viewer_"))
-        cls.scene = PROGRAMS.scene("pavilion", cls.root)
-        description = json.loads(cls.scene.read_text())
-        description["head_box"] = {"lean_m": 0.4}  # room for heads that are moved by keys held for about so long
-        cls.scene.write_text(json.dumps(description))
-        folder = cls.root / "frames"
-        PROGRAMS.run("render", cls.scene, "--frames", "0-3", "--fps", 5, "--size", "512x256", "--spp", 1, "--aovs", "depth", "--out", folder)
-        cls.stream = cls.root / "walk.mkv"
-        PROGRAMS.run("encode", folder, "--out", cls.stream, "--depth", "none", "--crf", "8", "--preset", "ultrafast", "--progress", "none")
-        cls.display = Display()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.display.close()
-        shutil.rmtree(cls.root, ignore_errors=True)
-
-    def view(self, *words, source=None, size=f"{WIDTH}x{HEIGHT}", paused=True):
-        still = (["--paused"] if paused else []) + (["--size", size] if size else [])
-        self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))  # of each viewer: what another wrote is not waited for
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", self.out, source or self.stream, *still, *words)
-        self.addCleanup(viewer.close)
-        return viewer
-
-    def by_geometry(self, *words, **more):
-        return self.view("--scene", self.scene, *words, **more)
-
-    def played(self, *words, eye="left", size=f"{WIDTH}x{HEIGHT}"):
-        """Frame 0 as `play` shows it."""
-        out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
-        PROGRAMS.run("play", self.stream, "--scene", self.scene, "--depth", "gl", "--size", size, "--frames", "0", *words, "--progress", "none", "--out", out)
-        return np.asarray(Image.open(out / eye / "frame.0000.png").convert("RGB")).astype(float)
-
+class Viewer(Viewing):
     def test_an_eye_sees_what_play_shows(self):
         self.assertGreater(psnr(self.by_geometry().picture(), self.played()), SAME_DB)
         self.assertLess(psnr(self.played(eye="right"), self.played()), SAME_DB)
@@ -111,13 +62,6 @@ class Viewer(unittest.TestCase):
         shifts = [psnr(moved[60:120, 130:190], ahead[60:120, 130 - s : 190 - s]) for s in range(-96, 97, 4)]
         # 80 pixels of 320 at 90 degrees; a view that turns stretches what leaves its middle.
         self.assertAlmostEqual(list(range(-96, 97, 4))[int(np.argmax(shifts))], 80, delta=12)
-
-    def report_of(self, viewer):
-        """Ends a viewer that was started with --json."""
-        viewer.press("Escape")
-        status, said = viewer.end()
-        self.assertEqual((status, said), (0, ""))
-        return json.loads(viewer.printed)
 
     def test_what_stays_as_it_is_is_drawn_once(self):
         viewer = self.by_geometry("--json")
@@ -297,12 +241,13 @@ class Viewer(unittest.TestCase):
         viewer = self.by_geometry(size="640x300")
         viewer.picture()
         time.sleep(4.5)  # until what was written has gone
-        before = viewer.screen()
+        before = shown = viewer.screen()
         pages = 0
         while True:
             viewer.press("h")
-            time.sleep(1)
-            changed = np.abs(viewer.screen() - before)[:300, :640].max(axis=2) > 0
+            wait_for(lambda: (viewer.screen() != shown).any(), "another page, or none")
+            shown = wait_for(lambda: (lambda a, b: a if (a == b).all() else None)(viewer.screen(), viewer.screen()), "all of it")
+            changed = np.abs(shown - before)[:300, :640].max(axis=2) > 0
             if not changed.any():
                 break
             pages += 1
@@ -327,81 +272,6 @@ class Viewer(unittest.TestCase):
             heights.append(np.flatnonzero(changed.any(axis=1))[-1])
             viewer.close()
         self.assertIn(heights[0] - heights[1], range(12, 24))  # a line
-
-    def test_recordings(self):
-        viewer = self.by_geometry(paused=False)
-        viewer.picture()
-        viewer.press("r", "shift+r")
-        wait_for((self.out / "recording.0001" / "frame.0002.png").exists, "three pictures of a recording")
-        viewer.hold("Left", 0.5)
-        viewer.press("r", "shift+r")
-        path = self.out / "head.0001.csv"
-        wait_for(path.exists, path)
-        viewer.press("Escape")
-        self.assertEqual(viewer.end(), (0, ""))
-        times = np.atleast_1d(np.loadtxt(path, delimiter=",", skiprows=1, usecols=0))
-        self.assertLess(times[-1], 1)  # of a source of four frames
-        self.assertTrue((np.diff(times) > 0).all())
-        PROGRAMS.run("play", self.stream, "--scene", self.scene, "--head", path, "--size", "64x48", "--frames", "0", "--progress", "none", "--out",
-                     self.out / "eyes")
-
-    def test_resizing_and_hiding(self):
-        viewer = self.by_geometry()
-        viewer.picture()
-        self.display.tool("windowsize", "--sync", viewer.window, 200, 150)
-        wait_for(lambda: viewer.picture().shape == (150, 200, 3), "a smaller picture")
-        self.display.tool("windowunmap", viewer.window)
-        self.display.tool("windowmap", "--sync", viewer.window)
-        self.display.tool("windowfocus", viewer.window)
-        self.assertEqual(viewer.picture().shape, (150, 200, 3))
-
-    def test_every_key_of_the_table(self):
-        names = {"space": "space", ",": "comma", ".": "period", "[": "bracketleft", "]": "bracketright", "-": "minus", "=": "equal", "home": "Home", "left": "Left", "right": "Right",
-                 "up": "Up", "down": "Down"}
-        lines = [line for line in PROGRAMS.run("view", "--keys").splitlines() if line.startswith("  ")]
-        keys = [line[2:14].strip() for line in lines]
-        self.assertEqual(len(keys), len(set(keys)))
-        self.assertGreater(len(keys), 30)
-        viewer = self.by_geometry(paused=False)
-        for key in keys:
-            if key in ("escape", "F11"):
-                continue
-            *shift, plain = key.split(" ")
-            viewer.press("+".join([*shift, names.get(plain, plain)]))
-        viewer.press("Escape")
-        self.assertEqual(viewer.end(), (0, ""))
-
-    def test_ordinary_video_turns(self):
-        video = self.root / "ordinary.mp4"
-        subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "testsrc2=size=256x128:rate=25:duration=1", "-pix_fmt", "yuv420p", video], check=True)
-        viewer = self.view(source=video)
-        ahead = viewer.picture()
-        viewer.hold("Left", 0.8)
-        self.assertLess(psnr(viewer.picture(), ahead), 30)
-
-    def test_it_ends_by_itself(self):
-        viewer = self.by_geometry("--seconds", "1")
-        self.assertEqual(viewer.end(), (0, ""))
-
-    def refused(self, environment, *words):
-        result = subprocess.run([str(w) for w in [PROGRAMS.folder / "equistream", "view", *words]], env=environment, capture_output=True, text=True)
-        self.assertEqual((result.returncode, len(result.stderr.splitlines())), (2, 1), result.stderr)
-        return result.stderr
-
-    def test_what_cannot_be_shown_is_said_in_one_line(self):
-        here = self.display.environment
-        self.assertIn("no-such", self.refused(here, self.root / "no-such.mkv"))
-        self.assertIn("DISPLAY", self.refused({**here, "DISPLAY": ""}, self.stream))
-        self.assertIn("OpenGL 4.5", self.refused({**here, "MESA_GL_VERSION_OVERRIDE": "3.3"}, self.stream))
-        self.assertIn("--layout: expected left, right, sbs", self.refused(here, self.stream, "--layout", "upside-down"))
-        self.assertIn("--predict: expected auto, off or milliseconds", self.refused(here, self.stream, "--predict", "soon"))
-        self.assertIn("--decode: expected software, auto", self.refused(here, self.stream, "--decode", "hardware"))
-        self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
-        self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
-        self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
-        self.assertIn("a stream or a folder", self.refused(here))
-        empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        self.assertIn("a display", self.refused(empty, self.stream))
 
 
 if __name__ == "__main__":

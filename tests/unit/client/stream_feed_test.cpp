@@ -1,5 +1,6 @@
 /// Streams as a client meets them: to their very last frame, and with tracks that are not ours or not of one recording.
 #include <equistream/stream.h>
+#include <equistream_client/engine.h>
 #include <equistream_client/receive.h>
 
 #include <gtest/gtest.h>
@@ -280,6 +281,61 @@ TEST_F(StreamFeeds, AShortVideoOfSomebodyElseIsNotLost) {
         EXPECT_EQ(frame->main.info.index, index);
     }
     EXPECT_FALSE(feed->next());
+}
+
+/// Both eyes in each picture: the left one's is all that is told of, as a full sphere of its own size.
+TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoTheLeftEyeComes) {
+    struct Case {
+        StereoPacking packing;
+        Transfer transfer;
+        int width, height;
+    };
+    for (const auto& [packing, transfer, width, height] : {Case{StereoPacking::top_bottom, Transfer::srgb, 128, 128},
+                                                           {StereoPacking::side_by_side, Transfer::srgb, 256, 64},
+                                                           {StereoPacking::top_bottom, Transfer::pq, 128, 128},
+                                                           {StereoPacking::side_by_side, Transfer::pq, 256, 64}})
+        for (const char* name : {"both.mkv", "both.mp4"}) {
+            SCOPED_TRACE(std::string(name) + " " + std::to_string(int(packing)) + " " + std::to_string(int(transfer)));
+            StreamSettings settings;
+            settings.preset = "ultrafast";
+            settings.transfer = transfer;
+            settings.stereo = packing;
+            settings.tagged = false;
+            settings.tracks = {{TrackRole::main, width, height}};
+            const fs::path file = folder_ / name;
+            StreamWriter writer(file.string(), settings);
+            ByteImage both(width, height, 3, 200);
+            FloatImage both_pq(width, height, 3, 0.6f);
+            for (int y = 0; y < 64; ++y) {
+                std::fill_n(both.pixel(0, y), 3 * 128, std::uint8_t(60));
+                std::fill_n(both_pq.pixel(0, y), 3 * 128, 0.3f);
+            }
+            for (const std::int64_t index : {0, 1, 2, 3, 4, 5})
+                if (transfer == Transfer::pq)
+                    writer.write_pq(TrackRole::main, both_pq.view(), info(index, width, height));
+                else
+                    writer.write(TrackRole::main, both.view(), info(index, width, height));
+            writer.finish();
+            for (const bool planes : {false, true}) {
+                const auto feed = open_feed(file.string(), {.yuv = planes, .pq = planes});
+                int frames = 0;
+                while (const auto frame = feed->next()) {
+                    ++frames;
+                    EXPECT_FALSE(frame->posed);
+                    EXPECT_TRUE(frame->one_of_two);
+                    const ReceivedPicture& main = frame->main;
+                    ASSERT_EQ(main.width(), 128);
+                    ASSERT_EQ(main.height(), 64);
+                    EXPECT_TRUE(same_camera(main.info.camera, EquirectCamera{128, 64, {}}));
+                    ASSERT_EQ(main.rgb.empty(), planes);
+                    if (!planes) {
+                        const auto [least, most] = std::ranges::minmax_element(main.rgb.samples());
+                        EXPECT_LT(*most - *least, 30) << "of one eye alone";
+                    }
+                }
+                EXPECT_EQ(frames, 6);
+            }
+        }
 }
 
 TEST_F(StreamFeeds, BytesAreThoseOfTheFramesThatWereGiven) {

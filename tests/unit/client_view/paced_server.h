@@ -1,5 +1,6 @@
 #pragma once
 /// A server on this machine that sends a coded stream picture by picture, as far as it is told to.
+#include <equistream/elapsed.h>
 #include <equistream/stream.h>
 
 #include <gtest/gtest.h>
@@ -15,6 +16,8 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <future>
 #include <iterator>
 #include <mutex>
 #include <string>
@@ -81,16 +84,40 @@ public:
     /// Sends these parts, one every thirtieth of a second. One that hung up is there again.
     void give(const std::vector<std::vector<char>>& parts, int from, int to) {
         for (int i = from; i < to; ++i)
-            tell(parts[std::size_t(i)]);
+            tell([this, part = parts[std::size_t(i)]] { send(part); });
+    }
+    /// Then these bytes again and again, as fast as they are taken: for 20 s.
+    void flood(const std::vector<char>& bytes) {
+        tell([this, bytes] {
+            for (const auto start = Clock::now(); seconds_since(start) < 20 && send(bytes);) {
+            }
+        });
     }
     /// Then closes the connection, and nobody listens.
-    void close() { tell({}); }
+    void close() {
+        tell([this] { hang_up(); });
+    }
+    /// Then says that there is no more.
+    void end() {
+        tell([this] { ::shutdown(viewer_, SHUT_WR); });
+    }
+    /// The viewer has hung up within 20 s after all that.
+    bool is_left() {
+        std::promise<bool> left;
+        tell([&] {
+            const timeval patience{20, 0};
+            ::setsockopt(viewer_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+            char byte = 0;
+            left.set_value(::recv(viewer_, &byte, 1, 0) == 0);
+        });
+        return left.get_future().get();
+    }
 
 private:
-    void tell(std::vector<char> part) {
+    void tell(std::function<void()> task) {
         {
             const std::lock_guard lock(mutex_);
-            parts_.push_back(std::move(part));
+            tasks_.push_back(std::move(task));
         }
         changed_.notify_all();
     }
@@ -98,21 +125,21 @@ private:
     void run() {
         std::unique_lock lock(mutex_);
         for (;;) {
-            changed_.wait(lock, [&] { return stopping_ || !parts_.empty(); });
+            changed_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
             if (stopping_)
                 return;
-            const std::vector<char> part = std::move(parts_.front());
-            parts_.pop_front();
+            const std::function<void()> task = std::move(tasks_.front());
+            tasks_.pop_front();
             lock.unlock();
-            if (part.empty())
-                hang_up();
-            else if (is_there())
-                ::send(viewer_, part.data(), part.size(), MSG_NOSIGNAL);
+            task();
             std::this_thread::sleep_for(std::chrono::milliseconds(33));
             lock.lock();
         }
     }
 
+    bool send(const std::vector<char>& part) {
+        return is_there() && ::send(viewer_, part.data(), part.size(), MSG_NOSIGNAL) > 0;
+    }
     void listen() {
         listening_ = ::socket(AF_INET, SOCK_STREAM, 0);
         const int again = 1;
@@ -150,7 +177,7 @@ private:
     int listening_ = -1, viewer_ = -1;  ///< the thread's own
     std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<std::vector<char>> parts_;  ///< an empty one hangs up
+    std::deque<std::function<void()>> tasks_;
     bool stopping_ = false;
     std::thread thread_;
 };

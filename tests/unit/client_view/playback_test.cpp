@@ -90,6 +90,27 @@ TEST_F(RecordedPlayback, KeepsThePaceOfItsFrames) {
     EXPECT_LE(seen.size(), 18U);
 }
 
+/// Slower than a frame a second too: the last one is shown as long as the others.
+TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder / "centre");
+    for (const int index : {0, 1}) {
+        Frame frame;
+        frame.info.index = index;
+        frame.info.frames_per_second = 0.5;
+        frame.info.time_s = 2 * index;
+        frame.info.camera = EquirectCamera{32, 16, {}};
+        frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
+        write_exr(folder / "centre" / frame_file_name(index), frame);
+    }
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    watch(playback, [&](const Refresh&) { return loader.state().ended; });
+    playback.play();
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_NEAR(double(seen.size()) * refresh_s, 4, 0.2);
+}
+
 /// Between frames what moves goes on with time; a frame that was stepped to is shown as it is.
 TEST_F(RecordedPlayback, WhatMovesIsLaterThanItsFrameAsTimeIs) {
     FrameLoader loader(folder.string(), {});
@@ -175,6 +196,7 @@ class LivePlayback : public RecordedPlayback {
 protected:
     static constexpr int pictures = 24;
     std::vector<std::vector<char>> parts = coded(pictures);
+    PoseSender poses;
 
     /// In real time, as servers are.
     std::vector<Refresh> watch_live(FrameLoader& loader, Playback& playback,
@@ -282,6 +304,36 @@ TEST_F(LivePlayback, PausingStopsThePictureAndNotTheStream) {
     playback.play();
     watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
     EXPECT_EQ(shown_, pictures - 1);
+}
+
+TEST_F(LivePlayback, AServerThatHasSentAllIsLeft) {
+    PacedServer server;
+    server.give(parts, 0, pictures);
+    FrameLoader loader(server.address(), {.poses = &poses});
+    Playback playback(loader);
+    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
+    server.end();
+    EXPECT_TRUE(server.is_left());
+    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_EQ(shown_, pictures - 1);
+}
+
+/// Who reads is never made to wait then, and has to be asked to end all the same.
+TEST_F(LivePlayback, ANoiseWithoutEndIsLeft) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    std::vector<char> noise(1 << 16);
+    for (std::size_t i = 0; i < noise.size(); ++i)
+        noise[i] = char((i * 2654435761U) >> 13);
+    server.flood(noise);
+    const auto start = Clock::now();
+    {
+        FrameLoader loader(server.address(), {.poses = &poses});
+        for (int i = 0; i < 1000; ++i)
+            doze();
+        EXPECT_FALSE(loader.state().ended);
+    }
+    EXPECT_LT(seconds_since(start), 15);
 }
 
 TEST_F(LivePlayback, AServerThatIsLostIsAskedAgain) {

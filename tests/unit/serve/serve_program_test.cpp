@@ -122,6 +122,9 @@ TEST_F(Serving, BadUsageIsOneLine) {
     };
     expect_failure(serve("absent.mkv", "--listen tcp://:0"), 2, "absent.mkv: no such file or folder");
     expect_failure(serve("notes.txt", "--listen tcp://:0"), 2, "expected a video");
+    for (const char* url : {"tcp://127.0.0.1", "tcp://127.0.0.1:0", "tcp://127.0.0.1:99999", "tcp://127.0.0.1:a"})
+        for (const std::string& program : {std::string("info "), "play --out '" + path("eyes") + "' "})
+            expect_failure(run(program + url), 2, "expected tcp://HOST:PORT with a port of 1 to 65535");
     expect_failure(serve("empty", "--listen tcp://:0"), 2, "equistream encode: ");
     expect_failure(serve("a.mkv", ""), 2, "--listen is required");
     for (const char* url : {"udp://:0", "tcp://127.0.0.1", "tcp://:65536", "tcp://:", "tcp://:-1", "tcp://::1:0", ":0"})

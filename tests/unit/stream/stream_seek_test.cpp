@@ -1,6 +1,7 @@
 /// Jumps in time: what comes after one is what comes there without, and only a group of pictures is decoded for it.
 #include "synthetic.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/error.h>
 
 #include <gtest/gtest.h>
@@ -104,6 +105,41 @@ INSTANTIATE_TEST_SUITE_P(Containers, Jumps,
                          testing::Values(Case{"mkv", Codec::h264}, Case{"mkv", Codec::h265}, Case{"mp4", Codec::h264},
                                          Case{"ts", Codec::h264}, Case{"nut", Codec::h264}),
                          case_name);
+
+/// Depth comes out of its encoder sooner than colour, so that its key frame lies before that of the same time.
+TEST_P(Jumps, FindKeyFramesThatLieBeforeMains) {
+    StreamSettings settings;
+    settings.codec = GetParam().codec;
+    settings.preset = "ultrafast";
+    settings.gop = gop;
+    settings.tracks = {{TrackRole::main, 192, 96}, {TrackRole::depth, 192, 96, DepthCodeId::w12}};
+    const std::string file = (folder / (std::string("depth.") + GetParam().extension)).string();
+    constexpr std::int64_t count = 2 * gop;
+    {
+        StreamWriter writer(file, settings);
+        for (std::int64_t index = 0; index < count; ++index) {
+            FrameInfo info = synthetic::info(192, 96, index);
+            writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), info);
+            info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.0315, 1, false}, 0};
+            FloatImage depth_m(192, 96, 1);  // which takes some bytes
+            for (std::size_t i = 0; i < depth_m.samples().size(); ++i)
+                depth_m.samples()[i] = 1 + float((i * 7919 + std::size_t(index)) % 97) / 10;
+            writer.write_depth(TrackRole::depth, depth_m.view(), info);
+        }
+        writer.finish();
+    }
+    StreamReader reader(file);
+    EXPECT_EQ(synthetic::read_all(reader).size(), 2U * count);
+    for (const int target : {0, 3, 8, 0, 11}) {
+        ASSERT_TRUE(reader.seek(target / frames_per_second)) << target;
+        std::map<TrackRole, std::int64_t> seen;
+        for (const DecodedPicture& picture : synthetic::read_all(reader))
+            ++seen[picture.role];
+        for (const TrackRole role : {TrackRole::main, TrackRole::depth})
+            EXPECT_EQ(seen[role], count - target / gop * gop) << track_name(role) << ", to " << target;
+        EXPECT_EQ(reader.truncation(), "") << "to " << target;
+    }
+}
 
 using OtherJumps = Jumps;
 

@@ -1,0 +1,10 @@
+#pragma once
+/// Other people's stereo video, which has both eyes in each picture.
+#include <equistream/stream.h>
+
+namespace equistream {
+
+/// Leaves the left eye's half of what `packing` (not none) has both eyes in: the upper one, or the left one.
+void keep_left_eye(DecodedPicture& picture, StereoPacking packing);
+
+}  // namespace equistream
