@@ -109,7 +109,7 @@ void PushPull::fill(const SourceView& source, std::span<const EyeView> eyes, con
     glBindTextureUnit(beside_unit, levels_.front().layers.name());
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    gaps.dispatch(push_pixels_, List::with_gaps, PullPyramid::tile_levels);
+    gaps.dispatch(push_pixels_, List::with_gaps, levels_.front().cells.z);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
 }
