@@ -50,8 +50,8 @@ void main() {
         z = all(lessThan(at.xy, eye_size)) ? z : UNKNOWN;
         seen = !isnan(z);
         simple = !(z > 0.0) || shows_front(eye, at.xy, z);
-        from_source = z > 0.0 ? eye.eye.xyz + from_source / z : from_source;
-        distance_m = z > 0.0 ? length(from_source) : FAR_DISTANCE_M;
+        from_source += max(z, 0.0) * eye.eye.xyz;  // times the point's planar depth
+        distance_m = z > 0.0 ? length(from_source) / z : FAR_DISTANCE_M;
     }
     vec2 position = position_of(from_source);
     seen = seen && is_covered(position);
