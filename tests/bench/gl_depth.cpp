@@ -125,6 +125,7 @@ void along_the_path(benchmark::State& state, const std::string& scene, Draw draw
             benchmark::RegisterBenchmark(("gl_depth_" + std::string(scene) + "/" + side).c_str(), along_the_path,
                                          std::string(scene), draw, culling)
                 ->UseManualTime()
+                ->MeasureProcessCPUTime()
                 ->Unit(benchmark::kMillisecond);
         };
         add("ours", draw_sphere, gl::Culling::hidden);

@@ -17,6 +17,12 @@ enum Attribute : GLuint { position, row_x, row_y, row_w, identity, uv, attribute
 constexpr std::array<Stage, 2> stages = {
     {{GL_VERTEX_SHADER, "depth_vertex.glsl"}, {GL_FRAGMENT_SHADER, "depth_fragment.glsl"}}};
 
+/// A size of storage for so many texels: a view that follows a moving head rarely asks for another.
+int whole_steps(int texels) {
+    constexpr int step = 64;
+    return (texels + step - 1) / step * step;
+}
+
 std::vector<std::string> masked_defines() {
     std::vector<std::string> all = DepthPass::geometry_defines();
     all.emplace_back("MASKED 1");
@@ -50,7 +56,8 @@ DepthPass::DepthPass(const SceneModel& model)
 void DepthPass::size_for(std::span<const DepthViewpoint> views) {
     Size size = size_;
     for (const DepthViewpoint& view : views)
-        size = {std::max(size.width, view.camera.width), std::max(size.height, view.camera.height)};
+        size = {std::max(size.width, whole_steps(view.camera.width)),
+                std::max(size.height, whole_steps(view.camera.height))};
     const int layers = std::max(layers_, int(views.size()));
     if (size == size_ && layers == layers_)
         return;

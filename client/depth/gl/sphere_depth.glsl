@@ -1,32 +1,14 @@
-// Depth of a source's samples from flat views at its centre. Where the four texels around a sample's direction show one
-// triangle, or a surface that goes on as it comes within the bound, depth lies between theirs. Elsewhere the triangles
-// that they show are met by the sample's own ray: outlines, those of leaves too, lie where rays have them, not where
-// texels do. Where it meets none of them, the nearest texel's depth is carried on along its plane.
-layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
-
-layout(binding = 0) uniform sampler2DArray view_depth;
-layout(binding = 1) uniform usampler2DArray view_triangle;
-layout(binding = 0, r32f) uniform writeonly image2D sphere_depth;
+// Depth of the samples that sphere_depth_first.glsl lists: the triangles that the four texels around show are met by the
+// sample's own ray, so that outlines, those of leaves too, lie where rays have them, not where texels do. Where it meets
+// none of them, the nearest texel's depth is carried on along its plane.
+layout(local_size_x = 256) in;  // LIST_GROUP
 
 #include "geometry.glsl"
 #include "masks.glsl"
-#include "source_grid.glsl"
 #include "triangles.glsl"
+#include "sphere_samples.glsl"
+#include "pixel_list.glsl"
 
-struct FlatView {
-    mat4 view_from_source;
-    vec4 size;  // columns, rows, focal length in pixels, layer
-};
-layout(std140, binding = 1) uniform FlatViews {
-    FlatView views[MOST_VIEWS];
-};
-
-uniform int view_count;
-uniform float inverse_depth_scale;
-uniform float box_radius_m;
-uniform float error;  // of bounded inverse depth
-uniform ivec2 first;  // of the samples that are wanted
-uniform ivec2 wanted;
 uniform vec3 centre_world;
 uniform mat3 world_from_source;
 
@@ -34,22 +16,26 @@ float nearer_to_zero(float before, float after) {
     return abs(before) <= abs(after) ? before : after;
 }
 
-/// Inverse planar depth at a place in a view, in texels.
-float inverse_at(FlatView view, vec2 at) {
-    ivec2 size = ivec2(view.size.xy), texel = clamp(ivec2(floor(at)), ivec2(0), size - 1);
-    int layer = int(view.size.w);
-    float z = texelFetch(view_depth, ivec3(texel, layer), 0).x;
+float value_at(int x, int y, int layer) {
+    return texelFetch(view_depth, ivec3(x, y, layer), 0).x;
+}
+
+/// Inverse planar depth at a place.
+float inverse_at(Place place) {
+    ivec2 size = place.size, texel = clamp(ivec2(floor(place.at)), ivec2(0), size - 1);
+    int layer = place.layer;
+    float z = value_at(texel.x, texel.y, layer);
     vec2 before, after;
     for (int axis = 0; axis < 2; ++axis) {
         ivec2 step = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
         ivec2 low = max(texel - step, ivec2(0)), high = min(texel + step, size - 1);
-        float slope_low = z - texelFetch(view_depth, ivec3(low, layer), 0).x;
-        float slope_high = texelFetch(view_depth, ivec3(high, layer), 0).x - z;
+        float slope_low = z - value_at(low.x, low.y, layer);
+        float slope_high = value_at(high.x, high.y, layer) - z;
         // Beside the border there is one neighbour only.
         before[axis] = low == texel ? slope_high : slope_low;
         after[axis] = high == texel ? slope_low : slope_high;
     }
-    vec2 aside = at - (vec2(texel) + 0.5);
+    vec2 aside = place.at - (vec2(texel) + 0.5);
     float found = z + nearer_to_zero(before.x, after.x) * aside.x + nearer_to_zero(before.y, after.y) * aside.y;
     return inverse_depth_scale * (z > 0.0 ? max(found, 0.5 * z) : 0.0);
 }
@@ -95,69 +81,18 @@ float nearest_hit(uvec4 shown, vec3 direction) {
     return nearest;
 }
 
-/// Four texels of a row or column in order: whether the step in their middle is that on one of its sides.
-bool goes_on(vec4 z, float most) {
-    vec3 steps = z.yzw - z.xyz;
-    return min(abs(steps.y - steps.x), abs(steps.y - steps.z)) <= most;
-}
-
-float value_at(int x, int y, int layer) {
-    return texelFetch(view_depth, ivec3(x, y, layer), 0).x;
-}
-
-/// The rows and columns of the four texels at `low` and after it, with a texel more at either end.
-bool is_smooth(ivec2 low, ivec2 size, int layer, vec4 z, float scale) {
-    vec4 near_w = box_radius_m * scale * z;
-    if (any(lessThanEqual(z, vec4(0.0))) || any(greaterThanEqual(near_w, vec4(1.0))))
-        return false;
-    // By how much w changes with depth's values.
-    vec4 slopes = box_radius_m * scale / ((1.0 - near_w) * (1.0 - near_w));
-    float most = error / max(max(slopes.x, slopes.y), max(slopes.z, slopes.w));
-    ivec2 before = max(low - 1, ivec2(0)), after = min(low + 2, size - 1);
-    vec2 left = vec2(value_at(before.x, low.y, layer), value_at(before.x, low.y + 1, layer));
-    vec2 right = vec2(value_at(after.x, low.y, layer), value_at(after.x, low.y + 1, layer));
-    vec2 above = vec2(value_at(low.x, before.y, layer), value_at(low.x + 1, before.y, layer));
-    vec2 below = vec2(value_at(low.x, after.y, layer), value_at(low.x + 1, after.y, layer));
-    return goes_on(vec4(left.x, z.xy, right.x), most) && goes_on(vec4(left.y, z.zw, right.y), most) &&
-           goes_on(vec4(above.x, z.xz, below.x), most) && goes_on(vec4(above.y, z.yw, below.y), most);
-}
-
-/// Along a unit direction that is `forward` of the view's axis, at a place in the view.
-float distance_at(FlatView view, vec2 at, vec3 direction, float forward) {
-    ivec2 size = ivec2(view.size.xy), low = clamp(ivec2(floor(at - 0.5)), ivec2(0), size - 2);
-    int layer = int(view.size.w);
-    uvec4 shown;
-    vec4 z;
-    for (int k = 0; k < 4; ++k) {
-        ivec3 texel = ivec3(low + ivec2(k & 1, k >> 1), layer);
-        shown[k] = texelFetch(view_triangle, texel, 0).x;
-        z[k] = texelFetch(view_depth, texel, 0).x;
-    }
-    if (shown == uvec4(0u))
-        return INFINITE;
-    float scale = inverse_depth_scale * forward;
-    if (shown == shown.xxxx || is_smooth(low, size, layer, z, scale)) {
-        vec2 weight = at - 0.5 - vec2(low);
-        vec2 columns = mix(z.xy, z.zw, weight.y);
-        return 1.0 / (scale * mix(columns.x, columns.y, weight.x));
-    }
-    float nearest = nearest_hit(shown, direction);
-    return isinf(nearest) ? 1.0 / (forward * inverse_at(view, at)) : nearest;
-}
-
 void main() {
-    ivec2 index = ivec2(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(index, wanted)))
+    uint index = list_index(gl_WorkGroupID, gl_LocalInvocationIndex);
+    if (index >= pixel_count)
         return;
-    ivec2 s = first + index;
-    s.x = (s.x + source_size.x) % source_size.x;
+    ivec2 s = listed_pixel(index).xy;
     vec3 d = direction_of(s);
-    for (int i = 0; i < view_count; ++i) {
-        vec3 seen = mat3(views[i].view_from_source) * d;
-        vec2 at = 0.5 * views[i].size.xy + vec2(seen.x, -seen.y) * (views[i].size.z / -seen.z);
-        if (seen.z < 0.0 && all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, views[i].size.xy))) {
-            imageStore(sphere_depth, s, vec4(distance_at(views[i], at, world_from_source * d, -seen.z)));
-            return;
-        }
-    }
+    Place place;
+    place_of(d, place);
+    ivec2 low = texel_before(place);
+    uvec4 shown;
+    for (int k = 0; k < 4; ++k)
+        shown[k] = texelFetch(view_triangle, ivec3(low + ivec2(k & 1, k >> 1), place.layer), 0).x;
+    float nearest = nearest_hit(shown, world_from_source * d);
+    imageStore(sphere_depth, s, vec4(isinf(nearest) ? 1.0 / (place.forward * inverse_at(place)) : nearest));
 }

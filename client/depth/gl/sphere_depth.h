@@ -2,6 +2,7 @@
 /// Turns flat views of depth into the depth of a source's samples (OpenGL).
 #include "sphere_views.h"
 
+#include <reproject/gl/pixel_list.h>
 #include <reproject/gl/source_textures.h>
 
 namespace equistream::gl {
@@ -17,8 +18,16 @@ public:
                  SourceTextures& source);
 
 private:
+    /// For so many views.
+    struct Passes {
+        explicit Passes(std::size_t views);
+        Program first;   ///< every sample, where the rule is simple
+        Program listed;  ///< the others
+    };
+
     float box_radius_m_, error_;
-    Program program_;
+    Passes one_view_, faces_;
+    PixelList list_;
     Buffer views_;
 };
 

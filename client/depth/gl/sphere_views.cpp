@@ -13,8 +13,6 @@ constexpr double widest_half_rad = 62 * pi / 180;
 constexpr double spare_samples = 3;
 /// Points on each side of an eye's picture whose rays are followed.
 constexpr int border_steps = 32;
-/// Sides are whole numbers of so many texels, so that a moving head rarely asks for storage of another size.
-constexpr int side_step = 64;
 
 /// Pixels per radian of the source.
 double density_px(const EquirectCamera& camera) {
@@ -22,10 +20,8 @@ double density_px(const EquirectCamera& camera) {
 }
 
 PerspectiveCamera flat_camera(double half_x_rad, double half_y_rad, double focal_px) {
-    const auto side = [focal_px](double half_rad) {
-        const int texels = int(std::ceil(2 * focal_px * std::tan(half_rad)));
-        return (texels + side_step - 1) / side_step * side_step;
-    };
+    // One more, so that no sample falls between two faces.
+    const auto side = [focal_px](double half_rad) { return int(std::ceil(2 * focal_px * std::tan(half_rad))) + 1; };
     const int width = side(half_x_rad);
     return {width, side(half_y_rad), 2 * std::atan(width / (2 * focal_px))};
 }
@@ -67,15 +63,25 @@ double angle_about(double aside, double forward, double tilt_rad) {
     return std::abs(std::atan2(aside, forward)) + std::asin(std::sin(tilt_rad) / from_axis);
 }
 
+/// What a ray of the eye's shows lies between its own direction, far away, and where it is nearest_shown_m from the
+/// source: as seen from there its angles about any axis grow or shrink all the way.
 Reach reach_of(const EyeView& eye, const Pose& source, const glm::dquat& gaze, double spare) {
-    const double share = glm::length(eye.pose.position_m - source.position_m) / nearest_shown_m;
-    const double tilt_rad = share < 1 ? std::asin(share) + spare : pi;
+    const glm::dvec3 offset = glm::conjugate(gaze) * (eye.pose.position_m - source.position_m);
+    if (glm::length(offset) >= nearest_shown_m)
+        return {pi, pi, pi};
     Reach reach;
+    const auto include = [&](const glm::dvec3& d) {
+        reach.include({angle_about(d.x, -d.z, spare), angle_about(d.y, -d.z, spare),
+                       std::acos(std::clamp(-d.z, -1.0, 1.0)) + spare});
+    };
     const auto follow = [&](double u, double v) {
         const glm::dvec3 d = glm::conjugate(gaze) *
                              (eye.pose.orientation * eye.camera.direction(u * eye.camera.width, v * eye.camera.height));
-        reach.include({angle_about(d.x, -d.z, tilt_rad), angle_about(d.y, -d.z, tilt_rad),
-                       std::acos(std::clamp(-d.z, -1.0, 1.0)) + tilt_rad});
+        const double along = glm::dot(d, offset);
+        const double nearest_m =
+            std::sqrt(along * along + nearest_shown_m * nearest_shown_m - glm::dot(offset, offset));
+        include(d);
+        include((offset + (nearest_m - along) * d) / nearest_shown_m);
     };
     for (int step = 0; step <= border_steps; ++step) {
         const double along = double(step) / border_steps;

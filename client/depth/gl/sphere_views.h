@@ -19,6 +19,8 @@ struct SampleRange {
 /// As many as a cube has faces at most, and no memory of its own: it is made anew at every refresh.
 class SourceViewpoints {
 public:
+    static constexpr std::size_t most = 6;
+
     void push_back(const DepthViewpoint& view) {
         assert(count_ < views_.size());
         views_[count_++] = view;
@@ -31,7 +33,7 @@ public:
     const DepthViewpoint& operator[](std::size_t i) const { return views_[i]; }
 
 private:
-    std::array<DepthViewpoint, 6> views_{};
+    std::array<DepthViewpoint, most> views_{};
     std::size_t count_ = 0;
 };
 

@@ -9,10 +9,14 @@ void main() {
     ivec3 tile = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(tile.xy, tile_grid)))
         return;
-    ivec2 first = tile.xy * TILE_SIDE, end = min(first + TILE_SIDE, textureSize(eye_origin, 0).xy);
+    // At the corner that four pixels share, a gather finds those and no others; beyond the edge it repeats the last.
+    vec2 size = vec2(textureSize(eye_origin, 0).xy);
     bool has_gap = false;
-    for (int y = first.y; y < end.y; ++y)
-        for (int x = first.x; x < end.x; ++x)
-            has_gap = has_gap || COUNTS(texelFetch(eye_origin, ivec3(x, y, tile.z), 0).x);
+    for (int y = 1; y < TILE_SIDE; y += 2)
+        for (int x = 1; x < TILE_SIDE; x += 2) {
+            vec2 corner = vec2(tile.xy * TILE_SIDE + ivec2(x, y)) / size;
+            uvec4 origins = textureGather(eye_origin, vec3(corner, tile.z));
+            has_gap = has_gap || COUNTS(origins.x) || COUNTS(origins.y) || COUNTS(origins.z) || COUNTS(origins.w);
+        }
     tile_states[tile_number(tile)] = has_gap ? WITH_GAPS : NOT_THERE;
 }

@@ -24,10 +24,6 @@ Program made(const char* file, std::span<const std::string> defines = {}) {
     return Program({{GL_COMPUTE_SHADER, file}}, defines);
 }
 
-glm::ivec2 grid_of(const GapTiles& gaps) {
-    return {gaps.grid().width, gaps.grid().height};
-}
-
 /// Of points in one's axes to the other's.
 glm::mat4 change(const Pose& from, const Pose& to) {
     const glm::dmat4 turn = glm::mat4_cast(glm::conjugate(to.orientation));
@@ -51,13 +47,12 @@ void FoundDepth::size_for(const EyeTargets& targets) {
     glClearTexImage(keys_.name(), 0, GL_RED_INTEGER, GL_INT, &none);
 }
 
-void FoundDepth::draw(const Program& program, const GapTargets& to, GLuint depth) {
+void FoundDepth::start(const GapTargets& to, GLuint depth) {
     size_for(to.targets);
     to.gaps.bind();
     glBindTextureUnit(1, depth);
     glBindTextureUnit(3, to.targets.origin());
     glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
-    program.set("tile_grid", grid_of(to.gaps));
 }
 
 /// Into groups_, for passes over all samples in so many layers, or, if there are no gaps, over none.
@@ -76,7 +71,7 @@ void FoundDepth::draw_picture(const OtherPicture& from, const GapTargets& to, GL
     blocks_.set(from.view, to.eyes);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
-    draw(draw_, to, depth);
+    start(to, depth);
     count_groups(from.textures.size(), eyes_, to);
     draw_.dispatch_indirect(groups_.name(), 0);
     end(to);
@@ -112,7 +107,7 @@ void FoundDepth::draw_still_there(const OtherPicture& earlier, const OtherPictur
 
 void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to) {
     assert(textures.atlas().depth() != 0);
-    draw(draw_patches_, to, textures.atlas().depth());
+    start(to, textures.atlas().depth());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, textures.grid());
     glBindTextureUnit(4, textures.slots());
     draw_patches_.set("block_side", patches.atlas->block_side);
@@ -141,7 +136,6 @@ void FoundDepth::end(const GapTargets& to) {
     assert(to.depth.scale == 1);
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     glBindImageTexture(1, to.depth.texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
-    end_.set("tile_grid", grid_of(to.gaps));
     to.gaps.dispatch(end_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
@@ -153,7 +147,6 @@ void FoundDepth::find_background(const SourceView& main, const GapTargets& to) {
     to.gaps.bind();
     glBindTextureUnit(3, to.targets.origin());
     glBindImageTexture(0, to.depth.texture, 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32F);
-    background_.set("tile_grid", grid_of(to.gaps));
     to.gaps.dispatch(background_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }

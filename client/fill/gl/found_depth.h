@@ -24,7 +24,7 @@ public:
     void find_background(const SourceView& main, const GapTargets& to);
 
 private:
-    void draw(const Program& program, const GapTargets& to, GLuint depth);
+    void start(const GapTargets& to, GLuint depth);
     void draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth);
     void count_groups(Size samples, int layers, const GapTargets& to) const;
     void end(const GapTargets& to);

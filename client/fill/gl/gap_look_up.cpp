@@ -41,7 +41,6 @@ void run_gap_look_up(const Program& program, const GapTargets& to, PixelOrigin m
     glBindTextureUnit(5, to.image_behind);
     glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    program.set("tile_grid", glm::ivec2(to.gaps.grid().width, to.gaps.grid().height));
     program.set("inverse_depth_scale", to.depth.scale);
     program.set("mark", int(mark));
     program.set("knows_mirrors", int(to.image_behind != 0));

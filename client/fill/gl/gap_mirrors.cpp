@@ -27,7 +27,6 @@ GLuint GapMirrors::find(const SpecularSource& teller, const GapTargets& to) {
     teller.specular.bind();
     glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_ONLY, GL_RGBA8);
     glBindImageTexture(2, image_behind_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
-    program_.set("tile_grid", glm::ivec2(to.gaps.grid().width, to.gaps.grid().height));
     program_.set("inverse_depth_scale", to.depth.scale);
     to.gaps.dispatch(program_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);

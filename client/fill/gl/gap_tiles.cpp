@@ -20,10 +20,12 @@ constexpr int lists = 2;
 struct ListsHead {
     std::array<std::array<GLuint, 4>, lists * levels> groups;
     std::array<GLuint, lists> counts;
+    glm::ivec2 grid;
 };
 
-constexpr ListsHead nothing_listed() {
+ListsHead nothing_listed(Size grid) {
     ListsHead head{};
+    head.grid = {grid.width, grid.height};
     for (auto& groups : head.groups)
         groups = {0, 1, 1, 0};
     return head;
@@ -58,14 +60,13 @@ void GapTiles::size_for(const EyeTargets& targets) {
 
 void GapTiles::find(const EyeTargets& targets) {
     size_for(targets);
-    static constexpr ListsHead nothing = nothing_listed();
+    const ListsHead nothing = nothing_listed(grid_);
     // The last lists were written by a shader.
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glNamedBufferSubData(lists_.name(), 0, sizeof nothing, &nothing);
     bind();
     glBindTextureUnit(0, targets.origin());
     for (const Program* program : {&find_, &list_}) {
-        program->set("tile_grid", glm::ivec2(grid_.width, grid_.height));
         program->dispatch(grid_, eyes_);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     }

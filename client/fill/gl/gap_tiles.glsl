@@ -10,10 +10,9 @@ layout(std430, binding = 1) buffer TileLists {
     // Of 256 invocations that have all cells of a list's tiles, at each of the levels at which a tile has any.
     uvec4 groups[2 * (TILE_SHIFT + 1)];
     uint tile_counts[2];  // of those that are there, and of those with gaps
-    uint tile_lists[];    // the one after the other, as long as there are tiles
+    ivec2 tile_grid;      // columns and rows of one eye
+    uint tile_lists[];    // the one after the other, as long as there are tiles: column, row and eye in 15, 15, 2 bits
 };
-
-uniform ivec2 tile_grid;  // columns and rows of one eye
 
 int tile_number(ivec3 tile) {
     return (tile.z * tile_grid.y + tile.y) * tile_grid.x + tile.x;
@@ -30,9 +29,9 @@ bool listed_cell(int list, int shift, out ivec3 cell) {
     uint index = gl_GlobalInvocationID.x, entry = index >> (2 * shift);
     if (entry >= tile_counts[list])
         return false;
-    int number = int(tile_lists[list * (tile_lists.length() / 2) + int(entry)]);
+    uint listed = tile_lists[list * (tile_lists.length() / 2) + int(entry)];
     int mask = (1 << shift) - 1, in_tile = int(index) & ((1 << (2 * shift)) - 1);
-    ivec3 tile = ivec3(number % tile_grid.x, number / tile_grid.x % tile_grid.y, number / (tile_grid.x * tile_grid.y));
+    ivec3 tile = ivec3(listed & 0x7fffu, listed >> 15 & 0x7fffu, listed >> 30);
     cell = ivec3((tile.xy << shift) + ivec2(in_tile & mask, in_tile >> shift), tile.z);
     return true;
 }

@@ -20,7 +20,7 @@ public:
     /// Looks through all origins of the targets. Storage is kept as long as their size stays.
     void find(const EyeTargets& targets);
 
-    /// For shaders that include gap_tiles.glsl: binds storage 0 and 1. Whoever runs one tells it `tile_grid`.
+    /// For shaders that include gap_tiles.glsl: binds storage 0 and 1.
     void bind() const;
     /// Runs such a program, whose groups are of 256, for each cell of the listed tiles, which are 1 << `shift` cells
     /// wide.

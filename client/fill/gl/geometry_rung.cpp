@@ -67,10 +67,8 @@ void GeometryRung::shade(const DepthPass& drawn, const GapTargets& to) {
 void GeometryRung::fill(const DepthPass& drawn, const GapTargets& to) {
     assert(int(to.eyes.size()) == to.targets.eyes());
     size_for(to);
-    const glm::ivec2 tile_grid(to.gaps.grid().width, to.gaps.grid().height);
     to.gaps.bind();
     glBindImageTexture(0, wanted_tiles_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    wanted_.set("tile_grid", tile_grid);
     wanted_.dispatch(to.gaps.grid(), eyes_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     shade(drawn, to);
@@ -78,7 +76,6 @@ void GeometryRung::fill(const DepthPass& drawn, const GapTargets& to) {
     glBindTextureUnit(0, surfaces_seen_.name());
     glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA8);
     glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    fill_.set("tile_grid", tile_grid);
     to.gaps.dispatch(fill_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);

@@ -3,9 +3,9 @@ layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 #include "gap_tiles.glsl"
 
-void append(int list, uint number) {
+void append(int list, ivec3 tile) {
     uint before = atomicAdd(tile_counts[list], 1u);
-    tile_lists[list * (tile_lists.length() / 2) + int(before)] = number;
+    tile_lists[list * (tile_lists.length() / 2) + int(before)] = uint(tile.x) | uint(tile.y) << 15 | uint(tile.z) << 30;
     for (int shift = 0; shift <= TILE_SHIFT; ++shift)
         if ((before & ((256u >> (2 * shift)) - 1u)) == 0u)
             atomicAdd(groups[list * (TILE_SHIFT + 1) + shift].x, 1u);
@@ -18,11 +18,10 @@ void main() {
     bool has_gap = tile_state(tile) == WITH_GAPS, beside = false;
     for (int k = 0; k < 9; ++k)
         beside = beside || tile_state(tile + ivec3(k % 3 - 1, k / 3 - 1, 0)) == WITH_GAPS;
-    uint number = uint(tile_number(tile));
     if (beside)
-        append(0, number);
+        append(0, tile);
     if (has_gap)
-        append(1, number);
+        append(1, tile);
     else if (beside)
-        tile_states[number] = BESIDE_GAPS;
+        tile_states[tile_number(tile)] = BESIDE_GAPS;
 }

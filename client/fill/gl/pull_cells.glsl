@@ -13,7 +13,11 @@ void main() {
     vec4 children[8];
     for (int k = 0; k < 4; ++k) {
         ivec3 child = ivec3(2 * cell.xy + ivec2(k & 1, k >> 1), cell.z);
+#ifdef TILED
+        const bool there = true;  // in the same tile
+#else
         bool there = is_there(finer, child);
+#endif
         children[k] = there ? texelFetch(finer_layers, layer_at(child, 0), 0) : NO_LAYER;
         children[k + 4] = there ? texelFetch(finer_layers, layer_at(child, 1), 0) : NO_LAYER;
     }

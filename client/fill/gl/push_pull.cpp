@@ -50,8 +50,6 @@ void PushPull::size_for(Size tiles, int eyes) {
     }
     tiles_ = tiles;
     eyes_ = eyes;
-    for (const Program* program : {&pull_pixels_, &pull_tiles_, &pull_cells_, &push_tiles_, &push_pixels_})
-        program->set("tile_grid", glm::ivec2(tiles.width, tiles.height));
 }
 
 void PushPull::pull(const GapTiles& gaps) const {
@@ -61,10 +59,10 @@ void PushPull::pull(const GapTiles& gaps) const {
         const Program& program = i == 0 ? pull_pixels_ : in_tiles ? pull_tiles_ : pull_cells_;
         program.set("level", cells);
         write_to(levels_[i].layers);
-        if (i > 0) {
-            program.set("finer", levels_[i - 1].cells);
+        if (i > 0)
             glBindTextureUnit(beside_unit, levels_[i - 1].layers.name());
-        }
+        if (!in_tiles)
+            program.set("finer", levels_[i - 1].cells);
         if (in_tiles)
             gaps.dispatch(program, List::with_gaps_or_beside, cells.z);
         else
@@ -109,7 +107,7 @@ void PushPull::fill(const SourceView& source, std::span<const EyeView> eyes, con
     glBindTextureUnit(beside_unit, levels_.front().layers.name());
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    gaps.dispatch(push_pixels_, List::with_gaps, PullPyramid::tile_levels);
+    gaps.dispatch(push_pixels_, List::with_gaps, levels_.front().cells.z);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
 }

@@ -3,25 +3,24 @@
 layout(binding = 3) uniform sampler2DArray coarser_layers;
 uniform ivec3 coarser;
 
-/// Negative where nothing around has a colour. `at` is a cell or pixel of the finer level.
-vec3 pushed(ivec3 at, float w) {
-    float squared = eyes[at.z].agreement.y * eyes[at.z].agreement.y;
-    ivec2 beside = ivec2((at.x & 1) != 0 ? 1 : -1, (at.y & 1) != 0 ? 1 : -1);
+/// A cell's far layer, or, for 1, its near one; NO_LAYER where it has no colour. All tiles beside one with gaps are
+/// there.
+vec4 coarser_layer(ivec3 cell, int half_of) {
+    ivec3 inside = ivec3(clamp(cell.xy, ivec2(0), coarser.xy - 1), cell.z);
+    vec4 layer = texelFetch(coarser_layers, layer_at(inside, half_of), 0);
+    return inside == cell && layer.w >= 0.0 && layer.r >= 0.0 ? layer : NO_LAYER;
+}
+
+/// Negative where nothing around has a colour. Layers are the far and near ones of the cell that holds the place, then
+/// of those beside it along x, along y and along both.
+vec3 pushed(vec4 layers[8], float w, float tolerance) {
+    float squared = tolerance * tolerance;
     vec4 sum = vec4(0.0);
-    for (int k = 0; k < 4; ++k) {
-        ivec2 step = ivec2(k & 1, k >> 1);
-        ivec3 cell = ivec3((at.xy >> 1) + step * beside, at.z);
-        // All tiles beside one with gaps are there.
-        if (!is_inside(coarser, cell))
-            continue;
+    for (int k = 0; k < 8; ++k) {
         // The cell that holds the place lies nearer than the one beside it, along each axis.
-        float bilinear = (step.x == 0 ? 0.75 : 0.25) * (step.y == 0 ? 0.75 : 0.25);
-        for (int half_of = 0; half_of < 2; ++half_of) {
-            vec4 layer = texelFetch(coarser_layers, layer_at(cell, half_of), 0);
-            float apart = layer.w - w;
-            if (layer.w >= 0.0 && layer.r >= 0.0)
-                sum += bilinear * squared / (apart * apart + squared) * vec4(layer.rgb, 1.0);
-        }
+        float bilinear = ((k & 2) == 0 ? 0.75 : 0.25) * ((k & 4) == 0 ? 0.75 : 0.25), apart = layers[k].w - w;
+        float weight = layers[k].r >= 0.0 ? bilinear * squared / (apart * apart + squared) : 0.0;
+        sum += weight * vec4(layers[k].rgb, 1.0);
     }
     return sum.a > 0.0 ? sum.rgb / sum.a : OPEN;
 }

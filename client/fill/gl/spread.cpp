@@ -56,7 +56,6 @@ void Spread::fill(const GapTargets& to) {
     glBindTextureUnit(3, to.targets.origin());
     glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA8);
     glBindImageTexture(1, to.targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    list_.set("tile_grid", glm::ivec2(to.gaps.grid().width, to.gaps.grid().height));
     spread_.set("inverse_depth_scale", to.depth.scale);
     spread_.set("has_depth", int(to.depth.texture != 0));
     spread(to, false);

@@ -43,7 +43,6 @@ void WideGaps::find(const GapTiles& gaps, const EyeTargets& targets, int side) {
     glBindTextureUnit(3, targets.origin());
     mark_.set("side", side);
     for (const Program* program : {&start_, &join_, &mark_}) {
-        program->set("tile_grid", glm::ivec2(gaps.grid().width, gaps.grid().height));
         gaps.dispatch(*program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     }

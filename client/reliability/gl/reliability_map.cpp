@@ -106,7 +106,6 @@ void ReliabilityMap::find_fill_depth(const EyeTargets& targets) {
     for (const auto& [program, to] :
          {std::pair(&column_steps_pass_, &column_steps_), std::pair(&fill_depth_pass_, &fill_depth_)}) {
         write_to(*to, GL_R8UI);
-        program->set("tile_grid", glm::ivec2(filled_.grid().width, filled_.grid().height));
         filled_.dispatch(*program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
         glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     }

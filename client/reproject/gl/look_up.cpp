@@ -5,7 +5,6 @@
 #include <equistream_client/engine.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <string>
 #include <vector>
@@ -13,10 +12,6 @@
 namespace equistream::gl {
 
 namespace {
-
-/// What stands before the pixels, as look_up_list.glsl has it: work groups, and the count.
-using ListHead = std::array<GLuint, 4>;
-constexpr ListHead nothing_listed = {0, 1, 1, 0};
 
 std::vector<std::string> defines(bool surface) {
     return {surface ? "BY_SURFACE true" : "BY_SURFACE false"};
@@ -37,7 +32,6 @@ Sampler make_linear_sampler() {
 LookUp::LookUp(bool surface, double error_budget_px)
     : surface_(surface), error_budget_px_(error_budget_px),
       first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}}, defines(surface)),
-      groups_({{GL_COMPUTE_SHADER, "look_up_groups.glsl"}}),
       listed_({{GL_COMPUTE_SHADER, "look_up.glsl"}}, defines(surface)), no_vertices_(make_vertex_array()),
       linear_(make_linear_sampler()) {}
 
@@ -47,7 +41,7 @@ void LookUp::size_for(const EyeTargets& targets) {
     size_ = targets.size();
     eye_count_ = targets.eyes();
     const std::size_t pixels = std::size_t(size_.width) * std::size_t(size_.height) * std::size_t(eye_count_);
-    list_ = make_buffer(sizeof(ListHead) + pixels * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
+    list_.size_for(pixels);
 }
 
 void LookUp::draw_first(const EyeTargets& targets) const {
@@ -75,10 +69,7 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
     eyes_.set(view, eyes, error_budget_px_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
-    // The last list was written by a shader.
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glNamedBufferSubData(list_.name(), 0, sizeof nothing_listed, nothing_listed.data());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, list_.name());
+    list_.start();
     glBindTextureUnit(0, source.colour());
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
@@ -88,12 +79,9 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
             program->set("inverse_depth_scale", depth.scale);
     }
     draw_first(targets);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    groups_.dispatch({1, 1});
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    listed_.dispatch_indirect(list_.name(), 0);
+    list_.dispatch(listed_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
 }

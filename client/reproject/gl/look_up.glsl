@@ -10,7 +10,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray eye_origin;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
-#include "look_up_list.glsl"
+#include "pixel_list.glsl"
 
 /// Of samples up to two beyond the edges.
 float depth_around(ivec2 at) {

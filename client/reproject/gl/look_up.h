@@ -2,6 +2,7 @@
 /// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once.
 #include "eye_blocks.h"
 #include "eye_targets.h"
+#include "pixel_list.h"
 #include "source_textures.h"
 
 #include <span>
@@ -25,15 +26,14 @@ private:
 
     bool surface_;
     double error_budget_px_;
-    Program first_;  ///< every pixel, where the rule is simple
-    Program groups_;
+    Program first_;   ///< every pixel, where the rule is simple
     Program listed_;  ///< the others, by the whole rule
     VertexArray no_vertices_;
     Sampler linear_;
     EyeBlocks eyes_;
     Size size_;
     int eye_count_ = 0;
-    Buffer list_;
+    PixelList list_;
 };
 
 }  // namespace equistream::gl

@@ -4,17 +4,22 @@
 layout(binding = 0) uniform sampler2D source_colour;  // linear between samples
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 2) uniform sampler2DArray eye_depth;
-uniform float inverse_depth_scale;  // as eye_surface.glsl has it
-uniform ivec2 eye_size;
 
-flat in int eye_number;
 layout(location = 0) out vec4 colour;
 layout(location = 1) out uint origin;
 
+#define GRID_BY_VERTEX
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "depth_reach.glsl"
-#include "look_up_list.glsl"
+#include "pixel_list.glsl"
+
+in EyeConstants {
+    flat EyeRays eye;
+    flat int eye_number;
+    flat ivec2 eye_size;
+    flat float inverse_depth_scale;  // as eye_surface.glsl has it
+};
 
 /// Whether the source sees the front of what the eye sees through one neighbour along each axis, that of the two by two
 /// pixels around; shows_back takes the better of both, so that what is true here is never false there.
@@ -34,7 +39,6 @@ bool all_agree(vec2 position, float distance_m) {
 }
 
 void main() {
-    EyeRays eye = eyes[eye_number];
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;
     ivec3 at = ivec3(gl_FragCoord.xy, eye_number);
@@ -46,8 +50,8 @@ void main() {
         z = all(lessThan(at.xy, eye_size)) ? z : UNKNOWN;
         seen = !isnan(z);
         simple = !(z > 0.0) || shows_front(eye, at.xy, z);
-        from_source = z > 0.0 ? eye.eye.xyz + from_source / z : from_source;
-        distance_m = z > 0.0 ? length(from_source) : FAR_DISTANCE_M;
+        from_source += max(z, 0.0) * eye.eye.xyz;  // times the point's planar depth
+        distance_m = z > 0.0 ? length(from_source) / z : FAR_DISTANCE_M;
     }
     vec2 position = position_of(from_source);
     seen = seen && is_covered(position);

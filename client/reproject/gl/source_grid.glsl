@@ -1,18 +1,28 @@
 // Where directions fall among a source's samples: the formulas of conventions.h, as warp_positions-inl.h and look_up.h
 // have them. Directions are in the source's frame; positions in samples, from the corner of the first.
 
-layout(std140, binding = 0) uniform SourceGrid {
-    ivec2 source_size;
-    int source_is_sphere;
-    int source_closes;
-    int source_north_pole;
-    int source_south_pole;
-    float source_focal_px;
-    float source_middle;
-    float source_top;
-    float columns_per_radian;
-    float rows_per_radian;
+#define GRID_MEMBERS(each)         \
+    each ivec2 source_size;        \
+    each int source_is_sphere;     \
+    each int source_closes;        \
+    each int source_north_pole;    \
+    each int source_south_pole;    \
+    each float source_focal_px;    \
+    each float source_middle;      \
+    each float source_top;         \
+    each float columns_per_radian; \
+    each float rows_per_radian;
+
+#ifdef GRID_BY_VERTEX
+// From look_up_vertex.glsl, where a fragment reads it: on the CPU a driver takes long for each word of a uniform block.
+in GridConstants {
+    GRID_MEMBERS(flat)
 };
+#else
+layout(std140, binding = 0) uniform SourceGrid {
+    GRID_MEMBERS()
+};
+#endif
 
 float fast_atan2(float y, float x) {
     float ax = abs(x), ay = abs(y), larger = max(ax, ay);

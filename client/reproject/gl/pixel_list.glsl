@@ -1,12 +1,12 @@
-// Pixels that wait for the whole rule.
+// Pixels that wait for the whole rule, where a first pass has a simple one (pixel_list.h).
 
 const uint LIST_GROUP = 256u;
 const uint MOST_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
 
-layout(std430, binding = 0) buffer PixelList {
+layout(std430, binding = 8) buffer PixelList {
     uint pixel_groups[3];  // of LIST_GROUP invocations
     uint pixel_count;
-    uint pixels[];  // column, row and eye in 15, 15 and 2 bits
+    uint pixels[];  // column, row and layer in 15, 15 and 2 bits
 };
 
 void append(ivec3 at) {

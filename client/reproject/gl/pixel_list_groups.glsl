@@ -1,7 +1,7 @@
 // How many work groups the list needs; once, where each pixel's counting them would cost all pixels.
 layout(local_size_x = 1) in;
 
-#include "look_up_list.glsl"
+#include "pixel_list.glsl"
 
 void main() {
     uint groups = (pixel_count + LIST_GROUP - 1u) / LIST_GROUP;
