@@ -9,6 +9,7 @@
 #include "../reproject/float_math.h"
 #include "../reproject/gl/eye_targets.h"
 #include "../reproject/hiding_surface.h"
+#include "../reproject/source_lattice.h"
 #include "../reproject/warp.h"
 
 #include <equistream/conventions.h>
@@ -16,6 +17,7 @@
 #include <equistream/formatted.h>
 #include <equistream/virtual_image.h>
 
+#include <bit>
 #include <span>
 #include <string_view>
 
@@ -78,6 +80,7 @@ std::string made() {
     d.add("LEAST_LIKENESS", least_likeness);
     d.add("NEAREST_S", nearest_s);
     d.add_whole("MOST_EYES", most_eyes);
+    d.add_whole("BLOCK_LEVELS", std::countr_zero(unsigned(LatticeBlock::side)));
     d.add_whole("TILE_SHIFT", PullPyramid::tile_levels);
     d.add("LOG2_CORRECTION", log2_correction);
     d.add("MOST_HALVINGS", most_halvings);

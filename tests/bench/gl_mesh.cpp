@@ -11,6 +11,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 
@@ -26,7 +27,7 @@ struct Stage {
     SourceView source = stage.source();
     std::array<EyeView, 2> eyes;
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
-    gl::SourceTextures textures;
+    std::array<gl::SourceTextures, 2> textures;  // whose depths are others throughout
     gl::EyeTargets targets;
     gl::MeshDepth mesh;
     gl::LookUp look_up{true};
@@ -36,7 +37,14 @@ struct Stage {
         for (std::size_t i = 0; i < 2; ++i)
             eyes[i] = {
                 window, {eye_position(head, i == 0 ? Eye::left : Eye::right, default_ipd_m), head.orientation}, {}};
-        textures.upload(source);
+        textures[0].upload(source);
+        FloatImage farther_m(sphere.width, sphere.height, 1);
+        for (int y = 0; y < sphere.height; ++y)
+            std::transform(source.depth_m.row(y), source.depth_m.row(y) + sphere.width, farther_m.pixel(0, y),
+                           [](float r) { return 1.0001f * r; });
+        SourceView farther = source;
+        farther.depth_m = farther_m.view();
+        textures[1].upload(farther);
         targets.size_for(window, 2);
     }
     ~Stage() { context->make_current(); }  // where all that goes now lives
@@ -64,16 +72,21 @@ void by_gl(benchmark::State& state, Part part) {
     Stage* stage = stage_of(state);
     if (stage == nullptr)
         return;
+    std::size_t shown = 0;
     const auto refresh = [&] {
-        stage->mesh.find(stage->source, stage->textures, stage->eyes);
+        const gl::SourceTextures& textures = stage->textures[shown];
+        stage->mesh.find(stage->source, textures, stage->eyes);
         if (part != Part::depth_alone)
-            stage->look_up.reproject(stage->source, stage->textures, stage->eyes, stage->mesh.depth(), stage->targets);
+            stage->look_up.reproject(stage->source, textures, stage->eyes, stage->mesh.depth(), stage->targets);
         glFinish();
     };
+    stage->mesh.forget_source();
     refresh();
     for (auto _ : state) {
-        if (part == Part::frame)
+        if (part == Part::frame) {
+            shown = 1 - shown;
             stage->mesh.forget_source();
+        }
         refresh();
     }
 }

@@ -4,10 +4,13 @@ layout(local_size_x = PIECE) in;
 layout(binding = 0, r8ui) uniform writeonly uimage2D region_map;
 
 #include "carry_regions.glsl"
+#include "carry_tiles.glsl"
 
 void main() {
     ivec2 pixel;
     uint region;
-    if (find_pixel(pixel, region))
-        imageStore(region_map, pixel, uvec4(region));
+    if (!find_pixel(pixel, region))
+        return;
+    imageStore(region_map, pixel, uvec4(region));
+    mark_tile(pixel, MOVES);
 }

@@ -1,4 +1,5 @@
-// The picture afterwards: each pixel that something came to looks up what that was before, in its own region.
+// The picture afterwards, in listed tiles, each a work group's: each pixel that something came to looks up what that was
+// before, in its own region.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0) uniform sampler2D source_colour;
@@ -14,6 +15,7 @@ layout(binding = 4, r32f) uniform writeonly image2D carried_specular;
 layout(binding = 5, r32f) uniform writeonly image2D carried_virtual_depth;
 
 #include "carry_regions.glsl"
+#include "carry_tiles.glsl"
 
 uniform int has_mask;  // what is specular; the textures above and below are there
 
@@ -60,7 +62,12 @@ void show(ivec2 at, uint candidate, inout Shown shown) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID);
+    uint i = gl_WorkGroupID.y * MOST_GROUPS_IN_ROW + gl_WorkGroupID.x;
+    if (i >= listed)
+        return;
+    int tile = int(tiles[tile_count() + i]);
+    ivec2 place = ivec2(tile % tile_grid().x, tile / tile_grid().x);
+    ivec2 at = place * ivec2(GROUP_WIDTH, GROUP_HEIGHT) + ivec2(gl_LocalInvocationID);
     if (any(greaterThanEqual(at, source_size)))
         return;
     bool moves = texelFetch(region_map, at, 0).x != 0u;

@@ -5,6 +5,7 @@ layout(binding = 0) uniform sampler2D source_depth;
 layout(binding = 0, r32ui) uniform uimage2D candidates;
 
 #include "carry_regions.glsl"
+#include "carry_tiles.glsl"
 
 /// Where what is seen at a position comes to: column, row, metres.
 bool after(uint region, vec2 position, float before_m, out vec3 to) {
@@ -38,7 +39,9 @@ void main() {
     for (int y = max(low.y, 0); y <= min(high.y, source_size.y - 1); ++y)
         for (int x = low.x; x <= high.x; ++x) {
             int column = round_the_seam(x);
-            if (column >= 0 && column < source_size.x)
+            if (column >= 0 && column < source_size.x) {
                 imageAtomicMin(candidates, ivec2(column, y), candidate);
+                mark_tile(ivec2(column, y), REACHED);
+            }
         }
 }

@@ -18,12 +18,12 @@ class PictureCarrier {
 public:
     PictureCarrier();
 
-    /// What of a picture moves, and where; borrowed until the next.
+    /// What of a picture moves, and where; borrowed until the next. Again where its colours have become others.
     void set_picture(const FrameInfo& info);
     /// All is where the picture shows it; carried() is of no use then.
     void rest();
-    /// The picture some time later; it has depth wherever something moves and where that may come to. What it says of
-    /// mirrors comes along.
+    /// The picture some time later, the same one until the next set_picture(); it has depth wherever something moves
+    /// and where that may come to. What it says of mirrors comes along.
     void carry_on(const SourceTextures& picture, const SpecularTextures& specular, double seconds);
 
     /// What it became; depth is NaN where nothing is known.
@@ -44,20 +44,22 @@ private:
 
     void size_for(Size size);
     void mark();
+    void copy(const SourceTextures& picture, const SpecularTextures& specular);
+    void list_tiles();
     void upload_regions(double seconds);
     void run_over_pieces(const Program& program) const;
 
-    Program mark_, splat_, show_;
+    Program mark_, splat_, list_, show_;
     const FrameInfo* info_ = nullptr;
-    bool marked_ = false, rests_ = true;
+    bool marked_ = false, is_copied_ = false, rests_ = true;
     Size size_;
     Texture map_, candidates_, carried_map_;
     SourceTextures carried_;
     SpecularTextures carried_specular_;
     std::vector<RegionBlock> blocks_;
     std::vector<glm::uvec2> pieces_;
-    std::size_t piece_room_ = 0;
-    Buffer regions_, piece_buffer_;
+    std::size_t piece_room_ = 0, tile_count_ = 0;
+    Buffer regions_, piece_buffer_, tiles_;
 };
 
 }  // namespace equistream::gl

@@ -16,6 +16,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -71,9 +72,13 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
     settings.surface = parse_word<int>("--method", arguments.method, methods) > 0;
     if (std::ranges::find(gl::finding_engines, arguments.method) != gl::finding_engines.end()) {
-        if (app.count("--scene") + app.count("--model") > 0)
-            throw InputError(expected_found("--method " + arguments.method, "the stream's own depth",
-                                            "--scene or --model, whose geometry has the eyes' (--method surface)"));
+        for (const auto& [option, file] :
+             {std::pair("--scene", &arguments.scene), std::pair("--model", &arguments.model)})
+            if (app.count(option) > 0)
+                throw InputError(
+                    expected_found("--method " + arguments.method,
+                                   "the stream's own depth alone (that of geometry goes by --method surface)",
+                                   option + (" " + file->string())));
         settings.finding_engine = arguments.method;
     }
     settings.mirrors = find_mirror_treatment(arguments.mirrors);

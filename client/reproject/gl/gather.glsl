@@ -4,13 +4,12 @@
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0, r32f) uniform writeonly image2DArray eye_inverse_planar;
-uniform int block_count;
 uniform vec2 finding;  // sine of the share of the budget that finding may use up, and the angle of a source's pixel
 
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "source_lattice.glsl"
-#include "gather_block.glsl"
+#include "source_block.glsl"
 
 const int INVOCATIONS = GROUP_WIDTH * GROUP_HEIGHT;
 const float NOTHING_FOUND = -1.0;
@@ -116,7 +115,7 @@ float converge(float s) {
     float last = s, last_but_one = s;
     for (int i = 0; i < 6; ++i) {
         float k = surface_inverse(at(s));
-        if (!(k >= 0.0))
+        if (isnan(k))
             return NOTHING_FOUND;
         float next = leaves(k);
         if (is_found(inverse_distance(s), k))
@@ -168,7 +167,8 @@ float scan(float far, float from, float arc_px) {
     bool in_front = true;
     for (int i = 0; i <= steps; ++i) {
         float s = from + (far * (1.0 - 1e-5) - from) * float(i) / float(steps);
-        bool now_in_front = !(surface_inverse(at(s)) >= inverse_distance(s));
+        float k = surface_inverse(at(s));
+        bool now_in_front = isnan(k) || k < inverse_distance(s);
         if (in_front && !now_in_front) {
             float crossing = bisect(before, s);
             if (crossing >= 0.0)
@@ -204,17 +204,14 @@ vec2 span_of(ivec2 first, ivec2 last) {
     }
     int own = int(gl_LocalInvocationIndex);
     float nearest = 0.0, farthest = LARGEST;
-    for (int i = own; i < block_count; i += INVOCATIONS) {
-        GatherBlock block = blocks[i];
-        bool shows = block.inverse.y <= block.inverse.x;
-        for (int j = 0; j < 4 && shows; ++j) {
-            float cosine = dot(planes[j].xyz, block.cone.xyz), sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-            float largest = cosine >= block.cone.w ? 1.0 : cosine * block.cone.w + sine * block.inverse.z;
-            shows = largest - min(block.inverse.x * planes[j].w, block.inverse.y * planes[j].w) >= -1e-5;
-        }
+    for (int i = own; i < block_grid.x * block_grid.y; i += INVOCATIONS) {
+        SourceBlock block = source_blocks[i];
+        bool shows = shows_something(block);
+        for (int j = 0; j < 4 && shows; ++j)
+            shows = is_before(planes[j], block, block.inverses);
         if (shows) {
-            nearest = max(nearest, block.inverse.x);
-            farthest = min(farthest, block.inverse.y);
+            nearest = max(nearest, block.inverses.x);
+            farthest = min(farthest, block.inverses.y);
         }
     }
     tile_nearest[own] = nearest;

@@ -3,6 +3,7 @@
 /// begins at what a pixel's neighbours found, every pixel here begins at several distances between the nearest and the
 /// farthest that its tile may show.
 #include "eye_depth_finder.h"
+#include "source_blocks.h"
 
 namespace equistream::gl {
 
@@ -14,11 +15,8 @@ public:
     void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) override;
 
 private:
-    void find_blocks();
-
-    Program find_blocks_, gather_;
-    Buffer blocks_;
-    Size block_grid_;
+    Program gather_;
+    SourceBlocks blocks_;
     bool knows_blocks_ = false;
 };
 

@@ -1,4 +1,4 @@
-// The cells of a source's mesh, as mesh_cells.h has them; a group is a block. Of each block a quadtree is built from
+// The cells of a source's mesh, as mesh_cells.h has them; a group is a listed block. Of each block a quadtree is built from
 // below: a node is flat if its four parts are and its two triangles hold all its points. Nodes whose parents are not
 // flat are the cells.
 layout(local_size_x = 64) in;
@@ -12,13 +12,14 @@ uniform vec2 joins;  // box radius in metres, sin e, of what is one surface
 uniform float share; // sine of what cells may be off by
 
 const int MARGIN = 1, STRIDE = SIDE + 4;
-const int NODES = (4 * SIDE * SIDE - 1) / 3;
+const int NODES = (4 * SIDE * SIDE - 1) / 3, MESH_LEVELS = BLOCK_LEVELS;
 
 shared float k_of[STRIDE * STRIDE];  // of points from (-1, -1) on
 shared vec2 columns[POINTS], rows[POINTS];  // what directions are made of
 shared uint flat_nodes[NODES];
 shared vec3 upper_planes[SIDE * SIDE / 4], lower_planes[SIDE * SIDE / 4];  // of the nodes of one level
 shared uint has_flat[MESH_LEVELS + 1];  // by level
+shared uint own_corners[CORNER_WORDS];
 
 int k_at(ivec2 p) {
     return (p.y + MARGIN) * STRIDE + p.x + MARGIN;
@@ -124,9 +125,18 @@ uint cut_cell(ivec2 p) {
            (joined(p + ivec2(0, 1), ivec2(1, 0)) ? 0x40u : 0u) | (joined(p, ivec2(0, 1)) ? 0x80u : 0u);
 }
 
-void main() {
-    ivec2 origin = block_origin(), cells = cells_in_block();
-    box_radius_m = joins.x;
+void mark_corner(ivec2 p) {
+    if (p.x < SIDE)
+        atomicOr(own_corners[p.y], 1u << p.x);
+    else
+        atomicOr(own_corners[POINTS + (p.y >> 5)], 1u << (p.y & 31));
+}
+
+void build_block(uint block) {
+    ivec2 origin = block_origin(block_place(block)), cells = cells_in_block(block_place(block));
+    int own = int(gl_LocalInvocationIndex);
+    if (own < CORNER_WORDS)
+        own_corners[own] = 0u;
     tolerance = joins.y;
     load(origin, cells);
     tolerance = share;
@@ -134,7 +144,7 @@ void main() {
         if (!build(level, cells))
             break;
     tolerance = joins.y;
-    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 64) {
+    for (int i = own; i < SIDE * SIDE; i += 64) {
         ivec2 p = ivec2(i % SIDE, i / SIDE);
         if (any(greaterThanEqual(p, cells)))
             continue;
@@ -146,6 +156,16 @@ void main() {
         imageStore(mesh_cells, origin + p + 1, uvec4(!begins ? 0u : flat_levels == 0 ? cut_cell(p) : uint(flat_levels)));
         if (begins)
             for (int k = 0; k < 4; ++k)
-                imageStore(mesh_corners, corner_place(origin + p + ivec2(k & 1, k >> 1) * side), uvec4(1u));
+                mark_corner(p + ivec2(k & 1, k >> 1) * side);
     }
+    barrier();
+    if (own < CORNER_WORDS)
+        corners[int(block) * CORNER_WORDS + own] = own_corners[own];
+}
+
+void main() {
+    box_radius_m = joins.x;
+    uint block;
+    if (find_listed(CELLS, block))
+        build_block(block);
 }

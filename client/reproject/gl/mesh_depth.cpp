@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -22,22 +21,26 @@ namespace equistream::gl {
 namespace {
 
 /// As mesh_lists.glsl has them.
+struct Refresh {
+    GLuint draws = 0;
+    std::array<GLuint, 2> listed{};
+    std::array<std::array<GLuint, 3>, 2> groups{{{0, 1, 1}, {0, 1, 1}}};
+};
 struct Counts {
-    GLuint points = 0, indices = 0, draws = 0;
+    GLuint points = 0, indices = 0;
+    Refresh refresh;
 };
 struct Block {
-    std::array<float, 4> cone;
-    std::array<float, 2> inverses;
-    GLuint first_index, index_count;
+    GLuint first_point, point_room, first_index, index_room, index_count, seen, cells_of, points_of;
 };
+constexpr int corner_words = LatticeBlock::side + 3;
 struct Draw {
     GLuint index_count, instances, first_index, base_vertex, eye;
 };
 constexpr std::size_t point_bytes = 4 * sizeof(float);
 
 /// Of the depth buffer alone: what is nearer keeps its order no more, and its distance all the same.
-const std::vector<std::string> defines = {
-    "NEAR_PLANE_M 1e-3", "MESH_LEVELS " + std::to_string(std::countr_zero(unsigned(LatticeBlock::side)))};
+const std::vector<std::string> defines = {"NEAR_PLANE_M 1e-3"};
 
 /// By which what cells may be off by, and from how far, is rounded, so that they are not built anew at every step.
 constexpr double step = 1.25;
@@ -50,9 +53,9 @@ GLuint with_reserve(GLuint needed) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options)
-    : EyeDepthFinder(options), cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}, defines),
-      points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}, defines),
-      cull_({{GL_COMPUTE_SHADER, "mesh_cull.glsl"}}, defines),
+    : EyeDepthFinder(options), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
+      cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}), points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}),
+      draws_pass_({{GL_COMPUTE_SHADER, "mesh_draws.glsl"}}),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
       vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
@@ -76,12 +79,6 @@ MeshDepth::~MeshDepth() {
     glDeleteSync(counted_);
 }
 
-Size MeshDepth::blocks() const {
-    constexpr int side = LatticeBlock::side;
-    const int columns = lattice_.size().width + (closes_ ? 0 : 1), rows = lattice_.size().height + 1;
-    return {(columns + side - 1) / side, (rows + side - 1) / side};
-}
-
 void MeshDepth::size_for_source(const Camera& camera) {
     if (lattice_.set(camera))
         return;
@@ -90,14 +87,15 @@ void MeshDepth::size_for_source(const Camera& camera) {
         throw WorkError(expected_found("method mesh",
                                        "pictures of up to " + std::to_string(most_side) + " columns and rows",
                                        std::to_string(size.width) + "x" + std::to_string(size.height)));
-    is_built_ = has_room_ = false;
-    const auto* sphere = std::get_if<EquirectCamera>(&camera);
-    closes_ = sphere != nullptr && sphere->range.closes();
-    corners_ = make_texture({size.width + 2, size.height + 2}, GL_R8UI);
+    knows_source_ = has_room_ = false;
+    source_blocks_.size_for(camera);
     cell_map_ = make_texture({size.width + 1, size.height + 1}, GL_R8UI);
-    const auto block_count = std::size_t(blocks().width) * std::size_t(blocks().height);
+    const auto block_count = std::size_t(source_blocks_.count());
     blocks_ = make_buffer(block_count * sizeof(Block), 0);
+    lists_ = make_buffer(2 * block_count * sizeof(GLuint), 0);
+    corners_ = make_buffer(block_count * corner_words * sizeof(GLuint), 0);
     draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
+    forget_blocks();
     // Enough for walls and furniture; leaves and railings make room for more.
     const auto cells = GLuint(size.width) * GLuint(size.height);
     make_room({std::max(room_.points, cells / 2), std::max(room_.indices, 3 * cells)});
@@ -128,39 +126,61 @@ void MeshDepth::size_for_eyes(Size size, int eyes) {
     require_complete(framebuffer_);
 }
 
+/// From the next build on there are none, and all room is free.
+void MeshDepth::forget_blocks() {
+    const GLuint nothing = 0;
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    for (const Buffer* const buffer : {&counts_, &blocks_})
+        glClearNamedBufferData(buffer->name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &nothing);
+    glDeleteSync(counted_);
+    counted_ = nullptr;
+}
+
+void MeshDepth::run_over_blocks(const Program& program) const {
+    program.set("eye_count", layers_.eyes());
+    program.use();
+    glDispatchCompute(GLuint((source_blocks_.count() + 63) / 64), 1, 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+}
+
+/// What eyes see and is not there yet; then what of it is drawn.
 void MeshDepth::build() {
-    const Counts nothing;
-    const GLuint no_corner = 0;
-    // Shaders wrote and read what is there.
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
-    glNamedBufferSubData(counts_.name(), 0, sizeof nothing, &nothing);
-    glClearTexImage(corners_.name(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &no_corner);
+    if (!knows_source_)
+        source_blocks_.find();
+    knows_source_ = true;
+    const Refresh none;
+    // The last were written by shaders.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glNamedBufferSubData(counts_.name(), offsetof(Counts, refresh), sizeof none, &none);
+    for (const Program* const program : {&wanted_, &cells_, &points_pass_, &draws_pass_})
+        source_blocks_.bind(*program, 1);
+    const std::array buffers = {blocks_.name(), lists_.name(), corners_.name(), points_.name(), indices_.name()};
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, counts_.name());
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 2, GLsizei(buffers.size()), buffers.data());
     glBindImageTexture(0, cell_map_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
-    glBindImageTexture(1, corners_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
-    const std::array buffers = {counts_.name(), blocks_.name(), points_.name(), indices_.name()};
-    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
-    const Size groups = blocks();
+    wanted_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
+    run_over_blocks(wanted_);
     const glm::vec2 joins(within_.box_radius_m, std::sin(within_.tolerance_rad));
     cells_.set("joins", joins);
     // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by as
     // much again.
     cells_.set("share", 0.5f * float(std::sin(options_.mesh_share * within_.tolerance_rad)));
-    cells_.use();
-    glDispatchCompute(GLuint(groups.width), GLuint(groups.height), 1);
-    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     points_pass_.set("joins", joins);
-    points_pass_.set("block_columns", groups.width);
-    points_pass_.use();
-    glDispatchCompute(GLuint(groups.width), GLuint(groups.height), 1);
+    constexpr std::size_t groups = offsetof(Counts, refresh) + offsetof(Refresh, groups);
+    cells_.dispatch_indirect(counts_.name(), groups);
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
+    points_pass_.dispatch_indirect(counts_.name(), groups + sizeof none.groups[0]);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_ELEMENT_ARRAY_BARRIER_BIT |
                     GL_BUFFER_UPDATE_BARRIER_BIT);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, draws_.name());
+    run_over_blocks(draws_pass_);
+    if (counted_ != nullptr)
+        return;  // what is asked for meanwhile the next one tells
     glCopyNamedBufferSubData(counts_.name(), needed_.name(), 0, 0, sizeof(Room));
-    glDeleteSync(counted_);
     counted_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    is_built_ = true;
 }
 
-/// If it is known by now what the last build needed, or by waiting.
+/// If it is known by now what was needed, or by waiting.
 void MeshDepth::make_room_if_needed(bool wait) {
     if (counted_ == nullptr)
         return;
@@ -174,7 +194,7 @@ void MeshDepth::make_room_if_needed(bool wait) {
     if (needed.points <= room_.points && needed.indices <= room_.indices)
         return;
     make_room({with_reserve(needed.points), with_reserve(needed.indices)});
-    is_built_ = false;
+    forget_blocks();
 }
 
 void MeshDepth::build_within(const Within& wanted) {
@@ -186,33 +206,14 @@ void MeshDepth::build_within(const Within& wanted) {
         // Those of the first frame as they are; later ones in the middle of what they serve.
         const double room = within_.tolerance_rad == 0 ? 1 : std::sqrt(step);
         within_ = {wanted.box_radius_m * room, wanted.tolerance_rad / room};
-        is_built_ = false;
+        forget_blocks();
     }
     make_room_if_needed(false);
-    if (is_built_)
-        return;
     build();
     if (has_room_)
         return;
     make_room_if_needed(true);
-    if (!is_built_)
-        build();
-}
-
-void MeshDepth::cull() {
-    constexpr GLuint none = 0;
-    // The last draws were written by a shader.
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glNamedBufferSubData(counts_.name(), offsetof(Counts, draws), sizeof none, &none);
-    const std::array buffers = {counts_.name(), blocks_.name(), draws_.name()};
-    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
-    const int count = blocks().width * blocks().height;
-    cull_.set("block_count", count);
-    cull_.set("eye_count", layers_.eyes());
-    cull_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
-    cull_.use();
-    glDispatchCompute(GLuint((count + 63) / 64), 1, 1);
-    glMemoryBarrier(GL_COMMAND_BARRIER_BIT);
+    build();
 }
 
 void MeshDepth::draw() {
@@ -229,8 +230,9 @@ void MeshDepth::draw() {
     glCullFace(GL_BACK);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, draws_.name());
     glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
-    glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, nullptr, offsetof(Counts, draws),
-                                        blocks().width * blocks().height * layers_.eyes(), sizeof(Draw));
+    glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, nullptr,
+                                        offsetof(Counts, refresh) + offsetof(Refresh, draws),
+                                        source_blocks_.count() * layers_.eyes(), sizeof(Draw));
     glDisable(GL_CULL_FACE);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -245,7 +247,6 @@ void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::
         radius_m = std::max(radius_m, glm::distance(view.pose.position_m, eye.pose.position_m));
     bind(view, source, eyes);
     build_within({radius_m, 4 * options_.error_budget_px * error_budget_rad(camera.focal_px())});
-    cull();
     draw();
 }
 

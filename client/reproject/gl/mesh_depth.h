@@ -1,7 +1,9 @@
 #pragma once
-/// Engine `mesh` (engine.h) on the GPU. Cells, and the points and triangles that they are drawn of, are found once for
-/// each source; at each refresh blocks of them that an eye sees are drawn, for all eyes at once.
+/// Engine `mesh` (engine.h) on the GPU. Cells, and the points and triangles that they are drawn of, are built in
+/// blocks: those that an eye sees and that are not there yet, or whose samples have become others. At each refresh
+/// those that an eye sees are drawn, for all eyes at once.
 #include "eye_depth_finder.h"
+#include "source_blocks.h"
 
 namespace equistream::gl {
 
@@ -10,12 +12,12 @@ public:
     explicit MeshDepth(const EngineOptions& options = {});
     ~MeshDepth() override;
 
-    void forget_source() override { is_built_ = false; }
-    /// Cells are built where the source is another than before, or what they may be off by is by more than a step:
-    /// within the head box that does not hang on where the eyes are. Waits for the GPU after a source's size changed;
-    /// where a source needs more storage than those before it, blocks that there was no room for are there from the
-    /// next refresh on. Throws WorkError for sources of more columns or rows than most_side, and where the driver has
-    /// no such storage.
+    /// Blocks whose samples stay the same are kept; a change goes unnoticed in one block of 2^32.
+    void forget_source() override { knows_source_ = false; }
+    /// All is built anew where what cells may be off by is another by more than a step: within the head box that does
+    /// not hang on where the eyes are. Waits for the GPU after a source's size changed; where more storage is needed
+    /// than ever before, blocks that there was no room for are there from the next refresh on. Throws WorkError for
+    /// sources of more columns or rows than most_side, and where the driver has no such storage.
     void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) override;
 
     static constexpr int most_side = (1 << 14) - 2;
@@ -33,21 +35,21 @@ private:
     void size_for_source(const Camera& camera);
     void size_for_eyes(Size size, int eyes);
     void make_room(Room room);
-    Size blocks() const;
     void build_within(const Within& wanted);
+    void forget_blocks();
     void build();
     void make_room_if_needed(bool wait);
-    void cull();
+    void run_over_blocks(const Program& program) const;
     void draw();
 
-    Program cells_, points_pass_, cull_, draw_;
+    Program wanted_, cells_, points_pass_, draws_pass_, draw_;
     VertexArray vertices_;
-    bool closes_ = false;
-    bool is_built_ = false, has_room_ = false;  ///< for this source; what sources of its size need
+    SourceBlocks source_blocks_;
+    bool knows_source_ = false, has_room_ = false;  ///< its blocks; what sources of its size need
     Within within_;
     Room room_;
-    Texture cell_map_, corners_, depth_buffer_;
-    Buffer counts_, blocks_, points_, indices_, draws_, eye_numbers_, needed_;
+    Texture cell_map_, depth_buffer_;
+    Buffer counts_, blocks_, lists_, corners_, points_, indices_, draws_, eye_numbers_, needed_;
     const Room* needed_words_ = nullptr;  ///< of needed_, where the GPU writes
     GLsync counted_ = nullptr;
     Framebuffer framebuffer_;

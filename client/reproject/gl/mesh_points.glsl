@@ -1,4 +1,4 @@
-// Points and triangles of a mesh's cells (mesh_cells.glsl), as mesh_triangles.h has them; a group is a block, an
+// Points and triangles of a mesh's cells (mesh_cells.glsl), as mesh_triangles.h has them; a group is a listed block, an
 // invocation a row of it. Cells larger than one of the lattice become two triangles, or, where smaller ones end on
 // their border, a fan around their middle, so that no crack opens. Points of blocks that there is no room for are counted.
 layout(local_size_x = 64) in;
@@ -9,7 +9,13 @@ layout(local_size_x = 64) in;
 #include "mesh_lists.glsl"
 
 uniform vec2 joins;  // as in mesh_cells.glsl
-uniform int block_columns;
+
+layout(std430, binding = 5) writeonly buffer MeshPoints {
+    vec4 points[];  // (q, k)
+};
+layout(std430, binding = 6) writeonly buffer MeshIndices {
+    uint indices[];
+};
 
 const int MARGIN = 2, STRIDE = SIDE + 5;
 const uint CUT_POINTS = 12u;  // of a cut cell beside its corners, at most
@@ -19,10 +25,9 @@ shared float k_of[STRIDE * STRIDE];  // of points from (-2, -2) on
 shared uint corner_bits[POINTS], last_bits[POINTS], points_before[POINTS + 1];
 // Of rows of cells: further points and indices, then how many come before a row's.
 shared uint further_points[SIDE + 1], row_indices[SIDE + 1];
-shared vec2 inverses[64];
 shared uint first_point, first_index;
-shared float cosines[9];
 
+uint own_block;
 ivec2 origin;
 
 int k_at(ivec2 p) {
@@ -73,7 +78,7 @@ uvec2 counts_of(ivec2 p, uint cell) {
         uint triangles = 0u;
         for (int i = 0; i < 4; ++i)
             triangles += k_of[k_at(p + CORNERS[i])] >= 0.0 ? 2u : 0u;
-        return uvec2(CUT_POINTS, triangles);
+        return uvec2(triangles > 0u ? CUT_POINTS : 0u, triangles);
     }
     int corners = corners_on_border(p, int(kind - 1u));
     return corners == 4 ? uvec2(0u, 2u) : uvec2(1u, uint(corners));
@@ -98,12 +103,8 @@ void add_triangle(ivec2 p, uint a, uint b, uint c) {
     }
 }
 
-vec2 found_inverses;
-
 void put_point(uint number, vec3 q, float k) {
     points[first_point + number] = vec4(q, k);
-    if (k >= 0.0)
-        found_inverses = vec2(min(found_inverses.x, k), max(found_inverses.y, k));
 }
 
 /// How k goes on along an axis from a point, towards or against it, where the surface does.
@@ -190,6 +191,26 @@ void add_whole(ivec2 p, int level, int corners, uint first_further) {
     }
 }
 
+/// Where it was before, if there is room, else a new place, with more room than the old one.
+void take_place(uint point_number, uint index_number) {
+    MeshBlock block = blocks[own_block];
+    if (point_number > block.point_room) {
+        block.point_room = point_number + (block.point_room > 0u ? point_number / 4u : 0u);
+        block.first_point = atomicAdd(point_count, block.point_room);
+    }
+    if (index_number > block.index_room) {
+        block.index_room = index_number + (block.index_room > 0u ? index_number / 4u : 0u);
+        block.first_index = atomicAdd(index_count, block.index_room);
+    }
+    bool fits = block.first_point + block.point_room <= uint(points.length()) &&
+                block.first_index + block.index_room <= uint(indices.length());
+    block.index_count = fits ? index_number : 0u;
+    blocks[own_block] = block;
+    first_point = block.first_point;
+    first_index = block.first_index;
+    row_indices[SIDE] = block.index_count;
+}
+
 /// Sums of all that come before each.
 void sum_up() {
     uint sum = 0u, further = 0u, all_indices = 0u;
@@ -205,86 +226,98 @@ void sum_up() {
         further += own;
         all_indices += own_indices;
     }
-    first_point = atomicAdd(point_count, sum + further);
-    first_index = atomicAdd(index_count, all_indices);
-    bool fits = first_point + sum + further <= uint(points.length()) && first_index + all_indices <= uint(indices.length());
-    row_indices[SIDE] = fits ? all_indices : 0u;
+    take_place(sum + further, all_indices);
 }
 
-/// The middle's direction and the farthest of the corners' and sides', as SourceLattice has it.
-void describe_block(ivec2 cells) {
-    float least = 1.0;
-    for (int i = 0; i < 9; ++i)
-        least = min(least, cosines[i]);
-    vec2 all = inverses[0];
-    for (int i = 1; i < 64; ++i)
-        all = vec2(min(all.x, inverses[i].x), max(all.y, inverses[i].y));
-    float radius = min(1.1 * acos(clamp(least, -1.0, 1.0)) + 1e-3, PI);
-    blocks[gl_WorkGroupID.y * uint(block_columns) + gl_WorkGroupID.x] =
-        MeshBlock(vec4(lattice_direction(origin + cells / 2), cos(radius)), all, first_index, row_indices[SIDE]);
+void load_corners(ivec2 cells) {
+    int row = int(gl_LocalInvocationIndex);
+    if (row < POINTS)
+        corner_bits[row] = last_bits[row] = 0u;
+    if (row > cells.y)
+        return;
+    uint bits = corner_bits_of(own_block, row), last = corner_of(own_block, ivec2(SIDE, row));
+    // The same points are corners of cells beside it.
+    ivec2 place = block_place(own_block);
+    int left = block_beside(place, ivec2(-1, 0)), right = block_beside(place, ivec2(1, 0));
+    if (left >= 0)
+        bits |= corner_of(uint(left), ivec2(cells_in_block(block_place(uint(left))).x, row));
+    if (right >= 0) {
+        uint corner = corner_of(uint(right), ivec2(0, row));
+        bits |= cells.x < SIDE ? corner << cells.x : 0u;
+        last |= cells.x < SIDE ? 0u : corner;
+    }
+    int above = block_beside(place, ivec2(0, -1)), below = block_beside(place, ivec2(0, 1));
+    if (row == 0 && above >= 0) {
+        bits |= corner_bits_of(uint(above), SIDE);
+        last |= corner_of(uint(above), ivec2(SIDE, SIDE));
+    }
+    if (row == cells.y && below >= 0) {
+        bits |= corner_bits_of(uint(below), 0);
+        last |= corner_of(uint(below), ivec2(SIDE, 0));
+    }
+    corner_bits[row] = bits;
+    last_bits[row] = last;
 }
 
-void main() {
-    origin = block_origin();
-    ivec2 cells = cells_in_block();
+void count_row(int row, ivec2 cells) {
+    uvec2 counts = uvec2(0u);
+    if (row < cells.y)
+        for (int x = 0; x < cells.x; ++x)
+            counts += counts_of(ivec2(x, row), cell_at(ivec2(x, row)));
+    further_points[row] = counts.x;
+    row_indices[row] = 3u * ways_round(ivec2(0, row)) * counts.y;
+}
+
+void add_corners(int row, ivec2 cells) {
+    for (int x = 0; x <= cells.x; ++x)
+        if (is_corner(ivec2(x, row)))
+            put_point(corner_number(ivec2(x, row)), lattice_direction(origin + ivec2(x, row)), k_of[k_at(ivec2(x, row))]);
+}
+
+void add_cells(int row, ivec2 cells) {
+    uint further = further_points[row];
+    next_index = first_index + row_indices[row];
+    for (int x = 0; x < cells.x; ++x) {
+        ivec2 p = ivec2(x, row);
+        uint cell = cell_at(p), kind = cell & 0xfu;
+        if (kind == CUT) {
+            uint added = counts_of(p, cell).x;
+            if (added > 0u)
+                add_cut(p, cell >> 4, further);
+            further += added;
+        } else if (kind != 0u) {
+            int level = int(kind - 1u), corner_count = corners_on_border(p, level);
+            add_whole(p, level, corner_count, further);
+            further += corner_count == 4 ? 0u : 1u;
+        }
+    }
+}
+
+void build_block() {
+    origin = block_origin(block_place(own_block));
+    ivec2 cells = cells_in_block(block_place(own_block));
     int own = int(gl_LocalInvocationIndex);
-    box_radius_m = joins.x;
-    tolerance = joins.y;
     for (int i = own; i < STRIDE * STRIDE; i += 64)
         k_of[i] = lattice_inverse(origin + ivec2(i % STRIDE, i / STRIDE) - MARGIN);
-    if (own < POINTS) {
-        uint bits = 0u, last = 0u;
-        if (own <= cells.y)
-            for (int x = 0; x <= cells.x; ++x) {
-                uint corner = imageLoad(mesh_corners, corner_place(origin + ivec2(x, own))).x;
-                if (x < SIDE)
-                    bits |= corner << x;
-                else
-                    last = corner;
-            }
-        corner_bits[own] = bits;
-        last_bits[own] = last;
-    }
-    if (own < 9)
-        cosines[own] = dot(lattice_direction(origin + cells / 2), lattice_direction(origin + ivec2(own % 3, own / 3) * cells / 2));
-    found_inverses = vec2(INFINITE, 0.0);
+    load_corners(cells);
     barrier();
-    if (own < SIDE) {
-        uvec2 counts = uvec2(0u);
-        if (own < cells.y)
-            for (int x = 0; x < cells.x; ++x)
-                counts += counts_of(ivec2(x, own), cell_at(ivec2(x, own)));
-        further_points[own] = counts.x;
-        row_indices[own] = 3u * ways_round(ivec2(0, own)) * counts.y;
-    }
+    if (own < SIDE)
+        count_row(own, cells);
     barrier();
     if (own == 0)
         sum_up();
     barrier();
     if (row_indices[SIDE] != 0u) {
-        if (own < POINTS)
-            for (int x = 0; x <= cells.x; ++x)
-                if (is_corner(ivec2(x, own)))
-                    put_point(corner_number(ivec2(x, own)), lattice_direction(origin + ivec2(x, own)), k_of[k_at(ivec2(x, own))]);
-        if (own < cells.y) {
-            uint further = further_points[own];
-            next_index = first_index + row_indices[own];
-            for (int x = 0; x < cells.x; ++x) {
-                ivec2 p = ivec2(x, own);
-                uint cell = cell_at(p), kind = cell & 0xfu;
-                if (kind == CUT) {
-                    add_cut(p, cell >> 4, further);
-                    further += CUT_POINTS;
-                } else if (kind != 0u) {
-                    int level = int(kind - 1u), corners = corners_on_border(p, level);
-                    add_whole(p, level, corners, further);
-                    further += corners == 4 ? 0u : 1u;
-                }
-            }
-        }
+        if (own <= cells.y)
+            add_corners(own, cells);
+        if (own < cells.y)
+            add_cells(own, cells);
     }
-    inverses[own] = found_inverses;
-    barrier();
-    if (own == 0)
-        describe_block(cells);
+}
+
+void main() {
+    box_radius_m = joins.x;
+    tolerance = joins.y;
+    if (find_listed(POINTS_OF_CELLS, own_block))
+        build_block();
 }

@@ -77,7 +77,8 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
 }
 
 bool EyeRenderer::can_carry_on() const {
-    return geometry_ != nullptr && geometry_->instances.any_moves() && !frame().main.info.moving.empty();
+    const bool moves = geometry_ != nullptr ? geometry_->instances.any_moves() : has_depth();
+    return moves && !frame().main.info.moving.empty();
 }
 
 void EyeRenderer::read_in_place(const std::shared_ptr<PictureBuffers>& buffers) {
@@ -97,6 +98,8 @@ void EyeRenderer::set_exposure(double stops) {
     pq_display_->set_exposure(stops);
     for (FrameTextures& frame : frames_)
         frame.show_again();
+    if (current().frame() != nullptr)
+        carrier_.set_picture(frame().main.info);
 }
 
 const FrameTextures* EyeRenderer::earlier() const {
@@ -138,8 +141,12 @@ void EyeRenderer::find_small_depth() {
 
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
-    if (geometry_ == nullptr) {
-        finder_->engine->find(main.view, main.textures, eyes_);
+    if (finder_ != nullptr) {
+        // Depth that is carried on is another at each refresh.
+        if (is_carried_ || finder_->knows_carried)
+            finder_->engine->forget_source();
+        finder_->knows_carried = is_carried_;
+        finder_->engine->find(main.view, looked_up(), eyes_);
         return;
     }
     if (needs_small_depth())
@@ -194,16 +201,21 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     eyes_.assign(eyes.begin(), eyes.end());
     by_depth_ = by_depth && has_depth();
     has_motion_ = false;
-    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0;
+    // An eye at the source's place looks up all that it shows, and would see what has moved twice.
+    const Pose& source_pose = frame().main.info.camera_pose;
+    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0 &&
+                  std::ranges::none_of(eyes, [&](const EyeView& eye) { return same_position(source_pose, eye.pose); });
     // Depth from everywhere is kept for as long as there is some: what comes next may be carried on again.
-    if (is_carried_ || (by_depth_ && geometry_ != nullptr && geometry_->has_whole_depth))
+    const bool apart = geometry_ != nullptr && (is_carried_ || (by_depth_ && geometry_->has_whole_depth));
+    if (apart)
         find_depths_apart();
-    else if (by_depth_)
-        find_depth();
     times.mark(RenderStage::depth);
     if (is_carried_)
         carrier_.carry_on(source(), specular_[current_], later_s_);
     times.mark(RenderStage::carry);
+    if (by_depth_ && !apart)
+        find_depth();
+    times.mark(RenderStage::depth);
 }
 
 SpecularSource EyeRenderer::mirroring() {
@@ -221,7 +233,7 @@ GapTargets EyeRenderer::with_mirrors(Rung rung, const GapTargets& to) {
 /// From a picture with depth; of a small one without, by direction alone.
 void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets& to) {
     if (from.textures.depth() != 0) {
-        const OtherPicture main{current().main().view, current().main().textures};
+        const OtherPicture main{current().main().view, looked_up()};
         if (finder_ != nullptr && rung != Rung::earlier)
             finder_->gaps.draw_forward(from, to);
         else if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))

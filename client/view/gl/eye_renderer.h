@@ -57,7 +57,7 @@ public:
     /// What moves is from the next look() on shown so much later than in the frame, by its motion (carry_on.h); from
     /// the next show() on as it comes.
     void carry_on(double seconds) { later_s_ = seconds; }
-    /// Whether that changes anything: the frame says what moves, and the scene does that too.
+    /// Whether that changes anything: the frame says what moves, and has depth, or the scene moves it too.
     bool can_carry_on() const;
     /// FrameTextures', of frames that are shown from now on.
     void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);
@@ -93,6 +93,7 @@ private:
     struct Finder {
         std::unique_ptr<EyeDepthFinder> engine;
         FoundDepth gaps;
+        bool knows_carried = false;  ///< what the engine knows is of a picture that was carried on
     };
 
     FrameTextures& current() { return frames_[current_]; }

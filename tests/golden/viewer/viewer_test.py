@@ -87,22 +87,27 @@ class Viewer(Viewing):
         self.assertGreater(report["frames"], 0)
         self.assertLessEqual(report["refreshes"], report["frames"] + 6)
 
-    def moving_stream(self):
+    def moving_stream(self, depth="none"):
         """The bundled scene whose bodies move by themselves, at three frames a second, and its head turned to them."""
-        if not hasattr(type(self), "moving"):
-            scene = PROGRAMS.scene("motion", self.root)
-            folder = self.root / "moving_frames"
-            PROGRAMS.run("render", scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
-            stream = self.root / "moving.mkv"
-            PROGRAMS.run("encode", folder, "--out", stream, "--depth", "none", "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
-            type(self).moving = (stream, scene)
-        return type(self).moving
+        folder, stream = self.root / "moving_frames", self.root / f"moving_{depth}.mkv"
+        if not folder.exists():
+            type(self).moving_scene = PROGRAMS.scene("motion", self.root)
+            PROGRAMS.run("render", self.moving_scene, "--frames", "0-3", "--fps", 3, "--size", "256x128", "--spp", 1, "--aovs", "depth,motion,ids", "--out", folder)
+        if not stream.exists():
+            PROGRAMS.run("encode", folder, "--out", stream, "--depth", depth, "--motion", "auto", "--preset", "ultrafast", "--progress", "none")
+        return stream, self.moving_scene
 
     def test_what_moves_is_carried_on_between_frames(self):
         stream, scene = self.moving_stream()
+        self.expect_carried_on(stream, "--scene", scene)
+
+    def test_what_moves_is_carried_on_by_the_streams_own_depth(self):
+        self.expect_carried_on(self.moving_stream("auto")[0])
+
+    def expect_carried_on(self, stream, *words):
         said = {}
         for carry in ("0.2", "0"):
-            viewer = self.view("--scene", scene, "--carry", carry, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
+            viewer = self.view(*words, "--carry", carry, "--json", "--predict", "off", source=stream, paused=False, size="96x64")
             viewer.picture()
             time.sleep(3)
             said[carry] = self.report_of(viewer)

@@ -103,7 +103,7 @@ enum class Mirror { none, wall, ball };
 /// The ball on its way, painted, before the wall; the frame says how it moves. The head stands still. Mirrors: none, a
 /// part of the wall that the ball comes before, or the ball.
 inline std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index, const Camera& camera,
-                                                              Mirror mirror = Mirror::none) {
+                                                              Mirror mirror = Mirror::none, bool with_depth = false) {
     const double time_s = double(index) / 30;
     const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + time_s * ball_m_s;
     const auto ball = [&](const glm::dvec3& o, const glm::dvec3& d) { return to_sphere(o, d, centre_m, 0.3); };
@@ -116,6 +116,8 @@ inline std::shared_ptr<const ReceivedFrame> make_moving_frame(std::int64_t index
                },
                camera, pose);
     frame->main = picture_of(main);
+    if (with_depth)
+        frame->main.depth_m = main.depth_m;
     FrameInfo& info = frame->main.info;
     info.index = index;
     info.time_s = time_s;

@@ -2,6 +2,7 @@
 /// GPU or in memory, once everything was drawn.
 #include "counted_memory.h"
 #include "eye_renderer_stage.h"
+#include "indirect_groups.h"
 #include "made_objects.h"
 #include "recorded_calls.h"
 
@@ -129,16 +130,21 @@ TEST(GlRungs, AreThoseOfAList) {
     EXPECT_THROW(gl::parse_rungs("hidden,earliest"), InputError);
 }
 
+constexpr const char* by_geometry = "geometry";  // or by the frame's own depth, which an engine of this name finds
+
 /// What moves is where it is by then, in the eyes' pictures too, and nothing is left where it was.
-class GlCarriedOn : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<bool, Mirror>> {};
+class GlCarriedOn : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<const char*, bool, Mirror>> {};
 
 TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
-    const auto [of_sphere, mirror] = GetParam();
+    const auto [depth, of_sphere, mirror] = GetParam();
+    const SceneDescription* const geometry = std::string_view(depth) == by_geometry ? &moving_scene : nullptr;
+    const std::string engine = geometry != nullptr ? "mesh" : depth;
     const Camera camera = of_sphere ? Camera(EquirectCamera{640, 320, {}}) : Camera(flat);
-    const auto before = make_moving_frame(0, camera, mirror), frame = make_moving_frame(1, camera, mirror);
+    const auto before = make_moving_frame(0, camera, mirror, geometry == nullptr),
+               frame = make_moving_frame(1, camera, mirror, geometry == nullptr);
     const double radius_m = head_box_radius(frame->main.info);
-    gl::EyeRenderer renderer(&moving_scene, radius_m);
-    OnTheCpu cpu(&moving_scene, radius_m, default_fill);
+    gl::EyeRenderer renderer(geometry, radius_m, gl::parse_rungs(default_fill), engine);
+    OnTheCpu cpu(geometry, radius_m, default_fill, engine);
     gl::StageTimes times;
     gl::EyeTargets targets;
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
@@ -167,9 +173,58 @@ TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
     EXPECT_TRUE(mirror == Mirror::none || cpu.mirrored > 100) << cpu.mirrored;
 }
 
-INSTANTIATE_TEST_SUITE_P(Pictures, GlCarriedOn,
-                         testing::Values(std::tuple(false, Mirror::none), std::tuple(true, Mirror::none),
-                                         std::tuple(false, Mirror::wall), std::tuple(false, Mirror::ball)));
+INSTANTIATE_TEST_SUITE_P(
+    Pictures, GlCarriedOn,
+    testing::Values(std::tuple(by_geometry, false, Mirror::none), std::tuple(by_geometry, true, Mirror::none),
+                    std::tuple(by_geometry, false, Mirror::wall), std::tuple(by_geometry, false, Mirror::ball),
+                    std::tuple("mesh", false, Mirror::none), std::tuple("mesh", true, Mirror::none),
+                    std::tuple("mesh", false, Mirror::wall), std::tuple("mesh", false, Mirror::ball),
+                    std::tuple("splat", true, Mirror::none), std::tuple("gather", false, Mirror::none)));
+
+/// As on the CPU: it would see what has moved where it was, too.
+TEST_F(GlEyeRenderer, CarriesNothingOnForAnEyeAtTheSource) {
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    const auto frame = make_moving_frame(0, flat, Mirror::none, true);
+    std::array eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+    for (const bool at_source : {false, true}) {
+        if (at_source)
+            eyes[1].pose = frame->main.info.camera_pose;
+        gl::EyeRenderer renderer(nullptr, 0.0315);
+        renderer.show(frame, times);
+        std::array<EyePicture, 2> pictures;
+        for (const bool later : {false, true}) {
+            renderer.carry_on(later ? 0.1 : 0);
+            renderer.look(eyes, true, times);
+            renderer.draw({}, targets, times);
+            targets.download(0, pictures[std::size_t(later)]);
+        }
+        EXPECT_EQ(psnr_db(pictures[0].rgba, pictures[1].rgba) > 100, at_source);
+    }
+}
+
+/// Where something moves a mesh is built anew, and nowhere else.
+TEST_F(GlEyeRenderer, BuildsAnewWhatMovingThingsLeaveAndReach) {
+    gl::EyeRenderer renderer(nullptr, 0.0315);
+    gl::StageTimes times;
+    const auto eyes = eyes_at({{0.01, 0, 0}, {1, 0, 0, 0}});
+    renderer.show(make_moving_frame(0, EquirectCamera{1024, 512, {}}, Mirror::none, true), times);
+    // And what was carried on, which is at each refresh.
+    const auto built = [&](double later_s) {
+        const IndirectGroups groups;
+        renderer.carry_on(later_s);
+        renderer.look(eyes, true, times);
+        return groups.count();
+    };
+    const std::int64_t all = built(0);
+    EXPECT_GT(all, 100);
+    for (const double later_s : {0.02, 0.05, 0.1, 0.0}) {
+        const std::int64_t some = built(later_s), carried = built(later_s);
+        EXPECT_GT(some - carried, 4) << later_s;
+        EXPECT_LT(some - carried, all / 2) << later_s;
+        EXPECT_EQ(built(later_s), carried) << later_s;
+    }
+}
 
 /// As it is seen from each eye, where what moves is then and nowhere else; by direction alone too.
 TEST_F(GlEyeRenderer, TellsHowWhatIsSeenMoves) {
@@ -233,6 +288,8 @@ TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
     EXPECT_TRUE(carries(&moving_scene, make_moving_frame(0, flat)));
     EXPECT_FALSE(carries(&scene, make_moving_frame(0, flat)));
     EXPECT_FALSE(carries(nullptr, make_moving_frame(0, flat)));
+    EXPECT_TRUE(carries(nullptr, make_moving_frame(0, flat, Mirror::none, true)));
+    EXPECT_FALSE(carries(nullptr, make_frame(0, flat, true)));
     EXPECT_FALSE(carries(&moving_scene, make_frame(0, flat, false)));
 }
 
@@ -259,32 +316,6 @@ TEST_F(GlEyeRenderer, DrawsDepthOnceAFrameWhereNoEyeMatters) {
         EXPECT_EQ(draws(0), 2) << "and kept";
     }
 }
-
-/// Work groups that indirect passes had while it lives. One at a time; the call must have been made before.
-class IndirectGroups {
-public:
-    IndirectGroups() {
-        count_ = 0;
-        original_ = epoxy_glDispatchComputeIndirect;
-        epoxy_glDispatchComputeIndirect = [](GLintptr offset) {
-            GLint buffer = 0;
-            glGetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &buffer);
-            std::array<GLuint, 3> groups{};
-            glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-            glGetNamedBufferSubData(GLuint(buffer), offset, sizeof groups, groups.data());
-            count_ += std::int64_t(groups[0]) * groups[1] * groups[2];
-            original_(offset);
-        };
-    }
-    ~IndirectGroups() { epoxy_glDispatchComputeIndirect = original_; }
-    IndirectGroups(const IndirectGroups&) = delete;
-    IndirectGroups& operator=(const IndirectGroups&) = delete;
-    std::int64_t count() const { return count_; }
-
-private:
-    static inline std::int64_t count_ = 0;
-    static inline decltype(epoxy_glDispatchComputeIndirect) original_ = nullptr;
-};
 
 /// What samples of other pictures show is drawn forward only while there are gaps.
 TEST_F(GlEyeRenderer, DrawsForwardOnlyIntoGaps) {
@@ -313,24 +344,23 @@ class GlSteadyRefreshes : public GlEyeRenderer, public testing::WithParamInterfa
 protected:
     /// Still ones and such that are carried on, with all that gaps may be filled from. An even number: what one had in
     /// the first walk it has again.
-    static std::vector<std::shared_ptr<const ReceivedFrame>> frames(bool by_geometry, const Camera& camera) {
-        if (!by_geometry)
-            return {make_frame(0, camera, true), make_frame(1, camera, true)};
-        return {make_frame(0, camera), make_frame(1, camera), make_moving_frame(2, camera, Mirror::wall),
-                make_moving_frame(3, camera, Mirror::wall)};
+    static std::vector<std::shared_ptr<const ReceivedFrame>> frames(bool with_depth, const Camera& camera) {
+        return {make_frame(0, camera, with_depth), make_frame(1, camera, with_depth),
+                make_moving_frame(2, camera, Mirror::wall, with_depth),
+                make_moving_frame(3, camera, Mirror::wall, with_depth)};
     }
 };
 
 /// The same walk twice in each layout: what the second makes would be made for ever.
 TEST_P(GlSteadyRefreshes, MakeNothingOnceAllWasDrawn) {
-    const auto [by_geometry, of_sphere] = GetParam();
+    const auto [with_depth, of_sphere] = GetParam();
     const Camera camera =
         of_sphere ? Camera(EquirectCamera{128, 64, {}}) : Camera(PerspectiveCamera{160, 100, flat.fov_x_rad});
-    const auto walked = frames(by_geometry, camera);
+    const auto walked = frames(with_depth, camera);
     SceneDescription coarse = moving_scene;
     coarse.file = coarse.model = folder->path() / "coarse.obj";
     write_model(coarse.model, 12);
-    gl::EyeRenderer renderer(by_geometry ? &coarse : nullptr, head_box_radius(walked[0]->main.info),
+    gl::EyeRenderer renderer(with_depth ? nullptr : &coarse, head_box_radius(walked[0]->main.info),
                              gl::parse_rungs(all_rungs));
     gl::StageTimes times;
     gl::EyeTargets targets, other_targets;
@@ -368,7 +398,7 @@ TEST_P(GlSteadyRefreshes, MakeNothingOnceAllWasDrawn) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Frames, GlSteadyRefreshes,
-                         testing::Values(std::tuple(true, false), std::tuple(true, true), std::tuple(false, true)));
+                         testing::Values(std::tuple(false, false), std::tuple(false, true), std::tuple(true, true)));
 
 }  // namespace
 }  // namespace equistream::test
