@@ -63,6 +63,12 @@ Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
 
 }  // namespace
 
+std::int64_t most_storage_bytes() {
+    GLint64 bytes = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
+    return bytes;
+}
+
 Texture make_texture(Size size, GLenum format) {
     require_size(size, 1);
     Texture texture = make(GL_TEXTURE_2D);

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 
@@ -69,6 +70,9 @@ template <typename T>
 Buffer make_buffer_of(std::span<const T> content, GLbitfield flags = 0) {
     return make_buffer(std::as_bytes(content), flags);
 }
+
+/// Of one storage block of a shader's, at most.
+std::int64_t most_storage_bytes();
 
 /// Whose status is not complete throws WorkError.
 void require_complete(const Framebuffer& framebuffer);

@@ -6,6 +6,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 #include <stdexcept>
 
@@ -61,18 +62,32 @@ void require(GetStatus get_status, GetLog get_log, GLuint name, GLenum what, std
     throw std::logic_error(std::string(where) + ": " + log);
 }
 
-Object<ShaderKind> compiled(const Stage& stage, std::span<const std::string> defines) {
+std::string whole_text(const Stage& stage, std::span<const std::string> defines) {
     std::string text = "#version 450 core\n#define GROUP_WIDTH " + std::to_string(group_width) +
                        "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" + constants();
     for (const std::string& define : defines)
         text += "#define " + define + "\n";
-    text += stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text);
+    return text + (stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text));
+}
+
+Object<ShaderKind> compiled(const Stage& stage, const std::string& text) {
     Object<ShaderKind> shader(glCreateShader(stage.type));
     const char* source = text.c_str();
     glShaderSource(shader.name(), 1, &source, nullptr);
     glCompileShader(shader.name());
     require(glGetShaderiv, glGetShaderInfoLog, shader.name(), GL_COMPILE_STATUS, stage.file);
     return shader;
+}
+
+/// Whether `word` stands in `text` by itself.
+bool has_word(std::string_view text, std::string_view word) {
+    const auto is_part = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+    for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1)) {
+        const std::size_t end = at + word.size();
+        if ((at == 0 || !is_part(text[at - 1])) && (end == text.size() || !is_part(text[end])))
+            return true;
+    }
+    return false;
 }
 
 }  // namespace
@@ -85,7 +100,9 @@ Program::Program(std::initializer_list<Stage> stages, std::span<const std::strin
     : program_(glCreateProgram()) {
     std::vector<Object<ShaderKind>> shaders;
     for (const Stage& stage : stages) {
-        shaders.push_back(compiled(stage, defines));
+        const std::string text = whole_text(stage, defines);
+        shaders.push_back(compiled(stage, text));
+        text_ += text;
         glAttachShader(name(), shaders.back().name());
     }
     glLinkProgram(name());
@@ -97,7 +114,7 @@ GLint Program::location(const char* uniform) const {
         if (known == uniform)
             return at;
     const GLint at = glGetUniformLocation(name(), uniform);
-    if (at < 0)
+    if (at < 0 && !has_word(text_, uniform))
         throw std::logic_error(std::string("a shader has no uniform ") + uniform);
     locations_.emplace_back(uniform, at);
     return at;

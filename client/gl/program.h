@@ -25,8 +25,8 @@ struct Stage {
     std::string_view text{};  ///< instead of a compiled-in file's, of which it may include some
 };
 
-/// One linked program. A name that the program does not have, or that the compiler found unused, is a mistake of ours
-/// and throws std::logic_error with the compiler's words: it shows in the first test that draws.
+/// One linked program. A name that its text does not have is a mistake of ours and throws std::logic_error: it shows in
+/// the first test that draws. What the compiler found unused, one driver's more than another's, is set without effect.
 class Program {
 public:
     /// `defines` stand before each stage's text, after constants.h's: "NAME VALUE".
@@ -44,7 +44,7 @@ public:
     void set(const char* uniform, const glm::mat3& value) const;
     void set(const char* uniform, const glm::mat4& value) const;
 
-    /// Whether it has such a uniform: of text that is not ours the compiler may find some unused.
+    /// Whether the compiler found a use for such a uniform.
     bool reads(const char* uniform) const { return glGetUniformLocation(name(), uniform) >= 0; }
 
     /// A compute program over `size` in groups of 16x8.
@@ -56,6 +56,7 @@ private:
     GLint location(const char* uniform) const;
 
     Object<ProgramKind> program_;
+    std::string text_;  ///< of all stages
     mutable std::vector<std::pair<std::string, GLint>> locations_;
 };
 

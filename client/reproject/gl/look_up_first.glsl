@@ -23,8 +23,7 @@ in EyeConstants {
 
 /// Whether the source sees the front of what the eye sees through one neighbour along each axis, that of the two by two
 /// pixels around; shows_back takes the better of both, so that what is true here is never false there.
-bool shows_front(EyeRays eye, ivec2 pixel, float z) {
-    vec2 slope = vec2(dFdxFine(z), dFdyFine(z));
+bool shows_front(EyeRays eye, ivec2 pixel, float z, vec2 slope) {
     return 1.0 - eye.eye_own_axes.z * z + dot(slope, change_by_slope(eye, pixel)) >= 0.0;
 }
 
@@ -44,12 +43,14 @@ void main() {
     ivec3 at = ivec3(gl_FragCoord.xy, eye_number);
     vec3 from_source = ray_of(eye, at.xy);
     bool moved = BY_SURFACE && eye.view.w != 0.0, seen = true, simple = true;
-    float distance_m = FAR_DISTANCE_M;
+    float distance_m = FAR_DISTANCE_M, z = UNKNOWN;
+    if (moved && all(lessThan(at.xy, eye_size)))
+        z = inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
+    // Not in a branch: there its neighbours may have none.
+    vec2 slope = vec2(dFdxFine(z), dFdyFine(z));
     if (moved) {
-        float z = inverse_depth_scale * texelFetch(eye_depth, at, 0).x;
-        z = all(lessThan(at.xy, eye_size)) ? z : UNKNOWN;
         seen = !isnan(z);
-        simple = !(z > 0.0) || shows_front(eye, at.xy, z);
+        simple = !(z > 0.0) || shows_front(eye, at.xy, z, slope);
         from_source += max(z, 0.0) * eye.eye.xyz;  // times the point's planar depth
         distance_m = z > 0.0 ? length(from_source) / z : FAR_DISTANCE_M;
     }

@@ -12,6 +12,8 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -45,9 +47,14 @@ const std::vector<std::string> defines = {"NEAR_PLANE_M 1e-3"};
 /// By which what cells may be off by, and from how far, is rounded, so that they are not built anew at every step.
 constexpr double step = 1.25;
 
+/// At most what one buffer of a shader's may hold, of values of so many bytes.
+GLuint within_storage(std::uint64_t count, std::size_t bytes) {
+    return GLuint(std::min(count, std::uint64_t(most_storage_bytes()) / bytes));
+}
+
 /// Of more than is needed: the next source needs a little more or less.
-GLuint with_reserve(GLuint needed) {
-    return needed + needed / 2;
+GLuint with_reserve(GLuint needed, std::size_t bytes) {
+    return std::max(needed, within_storage(std::uint64_t(needed) + needed / 2, bytes));
 }
 
 }  // namespace
@@ -80,14 +87,15 @@ MeshDepth::~MeshDepth() {
 }
 
 void MeshDepth::size_for_source(const Camera& camera) {
-    if (lattice_.set(camera))
-        return;
-    const Size size = lattice_.size();
+    const Size size{width_of(camera), height_of(camera)};
     if (std::max(size.width, size.height) > most_side)
         throw WorkError(expected_found("method mesh",
                                        "pictures of up to " + std::to_string(most_side) + " columns and rows",
                                        std::to_string(size.width) + "x" + std::to_string(size.height)));
-    knows_source_ = has_room_ = false;
+    // What failed half-way is begun anew.
+    if (lattice_.set(camera) && is_sized_)
+        return;
+    knows_source_ = has_room_ = is_sized_ = false;
     source_blocks_.size_for(camera);
     cell_map_ = make_texture({size.width + 1, size.height + 1}, GL_R8UI);
     const auto block_count = std::size_t(source_blocks_.count());
@@ -97,8 +105,10 @@ void MeshDepth::size_for_source(const Camera& camera) {
     draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
     forget_blocks();
     // Enough for walls and furniture; leaves and railings make room for more.
-    const auto cells = GLuint(size.width) * GLuint(size.height);
-    make_room({std::max(room_.points, cells / 2), std::max(room_.indices, 3 * cells)});
+    const auto cells = std::uint64_t(size.width) * std::uint64_t(size.height);
+    make_room({std::max(room_.points, within_storage(cells / 2, point_bytes)),
+               std::max(room_.indices, within_storage(3 * cells, sizeof(GLuint)))});
+    is_sized_ = true;
 }
 
 void MeshDepth::make_room(Room room) {
@@ -193,7 +203,7 @@ void MeshDepth::make_room_if_needed(bool wait) {
     const Room needed = *needed_words_;
     if (needed.points <= room_.points && needed.indices <= room_.indices)
         return;
-    make_room({with_reserve(needed.points), with_reserve(needed.indices)});
+    make_room({with_reserve(needed.points, point_bytes), with_reserve(needed.indices, sizeof(GLuint))});
     forget_blocks();
 }
 
@@ -218,9 +228,10 @@ void MeshDepth::build_within(const Within& wanted) {
 
 void MeshDepth::draw() {
     const DrawingState state(GL_GEQUAL, DrawingState::Near::clamped);
-    const float miss = 0, nothing = std::nanf("");
+    constexpr float miss = 0;
+    constexpr std::array nothing = {std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f, 0.0f};
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
-    glClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, 0, &nothing);
+    glClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, 0, nothing.data());
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
     glViewport(0, 0, layers_.size().width, layers_.size().height);
     glBindVertexArray(vertices_.name());

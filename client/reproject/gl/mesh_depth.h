@@ -45,6 +45,7 @@ private:
     Program wanted_, cells_, points_pass_, draws_pass_, draw_;
     VertexArray vertices_;
     SourceBlocks source_blocks_;
+    bool is_sized_ = false;                         ///< all that hangs on the camera is there
     bool knows_source_ = false, has_room_ = false;  ///< its blocks; what sources of its size need
     Within within_;
     Room room_;

@@ -33,10 +33,9 @@ struct Block {
 
 /// Of a buffer that a shader reads byte by byte. Limits may be more than an int has room for.
 std::size_t largest_block() {
-    GLint64 texels = 0, storage = 0;
+    GLint64 texels = 0;
     glGetInteger64v(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
-    return std::size_t(std::min(texels, storage));
+    return std::size_t(std::min<std::int64_t>(texels, most_storage_bytes()));
 }
 
 /// Null where the driver has no memory, or does not map it for good.

@@ -7,6 +7,7 @@
 #include <reproject/gl/look_up.h>
 #include <reproject/gl/mesh_depth.h>
 
+#include <equistream/error.h>
 #include <equistream_client/engine.h>
 
 #include <algorithm>
@@ -80,6 +81,42 @@ protected:
     gl::MeshDepth mesh;
     gl::LookUp surface{true};
 };
+
+/// A plain sphere of so many columns takes little room, whatever a driver's limit is.
+TEST_F(GlMeshDepth, TakesSpheresAsWideAsTheBoundAsksFor) {
+    constexpr int columns = 6032;
+    constexpr float radius_m = 3;
+    FloatImage depth_m(columns, columns / 2, 1);
+    std::ranges::fill(depth_m.samples(), radius_m);
+    const ByteImage colour(columns, columns / 2, 3);
+    SourceView view;
+    view.rgb = colour.view();
+    view.camera = EquirectCamera{columns, columns / 2, {}};
+    view.depth_m = depth_m.view();
+    view.box_radius_m = 0.0315;
+    gl::SourceTextures textures;
+    textures.upload(view);
+    const EyeView eye{eye_camera, Pose{{0.0315, 0, 0}, yaw_pitch(0, 0)}};
+    const FloatImage found = found_by(mesh, view, textures, eye);
+    for (const auto& [x, y] : {std::pair{0, 0}, {120, 75}, {239, 149}}) {
+        const glm::dvec3 ray = eye_camera.direction(x + 0.5, y + 0.5);
+        // On |b + t d| = R, at planar depth -t d.z.
+        const double along = glm::dot(eye.pose.position_m, ray);
+        const double t = -along + std::sqrt(along * along - glm::dot(eye.pose.position_m, eye.pose.position_m) +
+                                            radius_m * radius_m);
+        EXPECT_NEAR(found.samples()[std::size_t(y) * 240 + std::size_t(x)], 1 / (-t * ray.z), 2e-4);
+    }
+}
+
+/// What failed is not taken for done.
+TEST_F(GlMeshDepth, RefusesWhatIsTooLargeEachTime) {
+    SourceView view;
+    view.camera = PerspectiveCamera{gl::MeshDepth::most_side + 1, 1, pi / 2};
+    gl::SourceTextures textures;
+    const EyeView eye{eye_camera, Pose{}};
+    for (int i = 0; i < 2; ++i)
+        EXPECT_THROW(mesh.find(view, textures, std::span(&eye, 1)), WorkError);
+}
 
 TEST_F(GlMeshDepth, ShowsWhatTheCpuShows) {
     const SurfaceScene scene = furnished();

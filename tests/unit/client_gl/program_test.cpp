@@ -41,6 +41,17 @@ TEST_F(GlProgram, MistakesCarryTheCompilersWords) {
     }
 }
 
+/// Drivers differ in what they find unused; what a text does not have at all is a slip.
+TEST_F(GlProgram, WhatTheCompilerFoundUnusedIsSetWithoutEffect) {
+    const gl::Program program({{GL_COMPUTE_SHADER, "unused",
+                                "layout(local_size_x = 1) in;\n"
+                                "uniform vec2 unread;\n"
+                                "void main() {}\n"}});
+    EXPECT_FALSE(program.reads("unread"));
+    EXPECT_NO_THROW(program.set("unread", glm::vec2(1)));
+    EXPECT_THROW(program.set("unrea", glm::vec2(1)), std::logic_error);
+}
+
 /// Before the driver is asked for it, in a line that says how much there may be.
 TEST_F(GlProgram, StorageBeyondTheDriversLimitsIsRefused) {
     GLint64 most_bytes = 0;
