@@ -3,11 +3,21 @@
 #include <equistream/error.h>
 
 #include <algorithm>
+#include <array>
 #include <sstream>
+#include <utility>
 
 namespace equistream::cli {
 
 namespace {
+
+/// What a section may be for: `equistream NAME`.
+constexpr std::array commands = {"render",  "import", "encode", "serve", "play",  "view",
+                                 "compare", "info",   "model",  "scene", "study", "fit"};
+
+bool is_mark(const CLI::ConfigItem& item) {
+    return item.name == "++" || item.name == "--";  // a section's begin and end
+}
 
 std::string trimmed(const std::string& text) {
     const auto first = text.find_first_not_of(" \t\r\"'");
@@ -42,7 +52,7 @@ bool knows(const CLI::App& app, const std::string& name) {
     for (const std::string& spelling : {"--" + name, "-" + name, name})
         if (const CLI::Option* option = app.get_option_no_throw(spelling))
             return option->get_configurable();
-    return name == "++" || name == "--";  // a section's begin and end
+    return false;
 }
 
 const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
@@ -64,24 +74,43 @@ std::vector<CLI::ConfigItem> SettingsFile::from_config(std::istream& input) cons
     std::ostringstream whole;
     whole << input.rdbuf();
     std::istringstream again(whole.str());
-    const std::vector<CLI::ConfigItem> found = ConfigBase::from_config(again);
-    for (const CLI::ConfigItem& item : found) {
-        const CLI::App* app = &app_;
-        std::string key;
-        for (const std::string& section : item.parents) {
-            key += (key.empty() ? "" : ".") + section;
-            app = app != nullptr ? subcommand(*app, section) : nullptr;
-        }
-        if (app != nullptr && knows(*app, item.name))
+    const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
+    std::vector<CLI::ConfigItem> accepted;
+    for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
+        const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
+        if (section != own && std::ranges::find(commands, section) != commands.end())
             continue;
-        if (app != nullptr)
-            key = item.fullname();
-        const int line = line_of(whole.str(), key);
-        throw InputError(expected_found(
-            app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string()),
-            app != nullptr ? accepted_names(*app) : "options outside any section", "'" + key + "'"));
+        const std::string place = item.fullname();
+        if (section == own)
+            item.parents.clear();
+        if (is_mark(item) && section == own)
+            continue;
+        require_known(item, place, whole.str());
+        // What is said for a command alone wins.
+        if (section == own)
+            std::erase_if(accepted, [&](const CLI::ConfigItem& other) {
+                return other.parents.empty() && other.name == item.name;
+            });
+        accepted.push_back(std::move(item));
     }
-    return found;
+    return accepted;
+}
+
+void SettingsFile::require_known(const CLI::ConfigItem& item, const std::string& place, const std::string& text) const {
+    const CLI::App* app = &app_;
+    std::string key;
+    for (const std::string& section : item.parents) {
+        key += (key.empty() ? "" : ".") + section;
+        app = app != nullptr ? subcommand(*app, section) : nullptr;
+    }
+    if (app != nullptr && (is_mark(item) || knows(*app, item.name)))
+        return;
+    if (app != nullptr)
+        key = place;
+    const int line = line_of(text, key);
+    throw InputError(expected_found(
+        app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string()),
+        app != nullptr ? accepted_names(*app) : "options outside any section but of a command's", "'" + key + "'"));
 }
 
 }  // namespace equistream::cli

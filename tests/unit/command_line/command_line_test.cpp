@@ -89,7 +89,15 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(errors, "equistream test: " + file + ":3: expected one of n, found 'm'\n");
     std::ofstream(file) << "n = 4\n[other]\nn = 5\n";
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
-    EXPECT_EQ(errors, "equistream test: " + file + ":2: expected options outside any section, found 'other'\n");
+    EXPECT_EQ(errors, "equistream test: " + file +
+                          ":2: expected options outside any section but of a command's, found 'other'\n");
+    std::ofstream(file) << "n = 4\n[play]\nm = 5\nmethod = mesh\n[test]\nn = 7\n[encode]\ncrf = 20\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_done)
+        << "other commands' sections are theirs: " << errors;
+    EXPECT_EQ(n, 7);
+    std::ofstream(file) << "[play]\nm = 5\n[test]\nn = 7\nm = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":5: expected one of n, found 'test.m'\n");
     std::ofstream(file) << "help = true\n";
     EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
     EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
