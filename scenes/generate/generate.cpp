@@ -37,6 +37,9 @@ constexpr Generator table[] = {
     {"wires", "breaker: thin bars and rails before a wall", wires_options, make_wires},
     {"mirror", "breaker: a mirror, whose picture lies behind its surface", mirror_options, make_mirror},
     {"glass", "breaker: a pane of glass before a wall", glass_options, make_glass},
+    {"inside", "breaker: a head half in a block, or all of it", inside_options, make_inside},
+    {"grazing", "breaker: ground to the horizon, seen from just above it", grazing_options, make_grazing},
+    {"sky", "breaker: a railing before the sky, near enough to touch", sky_options, make_sky},
     {"empty", "a model with nothing in it, which programs must refuse", {}, make_empty},
 };
 

@@ -114,4 +114,17 @@ GeneratedScene make_glass(const GeneratorValues& values) {
     return finished(scene, {ahead});
 }
 
+/// To the right of `depth_m` before the head's centre all is inside a block: one eye, then both.
+GeneratedScene make_inside(const GeneratorValues& values) {
+    const auto depth_m = static_cast<float>(values.number("depth_m", -0.5, 0.5));
+    constexpr float side_m = 1.2f;
+    SceneBuilder scene;
+    add_stage(scene);
+    const auto block = painted(scene, "block", 15, {0.3f, 0.7f, 0.6f});
+    scene.at(block).double_sided = true;
+    scene.object("block", {scene.mesh("block", box(glm::vec3(side_m)), block)},
+                 moved({0.5f * side_m - depth_m, 0.1f, -0.2f}));
+    return finished(scene, {ahead});
+}
+
 }  // namespace equistream::generate

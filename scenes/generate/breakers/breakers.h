@@ -11,6 +11,9 @@ GeneratedScene make_seam(const GeneratorValues& values);
 GeneratedScene make_wires(const GeneratorValues& values);
 GeneratedScene make_mirror(const GeneratorValues& values);
 GeneratedScene make_glass(const GeneratorValues& values);
+GeneratedScene make_inside(const GeneratorValues& values);
+GeneratedScene make_grazing(const GeneratorValues& values);
+GeneratedScene make_sky(const GeneratorValues& values);
 
 inline constexpr GeneratorOption leaf_options[] = {{"distance_m", "0.15", "of the leaf from the left eye"}};
 inline constexpr GeneratorOption near_options[] = {
@@ -24,5 +27,9 @@ inline constexpr GeneratorOption wires_options[] = {
     {"focal_px", "960", "focal length that width_px is meant for"}};
 inline constexpr GeneratorOption mirror_options[] = {{"behind_m", "1.5", "from the mirror to what it reflects"}};
 inline constexpr GeneratorOption glass_options[] = {{"behind_m", "1", "from the pane to what is seen through it"}};
+inline constexpr GeneratorOption inside_options[] = {
+    {"depth_m", "0", "of the head's centre in a block; below 0 it is still before it"}};
+inline constexpr GeneratorOption grazing_options[] = {{"height_m", "0.2", "of the eyes above the ground"}};
+inline constexpr GeneratorOption sky_options[] = {{"distance_m", "0.3", "of the railing before the sky"}};
 
 }  // namespace equistream::generate

@@ -63,7 +63,8 @@ TEST_P(BundledScene, IsTheSameTwiceAndLoadsAsItWasMade) {
 
 INSTANTIATE_TEST_SUITE_P(All, BundledScene,
                          testing::Values("pavilion", "orientation", "sphere", "furnace", "motion", "materials", "leaf",
-                                         "near", "poles", "seam", "wires", "mirror", "glass"),
+                                         "near", "poles", "seam", "wires", "mirror", "glass", "inside", "grazing",
+                                         "sky"),
                          [](const auto& tested) { return tested.param; });
 
 TEST(Pavilion, IsWithinItsBudgetsAndPassesCloseBy) {
@@ -150,7 +151,7 @@ TEST(Generators, BadNamesAndOptionsAreNamedWithTheAcceptedOnes) {
     EXPECT_EQ(complaint([] { find_generator("castle"); }),
               "scene: expected one of pavilion, orientation, sphere, furnace, motion, materials, leaf, near, poles, "
               "seam, wires, "
-              "mirror, glass, empty, found 'castle'");
+              "mirror, glass, inside, grazing, sky, empty, found 'castle'");
     EXPECT_EQ(complaint([] { made("sphere", {"size=3"}); }),
               "options of sphere: expected NAME=VALUE with a name of radius, n, offset, found 'size=3'");
     EXPECT_EQ(complaint([] { made("sphere", {"n"}); }),
