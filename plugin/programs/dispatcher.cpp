@@ -30,6 +30,7 @@ constexpr std::array commands = {
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
     Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
+    Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
 };
 
 constexpr int exit_failed = 1;
@@ -112,7 +113,8 @@ int main(int argc, char** argv) {
         arguments[0] = typed.data();
         arguments.push_back(nullptr);
         execv(program.c_str(), arguments.data());
-        std::fprintf(stderr, "equistream: %s: %s\n", program.c_str(), std::strerror(errno));
+        std::fprintf(stderr, "equistream: %s: %s%s\n", program.c_str(), std::strerror(errno),
+                     name == "study" ? "; it comes with a build of the repository, not with an installation" : "");
         return exit_failed;
     }
     if (name.empty())

@@ -1,8 +1,11 @@
 """Reading docs/results/reproject/*/SCENE.json: what tables, charts and pictures share."""
 
 import json
-import math
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from noise_free import together  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RESULTS = REPOSITORY / "docs/results/reproject"
@@ -71,17 +74,6 @@ def tells_of_mirrors(result):
     """Whether any system was played that met mirrors or glass and knew."""
     return any("specular" in eye for kind in ("systems", "coded") for entry in result.get(kind, [])
                for run in entry["played"] for eye in run.get("eyes", {}).values())
-
-
-def decibels(mean_square):
-    return -10 * math.log10(mean_square) if mean_square > 0 else None
-
-
-def together(figures):
-    """Of views as large as each other. One source's noise is in both eyes, so that intervals add rather than their squares."""
-    pooled = {key: sum(figure[key] for figure in figures) / len(figures) for key in ("mean_square", "mean_square_low", "mean_square_high")}
-    return {**pooled, "db": decibels(pooled["mean_square"]), "db_low": decibels(pooled["mean_square_high"]),
-            "db_high": decibels(pooled["mean_square_low"]), "only_bounded": pooled["mean_square_low"] <= 0}
 
 
 def both_eyes(entry, scale):

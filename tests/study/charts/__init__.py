@@ -1,0 +1,1 @@
+"""The study's charts, each drawn from its JSON results and nothing else."""

@@ -1,0 +1,53 @@
+"""Chart 1: accuracy against time a frame and against bytes, every system, one panel a scene: noise-free above, PSNR with the truth's own noise below."""
+
+import matplotlib.pyplot as plt
+from found import all_bytes, ceiling_psnr, coding_name, db, load, ms, pareto, psnr
+
+from . import looks
+
+KINDS = {"noise-free, dB (linear)": db, "PSNR, dB": psnr}
+COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame (all tracks)")}
+
+
+def draw_panel(axes, result, cost, accuracy):
+    narrowest = result["settings"]["system_widths"][0] if len(result["settings"]["system_widths"]) > 1 else None
+    points = []
+    for entry in result["systems"]:
+        x, y = cost(entry), accuracy(entry)
+        if x is None or y is None or y > looks.HIGHEST_DB:
+            continue
+        looks.point(axes, entry, x, y, narrowest)
+        points.append((x, y))
+    looks.front(axes, pareto(points))
+
+
+def draw(results, cost, label, file):
+    plt.rcParams.update(looks.STYLE)
+    figure, panels = plt.subplots(len(KINDS), len(results), figsize=(max(3.5 * len(results), 7), 8.4), squeeze=False, sharey="row", layout="constrained")
+    for column, result in enumerate(results.values()):
+        for row, (kind, accuracy) in enumerate(KINDS.items()):
+            axes = panels[row][column]
+            axes.set_xscale("log")
+            looks.log_axis(axes.xaxis)
+            draw_panel(axes, result, cost, accuracy)
+            ceiling = ceiling_psnr(result)
+            if accuracy is psnr:
+                looks.level(axes, ceiling, f"truth against truth: {ceiling:.1f} dB")
+            else:
+                axes.annotate(f"PSNR of truth against truth: {ceiling:.1f} dB", (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize=7.5, color="#555555")
+            panels[row][0].set_ylabel(kind)
+        panels[0][column].set_title(f"{result['scene']}, frames {result['settings']['frames']}", loc="left")
+        panels[-1][column].set_xlabel(label)
+    first = next(iter(results.values()))
+    entries = [entry for result in results.values() for entry in result["systems"] if cost(entry) is not None]
+    looks.legend(figure, {entry["system"] for entry in entries}, first["titles"], {coding_name(entry) for entry in entries}, first["settings"]["system_widths"])
+    figure.suptitle(looks.provenance_line(first) + f". Dashed steps: Pareto front. Not drawn: above {looks.HIGHEST_DB} dB.", fontsize=8.5, x=0.005, ha="left")
+    looks.save(figure, file)
+    plt.close(figure)
+
+
+def draw_all(folder):
+    results = load(folder, "systems")
+    if results:
+        for name, (cost, label) in COSTS.items():
+            draw(results, cost, label, folder / f"accuracy-{name}")

@@ -1,0 +1,57 @@
+"""How systems, codings and levels look on every chart of the study."""
+
+from drawing import STYLE, plain_number  # noqa: F401
+from found import coding_name
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-mesh": "#28b463",
+           "centre-turned": "#7f8c8d", "centre-plain-mesh": "#b9770e", "centre-gather": "#45b39d", "centre-splat": "#76d7c4", "centre-lean": "#aab7b8"}
+MARKERS = {"uncoded": "*", "H.264, CRF 16": "o", "H.264, CRF 24": "s", "H.265, CRF 16": "^", "H.265, CRF 24": "D"}
+HIGHEST_DB = 60
+"""Beyond this an error is that of rounding: a picture that is the truth itself."""
+
+
+def log_axis(axis):
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(plain_number))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def point(axes, entry, x, y, narrowest):
+    """Hollow: a sphere of the narrowest width that systems were given."""
+    colour = COLOURS[entry["system"]]
+    hollow = entry["width"] == narrowest
+    axes.plot([x], [y], marker=MARKERS.get(coding_name(entry), "P"), color=colour, markeredgecolor=colour, markerfacecolor="white" if hollow else colour,
+              linestyle="none", markersize=6.5, markeredgewidth=1.1, alpha=0.9, zorder=3)
+
+
+def level(axes, db, text):
+    axes.axhline(db, color="#555555", linewidth=1, linestyle=(0, (5, 3)), zorder=1)
+    axes.annotate(text, (0.99, db), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", ha="right", va="bottom", fontsize=7.5,
+                  color="#555555")
+
+
+def front(axes, points):
+    if points:
+        axes.step(*zip(*points), where="post", color="#999999", linewidth=1, linestyle=(0, (2, 2)), zorder=2)
+
+
+def legend(figure, systems, titles, codings, widths):
+    entries = [Line2D([], [], marker="o", linestyle="none", color=colour, label=titles[name]) for name, colour in COLOURS.items() if name in systems]
+    entries += [Line2D([], [], marker=marker, linestyle="none", color="#444444", label=name) for name, marker in MARKERS.items() if name in codings]
+    if len(widths) > 1:
+        entries.append(Line2D([], [], marker="o", linestyle="none", color="#444444", markerfacecolor="white", label=f"hollow: sphere of {widths[0]} columns, else {widths[-1]}"))
+    figure.legend(handles=entries, loc="outside lower center", ncol=4, frameon=False, fontsize=8.5)
+
+
+def save(figure, file):
+    figure.savefig(file.with_suffix(".svg"), metadata={"Date": None})
+    figure.savefig(file.with_suffix(".png"), dpi=100)
+    print(file.with_suffix(".svg"))
+
+
+def provenance_line(result):
+    settings, machine = result["settings"], result["machine"]
+    return (f"{settings['eye'][0]}x{settings['eye'][1]} eyes at {settings['fov_deg']:g} degrees, {settings['eye_samples']} samples a pixel; spheres rendered {settings['sphere_width']} wide at "
+            f"{settings['sphere_samples']}; n = {settings['frames']} frames x 2 seeds; {machine['cpu']}, {machine['cores']} cores")

@@ -1,0 +1,102 @@
+"""Chart 2: our own of the paper's Figures 5 to 8, of its systems: bytes, time a frame by stage, PSNR and SSIM of each eye. Its figures have no numbers in its text, so none of theirs is drawn."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from found import ceiling_psnr, load, psnr
+from render_list import EYES
+
+from . import looks
+
+SYSTEMS = {"perspective": "perspective", "sphere-left": "sphere, left eye", "centre": "sphere, centre", "two-spheres": "two spheres"}
+STAGES = {"decode": "#7f8c8d", "convert": "#b2babb", "depth": "#1e8449", "reproject": "#2e86c1", "fill": "#d4ac0d"}
+CODEC = "h264"
+
+
+def entries(result, crf):
+    """Of the paper's codec, spheres as wide as the narrowest, which is nearest to the paper's ratio."""
+    width = result["settings"]["system_widths"][0]
+    by_name = {entry["system"]: entry for entry in result["systems"] if entry["codec"] == CODEC and entry["crf"] == crf and entry["width"] in (None, width)}
+    return {name: by_name[name] for name in SYSTEMS if name in by_name}
+
+
+def panels_of(results, rows, height):
+    figure, panels = plt.subplots(rows, len(results), figsize=(max(3.2 * len(results), 7), height * rows + 0.8), squeeze=False, sharey="row", layout="constrained")
+    for column, result in enumerate(results.values()):
+        panels[0][column].set_title(result["scene"], loc="left")
+    return figure, panels
+
+
+def finish(figure, results, words, file):
+    first = next(iter(results.values()))
+    figure.suptitle(f"{words} H.264, spheres of {first['settings']['system_widths'][0]} columns; {looks.provenance_line(first)}", fontsize=8.5, x=0.005, ha="left")
+    looks.save(figure, file)
+    plt.close(figure)
+
+
+def bars(axes, names, values, colours, **options):
+    axes.bar(range(len(names)), values, color=colours, width=0.72, **options)
+    axes.set_xticks(range(len(names)), [SYSTEMS[name] for name in names], rotation=35, ha="right", fontsize=8)
+
+
+def draw_quality(results, file):
+    """Figures 7 and 8."""
+    crfs = next(iter(results.values()))["settings"]["crfs"]
+    figure, panels = panels_of(results, 4, 2.3)
+    for column, result in enumerate(results.values()):
+        for row, (metric, eye) in enumerate((m, e) for m in ("PSNR", "SSIM") for e in EYES):
+            axes = panels[row][column]
+            for i, crf in enumerate(crfs):
+                found = entries(result, crf)
+                values = [psnr(e, eye) if metric == "PSNR" else e["against_other_seed"][eye]["ssim"] for e in found.values()]
+                axes.bar(np.arange(len(found)) + 0.38 * (i - 0.5), values, width=0.36, color=("#2e86c1", "#85c1e9")[i % 2], label=f"CRF {crf:g}")
+            axes.set_xticks(range(len(found)), [SYSTEMS[name] for name in found] if row == 3 else [], rotation=35, ha="right", fontsize=8)
+            level = ceiling_psnr(result, eye) if metric == "PSNR" else result["ceiling"][eye]["ssim"]
+            looks.level(axes, level, "truth against truth")
+            panels[row][0].set_ylabel(f"{metric}, {eye} eye" + (", dB" if metric == "PSNR" else ""))
+            low = min(v for bar in axes.containers for v in bar.datavalues)
+            axes.set_ylim(bottom=low - (2 if metric == "PSNR" else 0.03))
+    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    finish(figure, results, "The paper's Figures 7 and 8, ours.", file)
+
+
+def draw_times(results, file):
+    """Figure 6."""
+    crf = next(iter(results.values()))["settings"]["crfs"][0]
+    figure, panels = panels_of(results, 1, 3.2)
+    for column, result in enumerate(results.values()):
+        found, bottom = entries(result, crf), None
+        for stage, colour in STAGES.items():
+            values = np.array([entry["ms"][stage] for entry in found.values()])
+            bars(panels[0][column], list(found), values, colour, bottom=bottom, label=stage)
+            bottom = values if bottom is None else bottom + values
+    panels[0][0].set_ylabel("ms a frame, both eyes")
+    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    finish(figure, results, f"The paper's Figure 6, ours, CRF {crf:g}.", file)
+
+
+def draw_bytes(sizes, file):
+    """Figure 5: of pictures with little noise."""
+    figure, panels = panels_of(sizes, 1, 3.2)
+    for column, result in enumerate(sizes.values()):
+        codings = [(row["codec"], row["crf"]) for row in result["rows"] if row["source"] == "perspective"]
+        sources = list(dict.fromkeys(row["source"] for row in result["rows"]))
+        for i, source in enumerate(sources):
+            by = {(row["codec"], row["crf"]): row["bytes_a_frame"] for row in result["rows"] if row["source"] == source}
+            at = np.arange(len(codings)) + 0.8 * (i + 0.5) / len(sources) - 0.4
+            panels[0][column].bar(at, [by[c]["main"] / 1000 for c in codings], width=0.75 / len(sources), color=("#c0392b", "#2e86c1", "#85c1e9")[i % 3], label=source)
+            panels[0][column].bar(at, [by[c].get("small", 0) / 1000 for c in codings], width=0.75 / len(sources), color="#444444",
+                                  bottom=[by[c]["main"] / 1000 for c in codings], label="small stream" if i == 0 else None)
+        panels[0][column].set_xticks(range(len(codings)), [f"{codec}\n{crf:g}" for codec, crf in codings], fontsize=8)
+    panels[0][0].set_ylabel("kB a frame")
+    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    first = next(iter(sizes.values()))
+    finish(figure, sizes, f"The paper's Figure 5, ours: {first['settings']['eye_bytes_samples']} samples a pixel, spheres {first['settings']['bytes_samples']} at {first['settings']['sphere_width']} columns.", file)
+
+
+def draw_all(folder):
+    plt.rcParams.update(looks.STYLE)
+    if systems := load(folder, "systems"):
+        draw_quality(systems, folder / "paper-quality")
+        draw_times(systems, folder / "paper-times")
+    if sizes := load(folder, "sizes"):
+        draw_bytes(sizes, folder / "paper-bytes")

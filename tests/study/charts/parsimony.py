@@ -1,0 +1,70 @@
+"""Chart 4: accuracy against triangles kept on the client, bits of depth, mesh cells, draws and samples; the budget e that the client chooses marked, and the knee."""
+
+import matplotlib.pyplot as plt
+from found import db, load, together_psnr
+from knee import knee
+from render_list import EYES
+
+from . import looks
+
+CHOSEN_PX = 0.25
+
+
+def triangle_points(result):
+    return [(point["triangles"], db(point), point["error_px"]) for point in result["triangles"] if point["triangles"]]
+
+
+def bit_points(result):
+    return [(point["bits"], db(point), None) for point in result["depth_bits"] if point["bits"]]
+
+
+def cell_points(result):
+    return [(1 / point["error_px"], db(point), point["error_px"]) for point in result["mesh_cells"]]
+
+
+def sample_points(result):
+    return [(point["samples"], together_psnr([point["against_truth"][eye]["mean_square"] for eye in EYES]), None) for point in result["samples"]]
+
+
+AXES = {"triangles of the client's model": triangle_points, "bits of depth (equal steps of w)": bit_points,
+        "1 / error budget of mesh cells, 1/px": cell_points, "samples a pixel of the sphere (PSNR, noise and all)": sample_points}
+
+
+def draw_panel(axes, points, best):
+    costs, levels = [point[0] for point in points], [point[1] for point in points]
+    axes.plot(costs, levels, color="#145a32", marker="o", markersize=4.5, linewidth=1.3)
+    for cost, level, error_px in points:
+        if error_px == CHOSEN_PX:
+            axes.plot([cost], [level], marker="o", color="#c0392b", markersize=8, markerfacecolor="none", markeredgewidth=1.6)
+    bend = knee([(cost, level) for cost, level, _ in points])
+    axes.axvline(bend, color="#2e86c1", linewidth=1, linestyle=(0, (3, 3)))
+    if best is not None:
+        looks.level(axes, best, f"without: {best:.2f} dB")
+    axes.set_xscale("log")
+    looks.log_axis(axes.xaxis)
+
+
+def without(result, label):
+    """The level with nothing left out."""
+    if label.startswith("triangles"):
+        return db(result["triangles"][0])
+    return db(result["depth_bits"][0]) if label.startswith("bits") else None
+
+
+def draw_all(folder):
+    results = load(folder, "parsimony")
+    if not results:
+        return
+    plt.rcParams.update(looks.STYLE)
+    figure, panels = plt.subplots(len(AXES), len(results), figsize=(max(3.3 * len(results), 7), 2.7 * len(AXES) + 0.6), squeeze=False, layout="constrained")
+    for column, result in enumerate(results.values()):
+        panels[0][column].set_title(result["scene"], loc="left")
+        for row, (label, points) in enumerate(AXES.items()):
+            draw_panel(panels[row][column], points(result), without(result, label))
+            panels[row][column].set_xlabel(label, fontsize=8)
+    for row in panels:
+        row[0].set_ylabel("dB, both eyes")
+    first = next(iter(results.values()))
+    figure.suptitle(looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice; blue: the knee.", fontsize=8.5, x=0.005, ha="left")
+    looks.save(figure, folder / "parsimony")
+    plt.close(figure)

@@ -1,0 +1,28 @@
+"""The paper's open question: how wide a sphere, and how many bytes of it, equal a perspective render.
+
+Spheres of every width and the paper's perspective view, through the first codec at several qualities: curves of accuracy against bytes. Two sets: all the
+preset's frames, of spheres as wide as are rendered for all; and the first frames alone, of the widest sphere too, beside which everything is as short.
+"""
+
+from presets import SEEDS
+
+from .systems import SYSTEMS, Coding, Player
+
+BY_NAME = {system.name: system for system in SYSTEMS}
+SPHERES = ("centre", "sphere-left")
+VIEWS = ("perspective", "pair")
+
+
+def entries(player, widths, qualities):
+    for system in (*VIEWS, *SPHERES):
+        for width in widths if BY_NAME[system].is_sphere else (None,):
+            for coding in qualities:
+                yield player.score(BY_NAME[system], width, coding)
+
+
+def run(work):
+    preset = work.preset
+    qualities = [None, *(Coding(preset.codecs[0], crf) for crf in preset.curve_crfs)]
+    short = Player(work, f"{work.first}-{work.first + preset.widest.frames - 1}")
+    return {"n_seeds": len(SEEDS), "all": list(entries(Player(work), preset.widths, qualities)),
+            "first": list(entries(short, (*preset.widths, preset.widest.width), qualities)), "first_frames": short.frames}

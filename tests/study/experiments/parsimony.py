@@ -1,0 +1,105 @@
+"""How little is enough: accuracy against triangles of the client's model, bits of depth, share of the budget that mesh cells may use, draws, and samples.
+
+Each axis is swept with all else at its best, by the sphere at the head's centre at its full width, before coding: both eyes, noise-free, both seeds.
+Accuracy against the sphere's width is parity's (parity.py).
+"""
+
+import json
+import sys
+
+import equistream as es
+import numpy as np
+from PIL import Image
+from presets import SEEDS
+from render_list import EYES, SAMPLES, SAMPLES_SEED, wide_sphere
+from scene_work import REPOSITORY
+
+sys.path.insert(0, str(REPOSITORY / "tests/stability"))
+from breakers import coarse  # noqa: E402
+
+BUDGETS_PX = (1 / 16, 1 / 4, 1, 4, 16)
+BITS = (3, 4, 5, 6, 7, 8, 10, 12)
+DEPTHS = {"ray": "one cast of rays", "gl": "one multi-draw an eye and sphere", "gl-cube": "the paper's seven draws"}
+FILL = ["--fill", "pushpull"]
+MODEL_ROUNDS = 40
+
+
+def sources(work):
+    return [work.sphere("centre", work.preset.sphere_width, seed) for seed in SEEDS]
+
+
+def played(work, label, *words):
+    """Noise-free of both seeds' spheres, played in one way."""
+    views = [work.play(f"{label}-{seed}", source, *words)[0] for seed, source in zip(SEEDS, sources(work))]
+    return work.scored(label, views)["noise_free"]
+
+
+def triangles(work):
+    """Of the client's model, by error budget."""
+    surface = ["--method", "surface", *FILL]
+    points = [{"error_px": 0, "triangles": None, "noise_free": played(work, "model-none", "--scene", work.description, *surface)}]
+    for error_px in BUDGETS_PX:
+        file, step = f"models/{error_px:g}px.json", f"model-{error_px:g}px"
+        (work.folder / "models").mkdir(exist_ok=True)
+        work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", MODEL_ROUNDS, "--json",
+                       "--progress", "none", "--out", file)
+        figures = json.loads(work.steps.output_of(step))
+        points.append({"error_px": error_px, "triangles": figures["triangles"], "bytes": figures["bytes"],
+                       "noise_free": played(work, f"model-{error_px:g}px", "--model", file, *surface)})
+    return points
+
+
+def draws(work):
+    """The same depth by rays, by our draws and by the paper's."""
+    return [{"depth": depth, "title": title, "noise_free": played(work, f"depth-{depth}", "--scene", work.description, "--depth", depth, "--method", "surface", *FILL)}
+            for depth, title in DEPTHS.items()]
+
+
+def reprojected(work, label, change, **settings):
+    """Noise-free of what the `mesh` engine makes of the spheres, their depth changed by `change(depth_m, box_radius_m)` -> (depth_m, tolerance of w)."""
+    views = []
+    for seed, source in zip(SEEDS, sources(work)):
+        out = work.folder / f"views/{label}-{seed}"
+        engine = es.Reprojector("mesh", fill="pushpull", **settings)
+        for frame in es.Sequence(work.folder / source / "centre"):
+            depth_m, tolerance_w = change(frame["depth"], frame.info.box_radius_m)
+            draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out)
+        views.append(f"views/{label}-{seed}")
+    return work.scored(label, views)["noise_free"]
+
+
+def draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out):
+    frame["depth"] = depth_m
+    for eye in EYES:
+        true = es.read_frame_info(work.folder / f"renders/truth-{seed}/{eye}/frame.{frame.info.index:04}.exr")
+        picture = engine(frame, true.camera, true.camera_pose, depth_tolerance_w=tolerance_w)
+        (out / eye).mkdir(parents=True, exist_ok=True)
+        Image.fromarray(picture.rgb).save(out / eye / f"frame.{frame.info.index:04}.png")
+
+
+def depth_bits(work):
+    """Of w in equal steps."""
+    points = [{"bits": None, "noise_free": reprojected(work, "bits-all", lambda depth_m, box_radius_m: (depth_m, 0.0))}]
+    return points + [{"bits": bits, "noise_free": reprojected(work, f"bits-{bits}", lambda depth_m, box_radius_m, bits=bits: coarse(depth_m, box_radius_m, bits))}
+                     for bits in BITS]
+
+
+def mesh_cells(work):
+    """By the error budget of the engine."""
+    return [{"error_px": error_px, "noise_free": reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
+            for error_px in BUDGETS_PX]
+
+
+def samples(work):
+    """A pixel of the sphere: PSNR, noise and all, beside a truth of both seeds together."""
+    truth = work.merged([work.truth(seed) for seed in SEEDS], "truth-all")
+    points = []
+    for count in SAMPLES:
+        source = work.render(wide_sphere(work.preset, "centre", SAMPLES_SEED, count, f"samples-{count}"))
+        views, _ = work.play(f"samples-{count}", source, "--scene", work.description, "--method", "surface", *FILL)
+        points.append({"samples": count, "against_truth": work.compare(f"samples-{count}", views, truth)["eyes"]})
+    return points
+
+
+def run(work):
+    return {"triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}

@@ -1,0 +1,168 @@
+"""The paper's experiment, every system: what is rendered, coded and reprojected, for how many bytes and milliseconds, and how near the truth it comes.
+
+A system is a source (a perspective view, a sphere at an eye or at the head's centre, two of them), a way of playing it and what comes along for gaps.
+Each is played before coding and through each codec at each of the paper's two qualities; PSNR and SSIM are of one seed's views beside the other's truth,
+the noise-free error takes both (docs/compare.md).
+"""
+
+import dataclasses
+
+from presets import SEEDS
+
+PAPER_FILL = ["--fill", "small,spread"]
+OUR_FILL = ["--fill", "small-wide,pushpull"]
+NO_FILL = ["--fill", "none"]
+
+
+@dataclasses.dataclass(frozen=True)
+class System:
+    name: str
+    title: str
+    places: tuple
+    """Of spheres, one for each eye that has one of its own; empty: perspective views."""
+    play: tuple
+    depth: str = "scene"
+    """Whose the eyes' depth is: the client's scene, the stream's, or none."""
+    small: bool = True
+    """A small right eye comes along."""
+    views: int = 1
+    """Perspective ones."""
+    in_full: bool = True
+    """In every coding; else before coding and in the first alone."""
+
+    @property
+    def is_sphere(self):
+        return bool(self.places)
+
+
+SYSTEMS = (
+    System("perspective", "perspective view, right eye reprojected (paper, 1)", (), ("--method", "surface", *PAPER_FILL)),
+    System("pair", "both eyes rendered and coded", (), ("--method", "sphere", *NO_FILL), depth="none", small=False, views=2),
+    System("sphere-left", "sphere at the left eye (paper, 2)", ("left",), ("--method", "surface", *PAPER_FILL)),
+    System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "sphere", *NO_FILL), depth="none", small=False),
+    System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "surface", *OUR_FILL)),
+    System("centre-mesh", "the same, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
+    System("centre-turned", "the same, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
+    System("centre-plain-mesh", "the same, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
+    System("centre-gather", "the same, gather", ("centre",), ("--method", "gather", *OUR_FILL), depth="stream", in_full=False),
+    System("centre-splat", "the same, splat", ("centre",), ("--method", "splat", *OUR_FILL), depth="stream", in_full=False),
+    System("centre-lean", "the same, leaning without depth", ("centre",), ("--method", "lean", *NO_FILL), depth="none", small=False, in_full=False),
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Coding:
+    codec: str
+    crf: int
+
+    @property
+    def name(self):
+        return f"{self.codec}-crf{self.crf:g}"
+
+
+def codings(preset, crfs=None):
+    """None is no coding; the first of the others is the one that every system goes through."""
+    return [None, *(Coding(codec, crf) for codec in preset.codecs for crf in crfs or preset.crfs)]
+
+
+class Player:
+    """Plays systems of one scene, whatever they are made of; `frames` are some of the preset's, for which all is as short."""
+
+    def __init__(self, work, frames=None):
+        self.work = work
+        self.frames = frames
+
+    def sources(self, system, width, seed):
+        """What is played, one folder for each that eyes have of their own."""
+        if system.is_sphere:
+            return [self.work.sphere(place, width, seed) for place in system.places]
+        if system.views == 1:
+            return [self.work.perspective(seed)]
+        truth = self.work.truth(seed)
+        return [f"{truth}/left", f"{truth}/right"]
+
+    def encoded(self, system, source, coding, name):
+        depth = ["--depth", "auto"] if system.depth == "stream" else []
+        tracks = ["--fill", "small" if system.small else "none", "--fill-crf", coding.crf] if system.small else ["--fill", "none"]
+        kind = ("depth-" if depth else "") + ("small" if system.small else "alone")
+        return self.work.encode(f"{name}-{kind}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *tracks, *depth,
+                                *self.chosen_frames())
+
+    def chosen_frames(self):
+        return ["--frames", self.frames] if self.frames else []
+
+    def depth_words(self, system, coding):
+        if system.depth == "scene":
+            return ["--scene", self.work.description]
+        if system.depth == "none":
+            return []
+        return ["--depth", "exact" if coding is None else "stream"]
+
+    def play(self, system, width, coding, seed):
+        """Views of both eyes, and what playing each source said."""
+        said, views = [], []
+        for source in self.sources(system, width, seed):
+            label = source.removeprefix("renders/").replace("/", "-") + (f"-{self.frames}" if self.frames else "")
+            stream, encoded = (source, None) if coding is None else self.encoded(system, source, coding, label)
+            name = f"{system.name}-{label}-{coding.name if coding else 'none'}"
+            view, played = self.work.play(name, stream, *system.play, *self.depth_words(system, coding),
+                                          *(self.chosen_frames() if coding is None else []))
+            views.append(view)
+            said.append({**played, **({"encoded": encoded} if encoded else {})})
+        return self.each_eye_of_its_own(views), said
+
+    def each_eye_of_its_own(self, views):
+        """One folder of both eyes: the left of the first, the right of the last."""
+        if len(views) == 1:
+            return views[0]
+        both = self.work.folder / f"{views[0]}-with-{views[1].removeprefix('views/')}"
+        both.mkdir(exist_ok=True)
+        for eye, view in (("left", views[0]), ("right", views[1])):
+            if not (both / eye).is_symlink():
+                (both / eye).symlink_to(self.work.folder / view / eye)
+        return str(both.relative_to(self.work.folder))
+
+    def score(self, system, width, coding):
+        views, said = zip(*(self.play(system, width, coding, seed) for seed in SEEDS))
+        name = views[0].removeprefix("views/")
+        return {"system": system.name, "width": width if system.is_sphere else None, "codec": coding.codec if coding else None,
+                 "crf": coding.crf if coding else None, "n": {"frames": said[0][0]["frames"], "seeds": len(SEEDS)}, "views": list(views),
+                 **cost(said), **self.work.scored(name, views, self.frames)}
+
+
+STAGES = ("decode", "convert", "depth", "reproject", "fill")
+
+
+def stage_ms(played, stage):
+    """A frame, both eyes: the mean of decoding, which comes in bursts, and of other stages the median, which leaves out what else the machine did."""
+    times = played["milliseconds"].get(stage)
+    return times["mean" if stage in ("decode", "convert") else "p50"] if times else 0.0
+
+
+def cost(said):
+    """Bytes a frame of each track, mean of the seeds, and milliseconds a frame of each stage, of the faster seed's run; sources of a system add up."""
+    runs = [{stage: sum(stage_ms(played, stage) for played in sources) for stage in STAGES} for sources in said]
+    fastest = min(runs, key=lambda run: sum(run.values()))
+    commands = [[played.get("encoded", {}).get("command"), played["command"]] for played in said[0]]
+    found = {"ms": fastest, "commands": [[word for word in pair if word] for pair in commands],
+             "gap_fraction": {eye: played["eyes"][eye]["gap_fraction"] for played, eye in zip((said[0][0], said[0][-1]), ("left", "right"))}}
+    if "encoded" in said[0][0]:
+        tracks = {}
+        for sources in said:
+            for played in sources:
+                for track, count in played["encoded"]["bytes"].items():
+                    tracks[track] = tracks.get(track, 0) + count / len(said) / played["frames"]
+        found["bytes_a_frame"] = tracks
+        found["encode_s_a_frame"] = sum(played["encoded"]["wall_s"] / played["frames"] for played in said[0])
+    return found
+
+
+def run(work):
+    player, preset = Player(work), work.preset
+    entries = []
+    for system in SYSTEMS:
+        chosen = codings(preset) if system.in_full else codings(preset)[:2]
+        for width in preset.system_widths if system.is_sphere else (None,):
+            entries += [player.score(system, width, coding) for coding in chosen]
+    return {"ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
+            "titles": {system.name: system.title for system in SYSTEMS}}

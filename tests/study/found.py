@@ -1,0 +1,66 @@
+"""Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share."""
+
+import json
+import pathlib
+
+from noise_free import together
+from presets import REAL_SCENES
+from render_list import EYES
+
+SCALES = ("linear", "display")
+
+
+def load(folder, experiment):
+    """{scene: result}, in the presets' order, then by name."""
+    files = {file.stem: file for file in sorted((pathlib.Path(folder) / experiment).glob("*.json"))}
+    order = [scene for scene in REAL_SCENES if scene in files] + [scene for scene in files if scene not in REAL_SCENES]
+    return {scene: json.loads(files[scene].read_text()) for scene in order}
+
+
+def error(scored, eye=None, scale="linear"):
+    """Noise-free of one eye, or of both together."""
+    figures = [scored["noise_free"][name]["noise_free"][scale] for name in ([eye] if eye else EYES)]
+    return together(figures)
+
+
+def db(scored, eye=None, scale="linear"):
+    """Of error(): a bound where its interval reaches zero; None where even that is unknown."""
+    figures = error(scored, eye, scale)
+    return figures["db_low"] if figures["only_bounded"] else figures["db"]
+
+
+def psnr(scored, eye=None):
+    """Of one eye, or of both eyes' pooled squares, against the truth of the other seed; None where identical."""
+    eyes = [scored["against_other_seed"][name] for name in ([eye] if eye else EYES)]
+    return together_psnr([figures["mean_square"] for figures in eyes])
+
+
+def together_psnr(squares):
+    return together([{"mean_square": square / 255 ** 2, "mean_square_low": 0, "mean_square_high": 0} for square in squares])["db"]
+
+
+def ceiling_psnr(result, eye=None):
+    """Truth against truth."""
+    return together_psnr([result["ceiling"][name]["mean_square"] for name in ([eye] if eye else EYES)])
+
+
+def ms(entry):
+    """A frame, all stages of the client; None before coding, where frames are read and not decoded."""
+    return sum(entry["ms"].values()) if entry["codec"] else None
+
+
+def all_bytes(entry):
+    return sum(entry["bytes_a_frame"].values()) if "bytes_a_frame" in entry else None
+
+
+def pareto(points):
+    """(cost, dB) that no other beats in both."""
+    kept = []
+    for cost, value in sorted(points, key=lambda point: (point[0], -point[1])):
+        if not kept or value > kept[-1][1]:
+            kept.append((cost, value))
+    return kept
+
+
+def coding_name(entry):
+    return f"{ {'h264': 'H.264', 'h265': 'H.265'}[entry['codec']] }, CRF {entry['crf']:g}" if entry["codec"] else "uncoded"

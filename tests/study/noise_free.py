@@ -1,0 +1,14 @@
+"""The noise-free error of `compare --second` (docs/compare.md), of one eye or of views together."""
+
+import math
+
+
+def decibels(mean_square):
+    return -10 * math.log10(mean_square) if mean_square > 0 else None
+
+
+def together(figures):
+    """Of views as large as each other. One source's noise is in both eyes, so that intervals add rather than their squares."""
+    pooled = {key: sum(figure[key] for figure in figures) / len(figures) for key in ("mean_square", "mean_square_low", "mean_square_high")}
+    return {**pooled, "db": decibels(pooled["mean_square"]), "db_low": decibels(pooled["mean_square_high"]),
+            "db_high": decibels(pooled["mean_square_low"]), "only_bounded": pooled["mean_square_low"] <= 0}

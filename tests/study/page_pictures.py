@@ -1,0 +1,54 @@
+"""Small pictures of what a system showed, for the page: the right eye of the middle frame beside the truth, their difference and the gaps."""
+
+import base64
+import io
+
+import equistream as es
+import numpy as np
+from PIL import Image
+
+EYE = "right"
+WIDTH = 256
+DIFFERENCE_GAIN = 4
+
+
+def data_uri(pixels):
+    """A picture of rows x columns x 3, or of gaps, rows x columns, as text."""
+    image = Image.fromarray(pixels)
+    height = round(image.height * WIDTH / image.width)
+    image = image.resize((WIDTH, height), Image.Resampling.BOX)
+    data = io.BytesIO()
+    image.save(data, "WEBP", quality=60, method=6)
+    return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
+
+
+def file_of(folder, number):
+    return next(folder.glob(f"frame.{number:04}.*"))
+
+
+def rgb(file):
+    return np.asarray(Image.open(file).convert("RGB"))
+
+
+class Pictures:
+    """Of one scene. `truth` is shown beside all."""
+
+    def __init__(self, work):
+        self.work = work
+        self.number = (work.first + work.last) // 2
+        frame = es.read_frame(file_of(work.folder / work.truth(1) / EYE, self.number))
+        self.truth = es.to_display(frame["colour"], frame.info.exposure)
+
+    def of(self, view):
+        """What play wrote for the first seed."""
+        folder = self.work.folder / view
+        seen = rgb(file_of(folder / EYE, self.number))
+        difference = np.abs(seen.astype(int) - self.truth)
+        found = {"seen": data_uri(seen), "difference": data_uri(np.clip(DIFFERENCE_GAIN * difference, 0, 255).astype(np.uint8))}
+        gaps = folder / "gaps" / EYE
+        if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
+            found["gaps"] = data_uri(mask)
+        return found
+
+    def all_of(self, entries):
+        return {"frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}

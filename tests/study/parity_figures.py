@@ -1,0 +1,65 @@
+"""From curves of accuracy against bytes to the paper's open question: what sphere equals a perspective render.
+
+Of both eyes unless one is named. A sphere's width is given beside the width that matches the view's centre, 2 pi f columns (DESIGN's bound), so that it
+can be read for any display.
+"""
+
+import math
+
+from found import all_bytes, db, error
+from rates import bd_db, bd_rate_percent, bytes_for, crossing
+
+
+def matching_width(settings):
+    focal_px = settings["eye"][0] / (2 * math.tan(math.radians(settings["fov_deg"]) / 2))
+    return 2 * math.pi * focal_px
+
+
+def of(entries, system, width=None, coded=True):
+    return [entry for entry in entries if entry["system"] == system and entry["width"] == width and (entry["codec"] is not None) == coded]
+
+
+def points(entries, eye=None, scale="linear"):
+    """(bytes a frame, dB)."""
+    return [(all_bytes(entry), level) for entry in entries if (level := db(entry, eye, scale)) is not None]
+
+
+def widths(entries, system):
+    return sorted({entry["width"] for entry in entries if entry["system"] == system})
+
+
+def interval_db(entry, eye, scale):
+    figures = error(entry, eye, scale)
+    return figures["db_low"], figures["db_high"]
+
+
+def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None):
+    """The least width whose sphere, coded at this CRF (None: uncoded), has `level` dB; of the ends of its intervals with end 0 or 1. None: no width has."""
+    ws, ys = widths(entries, system), []
+    for width in ws:
+        entry = next(e for e in entries if e["system"] == system and e["width"] == width and e["crf"] == crf)
+        ys.append(db(entry, eye, scale) if end is None else interval_db(entry, eye, scale)[end])
+    return crossing(ws, ys, level)
+
+
+def parity_of(result, which, system, reference, eye=None, scale="linear"):
+    """One row for each of the reference's qualities: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width."""
+    entries, rows = result[which], []
+    for entry in of(entries, reference):
+        level = db(entry, eye, scale)
+        fewest = [(count, width) for width in widths(entries, system) if (count := bytes_for(points(of(entries, system, width), eye, scale), level))]
+        best = min(fewest, default=(None, None))
+        rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
+                     "width_interval": [parity_width(entries, system, level, entry["crf"], eye, scale, end) for end in (1, 0)],
+                     "fewest_bytes": best[0], "fewest_bytes_width": best[1], "bytes_ratio": best[0] / all_bytes(entry) if best[0] else None})
+    return rows
+
+
+def rates_of(result, which, system, reference, eye=None, scale="linear"):
+    """Bjontegaard's averages of each width beside the reference."""
+    entries = result[which]
+    anchor = points(of(entries, reference), eye, scale)
+    return [{"width": width, "bd_rate_percent": bd_rate_percent(anchor, points(of(entries, system, width), eye, scale)),
+             "bd_db": bd_db(anchor, points(of(entries, system, width), eye, scale))} for width in widths(entries, system)]
+
+

@@ -1,0 +1,121 @@
+"""A preset as jobs for a farm, with the time they take told from frames that were measured.
+
+Every render is split into runs of frames, a job each; a scene's experiments are one job that needs all of its renders. A render's time is its samples by the
+samples a second that the same scene was rendered with in an earlier result; an experiment's is that result's time, less its renders', by frames and pixels.
+Jobs go out as an array for Slurm (`sbatch`) and as a template of the Open Job Description.
+"""
+
+import dataclasses
+import json
+
+import found
+import render_list
+from steps import Failed, write_whole
+
+JOB_S = 3600
+"""What a render job is meant to take."""
+ARRAY_SCRIPT = """#!/bin/sh
+# Every render of preset {preset}, one job each; then, when all are done:
+#   sbatch --dependency=afterok:JOB {name}-measure.sh
+#SBATCH --job-name={name}
+#SBATCH --array=0-{last}
+#SBATCH --time={minutes}
+exec equistream study --preset {preset} --job "$SLURM_ARRAY_TASK_ID" --out "{out}"
+"""
+MEASURE_SCRIPT = """#!/bin/sh
+# What is measured of each scene, when all renders are there.
+#SBATCH --job-name={name}-measure
+#SBATCH --array=0-{last}
+#SBATCH --time={minutes}
+set -- {scenes}
+shift "$SLURM_ARRAY_TASK_ID"
+exec equistream study --preset {preset} --scenes "$1" --out "{out}"
+"""
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    scene: str
+    render: render_list.Render
+    first: int
+    last: int
+    seconds: float
+
+
+def samples_per_second(result):
+    """Of all renders of a result together, those that began from nothing."""
+    made = [record for record in result["renders"] if record["frames_kept"] == 0 and not record["name"].startswith("geometry-")]
+    if not made:
+        raise Failed(f"{result['scene']}: expected renders that were timed whole, found none")
+    return sum(record["paths"] for record in made) / sum(record["wall_s"] for record in made)
+
+
+def rates(folder, scenes):
+    """Scene -> samples a second, and which result says so. Failed for a scene that has none."""
+    measured = found.load(folder, "systems")
+    for scene in scenes:
+        if scene not in measured:
+            raise Failed(f"{folder}/systems/{scene}.json: expected a measured result to tell times from, found none (--preset small makes it)")
+    return {scene: samples_per_second(measured[scene]) for scene in scenes}
+
+
+def jobs_of(preset, scene, rate):
+    first, last = preset.frame_range(scene)
+    for render in render_list.every_render(preset):
+        end = first + render.frames - 1 if render.frames else last
+        frame_s = render.samples_a_frame() / rate
+        step = max(1, int(JOB_S / frame_s))
+        for begin in range(first, end + 1, step):
+            until = min(begin + step - 1, end)
+            yield Job(scene, render, begin, until, (until - begin + 1) * frame_s)
+
+
+def all_jobs(preset, scenes, folder):
+    by_scene = rates(folder, scenes)
+    return [job for scene in scenes for job in jobs_of(preset, scene, by_scene[scene])]
+
+
+def measuring_s(preset, result):
+    """Of a scene: what its other experiments took beside renders, by frames and by pixels of eyes."""
+    before = result["settings"]
+    renders_s = sum(record["wall_s"] for record in result["renders"])
+    pixels = preset.eye[0] * preset.eye[1] / (before["eye"][0] * before["eye"][1])
+    return max(0.0, result["took_s"] - renders_s) * preset.frames / before["frames"] * pixels
+
+
+def template(preset, count):
+    """Of the Open Job Description, version jobtemplate-2023-09."""
+    return {"specificationVersion": "jobtemplate-2023-09", "name": f"equistream study, preset {preset.name}",
+            "parameterDefinitions": [{"name": "Out", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "OUT"}],
+            "steps": [{"name": "render",
+                       "parameterSpace": {"taskParameterDefinitions": [{"name": "Job", "type": "INT", "range": f"0-{count - 1}"}]},
+                       "script": {"actions": {"onRun": {"command": "equistream", "args": ["study", "--preset", preset.name, "--job", "{{Task.Param.Job}}",
+                                                                                          "--out", "{{Param.Out}}"]}}}},
+                      {"name": "measure", "dependencies": [{"dependsOn": "render"}],
+                       "parameterSpace": {"taskParameterDefinitions": [{"name": "Scene", "type": "STRING", "range": list(preset.scenes)}]},
+                       "script": {"actions": {"onRun": {"command": "equistream", "args": ["study", "--preset", preset.name, "--scenes", "{{Task.Param.Scene}}",
+                                                                                          "--out", "{{Param.Out}}"]}}}}]}
+
+
+def clock(seconds):
+    minutes = int(seconds // 60) + 1
+    return f"{minutes // 60}:{minutes % 60:02}:00"
+
+
+def write_plan(preset, scenes, measured, out):
+    """The scripts, and a table of what each scene takes."""
+    jobs = all_jobs(preset, scenes, measured)
+    name = f"study-{preset.name}"
+    longest = max(job.seconds for job in jobs)
+    results = found.load(measured, "systems")
+    measuring = {scene: measuring_s(preset, results[scene]) for scene in scenes}
+    write_whole(out / f"{name}.sh", ARRAY_SCRIPT.format(preset=preset.name, name=name, last=len(jobs) - 1, minutes=clock(2 * longest), out=out))
+    write_whole(out / f"{name}-measure.sh", MEASURE_SCRIPT.format(preset=preset.name, name=name, last=len(scenes) - 1, minutes=clock(2 * max(measuring.values())),
+                                                                  scenes=" ".join(scenes), out=out))
+    write_whole(out / f"{name}.template.json", json.dumps(template(preset, len(jobs)), indent=1) + "\n")
+    lines = [f"{'scene':<16}{'jobs':>8}{'rendering, h':>14}{'measuring, h':>14}   (of machines like {next(iter(results.values()))['machine']['cpu']}, {next(iter(results.values()))['machine']['cores']} cores)"]
+    for scene in scenes:
+        own = [job for job in jobs if job.scene == scene]
+        lines.append(f"{scene:<16}{len(own):>8}{sum(job.seconds for job in own) / 3600:>14.1f}{measuring[scene] / 3600:>14.1f}")
+    lines.append(f"{'all':<16}{len(jobs):>8}{sum(job.seconds for job in jobs) / 3600:>14.1f}{sum(measuring.values()) / 3600:>14.1f}")
+    return "\n".join(lines)

@@ -1,0 +1,70 @@
+"""How much of the study is done: sizes, frames, samples and scenes of each preset. One table; nothing else knows such a number.
+
+Spheres are rendered once, as wide as `sphere_width`, and narrower ones are filtered from them (narrowed.py): a sphere of half the width has four times
+the samples a pixel.
+"""
+
+import dataclasses
+
+REAL_SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
+BUNDLED_SCENES = ("pavilion",)
+SEEDS = (1, 2)
+# Scene -> the middle of the frames that are studied. san-miguel's branch hangs before the left eye there (tests/study/reproject/renders.py).
+MIDDLE_FRAMES = {"kitchen": 30, "san-miguel": 41, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30, "pavilion": 30}
+
+
+@dataclasses.dataclass(frozen=True)
+class Widest:
+    """A few spheres far wider than the others, for parity."""
+    width: int
+    frames: int
+    samples: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Preset:
+    name: str
+    scenes: tuple
+    frames: int
+    """In a row, at the scene's rate."""
+    eye: tuple
+    sphere_width: int
+    """As rendered."""
+    widths: tuple
+    """Of the spheres that systems are given, narrowest first; the last is sphere_width."""
+    system_widths: tuple
+    """Those of them that every system is given."""
+    eye_samples: int
+    sphere_samples: int
+    """A pixel of sphere_width, each seed."""
+    bytes_samples: int
+    """A pixel of sphere_width of all seeds together where only bytes are asked for, which depend on noise."""
+    eye_bytes_samples: int
+    widest: Widest
+    codecs: tuple
+    crfs: tuple
+    """The paper's two."""
+    curve_crfs: tuple
+    """Of curves of accuracy against bytes: at least four, for BD-rates."""
+    repeat: int
+    """Timings of depth, reprojection and fill of each frame."""
+    fov_deg: float = 90
+
+    @property
+    def focal_px(self):
+        return self.eye[0] / 2  # at 90 degrees
+
+    def frame_range(self, scene):
+        first = max(0, MIDDLE_FRAMES.get(scene, self.frames // 2) - self.frames // 2)
+        return first, first + self.frames - 1
+
+
+PRESETS = {preset.name: preset for preset in (
+    # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
+    Preset("smoke", BUNDLED_SCENES, frames=2, eye=(480, 272), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=2,
+           bytes_samples=6, eye_bytes_samples=6, widest=Widest(2048, 1, 1), codecs=("h264",), crfs=(16, 24), curve_crfs=(16, 20, 24, 28), repeat=1),
+    Preset("small", REAL_SCENES, frames=6, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
+           widest=Widest(3840, 1, 4), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), repeat=2),
+    Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
+           sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), repeat=3),
+)}

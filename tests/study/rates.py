@@ -1,0 +1,63 @@
+"""Curves of accuracy against bytes: Bjontegaard's averages between two of them, and where one reaches another.
+
+BD-rate is by PyPI's bjontegaard (Akima over log bytes, ITU-T's); only over the decibels that both curves have.
+"""
+
+import math
+
+import bjontegaard
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+FEWEST_POINTS = 4
+
+
+def curve(points):
+    """(bytes, dB) by ascending bytes, without those that more bytes made no better: a curve must rise."""
+    rising = []
+    for count, db in sorted(points):
+        if not rising or db > rising[-1][1]:
+            rising.append((count, db))
+    return rising
+
+
+def overlap_db(a, b):
+    low, high = max(a[0][1], b[0][1]), min(a[-1][1], b[-1][1])
+    return (low, high) if high > low else None
+
+
+def bd_rate_percent(anchor, tested):
+    """How many per cent more bytes `tested` takes for the same dB; None without enough points, or where no dB is on both curves."""
+    a, b = curve(anchor), curve(tested)
+    if min(len(a), len(b)) < FEWEST_POINTS or overlap_db(a, b) is None:
+        return None
+    return float(bjontegaard.bd_rate(*zip(*a), *zip(*b), method="akima", require_matching_points=False, min_overlap=0))
+
+
+def bd_db(anchor, tested):
+    """How many dB more `tested` has for the same bytes; None as bd_rate_percent."""
+    a, b = curve(anchor), curve(tested)
+    if min(len(a), len(b)) < FEWEST_POINTS or min(a[-1][0], b[-1][0]) <= max(a[0][0], b[0][0]):
+        return None
+    return float(bjontegaard.bd_psnr(*zip(*a), *zip(*b), method="akima", require_matching_points=False, min_overlap=0))
+
+
+def bytes_for(points, db):
+    """Of a curve, at this many dB; None where it does not come to them, however many bytes it takes, or has more at its fewest."""
+    rising = curve(points)
+    if len(rising) < 2 or not rising[0][1] <= db <= rising[-1][1]:
+        return None
+    return math.exp(float(PchipInterpolator([d for _, d in rising], np.log([count for count, _ in rising]))(db)))
+
+
+def crossing(xs, ys, level):
+    """The least x, on a log scale, from which on y is at least `level`; None where it never is. Ascending xs."""
+    for i, (x, y) in enumerate(zip(xs, ys)):
+        if y is None or y < level:
+            continue
+        if i == 0 or ys[i - 1] is None:
+            return float(x)
+        before_x, before_y = xs[i - 1], ys[i - 1]
+        share = (level - before_y) / (y - before_y)
+        return float(math.exp(math.log(before_x) + share * (math.log(x) - math.log(before_x))))
+    return None

@@ -1,0 +1,44 @@
+"""Curves whose averages and crossings are known in closed form."""
+
+import math
+import unittest
+
+import rates
+
+BYTES = (1000, 2000, 4000, 8000, 16000)
+
+
+def straight(gain=1.0, offset_db=0.0):
+    """6 dB for each doubling, of `gain` times the bytes."""
+    return [(gain * count, 6 * math.log2(count / 1000) + 30 + offset_db) for count in BYTES]
+
+
+class Rates(unittest.TestCase):
+    def test_a_fifth_more_bytes_everywhere_is_twenty_per_cent(self):
+        self.assertAlmostEqual(rates.bd_rate_percent(straight(), straight(gain=1.2)), 20, places=6)
+
+    def test_half_a_decibel_less_everywhere_is_that(self):
+        self.assertAlmostEqual(rates.bd_db(straight(), straight(offset_db=-0.5)), -0.5, places=6)
+
+    def test_curves_that_share_no_decibels_have_no_rate(self):
+        self.assertIsNone(rates.bd_rate_percent(straight(), straight(offset_db=100)))
+
+    def test_three_points_are_too_few(self):
+        self.assertIsNone(rates.bd_rate_percent(straight()[:3], straight()))
+
+    def test_a_point_that_costs_more_and_is_worse_is_left_out(self):
+        self.assertEqual(rates.curve([(1, 30.0), (2, 29.0), (3, 31.0)]), [(1, 30.0), (3, 31.0)])
+
+    def test_bytes_for_a_level_between_two_points(self):
+        self.assertAlmostEqual(rates.bytes_for(straight(), 33), 1000 * math.sqrt(2), places=6)
+        self.assertIsNone(rates.bytes_for(straight(), 60))
+        self.assertIsNone(rates.bytes_for(straight(), 20))
+
+    def test_where_a_curve_over_width_comes_to_a_level(self):
+        self.assertAlmostEqual(rates.crossing((640, 1280, 2560), (20.0, 30.0, 32.0), 25), 640 * math.sqrt(2))
+        self.assertIsNone(rates.crossing((640, 1280), (20.0, 24.0), 25))
+        self.assertEqual(rates.crossing((640, 1280), (26.0, 27.0), 25), 640)
+
+
+if __name__ == "__main__":
+    unittest.main()

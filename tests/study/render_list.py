@@ -1,0 +1,88 @@
+"""Everything that the study has rendered of a scene, as specifications: what the experiments take, and what a plan counts."""
+
+import dataclasses
+
+from presets import SEEDS
+
+EYES = ("left", "right")
+PLACES = ("left", "centre", "right")
+BYTES_SEED, SAMPLES_SEED = 3, 11
+SAMPLES = (1, 2, 4, 8, 16)
+"""A pixel, of spheres whose noise is charted."""
+
+
+def size_text(size):
+    return f"{size[0]}x{size[1]}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Render:
+    """One call of `render`: a main picture for each of `eyes`, and a small one."""
+    name: str
+    seed: int
+    samples: int
+    size: tuple
+    eye: str
+    small: bool = False
+    fov_deg: float = 0
+    """Of a perspective view; 0: a sphere."""
+    options: tuple = ("--aovs", "depth")
+    frames: int = 0
+    """Of the first ones; 0: all the preset's."""
+
+    def words(self):
+        view = ["--camera", "perspective", "--fov", f"{self.fov_deg:g}"] if self.fov_deg else []
+        return [*view, "--eye", self.eye, "--size", size_text(self.size), *(["--small", "right"] if self.small else []), "--spp", self.samples,
+                "--seed", self.seed, *self.options]
+
+    def samples_a_frame(self):
+        pixels = self.size[0] * self.size[1] * (17 / 16 if self.small else 1)
+        return pixels * self.samples
+
+
+def perspective(preset, seed, samples=None, name=None):
+    """The paper's first system: the left eye and a small right one."""
+    return Render(name or f"perspective-{seed}", seed, samples or preset.eye_samples, preset.eye, "left", small=True, fov_deg=preset.fov_deg)
+
+
+def right_eye(preset, seed):
+    return Render(f"right-{seed}", seed, preset.eye_samples, preset.eye, "right", fov_deg=preset.fov_deg)
+
+
+def wide_sphere(preset, place, seed, samples=None, name=None):
+    """As wide as the preset renders them, with a small right eye."""
+    size = (preset.sphere_width, preset.sphere_width // 2)
+    return Render(name or f"sphere-{place}-{seed}", seed, samples or preset.sphere_samples, size, place, small=place != "right")
+
+
+def widest_sphere(preset, place, seed):
+    widest = preset.widest
+    return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames)
+
+
+def locked_sphere(preset, lock):
+    width = preset.system_widths[0]
+    samples = round(preset.sphere_samples * (preset.sphere_width / width) ** 2)
+    return Render(f"lock-{lock}", SEEDS[0], samples, (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
+
+
+def further_samples(wanted, each):
+    """Of BYTES_SEED, beside those of SEEDS."""
+    return max(0, wanted - len(SEEDS) * each)
+
+
+def every_render(preset):
+    """Of one scene, but for the geometry of narrowed spheres, which takes one sample."""
+    for seed in SEEDS:
+        yield perspective(preset, seed)
+        yield right_eye(preset, seed)
+        for place in PLACES:
+            yield wide_sphere(preset, place, seed)
+        for place in ("left", "centre"):
+            yield widest_sphere(preset, place, seed)
+    yield perspective(preset, BYTES_SEED, further_samples(preset.eye_bytes_samples, preset.eye_samples), f"perspective-{BYTES_SEED}")
+    yield wide_sphere(preset, "left", BYTES_SEED, further_samples(preset.bytes_samples, preset.sphere_samples), f"sphere-left-{BYTES_SEED}")
+    for lock in ("world", "path"):
+        yield locked_sphere(preset, lock)
+    for samples in SAMPLES:
+        yield wide_sphere(preset, "centre", SAMPLES_SEED, samples, f"samples-{samples}")

@@ -1,0 +1,138 @@
+"""One scene's folder of the study: what it is rendered, coded, played and compared as, each by the program, each once (steps.py).
+
+Records of commands name files relative to the folder, so that they do not depend on the machine.
+"""
+
+import json
+import pathlib
+
+import render_list
+from narrowed import made_once, merge_sequences, narrow_sequence
+from presets import SEEDS
+from steps import Failed, Steps
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+
+
+class SceneWork:
+    """`description` of the preset's scenes is the repository's; bundled scenes are generated."""
+
+    def __init__(self, work, programs, scene, preset):
+        self.scene, self.preset = scene, preset
+        self.folder = (pathlib.Path(work) / scene).resolve()
+        if REPOSITORY in self.folder.parents and REPOSITORY / "build" not in self.folder.parents:
+            raise Failed(f"--work: expected a folder outside the repository, found {work}")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.first, self.last = preset.frame_range(scene)
+        self.steps = Steps(self.folder, programs, {str(REPOSITORY) + "/": "", str(self.folder) + "/": ""},
+                           {"preset": preset.name, "frames": f"{self.first}-{self.last}"})
+        self.description = self.described()
+
+    def described(self):
+        described = REPOSITORY / f"scenes/descriptions/{self.scene}.json"
+        if described.exists():
+            return described
+        self.steps.run("scene", "scene", "generate", self.scene, "--out", "scene")
+        return self.folder / f"scene/{self.scene}.json"
+
+    @property
+    def frames(self):
+        return f"{self.first}-{self.last}"
+
+    # -- renders
+
+    def render(self, spec):
+        """Its folder, relative; the step's record goes with the others (render_records)."""
+        out = f"renders/{spec.name}"
+        frames = f"{self.first}-{self.first + spec.frames - 1}" if spec.frames else self.frames
+        self.steps.run(f"render-{spec.name}", "render", self.description, "--frames", frames, *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
+        return out
+
+    def render_part(self, spec, first, last):
+        """Some of its frames, which render() finds there later."""
+        out = f"renders/{spec.name}"
+        self.steps.run(f"part-{spec.name}-{first}-{last}", "render", self.description, "--frames", f"{first}-{last}", *spec.words(), "--progress", "none", "--out", out, fresh=out)
+
+    def render_record(self, name):
+        record = json.loads((self.folder / f"steps/render-{name}.json").read_text())
+        return {**record, **json.loads(self.steps.output_of(f"render-{name}"))}
+
+    def render_records(self):
+        names = sorted(file.stem.removeprefix("render-") for file in (self.folder / "steps").glob("render-*.json"))
+        return [{"name": name, **self.render_record(name)} for name in names]
+
+    def perspective(self, seed):
+        return self.render(render_list.perspective(self.preset, seed))
+
+    def truth(self, seed):
+        """Both eyes, side by side; the left one is the perspective system's."""
+        truth = self.folder / f"renders/truth-{seed}"
+        truth.mkdir(parents=True, exist_ok=True)
+        for eye, rendered in (("left", self.perspective(seed)), ("right", self.render(render_list.right_eye(self.preset, seed)))):
+            link = truth / eye
+            if not link.is_symlink():
+                link.symlink_to(self.folder / rendered / eye)
+        return f"renders/truth-{seed}"
+
+    def sphere(self, place, width, seed):
+        """Of this width: filtered from the wide one where that is wider, and the widest where there is only that."""
+        if width > self.preset.sphere_width:
+            return self.render(render_list.widest_sphere(self.preset, place, seed))
+        wide = self.render(render_list.wide_sphere(self.preset, place, seed))
+        return wide if width == self.preset.sphere_width else self.narrowed(wide, width, seed)
+
+    def narrowed(self, wide, width, seed):
+        """A rendered sphere, and what lies beside it, at another width."""
+        name = f"{pathlib.Path(wide).name}-at-{width}"
+        folders = sorted(folder.name for folder in (self.folder / wide).iterdir() if (folder / "manifest.json").exists())
+        place = next(folder for folder in folders if folder in render_list.PLACES)
+        geometry = self.render(render_list.Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small="small" in folders))
+        for folder in folders:
+            full, thin, out = (self.folder / path / folder for path in (wide, geometry, f"renders/{name}"))
+            made_once(out, (full, thin), lambda full=full, thin=thin, out=out: narrow_sequence(full, thin, out))
+        return f"renders/{name}"
+
+    def merged(self, sources, name):
+        """Renders of several seeds as one of all their samples."""
+        folders = sorted(folder.name for folder in (self.folder / sources[0]).iterdir() if folder.is_dir())
+        for folder in folders:
+            inputs = [self.folder / source / folder for source in sources]
+            out = self.folder / f"renders/{name}/{folder}"
+            made_once(out, inputs, lambda inputs=inputs, out=out: merge_sequences(inputs, out))
+        return f"renders/{name}"
+
+    # -- coding, playing, comparing
+
+    def encode(self, name, source, *options, suffix="mp4"):
+        """A stream and its report: bytes and pictures of each track."""
+        stream = f"streams/{name}.{suffix}"
+        (self.folder / "streams").mkdir(exist_ok=True)
+        record = self.steps.run(f"encode-{name}", "encode", source, "--out", stream, *options, "--json", "--progress", "none")
+        report = json.loads(self.steps.output_of(f"encode-{name}"))
+        tracks = {track["name"]: track["bytes"] for track in report["tracks"]}
+        return stream, {"command": record["command"], "wall_s": record["wall_s"], "bytes": tracks}
+
+    def play(self, name, source, *options):
+        """A folder of views, relative, and what `play` says of them."""
+        views = f"views/{name}"
+        record = self.steps.run(f"play-{name}", "play", source, "--size", render_list.size_text(self.preset.eye), "--fov", f"{self.preset.fov_deg:g}",
+                                "--repeat", self.preset.repeat, *options, "--progress", "none", "--out", views)
+        report = json.loads((self.folder / views / "report.json").read_text())
+        return views, {"command": record["command"], "milliseconds": report["milliseconds"], "notes": report["notes"], "eyes": report["eyes"],
+                       "bytes": report["bytes"]["input"], "frames": len(report["frames"])}
+
+    def compare(self, name, *words):
+        file = f"scores/{name}.json"
+        (self.folder / "scores").mkdir(exist_ok=True)
+        record = self.steps.run(f"compare-{name}", "compare", *words, "--progress", "none", "--out", file)
+        eyes = json.loads((self.folder / file).read_text())["eyes"]
+        for eye in eyes.values():
+            eye.pop("per_frame", None)
+        return {"command": record["command"], "eyes": eyes}
+
+    def scored(self, name, views, frames=None):
+        """Views of both seeds against the truth: PSNR and SSIM of one against the other's, and the noise-free error of both."""
+        truth = [self.truth(seed) for seed in SEEDS]
+        chosen = ["--frames", frames] if frames else []
+        return {"against_other_seed": self.compare(name, views[0], truth[1], *chosen)["eyes"],
+                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", *chosen)["eyes"]}

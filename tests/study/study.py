@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""The study: every method on every scene, speed against accuracy, and where each breaks.
+
+    equistream study [--preset smoke|small|paper] [--scenes A,B] [--experiments A,B] --out DIR
+
+Each experiment of each scene leaves DIR/EXPERIMENT/SCENE.json; what is there already is not measured again (--again), and what was interrupted goes on
+where it stopped. Renders, streams and views stay in the work folder. In the end charts and a page for each scene are drawn from what DIR holds.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import charts.accuracy  # noqa: E402
+import charts.paper  # noqa: E402
+import charts.parity  # noqa: E402
+import charts.parsimony  # noqa: E402
+import plan  # noqa: E402
+from charts.looks import COLOURS  # noqa: E402
+from experiments import EXPERIMENTS  # noqa: E402
+from found import load  # noqa: E402
+from page import write_page  # noqa: E402
+from page_pictures import Pictures  # noqa: E402
+from presets import PRESETS  # noqa: E402
+from scene_work import REPOSITORY, SceneWork  # noqa: E402
+from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
+
+
+def names_of(known):
+    def chosen(text):
+        names = text.split(",")
+        for name in names:
+            if name not in known:
+                raise argparse.ArgumentTypeError(f"expected some of {', '.join(known)}, found '{name}'")
+        return names
+    return chosen
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="equistream study", description=__doc__.splitlines()[0],
+                                     epilog="example: equistream study --preset smoke --out study-out")
+    parser.add_argument("--preset", choices=PRESETS, default="smoke",
+                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
+    parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
+    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), default=list(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}")
+    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
+    parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
+    parser.add_argument("--job", type=int, metavar="N", help="one of the plan's render jobs, and nothing else")
+    parser.add_argument("--measured", type=pathlib.Path, default=REPOSITORY / "docs/results/study", help="results that --plan and --job tell times from; default: the committed ones")
+    parser.add_argument("--again", action="store_true", help="measure what is there already, too")
+    parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def settings(preset):
+    """What makes a result another one: all numbers of the preset, and their seeds."""
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key != "scenes"} | {
+        "widest": vars(preset.widest)}
+
+
+class Study:
+    def __init__(self, options):
+        self.options = options
+        self.preset = PRESETS[options.preset]
+        self.work = options.work or options.out / "work"
+        self.scenes = options.scenes.split(",") if options.scenes else list(self.preset.scenes)
+
+    def is_done(self, file):
+        if self.options.again or not file.exists():
+            return False
+        found = json.loads(file.read_text())["settings"]
+        wanted = json.loads(json.dumps(settings(self.preset)))
+        if found != wanted:
+            differing = ", ".join(key for key in wanted if found.get(key) != wanted[key])
+            raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
+        return True
+
+    def measure(self, experiment, scene):
+        file = self.options.out / experiment / f"{scene}.json"
+        if self.is_done(file):
+            print(f"{file}: there already", flush=True)
+            return
+        began = time.monotonic()
+        work = SceneWork(self.work, self.options.bin, scene, self.preset)
+        made = provenance(self.options.bin, REPOSITORY)
+        result = {"scene": scene, "experiment": experiment,
+                  "command": f"equistream study --preset {self.preset.name} --scenes {scene} --experiments {experiment} --out DIR",
+                  "settings": settings(self.preset), **made, **EXPERIMENTS[experiment](work)}
+        result["renders"] = work.render_records()
+        result["took_s"] = round(time.monotonic() - began, 1)
+        if experiment == "systems":
+            write_whole(self.options.out / "pictures" / file.name, json.dumps(Pictures(work).all_of(result["systems"]), indent=1) + "\n")
+        write_whole(file, json.dumps(result, indent=1) + "\n")
+        print(f"{file}: {result['took_s']:.0f} s", flush=True)
+
+    def run(self):
+        if self.options.plan:
+            print(plan.write_plan(self.preset, self.scenes, self.options.measured, self.options.out))
+            return
+        if self.options.job is not None:
+            self.render_job()
+            return
+        for scene in self.scenes:
+            for experiment in self.options.experiments:
+                self.measure(experiment, scene)
+        self.draw()
+
+    def render_job(self):
+        jobs = plan.all_jobs(self.preset, self.scenes, self.options.measured)
+        if not 0 <= self.options.job < len(jobs):
+            raise Failed(f"--job: expected 0 to {len(jobs) - 1}, found {self.options.job}")
+        job = jobs[self.options.job]
+        SceneWork(self.work, self.options.bin, job.scene, self.preset).render_part(job.render, job.first, job.last)
+
+    def draw(self):
+        for chart in (charts.accuracy, charts.paper, charts.parity, charts.parsimony):
+            chart.draw_all(self.options.out)
+        pictures = load(self.options.out, "pictures")
+        for scene, result in load(self.options.out, "systems").items():
+            if scene in pictures:
+                write_page(result, pictures[scene], COLOURS, self.options.out / f"{scene}.html")
+
+
+def main():
+    Study(arguments()).run()
+
+
+if __name__ == "__main__":
+    run_as_program(main)
