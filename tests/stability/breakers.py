@@ -25,6 +25,10 @@ class Breaker:
     coding: Optional[Callable] = None
     """Options of `encode` for a value: the source's colour and depth come through a stream. The eye's own depth, which `surface` and the
     paper's method take, and the small view's stay exact."""
+    truth_head: Optional[Callable] = None
+    """Where the head really is for a value: metres beside the scene's path, and degrees turned to the left."""
+    believed_head: Optional[Callable] = None
+    """Where the client takes it to be; nothing where it knows."""
     mirrors: bool = False
     """Pixels of mirrors and glass are looked up by virtual depth; otherwise methods are on their own."""
 
@@ -39,6 +43,15 @@ def wires(value, focal_px):
 
 def at_arm_length(value, focal_px):
     return ["distance_m=0.4"]
+
+
+def aside(value):
+    """Right, up and ahead at once."""
+    return (value * 0.8, value * 0.36, -value * 0.48), 0
+
+
+def turned(value):
+    return (0, 0, 0), value
 
 
 def coarse(depth_m, box_radius_m, bits):
@@ -73,5 +86,12 @@ BREAKERS = (
             knob("behind_m"), max_bounces=2, samples=64, mirrors=True),
     Breaker("coarse depth", "near", "bits of w", (12, 10, 8, 7, 6, 5, 4, 3, 2), (8, 5, 3), at_arm_length, damage=coarse),
     Breaker("coded depth", "near", "CRF of the track of w in 10 bits", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("w10")),
+    Breaker("inside", "inside", "of the head's centre in a block, m", (-0.2, -0.1, -0.05, -0.02, 0, 0.02, 0.05, 0.1), (-0.1, 0, 0.05), knob("depth_m")),
+    Breaker("grazing", "grazing", "of the eyes above ground to the horizon, m", (1.6, 0.8, 0.4, 0.2, 0.1, 0.05, 0.02), (0.8, 0.2, 0.05), knob("height_m")),
+    Breaker("sky", "sky", "distance of a railing before the sky, m", (20, 5, 2, 1, 0.5, 0.3, 0.2, 0.1), (5, 0.5, 0.2), knob("distance_m")),
+    Breaker("beyond the box", "near", "of the head beside the sphere's centre, m; the box ends at 0", (0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8),
+            (0, 0.1, 0.4), at_arm_length, truth_head=aside, believed_head=aside),
+    Breaker("fast head", "near", "by which the head's pose is told wrong, degrees", (0, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2), (0, 0.1, 1), at_arm_length,
+            truth_head=turned),
     Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("pece420")),
 )

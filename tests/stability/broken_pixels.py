@@ -4,13 +4,12 @@ Frames are damaged on disk and played by `equistream play --depth exact`, into l
 """
 
 import pathlib
-import subprocess
 
 import numpy as np
 import OpenEXR
-from PIL import Image
 
 import chains
+import played
 from breakers import Breaker, at_arm_length
 
 BREAKER = Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0, 0.001, 0.05),
@@ -33,13 +32,6 @@ def break_file(file, share, random):
     OpenEXR.File(source.parts).write(str(file))
 
 
-def run(program, *words):
-    words = [str(word) for word in words]
-    result = subprocess.run([program, *words], capture_output=True, text=True)
-    if result.returncode != 0:
-        raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
-
-
 def scores(program, breaker, share, work):
     """Method -> figures, of what `play` made of a damaged folder."""
     renders = chains.Renders(program, breaker, share, work)
@@ -50,23 +42,19 @@ def scores(program, breaker, share, work):
     random = np.random.default_rng(SEED)
     for file in sorted((work / "sphere").rglob("*.exr")):
         break_file(file, share, random)
-    run(program, "encode", work / "sphere", "--out", work / "sphere.mp4", "--progress", "none")
+    played.run(program, "encode", work / "sphere", "--out", work / "sphere.mp4", "--progress", "none")
     return {method: score(program, work, method, truth) for method in chains.es.METHODS}
 
 
 def score(program, work, method, truth):
     out = work / f"eyes-{method}"
-    run(program, "play", work / "sphere", "--depth", "exact", "--method", method, "--fill", chains.ladder(), "--size", chains.size_text(chains.EYE_SIZE),
-        "--format", "exr", "--reliability", "--progress", "none", "--out", out)
-
-    def plane(name, eye):
-        return np.asarray(Image.open(out / name / eye / "frame.0000.png"))
-
+    played.run(program, "play", work / "sphere", "--depth", "exact", "--method", method, "--fill", chains.ladder(), "--size", chains.size_text(chains.EYE_SIZE),
+               "--format", "exr", "--reliability", "--progress", "none", "--out", out)
     found = chains.Score()
     for eye, frame in truth.items():
         colour = chains.es.read_frame(out / eye / "frame.0000.exr")["colour"]
         if not np.isfinite(colour).all():
             raise RuntimeError(f"{method}: expected finite colours, found {int((~np.isfinite(colour)).sum())} others in the {eye} eye")
         shown, true = (chains.es.to_display(picture, frame.info.exposure) for picture in (colour, frame["colour"]))
-        found.add(shown, true, plane("gaps", eye) != 0, plane("reliability", eye))
+        found.add(shown, true, played.plane(out, "gaps", eye, 0) != 0, played.plane(out, "reliability", eye, 0))
     return found.figures()

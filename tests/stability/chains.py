@@ -1,5 +1,6 @@
 """From a breaker's value to what every method shows: renders by the program, reprojection by the Python package, scores."""
 
+import math
 import pathlib
 import subprocess
 
@@ -34,7 +35,9 @@ class Renders:
         self.folder = pathlib.Path(folder)
         options = [word for setting in breaker.setting(value, FOCAL_PX) for word in ("--option", setting)]
         self.run("scene", "generate", breaker.scene, "--out", self.folder, *options)
-        self.render("truth", "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", breaker.samples)
+        self.render_eyes("truth", breaker.samples, breaker.truth_head)
+        if breaker.truth_head is not breaker.believed_head:
+            self.render_eyes("believed", 1, breaker.believed_head)
         for name, eye, size in (("sphere", "centre", SPHERE_SIZE), ("paper", "left", SPHERE_SIZE), ("small", "right", SMALL_SIZE)):
             self.render(name, "--eye", eye, "--size", size_text(size), "--spp", max(4, breaker.samples // 4))
         if breaker.coding is not None:
@@ -50,6 +53,22 @@ class Renders:
     def render(self, name, *words):
         self.run("render", self.folder / f"{self.breaker.scene}.json", "--frames", 0, "--max-bounces",
                  self.breaker.max_bounces, "--aovs", "depth,specular,virtual", "--progress", "none", "--out", self.folder / name, *words)
+
+    def render_eyes(self, name, samples, head):
+        path = [] if head is None else ["--path", self.path_of(name, *head(self.value))]
+        self.render(name, "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", samples, *path)
+
+    def path_of(self, name, offset_m, yaw_deg):
+        """A head beside the origin, from which these scenes are seen looking ahead."""
+        half = math.radians(yaw_deg) / 2
+        pose = (*offset_m, math.cos(half), 0, math.sin(half), 0)
+        file = self.folder / f"{name}.csv"
+        file.write_text("time_s,x,y,z,qw,qx,qy,qz\n" + "".join(",".join(repr(float(v)) for v in (time_s, *pose)) + "\n" for time_s in (0, 1)))
+        return file
+
+    def eyes(self):
+        """Where the client takes them to be, with their depth."""
+        return [self.frame("truth" if self.breaker.truth_head is self.breaker.believed_head else "believed", eye) for eye in EYES]
 
     def frame(self, name, eye):
         return es.read_frame(self.folder / name / eye / "frame.0000.exr")
@@ -109,7 +128,8 @@ def reprojected(renders, method):
     source, depth_m, tolerance_w = renders.source(*(("paper", "left") if method == "paper" else ("sphere", "centre")))
     small = renders.frame("small", "right")
     truths = [renders.frame("truth", eye) for eye in EYES]
-    depths = [(source.info, depth_m), *((view.info, view["depth"]) for view in (small, *truths))]
+    eyes = renders.eyes()
+    depths = [(source.info, depth_m), *((view.info, view["depth"]) for view in (small, *eyes))]
 
     def depth(camera, pose):
         return next(depth_m for info, depth_m in depths if info.camera == camera and info.camera_pose == pose)
@@ -118,8 +138,8 @@ def reprojected(renders, method):
     # The paper's has no virtual depth.
     engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(),
                             mirrors="images" if renders.breaker.mirrors and method != "paper" else "surface")
-    for truth in truths:
-        picture = engine(source, truth.info.camera, truth.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
+    for eye, truth in zip(eyes, truths):
+        picture = engine(source, eye.info.camera, eye.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
         yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)
 
 

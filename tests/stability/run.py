@@ -22,6 +22,8 @@ try:
 except ImportError as missing:
     sys.exit(f"run.py: expected equistream's package and tests/requirements.txt (PYTHONPATH=BUILD/package), found no {missing.name}")
 
+# With a chain of their own; all others have that of chains.py.
+BY_PLAY = {module.BREAKER: module for module in (broken_pixels,)}
 HERE = pathlib.Path(__file__).resolve().parent
 THRESHOLDS = HERE / "thresholds.json"
 SCORES = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps",
@@ -36,8 +38,8 @@ def value_text(value):
 
 def measure(program, folder, breaker, value):
     with tempfile.TemporaryDirectory(prefix=f"{breaker.name.replace(' ', '-')}-{value:g}-", dir=folder) as work:
-        if breaker is broken_pixels.BREAKER:
-            return broken_pixels.scores(program, breaker, value, pathlib.Path(work))
+        if breaker in BY_PLAY:
+            return BY_PLAY[breaker].scores(program, breaker, value, pathlib.Path(work))
         return chains.scores(chains.Renders(program, breaker, value, work))
 
 
@@ -113,7 +115,7 @@ def losses(found, thresholds):
 
 
 def every_breaker():
-    return {breaker.name: breaker for breaker in (*BREAKERS, broken_pixels.BREAKER)}
+    return {breaker.name: breaker for breaker in (*BREAKERS, *BY_PLAY)}
 
 
 def chosen(names):

@@ -44,7 +44,7 @@ def triangles(work):
         work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", MODEL_ROUNDS, "--json",
                        "--progress", "none", "--out", file)
         figures = json.loads(work.steps.output_of(step))
-        points.append({"error_px": error_px, "triangles": figures["triangles"], "bytes": figures["bytes"],
+        points.append({"error_px": error_px, "triangles": figures["triangles"]["after"], "bytes": figures["bytes"],
                        "noise_free": played(work, f"model-{error_px:g}px", "--model", file, *surface)})
     return points
 

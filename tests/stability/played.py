@@ -1,0 +1,17 @@
+"""What chains by `equistream play` share: the program, and scores of what it wrote."""
+
+import subprocess
+
+import numpy as np
+from PIL import Image
+
+
+def run(program, *words):
+    words = [str(word) for word in words]
+    result = subprocess.run([program, *words], capture_output=True, text=True)
+    if result.returncode != 0:
+        raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
+
+
+def plane(out, name, eye, number):
+    return np.asarray(Image.open(out / name / eye / f"frame.{number:04}.png"))
