@@ -41,7 +41,7 @@ def draw(results, cost, label, file):
     first = next(iter(results.values()))
     entries = [entry for result in results.values() for entry in result["systems"] if cost(entry) is not None]
     looks.legend(figure, {entry["system"] for entry in entries}, first["titles"], {coding_name(entry) for entry in entries}, first["settings"]["system_widths"])
-    figure.suptitle(looks.provenance_line(first) + f". Dashed steps: Pareto front. Not drawn: above {looks.HIGHEST_DB} dB.", fontsize=8.5, x=0.005, ha="left")
+    looks.title(figure, looks.provenance_line(first) + f". Dashed steps: Pareto front. Not drawn: above {looks.HIGHEST_DB} dB.")
     looks.save(figure, file)
     plt.close(figure)
 

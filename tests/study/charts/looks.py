@@ -1,5 +1,7 @@
 """How systems, codings and levels look on every chart of the study."""
 
+import textwrap
+
 from drawing import STYLE, plain_number  # noqa: F401
 from found import coding_name
 from matplotlib.lines import Line2D
@@ -21,7 +23,7 @@ def log_axis(axis):
 def point(axes, entry, x, y, narrowest):
     """Hollow: a sphere of the narrowest width that systems were given."""
     colour = COLOURS[entry["system"]]
-    hollow = entry["width"] == narrowest
+    hollow = narrowest is not None and entry["width"] == narrowest
     axes.plot([x], [y], marker=MARKERS.get(coding_name(entry), "P"), color=colour, markeredgecolor=colour, markerfacecolor="white" if hollow else colour,
               linestyle="none", markersize=6.5, markeredgewidth=1.1, alpha=0.9, zorder=3)
 
@@ -42,7 +44,12 @@ def legend(figure, systems, titles, codings, widths):
     entries += [Line2D([], [], marker=marker, linestyle="none", color="#444444", label=name) for name, marker in MARKERS.items() if name in codings]
     if len(widths) > 1:
         entries.append(Line2D([], [], marker="o", linestyle="none", color="#444444", markerfacecolor="white", label=f"hollow: sphere of {widths[0]} columns, else {widths[-1]}"))
-    figure.legend(handles=entries, loc="outside lower center", ncol=4, frameon=False, fontsize=8.5)
+    figure.legend(handles=entries, loc="outside lower center", ncol=max(1, int(figure.get_figwidth() / 3.6)), frameon=False, fontsize=8.5)
+
+
+def title(figure, text):
+    """Above all panels, in as many lines as it takes."""
+    figure.suptitle("\n".join(textwrap.wrap(text, int(15 * figure.get_figwidth()))), fontsize=8.5, x=0.005, ha="left")
 
 
 def save(figure, file):

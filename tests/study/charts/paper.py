@@ -28,7 +28,7 @@ def panels_of(results, rows, height):
 
 def finish(figure, results, words, file):
     first = next(iter(results.values()))
-    figure.suptitle(f"{words} H.264, spheres of {first['settings']['system_widths'][0]} columns; {looks.provenance_line(first)}", fontsize=8.5, x=0.005, ha="left")
+    looks.title(figure, f"{words} H.264, spheres of {first['settings']['system_widths'][0]} columns; {looks.provenance_line(first)}")
     looks.save(figure, file)
     plt.close(figure)
 

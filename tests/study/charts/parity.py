@@ -61,7 +61,6 @@ def draw_all(folder):
         row[0].set_ylabel("noise-free, dB (linear), both eyes")
         row[-1].legend(fontsize=7, frameon=False)
     first = next(iter(results.values()))
-    figure.suptitle(looks.provenance_line(first) + ". Above: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns.", fontsize=8.5,
-                    x=0.005, ha="left")
+    looks.title(figure, looks.provenance_line(first) + ". Above: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns.")
     looks.save(figure, folder / "parity")
     plt.close(figure)

@@ -65,6 +65,6 @@ def draw_all(folder):
     for row in panels:
         row[0].set_ylabel("dB, both eyes")
     first = next(iter(results.values()))
-    figure.suptitle(looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice; blue: the knee.", fontsize=8.5, x=0.005, ha="left")
+    looks.title(figure, looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice; blue: the knee.")
     looks.save(figure, folder / "parsimony")
     plt.close(figure)
