@@ -80,6 +80,8 @@ std::string made() {
     d.add("LEAST_LIKENESS", least_likeness);
     d.add("NEAREST_S", nearest_s);
     d.add_whole("MOST_EYES", most_eyes);
+    d.add_whole("POSITION_BITS", position_bits);
+    d.add_whole("POSITION_ONE", position_one);
     d.add_whole("BLOCK_LEVELS", std::countr_zero(unsigned(LatticeBlock::side)));
     d.add_whole("TILE_SHIFT", PullPyramid::tile_levels);
     d.add("LOG2_CORRECTION", log2_correction);

@@ -1,19 +1,15 @@
 #include "settings_file.h"
 
 #include <equistream/error.h>
+#include <equistream_cli/commands.h>
 
 #include <algorithm>
-#include <array>
 #include <sstream>
 #include <utility>
 
 namespace equistream::cli {
 
 namespace {
-
-/// What a section may be for: `equistream NAME`.
-constexpr std::array commands = {"render",  "import", "encode", "serve", "play",  "view",
-                                 "compare", "info",   "model",  "scene", "study", "fit"};
 
 bool is_mark(const CLI::ConfigItem& item) {
     return item.name == "++" || item.name == "--";  // a section's begin and end
@@ -78,7 +74,7 @@ std::vector<CLI::ConfigItem> SettingsFile::from_config(std::istream& input) cons
     std::vector<CLI::ConfigItem> accepted;
     for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
         const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
-        if (section != own && std::ranges::find(commands, section) != commands.end())
+        if (section != own && std::ranges::find(commands, section, &Command::name) != commands.end())
             continue;
         const std::string place = item.fullname();
         if (section == own)

@@ -1,5 +1,7 @@
 /// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
 /// a renderer's libraries and the client's never meet.
+#include <equistream_cli/commands.h>
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -13,25 +15,8 @@
 
 namespace {
 
-struct Command {
-    std::string_view name;
-    std::string_view program;
-    std::string_view summary;
-};
-
-constexpr std::array commands = {
-    Command{"render", "equistream-render-embree", "path trace a scene along a path: EXR sequences with AOVs"},
-    Command{"encode", "equistream-encode", "code a rendered sequence as video that carries its poses"},
-    Command{"serve", "equistream-serve", "send a recorded stream, or a scene as it is rendered, to viewers"},
-    Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
-    Command{"view", "equistream-view", "look around in a stream, in a window"},
-    Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
-    Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
-    Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
-    Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
-    Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
-    Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
-};
+using equistream::cli::Command;
+using equistream::cli::commands;
 
 constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;

@@ -8,10 +8,13 @@ GeneratedScene make_pavilion(const GeneratorValues&);
 GeneratedScene make_orientation(const GeneratorValues&);
 GeneratedScene make_sphere(const GeneratorValues& values);
 GeneratedScene make_furnace(const GeneratorValues& values);
-GeneratedScene make_motion(const GeneratorValues&);
+GeneratedScene make_motion(const GeneratorValues& values);
 GeneratedScene make_materials(const GeneratorValues&);
 GeneratedScene make_empty(const GeneratorValues&);
 
+inline constexpr GeneratorOption motion_options[] = {
+    {"seconds", "1", "how long things move, there in one second and back in the next"},
+};
 inline constexpr GeneratorOption sphere_options[] = {
     {"radius", "3", "metres"},
     {"n", "256", "depths seen from the centre lie in [radius cos(pi/n), radius]"},

@@ -2,13 +2,13 @@
 #include "glowing_room.h"
 #include "noise.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace equistream::generate {
 namespace {
 
-constexpr int key_count = 31;
-constexpr double frames_per_second = 30;
+constexpr int keys_a_second = 30;
 
 /// Smooth in every direction, so that sampling between pixels is accurate; no two places alike.
 ByteImage clouds(std::uint32_t seed, glm::vec3 tint) {
@@ -20,16 +20,25 @@ ByteImage clouds(std::uint32_t seed, glm::vec3 tint) {
     });
 }
 
-/// From `from` to `to` in one second, turning about `axis`.
-PosePath glide(glm::dvec3 from, glm::dvec3 to, glm::dvec3 axis, double turn_rad) {
-    std::vector<PosePath::Key> keys;
-    for (int i = 0; i < key_count; ++i) {
-        const double t = static_cast<double>(i) / (key_count - 1);
-        keys.push_back(
-            {i / frames_per_second, {glm::mix(from, to, t), glm::angleAxis(turn_rad * t, glm::normalize(axis))}});
+/// From `from` to `to` in one second, turning about `axis`, and back in the next, as long as told.
+class Glide {
+public:
+    explicit Glide(int seconds) : seconds_(seconds) {}
+
+    PosePath operator()(glm::dvec3 from, glm::dvec3 to, glm::dvec3 axis, double turn_rad) const {
+        std::vector<PosePath::Key> keys;
+        for (int i = 0; i <= keys_a_second * seconds_; ++i) {
+            const int on = i % (2 * keys_a_second), step = std::min(on, 2 * keys_a_second - on);
+            const double t = static_cast<double>(step) / keys_a_second;
+            keys.push_back({i / static_cast<double>(keys_a_second),
+                            {glm::mix(from, to, t), glm::angleAxis(turn_rad * t, glm::normalize(axis))}});
+        }
+        return PosePath(std::move(keys), "motion");
     }
-    return PosePath(std::move(keys), "motion");
-}
+
+private:
+    int seconds_;
+};
 
 std::uint32_t cloudy(SceneBuilder& scene, const std::string& name, std::uint32_t seed, glm::vec3 tint) {
     return scene.material(glowing(name, glm::vec3(1), scene.texture(name, clouds(seed, tint), Encoding::png)));
@@ -39,7 +48,8 @@ std::uint32_t cloudy(SceneBuilder& scene, const std::string& name, std::uint32_t
 
 /// Light only, so frames are free of noise and shading. The ball crosses the seam (straight behind), the block passes
 /// over the upper pole.
-GeneratedScene make_motion(const GeneratorValues&) {
+GeneratedScene make_motion(const GeneratorValues& values) {
+    const Glide glide(values.count("seconds", 1, 600));
     SceneBuilder scene;
     add_glowing_room(scene, {6, 5, 6}, [](Side side) {
         return clouds(1000 + 100 * static_cast<std::uint32_t>(side),

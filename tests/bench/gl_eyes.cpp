@@ -30,7 +30,7 @@ struct GlEyes {
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
     gl::EyeTargets targets;
-    gl::LookUp look_up{true};
+    gl::LookUp look_up{gl::LookUpRule::seen};
     gl::GapTiles gaps;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;

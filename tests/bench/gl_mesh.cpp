@@ -30,7 +30,7 @@ struct Stage {
     std::array<gl::SourceTextures, 2> textures;  // whose depths are others throughout
     gl::EyeTargets targets;
     gl::MeshDepth mesh;
-    gl::LookUp look_up{true};
+    gl::LookUp look_up{gl::LookUpRule::seen};
 
     Stage() {
         const Pose head = bench::bench_scene("pavilion")->description.camera_path.at(0);

@@ -18,6 +18,15 @@ def plain_number(value, _):
     return f"{value:,.0f}" if value >= 1 else f"{value:g}"
 
 
+def pareto(points):
+    """(cost, dB) that no other beats in both."""
+    kept = []
+    for cost, db in sorted(points, key=lambda point: (point[0], -point[1])):
+        if not kept or db > kept[-1][1]:
+            kept.append((cost, db))
+    return kept
+
+
 def rgb(file):
     return np.asarray(Image.open(file).convert("RGB"))
 

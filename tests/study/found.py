@@ -7,9 +7,6 @@ from noise_free import together
 from presets import REAL_SCENES
 from render_list import EYES
 
-SCALES = ("linear", "display")
-
-
 def load(folder, experiment):
     """{scene: result}, in the presets' order, then by name."""
     files = {file.stem: file for file in sorted((pathlib.Path(folder) / experiment).glob("*.json"))}
@@ -51,15 +48,6 @@ def ms(entry):
 
 def all_bytes(entry):
     return sum(entry["bytes_a_frame"].values()) if "bytes_a_frame" in entry else None
-
-
-def pareto(points):
-    """(cost, dB) that no other beats in both."""
-    kept = []
-    for cost, value in sorted(points, key=lambda point: (point[0], -point[1])):
-        if not kept or value > kept[-1][1]:
-            kept.append((cost, value))
-    return kept
 
 
 def coding_name(entry):

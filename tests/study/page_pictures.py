@@ -5,6 +5,7 @@ import io
 
 import equistream as es
 import numpy as np
+from drawing import rgb
 from PIL import Image
 
 EYE = "right"
@@ -24,10 +25,6 @@ def data_uri(pixels):
 
 def file_of(folder, number):
     return next(folder.glob(f"frame.{number:04}.*"))
-
-
-def rgb(file):
-    return np.asarray(Image.open(file).convert("RGB"))
 
 
 class Pictures:

@@ -27,6 +27,7 @@ from page_pictures import Pictures  # noqa: E402
 from presets import PRESETS  # noqa: E402
 from scene_work import REPOSITORY, SceneWork  # noqa: E402
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
+from tables import write_tables  # noqa: E402
 
 
 def names_of(known):
@@ -119,6 +120,7 @@ class Study:
     def draw(self):
         for chart in (charts.accuracy, charts.paper, charts.parity, charts.parsimony):
             chart.draw_all(self.options.out)
+        write_tables(self.options.out)
         pictures = load(self.options.out, "pictures")
         for scene, result in load(self.options.out, "systems").items():
             if scene in pictures:

@@ -46,7 +46,8 @@ Enum parse_word(const char* option, const std::string& word, const std::array<st
 
 constexpr std::array<std::string_view, 2> switches = {"off", "on"}, decoders = {"software", "auto"};
 /// By depth from `surface` on: of geometry, else found by an engine.
-constexpr std::array<std::string_view, 5> methods = {"sphere", "surface", "mesh", "splat", "gather"};
+constexpr std::array<std::string_view, 7> methods = {"sphere", "surface",    "mesh", "splat",
+                                                     "gather", "mesh-plain", "lean"};
 /// As PictureUpload has them.
 constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
 
@@ -75,10 +76,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
         for (const auto& [option, file] :
              {std::pair("--scene", &arguments.scene), std::pair("--model", &arguments.model)})
             if (app.count(option) > 0)
-                throw InputError(
-                    expected_found("--method " + arguments.method,
-                                   "the stream's own depth alone (that of geometry goes by --method surface)",
-                                   option + (" " + file->string())));
+                throw InputError(expected_found("--method " + arguments.method,
+                                                "the stream alone (depth of geometry goes by --method surface)",
+                                                option + (" " + file->string())));
         settings.finding_engine = arguments.method;
     }
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
@@ -163,7 +163,8 @@ std::function<void()> set_up(CLI::App& app) {
         ->excludes(scene);
     app.add_option("--method", arguments->method,
                    "surface (by depth: of --scene or --model, else the stream's own by mesh), sphere (rotation only), "
-                   "or by the stream's own depth mesh, splat or gather")
+                   "by the stream's own depth mesh, splat, gather or mesh-plain (no surface ends, a baseline), or lean "
+                   "(no depth: things lie on a sphere)")
         ->capture_default_str();
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();

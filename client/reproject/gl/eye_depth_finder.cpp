@@ -1,6 +1,7 @@
 #include "eye_depth_finder.h"
 
 #include "gather_depth.h"
+#include "lean_depth.h"
 #include "mesh_depth.h"
 #include "splat_depth.h"
 
@@ -9,7 +10,7 @@
 namespace equistream::gl {
 
 void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
-    assert(source.depth() != 0 && !eyes.empty() && eyes.size() <= std::size_t(most_eyes));
+    assert((source.depth() != 0 || !traits_.needs_depth) && !eyes.empty() && eyes.size() <= std::size_t(most_eyes));
     eye_blocks_.set(view, eyes, options_.error_budget_px);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
@@ -22,8 +23,10 @@ std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const
         return std::make_unique<SplatDepth>(options);
     if (engine == "gather")
         return std::make_unique<GatherDepth>(options);
-    assert(engine == "mesh");
-    return std::make_unique<MeshDepth>(options);
+    if (engine == "lean")
+        return std::make_unique<LeanDepth>(options);
+    assert(engine == "mesh" || engine == "mesh-plain");
+    return std::make_unique<MeshDepth>(options, engine == "mesh-plain");
 }
 
 }  // namespace equistream::gl

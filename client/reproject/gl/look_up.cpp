@@ -13,27 +13,17 @@ namespace equistream::gl {
 
 namespace {
 
-std::vector<std::string> defines(bool surface) {
-    return {surface ? "BY_SURFACE true" : "BY_SURFACE false"};
-}
-
-Sampler make_linear_sampler() {
-    GLuint name = 0;
-    glCreateSamplers(1, &name);
-    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-        glSamplerParameteri(name, filter, GL_LINEAR);
-    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
-        glSamplerParameteri(name, wrap, GL_CLAMP_TO_EDGE);
-    return Sampler(name);
+std::vector<std::string> defines(LookUpRule rule) {
+    return {rule == LookUpRule::direction ? "BY_SURFACE false" : "BY_SURFACE true",
+            rule == LookUpRule::any ? "ONLY_SEEN false" : "ONLY_SEEN true"};
 }
 
 }  // namespace
 
-LookUp::LookUp(bool surface, double error_budget_px)
-    : surface_(surface), error_budget_px_(error_budget_px),
-      first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}}, defines(surface)),
-      listed_({{GL_COMPUTE_SHADER, "look_up.glsl"}}, defines(surface)), no_vertices_(make_vertex_array()),
-      linear_(make_linear_sampler()) {}
+LookUp::LookUp(LookUpRule rule, double error_budget_px)
+    : rule_(rule), error_budget_px_(error_budget_px),
+      first_({{GL_VERTEX_SHADER, "look_up_vertex.glsl"}, {GL_FRAGMENT_SHADER, "look_up_first.glsl"}}, defines(rule)),
+      listed_({{GL_COMPUTE_SHADER, "look_up.glsl"}}, defines(rule)), no_vertices_(make_vertex_array()) {}
 
 void LookUp::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eye_count_)
@@ -53,17 +43,15 @@ void LookUp::draw_first(const EyeTargets& targets) const {
     glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
     glViewport(0, 0, size_.width, size_.height);
     glBindVertexArray(no_vertices_.name());
-    glBindSampler(0, linear_.name());
     first_.use();
     glDrawArraysInstanced(GL_TRIANGLES, 0, 3, eye_count_);
-    glBindSampler(0, 0);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
 void LookUp::reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
                        const EyeDepth& depth, const EyeTargets& targets) {
     assert(int(eyes.size()) == targets.eyes());
-    assert(!surface_ || source.depth() != 0 ||
+    assert(rule_ != LookUpRule::seen || source.depth() != 0 ||
            std::ranges::all_of(eyes, [&](const EyeView& eye) { return same_position(view.pose, eye.pose); }));
     size_for(targets);
     eyes_.set(view, eyes, error_budget_px_);
@@ -73,7 +61,7 @@ void LookUp::reproject(const SourceView& view, const SourceTextures& source, std
     glBindTextureUnit(0, source.colour());
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
-    if (surface_) {
+    if (rule_ != LookUpRule::direction) {
         first_.set("eye_size", glm::ivec2(size_.width, size_.height));
         for (const Program* program : {&first_, &listed_})
             program->set("inverse_depth_scale", depth.scale);

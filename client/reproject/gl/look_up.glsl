@@ -39,6 +39,9 @@ void main() {
             from_source = eye.eye.xyz + from_source / z;
             distance_m = length(from_source);
         }
+    }
+    bool judged = ONLY_SEEN && moved;
+    if (judged) {
         slopes = slopes_at(at, z);
         seen = seen && !(z > 0.0 && shows_back(eye, at.xy, z, slopes));
     }
@@ -49,14 +52,14 @@ void main() {
         vec2 from_first = position - 0.5;
         ivec2 corner = ivec2(floor(from_first));
         vec2 s = from_first - vec2(corner);
-        vec3 gradient = moved ? inverse_distance_gradient(eye, at.xy, z, slopes) : vec3(0.0);
+        vec3 gradient = judged ? inverse_distance_gradient(eye, at.xy, z, slopes) : vec3(0.0);
         vec3 directions[4] = directions_around(corner);
         float reach = reach_of(distance_m), sum = 0.0;
         bool all_agree = true;
         for (int k = 0; k < 4; ++k) {
             ivec2 step = ivec2(k & 1, k >> 1), tap = wrapped(corner + step);
             float weight = (step.x == 0 ? 1.0 - s.x : s.x) * (step.y == 0 ? 1.0 - s.y : s.y);
-            if (moved) {
+            if (judged) {
                 float sample_m = texelFetch(source_depth, tap, 0).x;
                 float reach_sample = reach_of(sample_m);
                 bool agrees = sample_m > 0.0 && agree(reach, reach_sample);

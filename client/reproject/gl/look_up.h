@@ -1,5 +1,6 @@
 #pragma once
-/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once.
+/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once; and the second half of those that find
+/// the eyes' depth.
 #include "eye_blocks.h"
 #include "eye_targets.h"
 #include "pixel_list.h"
@@ -9,14 +10,17 @@
 
 namespace equistream::gl {
 
+/// direction: the eyes' places are ignored. seen: by the eyes' own depth, where the source saw that point too. any: by
+/// that depth, whatever the source saw there; its own is not read.
+enum class LookUpRule { direction, seen, any };
+
 class LookUp {
 public:
-    /// `surface`: by the eyes' own depth; else by direction alone.
-    explicit LookUp(bool surface, double error_budget_px = default_error_budget_px);
+    explicit LookUp(LookUpRule rule, double error_budget_px = default_error_budget_px);
 
     /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
-    /// `surface` needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's size is
-    /// read. What comes after may sample, copy, draw over or write the targets without a barrier of its own.
+    /// LookUpRule::seen needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's
+    /// size is read. What comes after may sample, copy, draw over or write the targets without a barrier of its own.
     void reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
                    const EyeDepth& depth, const EyeTargets& targets);
 
@@ -24,12 +28,11 @@ private:
     void size_for(const EyeTargets& targets);
     void draw_first(const EyeTargets& targets) const;
 
-    bool surface_;
+    LookUpRule rule_;
     double error_budget_px_;
     Program first_;   ///< every pixel, where the rule is simple
     Program listed_;  ///< the others, by the whole rule
     VertexArray no_vertices_;
-    Sampler linear_;
     EyeBlocks eyes_;
     Size size_;
     int eye_count_ = 0;

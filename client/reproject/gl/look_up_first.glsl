@@ -1,7 +1,7 @@
 // What look_up.glsl does, for pixels where that is simple: those that see nothing, and those where the depths of all
-// four samples around say the same as the eye's, whose colours a filter mixes. The others go on a list. Where lanes run
+// four samples around say the same as the eye's. The others go on a list. Where lanes run
 // both sides of every branch, the whole rule would cost all pixels what few need.
-layout(binding = 0) uniform sampler2D source_colour;  // linear between samples
+layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 2) uniform sampler2DArray eye_depth;
 
@@ -37,6 +37,18 @@ bool all_agree(vec2 position, float distance_m) {
            all(greaterThan(samples_m, vec4(0.0))) && !any(isnan(samples_m));
 }
 
+/// Of the four samples around, with weights in steps of 1 / POSITION_ONE, as warp_colour-inl.h mixes them: what is
+/// beside an edge of a picture goes on the list.
+vec3 mixed_around(vec2 position) {
+    ivec2 at = ivec2(round(float(POSITION_ONE) * (position - 0.5)));
+    ivec2 first = clamp(at >> POSITION_BITS, ivec2(0), max(source_size - 2, 0)), f = at - (first << POSITION_BITS);
+    int both = f.x * f.y + POSITION_ONE / 2 >> POSITION_BITS;
+    vec4 weights = vec4(POSITION_ONE - f.x - f.y + both, f.x - both, f.y - both, both) * (255.0 / float(POSITION_ONE));
+    vec3 sum = weights.x * texelFetch(source_colour, first, 0).rgb + weights.y * texelFetchOffset(source_colour, first, 0, ivec2(1, 0)).rgb +
+               weights.z * texelFetchOffset(source_colour, first, 0, ivec2(0, 1)).rgb + weights.w * texelFetchOffset(source_colour, first, 0, ivec2(1)).rgb;
+    return floor(sum + 0.5) / 255.0;
+}
+
 void main() {
     box_radius_m = eye.agreement.x;
     tolerance = eye.agreement.y;
@@ -50,17 +62,16 @@ void main() {
     vec2 slope = vec2(dFdxFine(z), dFdyFine(z));
     if (moved) {
         seen = !isnan(z);
-        simple = !(z > 0.0) || shows_front(eye, at.xy, z, slope);
+        simple = !ONLY_SEEN || !(z > 0.0) || shows_front(eye, at.xy, z, slope);
         from_source += max(z, 0.0) * eye.eye.xyz;  // times the point's planar depth
         distance_m = z > 0.0 ? length(from_source) / z : FAR_DISTANCE_M;
     }
     vec2 position = position_of(from_source);
     seen = seen && is_covered(position);
-    // A filter does not go round.
+    // What is mixed here does not go round.
     simple = simple && all(greaterThanEqual(position, vec2(0.5))) &&
-             all(lessThan(position, vec2(source_size) - 0.5)) && (!moved || all_agree(position, distance_m));
-    vec3 mixed = textureLod(source_colour, position / vec2(source_size), 0.0).rgb;
-    colour = seen ? vec4(mixed, 1.0) : vec4(0.0);
+             all(lessThan(position, vec2(source_size) - 0.5)) && (!ONLY_SEEN || !moved || all_agree(position, distance_m));
+    colour = seen ? vec4(mixed_around(position), 1.0) : vec4(0.0);
     origin = seen ? ORIGIN_SOURCE : ORIGIN_GAP;
     if (seen && !simple)
         append(at);

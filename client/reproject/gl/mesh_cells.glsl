@@ -1,6 +1,6 @@
 // The cells of a source's mesh, as mesh_cells.h has them; a group is a listed block. Of each block a quadtree is built from
 // below: a node is flat if its four parts are and its two triangles hold all its points. Nodes whose parents are not
-// flat are the cells.
+// flat are the cells. PLAIN: each cell of the lattice is one, whatever lies between its corners.
 layout(local_size_x = 64) in;
 
 #define BUILDS
@@ -111,7 +111,10 @@ void load(ivec2 origin, ivec2 cells) {
     if (own <= MESH_LEVELS)
         has_flat[own] = 0u;
     barrier();
-    for (int i = own; i < SIDE * SIDE; i += 64) {
+}
+
+void find_flat_cells(ivec2 cells) {
+    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 64) {
         ivec2 p = ivec2(i % SIDE, i / SIDE);
         if (all(lessThan(p, cells)) && joined(p, ivec2(1, 0)) && joined(p + ivec2(0, 1), ivec2(1, 0)) &&
             joined(p, ivec2(0, 1)) && joined(p + ivec2(1, 0), ivec2(0, 1)))
@@ -132,6 +135,29 @@ void mark_corner(ivec2 p) {
         atomicOr(own_corners[POINTS + (p.y >> 5)], 1u << (p.y & 31));
 }
 
+/// Splits it as mesh_points.glsl does; what hangs on an unknown corner is left out.
+uint plain_cell(ivec2 p) {
+    bool known = k_of[k_at(p)] >= 0.0 && k_of[k_at(p + 1)] >= 0.0;
+    bool upper = known && k_of[k_at(p + ivec2(1, 0))] >= 0.0, lower = known && k_of[k_at(p + ivec2(0, 1))] >= 0.0;
+    return upper && lower ? 1u : upper ? UPPER : lower ? LOWER : 0u;
+}
+
+/// 0 where none begins.
+uint cell_at(ivec2 p, out int side) {
+    side = 1;
+#ifdef PLAIN
+    return plain_cell(p);
+#else
+    int flat_levels = 0;
+    while (flat_levels <= MESH_LEVELS && flat_nodes[node_of(flat_levels, p >> flat_levels)] != 0u)
+        ++flat_levels;
+    side = 1 << max(flat_levels - 1, 0);
+    if (any(notEqual(p & (side - 1), ivec2(0))))
+        return 0u;
+    return flat_levels == 0 ? cut_cell(p) : uint(flat_levels);
+#endif
+}
+
 void build_block(uint block) {
     ivec2 origin = block_origin(block_place(block)), cells = cells_in_block(block_place(block));
     int own = int(gl_LocalInvocationIndex);
@@ -139,22 +165,22 @@ void build_block(uint block) {
         own_corners[own] = 0u;
     tolerance = joins.y;
     load(origin, cells);
+#ifndef PLAIN
+    find_flat_cells(cells);
     tolerance = share;
     for (int level = 1; level <= MESH_LEVELS; ++level)
         if (!build(level, cells))
             break;
     tolerance = joins.y;
+#endif
     for (int i = own; i < SIDE * SIDE; i += 64) {
         ivec2 p = ivec2(i % SIDE, i / SIDE);
         if (any(greaterThanEqual(p, cells)))
             continue;
-        int flat_levels = 0;
-        while (flat_levels <= MESH_LEVELS && flat_nodes[node_of(flat_levels, p >> flat_levels)] != 0u)
-            ++flat_levels;
-        int side = 1 << max(flat_levels - 1, 0);
-        bool begins = all(equal(p & (side - 1), ivec2(0)));
-        imageStore(mesh_cells, origin + p + 1, uvec4(!begins ? 0u : flat_levels == 0 ? cut_cell(p) : uint(flat_levels)));
-        if (begins)
+        int side;
+        uint cell = cell_at(p, side);
+        imageStore(mesh_cells, origin + p + 1, uvec4(cell));
+        if (cell != 0u)
             for (int k = 0; k < 4; ++k)
                 mark_corner(p + ivec2(k & 1, k >> 1) * side);
     }

@@ -40,6 +40,9 @@ struct Draw {
     GLuint index_count, instances, first_index, base_vertex, eye;
 };
 constexpr std::size_t point_bytes = 4 * sizeof(float);
+/// Of a block of which every cell is drawn; those over a pole are drawn both ways.
+constexpr std::uint64_t plain_points = (LatticeBlock::side + 1) * (LatticeBlock::side + 1),
+                        plain_indices = 6 * LatticeBlock::side * (LatticeBlock::side + 1);
 
 /// Of the depth buffer alone: what is nearer keeps its order no more, and its distance all the same.
 const std::vector<std::string> defines = {"NEAR_PLANE_M 1e-3"};
@@ -59,10 +62,11 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 
 }  // namespace
 
-MeshDepth::MeshDepth(const EngineOptions& options)
-    : EyeDepthFinder(options), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
-      cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}}), points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}),
-      draws_pass_({{GL_COMPUTE_SHADER, "mesh_draws.glsl"}}),
+MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
+    : EyeDepthFinder(options, {.only_seen = !plain}), plain_(plain), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
+      cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}},
+             plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
+      points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}), draws_pass_({{GL_COMPUTE_SHADER, "mesh_draws.glsl"}}),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
       vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
@@ -104,10 +108,12 @@ void MeshDepth::size_for_source(const Camera& camera) {
     corners_ = make_buffer(block_count * corner_words * sizeof(GLuint), 0);
     draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
     forget_blocks();
-    // Enough for walls and furniture; leaves and railings make room for more.
+    // Enough for walls and furniture, and leaves and railings make room for more; or for all that there can be.
     const auto cells = std::uint64_t(size.width) * std::uint64_t(size.height);
-    make_room({std::max(room_.points, within_storage(cells / 2, point_bytes)),
-               std::max(room_.indices, within_storage(3 * cells, sizeof(GLuint)))});
+    const std::uint64_t points = plain_ ? block_count * plain_points : cells / 2,
+                        indices = plain_ ? block_count * plain_indices : 3 * cells;
+    make_room({std::max(room_.points, within_storage(points, point_bytes)),
+               std::max(room_.indices, within_storage(indices, sizeof(GLuint)))});
     is_sized_ = true;
 }
 
@@ -237,7 +243,9 @@ void MeshDepth::draw() {
     glBindVertexArray(vertices_.name());
     draw_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
     draw_.use();
-    glEnable(GL_CULL_FACE);
+    // What stretches from edges to what lies behind is seen from both sides.
+    if (!plain_)
+        glEnable(GL_CULL_FACE);
     glCullFace(GL_BACK);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, draws_.name());
     glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());

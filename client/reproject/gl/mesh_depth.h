@@ -1,7 +1,7 @@
 #pragma once
-/// Engine `mesh` (engine.h) on the GPU. Cells, and the points and triangles that they are drawn of, are built in
-/// blocks: those that an eye sees and that are not there yet, or whose samples have become others. At each refresh
-/// those that an eye sees are drawn, for all eyes at once.
+/// Engines `mesh` and `mesh-plain` (engine.h) on the GPU. Cells, and the points and triangles that they are drawn of,
+/// are built in blocks: those that an eye sees and that are not there yet, or whose samples have become others. At each
+/// refresh those that an eye sees are drawn, for all eyes at once.
 #include "eye_depth_finder.h"
 #include "source_blocks.h"
 
@@ -9,7 +9,7 @@ namespace equistream::gl {
 
 class MeshDepth : public EyeDepthFinder {
 public:
-    explicit MeshDepth(const EngineOptions& options = {});
+    explicit MeshDepth(const EngineOptions& options = {}, bool plain = false);
     ~MeshDepth() override;
 
     /// Blocks whose samples stay the same are kept; a change goes unnoticed in one block of 2^32.
@@ -42,6 +42,7 @@ private:
     void run_over_blocks(const Program& program) const;
     void draw();
 
+    bool plain_;
     Program wanted_, cells_, points_pass_, draws_pass_, draw_;
     VertexArray vertices_;
     SourceBlocks source_blocks_;

@@ -59,7 +59,7 @@ uint corner_of(uint block, ivec2 p) {
 }
 
 // Where no cell begins, 0; else 1 + log2 of its side, or of one whose corners are not all joined CUT, and in the upper
-// four bits whether corner i is joined to the next.
+// four bits whether corner i is joined to the next; UPPER or LOWER where there is one triangle alone.
 layout(binding = 0, r8ui) uniform uimage2D mesh_cells;
-const uint CUT = 7u;
+const uint CUT = 7u, UPPER = 8u, LOWER = 9u;
 #endif

@@ -80,6 +80,8 @@ uvec2 counts_of(ivec2 p, uint cell) {
             triangles += k_of[k_at(p + CORNERS[i])] >= 0.0 ? 2u : 0u;
         return uvec2(triangles > 0u ? CUT_POINTS : 0u, triangles);
     }
+    if (kind > CUT)
+        return uvec2(0u, 1u);
     int corners = corners_on_border(p, int(kind - 1u));
     return corners == 4 ? uvec2(0u, 2u) : uvec2(1u, uint(corners));
 }
@@ -167,6 +169,15 @@ void add_cut(ivec2 p, uint with_next, uint first_further) {
         add_triangle(p, corner, first_further + uint(4 + i), centre);
         add_triangle(p, corner, centre, first_further + (joined_last ? uint(4 + last) : uint(8 + i)));
     }
+}
+
+/// One of the two that a cell of the lattice is split into.
+void add_half(ivec2 p, bool upper) {
+    uint a = corner_number(p), c = corner_number(p + 1);
+    if (upper)
+        add_triangle(p, a, corner_number(p + ivec2(1, 0)), c);
+    else
+        add_triangle(p, a, c, corner_number(p + ivec2(0, 1)));
 }
 
 /// Of a cell on whose border there are so many corners.
@@ -285,6 +296,8 @@ void add_cells(int row, ivec2 cells) {
             if (added > 0u)
                 add_cut(p, cell >> 4, further);
             further += added;
+        } else if (kind > CUT) {
+            add_half(p, kind == UPPER);
         } else if (kind != 0u) {
             int level = int(kind - 1u), corner_count = corners_on_border(p, level);
             add_whole(p, level, corner_count, further);

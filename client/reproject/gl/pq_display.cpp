@@ -97,8 +97,7 @@ PqDisplay::PqDisplay(const DisplayShader& shader, double exposure_stops)
 
 void PqDisplay::set_exposure(double stops) {
     exposure_stops_ = std::clamp(stops, -most_exposure_stops, most_exposure_stops);
-    if (program_.reads(exposure_uniform_.c_str()))
-        program_.set(exposure_uniform_.c_str(), float(exposure_stops_));
+    program_.set(exposure_uniform_.c_str(), float(exposure_stops_));
 }
 
 void PqDisplay::convert(const std::array<Texture, 3>& planes, const Texture& colour, Size size) const {

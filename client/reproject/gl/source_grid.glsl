@@ -58,12 +58,16 @@ bool is_covered(vec2 position) {
            all(lessThanEqual(position, vec2(source_size) + vec2(EDGE_ROUNDING_PX)));
 }
 
+/// Beyond a pole the rows come back on the other side.
+ivec2 over_pole(ivec2 s) {
+    bool north = s.y < 0 && source_north_pole != 0, south = s.y >= source_size.y && source_south_pole != 0;
+    return north || south ? ivec2(s.x + source_size.x / 2, north ? -1 - s.y : 2 * source_size.y - 1 - s.y) : s;
+}
+
 /// The sample that stands for one up to two samples beyond the edges: columns go round; beyond a pole the rows come back
 /// on the other side; partial pictures repeat their edge.
 ivec2 wrapped(ivec2 s) {
-    bool north = s.y < 0 && source_north_pole != 0, south = s.y >= source_size.y && source_south_pole != 0;
-    if (north || south)
-        s = ivec2(s.x + source_size.x / 2, north ? -1 - s.y : 2 * source_size.y - 1 - s.y);
+    s = over_pole(s);
     // Where columns go round: nothing is further out than once round, and dividing whole numbers is slow.
     int around = source_closes != 0 ? source_size.x : 0;
     s.x += s.x < 0 ? around : 0;

@@ -8,9 +8,7 @@ layout(binding = 5) uniform sampler2D lattice_angles;  // of columns, and in the
 
 /// Brings a sphere's points back into the picture.
 ivec2 lattice_wrapped(ivec2 p) {
-    bool north = p.y < 0 && source_north_pole != 0, south = p.y >= source_size.y && source_south_pole != 0;
-    if (north || south)
-        p = ivec2(p.x + source_size.x / 2, north ? -1 - p.y : 2 * source_size.y - 1 - p.y);
+    p = over_pole(p);
     // Nothing is further out than a block: dividing whole numbers is slow.
     int around = source_closes != 0 ? source_size.x : 0;
     p.x += p.x < 0 ? around : 0;

@@ -1,6 +1,7 @@
 // A pixel of a window that shows one kind of picture (SHOWN) under one overlay (OVERLAY): a program each,
 // for what runs pixel by pixel on a CPU pays for every branch of it. Eyes' rows run down, the window's up.
 #include "motion_colour.glsl"
+#include "srgb.glsl"
 
 layout(binding = 0) uniform sampler2DArray eyes;
 layout(binding = 1) uniform sampler2DArray overlaid;
@@ -21,12 +22,12 @@ uniform float line;  // where the split is, in columns
 out vec4 colour;
 
 vec3 to_linear(vec3 display) {
-    return mix(display / 12.92, pow((display + 0.055) / 1.055, vec3(2.4)), greaterThan(display, vec3(0.04045)));
+    return vec3(srgb_to_linear(display.r), srgb_to_linear(display.g), srgb_to_linear(display.b));
 }
 
 vec3 to_display(vec3 linear) {
     linear = clamp(linear, 0.0, 1.0);
-    return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+    return vec3(linear_to_srgb(linear.r), linear_to_srgb(linear.g), linear_to_srgb(linear.b));
 }
 
 /// Near is warm, far is cold; 1 / m on a scale that tells rooms and streets apart.

@@ -18,6 +18,10 @@ namespace {
 /// What was seen longer ago, or (after a jump in time) later, is no part of the same walk.
 constexpr double longest_memory_s = 1;
 
+LookUpRule rule_of(const EyeDepthFinder* finder) {
+    return finder == nullptr || finder->traits().only_seen ? LookUpRule::seen : LookUpRule::any;
+}
+
 }  // namespace
 
 /// The client's own geometry, where it is at the time of the frame that is shown.
@@ -47,11 +51,11 @@ struct EyeRenderer::Geometry {
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs,
                          std::string_view finding_engine)
-    : rungs_(std::move(rungs)), turn_(false), surface_(true) {
-    if (scene == nullptr) {
-        finder_ = std::make_unique<Finder>(make_depth_finder(finding_engine));
+    : finder_(scene == nullptr ? std::make_unique<Finder>(make_depth_finder(finding_engine)) : nullptr),
+      rungs_(std::move(rungs)), turn_(LookUpRule::direction),
+      surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get())) {
+    if (scene == nullptr)
         return;
-    }
     const bool with_colours = has_rung(Rung::geometry) && scene->stands_for.empty();
     geometry_ =
         std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = with_colours}), box_radius_m, with_colours);
@@ -76,8 +80,18 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     times.mark(RenderStage::upload);
 }
 
+bool EyeRenderer::frame_has_depth() const {
+    return frame().posed && !frame().main.depth_m.empty();
+}
+
+bool EyeRenderer::has_depth() const {
+    if (frames_[current_].frame() == nullptr || !frame().posed)
+        return false;
+    return has_geometry() || !finder_->engine->traits().needs_depth || frame_has_depth();
+}
+
 bool EyeRenderer::can_carry_on() const {
-    const bool moves = geometry_ != nullptr ? geometry_->instances.any_moves() : has_depth();
+    const bool moves = geometry_ != nullptr ? geometry_->instances.any_moves() : frame_has_depth();
     return moves && !frame().main.info.moving.empty();
 }
 
@@ -111,6 +125,10 @@ const FrameTextures* EyeRenderer::earlier() const {
 }
 
 EyeDepth EyeRenderer::depth() const {
+    return finder_ == nullptr || finder_->engine->traits().is_known ? eyes_depth() : EyeDepth{};
+}
+
+EyeDepth EyeRenderer::eyes_depth() const {
     if (!by_depth_)
         return {};
     return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale()}
@@ -302,8 +320,8 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     targets.size_for(eyes_.front().camera, int(eyes_.size()));
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
-    if (known.texture != 0)
-        surface_.reproject(main.view, looked_up(), eyes_, known, targets);
+    if (const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{}; found.texture != 0)
+        surface_.reproject(main.view, looked_up(), eyes_, found, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
     mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);

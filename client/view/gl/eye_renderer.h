@@ -43,10 +43,9 @@ struct RefreshOptions {
 
 class EyeRenderer {
 public:
-    /// Without a scene the eyes' depth is found from the frame's by `finding_engine`, and where it has none they only
-    /// turn. `box_radius_m`
-    /// sizes what depth may be off by. `rungs` fill gaps, in this order; a client's model has no colours for
-    /// `geometry`.
+    /// Without a scene the eyes' depth is found from the frame's by `finding_engine`, and where it has none that the
+    /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `rungs` fill gaps, in this order; a
+    /// client's model has no colours for `geometry`.
     EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs = parse_rungs(default_fill),
                 std::string_view finding_engine = finding_engines.front());
     ~EyeRenderer();
@@ -73,13 +72,10 @@ public:
 
     bool has_geometry() const { return geometry_ != nullptr; }
     /// Whether eyes that moved see more than the sphere turned.
-    bool has_depth() const {
-        return frames_[current_].frame() != nullptr && frame().posed &&
-               (has_geometry() || !frame().main.depth_m.empty());
-    }
+    bool has_depth() const;
     const ReceivedFrame& frame() const { return *frames_[current_].frame(); }
     const SourceTextures& source() const { return frames_[current_].main().textures; }
-    /// Of the eyes; texture 0: not known.
+    /// What is known of the eyes'; texture 0: nothing.
     EyeDepth depth() const;
     GLuint reliability() const { return reliability_.texture(); }
     void download_reliability(int eye, EyePicture& picture) const { reliability_.download(eye, picture); }
@@ -103,6 +99,9 @@ private:
     void find_depths_apart();
     bool needs_small_depth();
     void find_small_depth();
+    bool frame_has_depth() const;
+    /// By which the eyes' pixels are looked up, known or assumed; texture 0: by none.
+    EyeDepth eyes_depth() const;
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
     bool has_rung(Rung rung) const;

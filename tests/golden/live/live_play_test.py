@@ -13,7 +13,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from independent import *  # noqa: E402,F403
-from live_server import PATIENCE_S, LiveServer, Received, Viewer, wait_for  # noqa: E402
+from live_server import PATIENCE_S, LiveServer, Received, Viewer, still_scene, wait_for  # noqa: E402
 
 PROGRAMS = Programs(sys.argv.pop(1))
 SPEED_M_S = np.array([0.06, 0.02, 0])
@@ -25,11 +25,7 @@ class LivePlay(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="equistream_live_play_"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.scene = PROGRAMS.scene("pavilion", self.folder)
-        description = json.loads(self.scene.read_text())
-        description["camera"]["keys"] = description["camera"]["keys"][:1]  # stands still by itself
-        self.scene.write_text(json.dumps(description))
-        self.begin = np.array(description["camera"]["keys"][0]["position_m"])
+        self.scene, self.begin = still_scene(PROGRAMS, self.folder)
         self.head = self.folder / "head.csv"
         rows = [[t, *(self.begin + t * SPEED_M_S), 1, 0, 0, 0] for t in (0.0, float(PATIENCE_S))]
         self.head.write_text("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + "".join(",".join(map(repr, map(float, row))) + "\n" for row in rows))

@@ -21,6 +21,15 @@ def wait_for(found, what):
     return waiting.wait_for(found, what, PATIENCE_S)
 
 
+def still_scene(programs, folder):
+    """A bundled scene whose own path stands still, and where."""
+    scene = programs.scene("pavilion", folder)
+    description = json.loads(scene.read_text())
+    description["camera"]["keys"] = description["camera"]["keys"][:1]
+    scene.write_text(json.dumps(description))
+    return scene, np.array(description["camera"]["keys"][0]["position_m"])
+
+
 def pose_message(position, orientation=(1, 0, 0, 0), version=1, kind=1, length=64):
     return b"EQVM" + struct.pack("<HHI8d", version, kind, length, 0.0, *position, *orientation)
 

@@ -3,7 +3,6 @@
 usage: live_view_test.py BIN_DIR
 """
 
-import json
 import pathlib
 import shutil
 import signal
@@ -16,7 +15,7 @@ import unittest
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[n] / name) for n, name in ((1, ""), (1, "viewer"))]
 from display import Display, ViewerProcess  # noqa: E402
 from independent import *  # noqa: E402,F403
-from live_server import LiveServer, Received, Viewer, wait_for  # noqa: E402
+from live_server import LiveServer, Received, Viewer, still_scene, wait_for  # noqa: E402
 
 PROGRAMS = Programs(sys.argv.pop(1))
 
@@ -25,11 +24,7 @@ class LiveView(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="equistream_live_view_"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.scene = PROGRAMS.scene("pavilion", self.folder)
-        description = json.loads(self.scene.read_text())
-        description["camera"]["keys"] = description["camera"]["keys"][:1]  # stands still by itself
-        self.scene.write_text(json.dumps(description))
-        self.begin = np.array(description["camera"]["keys"][0]["position_m"])
+        self.scene, self.begin = still_scene(PROGRAMS, self.folder)
         self.display = Display()
         self.addCleanup(self.display.close)
 

@@ -167,10 +167,10 @@ class Program(Viewing):
         self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
         self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
-        self.assertIn("--method: expected sphere, surface, mesh, splat, gather, found 'lean'", self.refused(here, self.stream, "--method", "lean"))
+        self.assertIn("--method: expected sphere, surface, mesh, splat, gather, mesh-plain, lean, found 'warp'", self.refused(here, self.stream, "--method", "warp"))
         for option in ("--scene", "--model"):
             refusal = self.refused(here, self.stream, option, self.scene, "--method", "mesh")
-            self.assertIn("--method mesh: expected the stream's own depth alone (that of geometry goes by --method surface)", refusal)
+            self.assertIn("--method mesh: expected the stream alone (depth of geometry goes by --method surface)", refusal)
             self.assertIn(f"found {option} {self.scene}", refusal)
         self.assertIn("a stream or a folder", self.refused(here))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}

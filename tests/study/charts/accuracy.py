@@ -1,7 +1,8 @@
 """Chart 1: accuracy against time a frame and against bytes, every system, one panel a scene: noise-free above, PSNR with the truth's own noise below."""
 
 import matplotlib.pyplot as plt
-from found import all_bytes, ceiling_psnr, coding_name, db, load, ms, pareto, psnr
+from drawing import pareto
+from found import all_bytes, ceiling_psnr, coding_name, db, load, ms, psnr
 
 from . import looks
 

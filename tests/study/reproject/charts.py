@@ -11,7 +11,7 @@ import sys
 import results
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from drawing import STYLE, plain_number  # noqa: E402
+from drawing import STYLE, pareto, plain_number  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
@@ -29,15 +29,6 @@ def eye_decibels(entry):
     return [figure["db_low"] if figure["only_bounded"] else figure["db"] for figure in figures]
 
 
-def front(points):
-    """Those that no other point beats in both time and accuracy."""
-    kept = []
-    for ms, db in sorted(points, key=lambda point: (point[0], -point[1])):
-        if not kept or db > kept[-1][1]:
-            kept.append((ms, db))
-    return kept
-
-
 def draw_panel(axes, result, head):
     points = []
     for system, (colour, marker) in LOOKS.items():
@@ -50,7 +41,7 @@ def draw_panel(axes, result, head):
         axes.plot([ms, ms], [left, right], color=colour, linewidth=1, zorder=2)
         axes.plot([ms], [both], marker=marker, markersize=11 if marker == "*" else 7, color=colour, linestyle="none",
                   markerfacecolor="white" if system in HOLLOW else colour, markeredgewidth=1.3, label=results.NAMES[system], zorder=3)
-    line = front(points)
+    line = pareto(points)
     axes.step(*zip(*line), where="post", color="#aaaaaa", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator())

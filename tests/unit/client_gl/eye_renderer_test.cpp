@@ -28,7 +28,7 @@ struct Limits {
 constexpr Limits large_fills{45, 0.03};
 
 /// Of a refresh's two pictures.
-void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits, bool as_reliable = true) {
+void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits) {
     EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.least_db);
     EXPECT_EQ(found.count(PixelOrigin::gap), 0);
     const double pixels = double(found.origin.samples().size());
@@ -38,7 +38,7 @@ void expect_same(const EyePicture& found, const EyePicture& expected, const Limi
         other_reliabilities += std::abs(found.reliability.samples()[p] - expected.reliability.samples()[p]) > 2;
     }
     EXPECT_LT(other_origins, 0.002 * pixels);
-    EXPECT_TRUE(!as_reliable || other_reliabilities < limits.other_reliabilities * pixels) << other_reliabilities;
+    EXPECT_LT(other_reliabilities, limits.other_reliabilities * pixels);
 }
 
 class GlRefresh : public GlEyeRenderer {
@@ -102,20 +102,26 @@ TEST_F(GlRefresh, LightsTheScenesSurfaces) {
     expect_the_cpus("hidden,geometry,pushpull", {PixelOrigin::hidden}, MirrorTreatment::images, large_fills);
 }
 
-/// Without a scene, by another engine than the default.
-TEST_F(GlRefresh, FindsDepthByOtherEnginesToo) {
-    const auto before = make_frame(0, flat, true), frame = make_frame(1, flat, true);
+/// Without a scene, by another engine than the default; `lean` without any depth too.
+class GlRefreshByEngine : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<const char*, bool>> {};
+
+TEST_P(GlRefreshByEngine, ShowsWhatTheCpuMakesOfTheFrame) {
+    const auto [engine, with_depth] = GetParam();
+    const auto before = make_frame(0, flat, with_depth), frame = make_frame(1, flat, with_depth);
     const double radius_m = head_box_radius(frame->main.info);
-    gl::EyeRenderer renderer(nullptr, radius_m, gl::parse_rungs(default_fill), "splat");
+    gl::EyeRenderer renderer(nullptr, radius_m, gl::parse_rungs(default_fill), engine);
     gl::StageTimes times;
     gl::EyeTargets targets;
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
     for (const auto& shown : {before, frame}) {
         renderer.show(shown, times);
+        EXPECT_TRUE(renderer.has_depth());
         renderer.look(eyes, true, times);
         renderer.draw({.reliability = true}, targets, times);
     }
-    OnTheCpu cpu(nullptr, radius_m, default_fill, "splat");
+    const bool is_known = std::string_view(engine) != "lean";
+    EXPECT_EQ(renderer.depth().texture != 0, is_known);
+    OnTheCpu cpu(nullptr, radius_m, default_fill, engine);
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         EyePicture found;
         targets.download(int(i), found);
@@ -123,6 +129,10 @@ TEST_F(GlRefresh, FindsDepthByOtherEnginesToo) {
         expect_same(found, cpu.see(*frame, *before, eyes[i]), Limits{});
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Client, GlRefreshByEngine,
+                         testing::Values(std::tuple("splat", true), std::tuple("mesh-plain", true),
+                                         std::tuple("lean", true), std::tuple("lean", false)));
 
 TEST(GlRungs, AreThoseOfAList) {
     EXPECT_EQ(gl::parse_rungs("small-wide,hidden"), (std::vector{gl::Rung::small_wide, gl::Rung::hidden}));
@@ -163,7 +173,7 @@ TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
             targets.download(int(i), found);
             renderer.download_reliability(int(i), found);
             const EyePicture expected = cpu.see(*frame, *before, eyes[i], later_s);
-            expect_same(found, expected, Limits{}, !of_sphere);
+            expect_same(found, expected, Limits{});
             if (later_s == 0)
                 held[i] = expected;
             else

@@ -1,4 +1,4 @@
-/// Engines `splat` and `gather` on the GPU show what their plain references show.
+/// Engines on the GPU that find the eyes' depth, but for `mesh`, show what their plain references show.
 #include "engine_scenes.h"
 #include "found_pictures.h"
 #include "gl_fixture.h"
@@ -37,15 +37,20 @@ class GlFindingEngines : public Gl, public testing::WithParamInterface<Expected>
 
 /// Fixed points and steps along a ray part at silhouettes, of which smaller pictures have more for their size.
 INSTANTIATE_TEST_SUITE_P(Client, GlFindingEngines,
-                         testing::Values(Expected{"splat", 55, 1}, Expected{"gather", 46, 25}),
-                         [](const auto& test) { return std::string(test.param.engine); });
+                         testing::Values(Expected{"splat", 55, 1}, Expected{"gather", 46, 25},
+                                         Expected{"mesh-plain", 50, 1}, Expected{"lean", 50, 8}),
+                         [](const auto& test) {
+                             std::string name = test.param.engine;
+                             std::erase(name, '-');
+                             return name;
+                         });
 
 std::array<EyePicture, 2> seen_by(gl::EyeDepthFinder& finder, const SourceView& view, std::span<const EyeView> eyes) {
     gl::SourceTextures textures;
     textures.upload(view);
     gl::EyeTargets targets;
     targets.size_for(eyes.front().camera, int(eyes.size()));
-    gl::LookUp surface{true};
+    gl::LookUp surface{finder.traits().only_seen ? gl::LookUpRule::seen : gl::LookUpRule::any};
     finder.forget_source();
     finder.find(view, textures, eyes);
     surface.reproject(view, textures, eyes, finder.depth(), targets);

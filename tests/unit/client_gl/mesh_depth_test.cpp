@@ -79,7 +79,7 @@ protected:
     }
 
     gl::MeshDepth mesh;
-    gl::LookUp surface{true};
+    gl::LookUp surface{gl::LookUpRule::seen};
 };
 
 /// A plain sphere of so many columns takes little room, whatever a driver's limit is.

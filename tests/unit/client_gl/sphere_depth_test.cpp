@@ -215,7 +215,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
     gl::DepthPass pass(ball_and_square());
     gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures textures;
-    gl::LookUp look_up(true);
+    gl::LookUp look_up(gl::LookUpRule::seen);
     gl::EyeTargets targets;
     targets.size_for(eye_camera, 2);
     SourceView colour_only = view;

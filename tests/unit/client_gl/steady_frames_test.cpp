@@ -28,7 +28,7 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     gl::PatchTextures patch_textures;
     gl::EyeTargets targets;
     gl::GapTiles gaps;
-    gl::LookUp engine(true);
+    gl::LookUp engine(gl::LookUpRule::seen);
     gl::GapLookUp look_up;
     gl::PatchLookUp patch_look_up;
     gl::PushPull push_pull;

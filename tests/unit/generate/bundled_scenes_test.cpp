@@ -156,7 +156,7 @@ TEST(Generators, BadNamesAndOptionsAreNamedWithTheAcceptedOnes) {
               "options of sphere: expected NAME=VALUE with a name of radius, n, offset, found 'size=3'");
     EXPECT_EQ(complaint([] { made("sphere", {"n"}); }),
               "options of sphere: expected NAME=VALUE with a name of radius, n, offset, found 'n'");
-    EXPECT_EQ(complaint([] { made("motion", {"n=3"}); }), "options of motion: expected none, found 'n=3'");
+    EXPECT_EQ(complaint([] { made("orientation", {"n=3"}); }), "options of orientation: expected none, found 'n=3'");
     EXPECT_EQ(complaint([] { made("sphere", {"n=1e9"}); }), "option n: expected a number from 4 to 2048, found '1e9'");
     EXPECT_NE(complaint([] { made("sphere", {"radius=nan"}); }).find("found 'nan'"), std::string::npos);
     EXPECT_EQ(complaint([] { made("furnace", {"kind=cold"}); }),

@@ -1,0 +1,51 @@
+"""What the study's curves say in numbers: OUT/tables.md, from its JSON and nothing else."""
+
+from charts.parsimony import AXES
+from found import load
+from knee import CLOSE_DB, knee, least_within
+from pages import cell, table
+from parity_figures import matching_width, parity_of, rates_of
+from steps import write_whole
+
+SPHERE, REFERENCES = "centre", ("perspective", "pair")
+
+
+def width_text(row):
+    if row["width"] is None:
+        return "none"
+    low, high = row["width_interval"]
+    return f"{row['width']:.0f} [{cell(low, 0)}, {cell(high, 0)}]"
+
+
+def parity_rows(results):
+    for scene, result in results.items():
+        for reference in REFERENCES:
+            for row in parity_of(result, "first", SPHERE, reference):
+                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(row["fewest_bytes"], 0),
+                       cell(row["bytes_ratio"])]
+
+
+def rate_rows(results):
+    for scene, result in results.items():
+        for reference in REFERENCES:
+            for row in rates_of(result, "all", SPHERE, reference):
+                yield [scene, reference, str(row["width"]), cell(row["width"] / matching_width(result["settings"])), cell(row["bd_rate_percent"], 1), cell(row["bd_db"])]
+
+
+def knee_rows(results):
+    for scene, result in results.items():
+        for label, points_of in AXES.items():
+            points = [(cost, db) for cost, db, _ in points_of(result)]
+            yield [scene, label, f"{knee(points):,g}", f"{least_within(points):,g}"]
+
+
+def write_tables(folder):
+    parts = []
+    if parity := load(folder, "parity"):
+        parts += ["## Parity, both eyes, noise-free on linear values", table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "fewest bytes of any width", "times"], list(parity_rows(parity))),
+                  "## Bytes beside it, by width", table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
+    if parsimony := load(folder, "parsimony"):
+        parts += ["## The knee", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the best"], list(knee_rows(parsimony)))]
+    if parts:
+        write_whole(folder / "tables.md", "# The study in numbers\n\n" + "\n\n".join(parts) + "\n")
+        print(folder / "tables.md")
