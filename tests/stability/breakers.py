@@ -20,6 +20,8 @@ class Breaker:
     """Options of the scene for a value; nothing where the knob is not the scene's."""
     samples: int = 16
     max_bounces: int = 0
+    source_samples: Optional[Callable] = None
+    """Of the sphere for a value; a quarter of the truth's where the knob is not that."""
     damage: Optional[Callable] = None
     """Of a depth plane (depth_m, box_radius_m, value) -> (depth_m, tolerance of w)."""
     coding: Optional[Callable] = None
@@ -64,6 +66,10 @@ def coarse(depth_m, box_radius_m, bits):
         return (box_radius_m + box_radius_m / coded).astype(np.float32), step / 2
 
 
+def as_many(samples):
+    return int(samples)
+
+
 def coded(code):
     return lambda crf: ["--depth", code, "--depth-crf", crf, "--crf", 12]
 
@@ -93,5 +99,7 @@ BREAKERS = (
             (0, 0.1, 0.4), at_arm_length, truth_head=aside, believed_head=aside),
     Breaker("fast head", "near", "by which the head's pose is told wrong, degrees", (0, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2), (0, 0.1, 1), at_arm_length,
             truth_head=turned),
+    Breaker("noise", "materials", "samples a pixel of the sphere", (64, 32, 16, 8, 4, 2, 1), (64, 8, 1), max_bounces=4, samples=128, source_samples=as_many,
+            mirrors=True),
     Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("pece420")),
 )

@@ -12,8 +12,8 @@ import chains
 import played
 from breakers import Breaker, at_arm_length
 
-BREAKER = Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0, 0.001, 0.05),
-                  at_arm_length)
+BREAKERS = (Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0, 0.001, 0.05),
+                    at_arm_length),)
 POISON = {"colour": (np.nan, np.inf, -np.inf, -3.0, 6e4), "depth": (np.nan, -np.inf, -1.0, 0.0, 1e-30, np.inf, 3e38)}
 SEED = 5
 
@@ -43,7 +43,8 @@ def scores(program, breaker, share, work):
     for file in sorted((work / "sphere").rglob("*.exr")):
         break_file(file, share, random)
     played.run(program, "encode", work / "sphere", "--out", work / "sphere.mp4", "--progress", "none")
-    return {method: score(program, work, method, truth) for method in chains.es.METHODS}
+    return {chains.CEILING: chains.ceiling(lambda eye: [renders.frame("own", eye)], lambda eye: [truth[eye]]),
+            **{method: score(program, work, method, truth) for method in chains.es.METHODS}}
 
 
 def score(program, work, method, truth):

@@ -18,6 +18,10 @@ FEWEST_GAPS = 20
 FLAGGED_BELOW = 0.5
 
 
+CEILING = "ceiling"
+"""Beside the methods: a sphere at each eye's own place, turned, as wide as the others and of as many samples, so that nothing is reprojected."""
+
+
 def methods():
     """Every engine there is, from a sphere at the head's centre; and the paper's: `surface` from one at the left eye."""
     return (*es.METHODS, "paper")
@@ -33,13 +37,16 @@ class Renders:
     def __init__(self, program, breaker, value, folder):
         self.program, self.breaker, self.value = program, breaker, value
         self.folder = pathlib.Path(folder)
-        options = [word for setting in breaker.setting(value, FOCAL_PX) for word in ("--option", setting)]
+        settings = breaker.setting(value, FOCAL_PX) if breaker.setting else ()
+        options = [word for setting in settings for word in ("--option", setting)]
         self.run("scene", "generate", breaker.scene, "--out", self.folder, *options)
         self.render_eyes("truth", breaker.samples, breaker.truth_head)
         if breaker.truth_head is not breaker.believed_head:
             self.render_eyes("believed", 1, breaker.believed_head)
+        of_source = max(4, breaker.samples // 4) if breaker.source_samples is None else breaker.source_samples(value)
         for name, eye, size in (("sphere", "centre", SPHERE_SIZE), ("paper", "left", SPHERE_SIZE), ("small", "right", SMALL_SIZE)):
-            self.render(name, "--eye", eye, "--size", size_text(size), "--spp", max(4, breaker.samples // 4))
+            self.render(name, "--eye", eye, "--size", size_text(size), "--spp", of_source)
+        self.render("own", "--eye", "both", "--size", size_text(SPHERE_SIZE), "--spp", of_source, *self.path_words("truth", breaker.truth_head))
         if breaker.coding is not None:
             for name in ("sphere", "paper"):
                 self.run("encode", self.folder / name, "--fill", "none", *breaker.coding(value), "--progress", "none", "--out", self.folder / f"{name}.mkv")
@@ -55,8 +62,10 @@ class Renders:
                  self.breaker.max_bounces, "--aovs", "depth,specular,virtual", "--progress", "none", "--out", self.folder / name, *words)
 
     def render_eyes(self, name, samples, head):
-        path = [] if head is None else ["--path", self.path_of(name, *head(self.value))]
-        self.render(name, "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", samples, *path)
+        self.render(name, "--camera", "perspective", "--eye", "both", "--size", size_text(EYE_SIZE), "--fov", 90, "--spp", samples, *self.path_words(name, head))
+
+    def path_words(self, name, head):
+        return [] if head is None else ["--path", self.path_of(name, *head(self.value))]
 
     def path_of(self, name, offset_m, yaw_deg):
         """A head beside the origin, from which these scenes are seen looking ahead."""
@@ -140,12 +149,26 @@ def reprojected(renders, method):
                             mirrors="images" if renders.breaker.mirrors and method != "paper" else "surface")
     for eye, truth in zip(eyes, truths):
         picture = engine(source, eye.info.camera, eye.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
-        yield picture, es.to_display(truth["colour"], truth.info.exposure).astype(float)
+        yield picture, displayed(truth)
+
+
+def displayed(frame):
+    return es.to_display(frame["colour"], frame.info.exposure).astype(float)
+
+
+def ceiling(own_of, truth_of):
+    """Figures of spheres at the eyes' own places: functions of an eye's name that give its frames in time."""
+    score, turn = Score(), es.Reprojector("sphere", fill="none")
+    for eye in EYES:
+        for own, truth in zip(own_of(eye), truth_of(eye), strict=True):
+            picture = turn(own, truth.info.camera, truth.info.camera_pose, reliability=True)
+            score.add(picture.rgb, displayed(truth), picture.gaps, picture.reliability)
+    return score.figures()
 
 
 def scores(renders):
     """Method -> figures."""
-    found = {}
+    found = {CEILING: ceiling(lambda eye: [renders.frame("own", eye)], lambda eye: [renders.frame("truth", eye)])}
     for method in methods():
         score = Score()
         for picture, truth in reprojected(renders, method):

@@ -13,5 +13,9 @@ def run(program, *words):
         raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
 
 
+def picture(out, eye, number):
+    return np.asarray(Image.open(out / eye / f"frame.{number:04}.png").convert("RGB"))
+
+
 def plane(out, name, eye, number):
     return np.asarray(Image.open(out / name / eye / f"frame.{number:04}.png"))

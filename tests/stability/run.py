@@ -18,12 +18,13 @@ import tempfile
 try:
     import broken_pixels
     import chains
+    import late
     from breakers import BREAKERS
 except ImportError as missing:
     sys.exit(f"run.py: expected equistream's package and tests/requirements.txt (PYTHONPATH=BUILD/package), found no {missing.name}")
 
 # With a chain of their own; all others have that of chains.py.
-BY_PLAY = {module.BREAKER: module for module in (broken_pixels,)}
+BY_PLAY = {breaker: module for module in (broken_pixels, late) for breaker in module.BREAKERS}
 HERE = pathlib.Path(__file__).resolve().parent
 THRESHOLDS = HERE / "thresholds.json"
 SCORES = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps",
@@ -56,11 +57,10 @@ def sweep(program, folder, breakers, every_value):
 
 
 def falls(values, by_value, method, loss_db):
-    """The first value, from harmless to hard, at which a method is this far below its best."""
-    best = max(figures[method]["psnr_db"] for figures in by_value.values())
+    """The first value, from harmless to hard, at which a method is this far below that value's ceiling."""
     for value in values:
         figures = by_value.get(value_text(value))
-        if figures and figures[method]["psnr_db"] < best - loss_db:
+        if figures and figures[method]["psnr_db"] < figures[chains.CEILING]["psnr_db"] - loss_db:
             return value_text(value)
     return None
 
