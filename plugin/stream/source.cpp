@@ -94,6 +94,10 @@ Source::Source(const std::string& name, const StreamReadOptions& read_options) {
     const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
     if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
         throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
+    // What libavformat says of a format that is not among ours.
+    if (code == AVERROR(EINVAL))
+        throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",
+                                        "a picture, or another kind of file"));
     if (code < 0)
         throw InputError(expected_found(name, "a video", av::error_text(code)));
     format_.reset(opened);

@@ -190,6 +190,10 @@ class BadInput(unittest.TestCase):
         (self.out / "text.mp4").write_text("this is no video\n" * 100)
         self.assert_refused(run("play", self.out / "text.mp4", "--out", self.out / "x"), 2, "text.mp4")
         self.assert_refused(run("info", self.out / "text.mp4"), 2, "text.mp4")
+        picture = next((self.root / "good").rglob("frame.*.exr"))
+        still = self.out / "still.mp4"
+        still.write_bytes(picture.read_bytes())
+        self.assert_refused(run("play", still, "--out", self.out / "x"), 2, "still.mp4: expected a video in MP4, Matroska", "found a picture")
 
     def test_a_stream_of_a_version_to_come_is_no_damage(self):
         stream = self.out / "later.mkv"
