@@ -4,7 +4,8 @@
 
 namespace equistream {
 
-/// Leaves the left eye's half of what `packing` (not none) has both eyes in: the upper one, or the left one.
-void keep_left_eye(DecodedPicture& picture, StereoPacking packing);
+/// Leaves the left eye's half of what `packing` (not none) has both eyes in, the upper one or the left one, and gives
+/// the right eye's. Planes are not copied.
+DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing);
 
 }  // namespace equistream

@@ -127,6 +127,7 @@ private:
     /// What has come of one frame, by role.
     struct Partial {
         std::array<std::optional<DecodedPicture>, track_role_count> pictures;
+        std::optional<DecodedPicture> right;
         bool posed = true;
 
         std::optional<DecodedPicture>& picture(TrackRole role) { return pictures[std::size_t(role)]; }
@@ -217,18 +218,21 @@ private:
         for (Track& track : tracks_)
             track.origin = Origin::foreign;
         for (DecodedPicture& picture : std::exchange(unjudged_, {})) {
+            std::optional<DecodedPicture> right;
             if (packing() != StereoPacking::none)
-                keep_left_eye(picture, packing());
+                right = split_eyes(picture, packing());
             picture.info = foreign_info(picture);
-            keep(std::move(picture), false);
+            if (right)
+                right->info = picture.info;
+            keep(std::move(picture), false, std::move(right));
         }
     }
 
     /// Of foreign video.
     StereoPacking packing() const { return reader_.tracks().front().stereo; }
 
-    /// `picture` has its info.
-    void keep(DecodedPicture picture, bool posed) {
+    /// `picture` has its info; beside it the right eye's, where it is the left one's.
+    void keep(DecodedPicture picture, bool posed, std::optional<DecodedPicture> right = {}) {
         Track& track = tracks_[picture.track];
         const std::int64_t index = picture.info->index;
         if (!begun_ && track.role == TrackRole::main)
@@ -243,6 +247,8 @@ private:
             return;
         Partial& partial = waiting_[index];
         partial.posed = posed;
+        if (right)
+            partial.right = std::move(right);
         partial.picture(picture.role) = std::move(picture);
     }
 
@@ -263,8 +269,9 @@ private:
     ReceivedFrame finish(Partial partial) {
         ReceivedFrame frame;
         frame.posed = partial.posed;
-        frame.one_of_two = !partial.posed && packing() != StereoPacking::none;
         frame.main = *give(partial, TrackRole::main);
+        if (partial.right)
+            frame.right = received(std::move(*partial.right));
         if (partial.posed) {
             give_images(partial, frame.main);
             frame.small = give(partial, TrackRole::small);
@@ -274,21 +281,26 @@ private:
         return frame;
     }
 
+    ReceivedPicture received(DecodedPicture&& colour) {
+        ReceivedPicture picture;
+        picture.info = std::move(*colour.info);
+        picture.rgb = std::move(colour.rgb);
+        picture.yuv = std::move(colour.yuv);
+        picture.pq = std::move(colour.pq);
+        picture.decoder = colour.decoder;
+        picture.decode_ms = colour.decode_ms;
+        picture.convert_ms = colour.convert_ms;
+        bring_to_display(picture);
+        return picture;
+    }
+
     /// One view with its depth, where that came too.
     std::optional<ReceivedPicture> give(Partial& partial, TrackRole role) {
         std::optional<DecodedPicture>& colour = partial.picture(role);
         if (!colour)
             return std::nullopt;
         count(*colour);
-        ReceivedPicture picture;
-        picture.info = std::move(*colour->info);
-        picture.rgb = std::move(colour->rgb);
-        picture.yuv = std::move(colour->yuv);
-        picture.pq = std::move(colour->pq);
-        picture.decoder = colour->decoder;
-        picture.decode_ms = colour->decode_ms;
-        picture.convert_ms = colour->convert_ms;
-        bring_to_display(picture);
+        ReceivedPicture picture = received(std::move(*colour));
         const auto depth_role = depth_role_of(role);
         if (!depth_role || !partial.posed || !partial.picture(*depth_role))
             return picture;

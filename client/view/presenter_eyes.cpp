@@ -50,6 +50,7 @@ gl::RefreshOptions Presenter::refresh_options() const {
             .fill = settings_.fill,
             .reliability = settings_.overlay == gl::Overlay::reliability,
             .motion = settings_.overlay == gl::Overlay::motion,
+            .right_alone = settings_.layout == gl::DisplayLayout::right,
             .mirrors = settings_.mirrors};
 }
 

@@ -40,8 +40,8 @@ struct ReceivedFrame {
     std::optional<ReceivedPicture> small;
     std::optional<ReceivedPicture> hidden;   ///< the second layer: main's camera, pose and size
     std::optional<ReceivedPicture> patches;  ///< the atlas that info.patches describes
-    bool posed = true;        ///< false for foreign video, which carries no pose: a full sphere around nobody's head
-    bool one_of_two = false;  ///< of foreign stereo video (StereoPacking): `main` is the left eye's sphere
+    bool posed = true;  ///< false for foreign video, which carries no pose: a full sphere around nobody's head
+    std::optional<ReceivedPicture> right;  ///< of foreign stereo video (StereoPacking), whose left eye is `main`
     /// Views of the same frame that were rendered beside it, for their depth only (folders; rgb is empty).
     std::vector<ReceivedPicture> depth_views;
 };

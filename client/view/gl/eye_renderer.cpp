@@ -316,12 +316,28 @@ void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
     }
 }
 
+void EyeRenderer::turn_apart(bool right_alone, EyeTargets& targets) {
+    one_eye_.size_for(eyes_.front().camera, 1);
+    const Size size = targets.size();
+    for (std::size_t i = 0; i < eyes_.size(); ++i) {
+        const bool is_right = eyes_.size() == 1 ? right_alone : i == 1;
+        const UploadedPicture& own = is_right ? *current().right() : current().main();
+        turn_.reproject(own.view, own.textures, {&eyes_[i], 1}, {}, one_eye_);
+        for (const auto& [from, to] :
+             {std::pair(one_eye_.colour(), targets.colour()), std::pair(one_eye_.origin(), targets.origin())})
+            glCopyImageSubData(from, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, to, GL_TEXTURE_2D_ARRAY, 0, 0, 0, GLint(i),
+                               size.width, size.height, 1);
+    }
+}
+
 void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, StageTimes& times) {
     targets.size_for(eyes_.front().camera, int(eyes_.size()));
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
     if (const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{}; found.texture != 0)
         surface_.reproject(main.view, looked_up(), eyes_, found, targets);
+    else if (current().right() != nullptr)
+        turn_apart(options.right_alone, targets);
     else
         turn_.reproject(main.view, main.textures, eyes_, known, targets);
     mirrors_.rework(mirroring(), eyes_, known, targets, options.mirrors);

@@ -38,6 +38,7 @@ struct RefreshOptions {
     bool fill = true;
     bool reliability = false;
     bool motion = false;
+    bool right_alone = false;  ///< of a single eye: it is the right one
     MirrorTreatment mirrors = MirrorTreatment::images;
 };
 
@@ -102,6 +103,8 @@ private:
     bool frame_has_depth() const;
     /// By which the eyes' pixels are looked up, known or assumed; texture 0: by none.
     EyeDepth eyes_depth() const;
+    /// Of foreign stereo video: each eye by its own sphere.
+    void turn_apart(bool right_alone, EyeTargets& targets);
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
     bool has_rung(Rung rung) const;
@@ -126,6 +129,7 @@ private:
     PictureCarrier carrier_;
     MotionView motion_;
     LookUp turn_, surface_;
+    EyeTargets one_eye_;                        ///< for turn_apart
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
     Mirrors mirrors_;
     GapTiles gaps_;

@@ -48,6 +48,8 @@ void FrameTextures::show_again() {
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     require_tagged_size(frame->main, "main");
+    if (frame->right)
+        require_tagged_size(*frame->right, "right eye");
     if (frame->hidden)
         require_tagged_size(*frame->hidden, "hidden");
     if (frame->small)
@@ -58,6 +60,9 @@ void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
         buffers_->provide();
     frame_ = std::move(frame);
     upload_picture(frame_->main, main_);
+    has_right_ = frame_->right.has_value();
+    if (has_right_)
+        upload_picture(*frame_->right, right_);
     has_hidden_ = frame_->hidden.has_value();
     if (has_hidden_)
         upload_picture(*frame_->hidden, hidden_);

@@ -20,9 +20,9 @@ struct UploadedPicture {
 
 class FrameTextures {
 public:
-    /// Uploads main, hidden layer, small view and patches and keeps the frame, so that views of it stay good. Storage
-    /// of the frame before is used again. Throws WorkError where a picture has another size than it is tagged with;
-    /// nothing has changed then.
+    /// Uploads main, right eye, hidden layer, small view and patches and keeps the frame, so that views of it stay
+    /// good. Storage of the frame before is used again. Throws WorkError where a picture has another size than it is
+    /// tagged with; nothing has changed then.
     void upload(std::shared_ptr<const ReceivedFrame> frame);
 
     /// SourceTextures', of all pictures; provided for before each upload.
@@ -34,20 +34,21 @@ public:
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
+    const UploadedPicture* right() const { return has_right_ ? &right_ : nullptr; }
     const UploadedPicture* hidden() const { return has_hidden_ ? &hidden_ : nullptr; }
     UploadedPicture* small() { return has_small_ ? &small_ : nullptr; }
     const PatchTextures* patches() const { return patches_ ? &patch_textures_ : nullptr; }
     const PatchesView& patches_view() const { return *patches_; }
 
 private:
-    std::array<SourceTextures*, 4> all_textures() {
-        return {&main_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()};
+    std::array<SourceTextures*, 5> all_textures() {
+        return {&main_.textures, &right_.textures, &hidden_.textures, &small_.textures, &patch_textures_.atlas()};
     }
 
     std::shared_ptr<PictureBuffers> buffers_;  ///< null: there are none
     std::shared_ptr<const ReceivedFrame> frame_;
-    UploadedPicture main_, hidden_, small_;
-    bool has_hidden_ = false, has_small_ = false;
+    UploadedPicture main_, right_, hidden_, small_;
+    bool has_right_ = false, has_hidden_ = false, has_small_ = false;
     PatchTextures patch_textures_;
     std::optional<PatchesView> patches_;
 };

@@ -83,19 +83,28 @@ class Program(Viewing):
         viewer.hold("Left", 0.8)
         self.assertLess(psnr(viewer.picture(), ahead), 30)
 
-    def test_ordinary_stereo_video_is_its_left_eyes(self):
+    def test_of_ordinary_stereo_video_each_eye_sees_its_own(self):
         eyes = [f"{source}=size=256x128:rate=25:duration=0.4" for source in ("testsrc2", "smptebars")]
         seen = {}
-        for name, stack, mode in (("left", None, None), ("top-bottom", "vstack", "top_bottom"), ("beside", "hstack", "left_right")):
+        for name, stack, mode in (("left", None, None), ("right", None, None), ("top-bottom", "vstack", "top_bottom"), ("beside", "hstack", "left_right")):
             video = self.root / f"{name}.mkv"
-            sources = [word for eye in (eyes[:1] if stack is None else eyes) for word in ("-f", "lavfi", "-i", eye)]
+            sources = [word for eye in ([eyes[name == "right"]] if stack is None else eyes) for word in ("-f", "lavfi", "-i", eye)]
             words = [] if stack is None else ["-filter_complex", stack, "-metadata:s:v", f"stereo_mode={mode}"]
             subprocess.run(["ffmpeg", "-v", "error", "-y", *sources, *words, "-pix_fmt", "yuv420p", "-c:v", "libx264", "-qp", "8", video], check=True)
-            viewer = self.view("--size", "400x300", source=video, size=None)
-            seen[name] = viewer.picture()
-            viewer.close()
+            for layout in ("left", "right") if stack else ("left",):
+                viewer = self.view("--size", "400x300", "--layout", layout, source=video, size=None)
+                seen[name, layout] = viewer.picture()
+                viewer.close()
+            if stack:
+                viewer = self.view("--size", "800x300", "--layout", "sbs", source=video, size=None)
+                both = viewer.picture()
+                viewer.close()
+                seen[name, "sbs"] = both[:260, :400], both[:260, 400:]
+        self.assertLess(psnr(seen["left", "left"], seen["right", "left"]), 20)
         for name in ("top-bottom", "beside"):
-            self.assertGreater(psnr(seen[name], seen["left"]), 35, name)
+            for k, eye in enumerate(("left", "right")):
+                self.assertGreater(psnr(seen[name, eye], seen[eye, "left"]), 35, f"{name}, {eye}")
+                self.assertGreater(psnr(seen[name, "sbs"][k], seen[eye, "left"][:260]), 35, f"{name}, {eye} of both")
 
     def test_frames_of_two_seconds_are_stepped_through(self):
         folder, slow = self.root / "slow", self.root / "slow.mkv"

@@ -23,6 +23,7 @@ inline constexpr std::array commands = {
     Command{"model", "equistream-model", "make the geometry a client needs of a scene"},
     Command{"scene", "equistream-scene", "generate bundled scenes, describe a scene"},
     Command{"study", "equistream-study", "speed against accuracy of every method, on real scenes or bundled ones"},
+    Command{"fit", "equistream-fit", "the least a scene needs for a wanted accuracy, as a settings file"},
 };
 
 }  // namespace equistream::cli
