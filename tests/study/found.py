@@ -7,6 +7,7 @@ from noise_free import together
 from presets import REAL_SCENES
 from render_list import EYES
 
+
 def load(folder, experiment):
     """{scene: result}, in the presets' order, then by name."""
     files = {file.stem: file for file in sorted((pathlib.Path(folder) / experiment).glob("*.json"))}

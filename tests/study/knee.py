@@ -6,11 +6,11 @@ CLOSE_DB = 0.1
 
 
 def least_within(points, loss_db=CLOSE_DB):
-    """The least cost whose accuracy, and that of everything dearer, is within `loss_db` of the best. (cost, dB) in any order."""
-    best = max(db for _, db in points)
-    found = None
-    for cost, db in sorted(points, reverse=True):
-        if db < best - loss_db:
+    """The least cost whose accuracy, and that of everything dearer, is at most `loss_db` below the dearest's. (cost, dB) in any order."""
+    dearest_first = sorted(points, reverse=True)
+    found, level = dearest_first[0]
+    for cost, db in dearest_first[1:]:
+        if db < level - loss_db:
             break
         found = cost
     return found

@@ -21,6 +21,9 @@ class Knee(unittest.TestCase):
     def test_a_lucky_cheap_point_does_not_count_where_dearer_ones_are_worse(self):
         self.assertEqual(knee.least_within([(1, 30.0), (2, 25.0), (4, 30.0)], 0.1), 4)
 
+    def test_where_less_is_better_the_least_is_enough(self):
+        self.assertEqual(knee.least_within([(1, 31.0), (2, 30.5), (4, 30.0)], 0.1), 1)
+
 
 if __name__ == "__main__":
     unittest.main()

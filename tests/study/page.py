@@ -5,7 +5,9 @@ import json
 import pathlib
 
 from found import all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr
+from render_list import EYES
 from steps import write_whole
+from system_tables import flicker_db
 
 TEMPLATE = pathlib.Path(__file__).with_name("page.html")
 
@@ -14,8 +16,9 @@ def point(entry, titles):
     figures = error(entry)
     return {"system": entry["system"], "title": titles[entry["system"]], "coding": coding_name(entry), "width": entry["width"], "ms": ms(entry),
             "bytes": all_bytes(entry), "noise_free": db(entry), "bounded": figures["only_bounded"], "low": figures["db_low"], "high": figures["db_high"],
-            "psnr": psnr(entry), "ssim": [entry["against_other_seed"][eye]["ssim"] for eye in ("left", "right")],
-            "gaps": [entry["gap_fraction"][eye] for eye in ("left", "right")], "n": entry["n"], "commands": [command for pair in entry["commands"] for command in pair],
+            "psnr": psnr(entry), "ssim": [entry["against_other_seed"][eye]["ssim"] for eye in EYES],
+            "flip": [entry["perceived"][eye]["flip"] for eye in EYES], "flicker": flicker_db(entry),
+            "gaps": [entry["gap_fraction"][eye] for eye in EYES], "n": entry["n"], "commands": [command for pair in entry["commands"] for command in pair],
             "view": entry["views"][0]}
 
 

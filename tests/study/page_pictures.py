@@ -9,15 +9,15 @@ from drawing import rgb
 from PIL import Image
 
 EYE = "right"
-WIDTH = 256
+WIDTH, ANAGLYPH_WIDTH = 256, 480
 DIFFERENCE_GAIN = 4
 
 
-def data_uri(pixels):
+def data_uri(pixels, width=WIDTH):
     """A picture of rows x columns x 3, or of gaps, rows x columns, as text."""
     image = Image.fromarray(pixels)
-    height = round(image.height * WIDTH / image.width)
-    image = image.resize((WIDTH, height), Image.Resampling.BOX)
+    height = round(image.height * width / image.width)
+    image = image.resize((width, height), Image.Resampling.BOX)
     data = io.BytesIO()
     image.save(data, "WEBP", quality=60, method=6)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
@@ -47,5 +47,9 @@ class Pictures:
             found["gaps"] = data_uri(mask)
         return found
 
-    def all_of(self, entries):
-        return {"frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}
+    def anaglyph(self, played):
+        """What the first seed's `played`, frames with both eyes in one picture, shows of the same frame."""
+        return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH)
+
+    def all_of(self, entries, anaglyph):
+        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}

@@ -1,7 +1,7 @@
 """A preset as jobs for a farm, with the time they take told from frames that were measured.
 
 Every render is split into runs of frames, a job each; a scene's experiments are one job that needs all of its renders. A render's time is its samples by the
-samples a second that the same scene was rendered with in an earlier result; an experiment's is that result's time, less its renders', by frames and pixels.
+samples a second that the same scene was rendered with in an earlier result; what is measured of a scene takes what it took there, by frames and pixels.
 Jobs go out as an array for Slurm (`sbatch`) and as a template of the Open Job Description.
 """
 
@@ -10,6 +10,7 @@ import json
 
 import found
 import render_list
+from experiments import OF_SCENES
 from steps import Failed, write_whole
 
 JOB_S = 3600
@@ -75,12 +76,13 @@ def all_jobs(preset, scenes, folder):
     return [job for scene in scenes for job in jobs_of(preset, scene, by_scene[scene])]
 
 
-def measuring_s(preset, result):
-    """Of a scene: what its other experiments took beside renders, by frames and by pixels of eyes."""
-    before = result["settings"]
-    renders_s = sum(record["wall_s"] for record in result["renders"])
+def measuring_s(preset, scene, folder):
+    """What its experiments had taken beside renders when the last of them was done, by frames and by pixels of eyes."""
+    results = [found.load(folder, experiment).get(scene) for experiment in OF_SCENES]
+    last = max((result for result in results if result), key=lambda result: result.get("measuring_s", 0))
+    before = last["settings"]
     pixels = preset.eye[0] * preset.eye[1] / (before["eye"][0] * before["eye"][1])
-    return max(0.0, result["took_s"] - renders_s) * preset.frames / before["frames"] * pixels
+    return last["measuring_s"] * preset.frames / before["frames"] * pixels
 
 
 def template(preset, count):
@@ -108,7 +110,7 @@ def write_plan(preset, scenes, measured, out):
     name = f"study-{preset.name}"
     longest = max(job.seconds for job in jobs)
     results = found.load(measured, "systems")
-    measuring = {scene: measuring_s(preset, results[scene]) for scene in scenes}
+    measuring = {scene: measuring_s(preset, scene, measured) for scene in scenes}
     write_whole(out / f"{name}.sh", ARRAY_SCRIPT.format(preset=preset.name, name=name, last=len(jobs) - 1, minutes=clock(2 * longest), out=out))
     write_whole(out / f"{name}-measure.sh", MEASURE_SCRIPT.format(preset=preset.name, name=name, last=len(scenes) - 1, minutes=clock(2 * max(measuring.values())),
                                                                   scenes=" ".join(scenes), out=out))

@@ -7,8 +7,8 @@ from presets import SEEDS
 EYES = ("left", "right")
 PLACES = ("left", "centre", "right")
 BYTES_SEED, SAMPLES_SEED = 3, 11
-SAMPLES = (1, 2, 4, 8, 16)
-"""A pixel, of spheres whose noise is charted."""
+LOCK_SAMPLES = 16
+"""A pixel: two streams are compared with each other alone."""
 
 
 def size_text(size):
@@ -62,8 +62,12 @@ def widest_sphere(preset, place, seed):
 
 def locked_sphere(preset, lock):
     width = preset.system_widths[0]
-    samples = round(preset.sphere_samples * (preset.sphere_width / width) ** 2)
-    return Render(f"lock-{lock}", SEEDS[0], samples, (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
+    return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
+
+
+def noisy_sphere(preset, samples):
+    width = preset.system_widths[0]
+    return Render(f"samples-{samples}", SAMPLES_SEED, samples, (width, width // 2), "centre")
 
 
 def further_samples(wanted, each):
@@ -78,11 +82,10 @@ def every_render(preset):
         yield right_eye(preset, seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)
-        for place in ("left", "centre"):
-            yield widest_sphere(preset, place, seed)
+        yield widest_sphere(preset, "centre", seed)
     yield perspective(preset, BYTES_SEED, further_samples(preset.eye_bytes_samples, preset.eye_samples), f"perspective-{BYTES_SEED}")
     yield wide_sphere(preset, "left", BYTES_SEED, further_samples(preset.bytes_samples, preset.sphere_samples), f"sphere-left-{BYTES_SEED}")
     for lock in ("world", "path"):
         yield locked_sphere(preset, lock)
-    for samples in SAMPLES:
-        yield wide_sphere(preset, "centre", SAMPLES_SEED, samples, f"samples-{samples}")
+    for samples in preset.samples_swept:
+        yield noisy_sphere(preset, samples)

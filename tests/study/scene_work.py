@@ -3,6 +3,7 @@
 Records of commands name files relative to the folder, so that they do not depend on the machine.
 """
 
+import functools
 import json
 import pathlib
 
@@ -26,9 +27,9 @@ class SceneWork:
         self.first, self.last = preset.frame_range(scene)
         self.steps = Steps(self.folder, programs, {str(REPOSITORY) + "/": "", str(self.folder) + "/": ""},
                            {"preset": preset.name, "frames": f"{self.first}-{self.last}"})
-        self.description = self.described()
 
-    def described(self):
+    @functools.cached_property
+    def description(self):
         described = REPOSITORY / f"scenes/descriptions/{self.scene}.json"
         if described.exists():
             return described
@@ -60,6 +61,11 @@ class SceneWork:
     def render_records(self):
         names = sorted(file.stem.removeprefix("render-") for file in (self.folder / "steps").glob("render-*.json"))
         return [{"name": name, **self.render_record(name)} for name in names]
+
+    def measuring_s(self):
+        """Of all steps so far but renders."""
+        files = [file for file in (self.folder / "steps").glob("*.json") if not file.name.startswith(("render-", "part-"))]
+        return sum(json.loads(file.read_text())["wall_s"] for file in files)
 
     def perspective(self, seed):
         return self.render(render_list.perspective(self.preset, seed))
@@ -134,5 +140,7 @@ class SceneWork:
         """Views of both seeds against the truth: PSNR and SSIM of one against the other's, and the noise-free error of both."""
         truth = [self.truth(seed) for seed in SEEDS]
         chosen = ["--frames", frames] if frames else []
-        return {"against_other_seed": self.compare(name, views[0], truth[1], *chosen)["eyes"],
+        gaps = f"{views[0]}/gaps"
+        masks = ["--gaps", gaps] if (self.folder / gaps).exists() else []
+        return {"against_other_seed": self.compare(name, views[0], truth[1], *chosen, *masks)["eyes"],
                 "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", *chosen)["eyes"]}

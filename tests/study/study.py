@@ -15,12 +15,15 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import charts.accuracy  # noqa: E402
+import charts.latency  # noqa: E402
 import charts.paper  # noqa: E402
 import charts.parity  # noqa: E402
 import charts.parsimony  # noqa: E402
+import charts.related  # noqa: E402
+import charts.stability  # noqa: E402
 import plan  # noqa: E402
 from charts.looks import COLOURS  # noqa: E402
-from experiments import EXPERIMENTS  # noqa: E402
+from experiments import EXPERIMENTS, OF_SCENES  # noqa: E402
 from found import load  # noqa: E402
 from page import write_page  # noqa: E402
 from page_pictures import Pictures  # noqa: E402
@@ -47,7 +50,7 @@ def arguments():
                         help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
     parser.add_argument("--experiments", type=names_of(EXPERIMENTS), default=list(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}")
-    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json")
+    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
     parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
     parser.add_argument("--job", type=int, metavar="N", help="one of the plan's render jobs, and nothing else")
@@ -75,8 +78,8 @@ class Study:
             return False
         found = json.loads(file.read_text())["settings"]
         wanted = json.loads(json.dumps(settings(self.preset)))
-        if found != wanted:
-            differing = ", ".join(key for key in wanted if found.get(key) != wanted[key])
+        # What a preset says more by now, nothing that was measured hangs on.
+        if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):
             raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
         return True
 
@@ -89,12 +92,14 @@ class Study:
         work = SceneWork(self.work, self.options.bin, scene, self.preset)
         made = provenance(self.options.bin, REPOSITORY)
         result = {"scene": scene, "experiment": experiment,
-                  "command": f"equistream study --preset {self.preset.name} --scenes {scene} --experiments {experiment} --out DIR",
+                  "command": " ".join(["equistream study --preset", self.preset.name, *(["--scenes", scene] if experiment in OF_SCENES else []),
+                                       "--experiments", experiment, "--out DIR"]),
                   "settings": settings(self.preset), **made, **EXPERIMENTS[experiment](work)}
         result["renders"] = work.render_records()
         result["took_s"] = round(time.monotonic() - began, 1)
+        result["measuring_s"] = round(work.measuring_s(), 1)
         if experiment == "systems":
-            write_whole(self.options.out / "pictures" / file.name, json.dumps(Pictures(work).all_of(result["systems"]), indent=1) + "\n")
+            write_whole(self.options.out / "pictures" / file.name, json.dumps(Pictures(work).all_of(result["systems"], result["anaglyph"]["view"]), indent=1) + "\n")
         write_whole(file, json.dumps(result, indent=1) + "\n")
         print(f"{file}: {result['took_s']:.0f} s", flush=True)
 
@@ -107,7 +112,11 @@ class Study:
             return
         for scene in self.scenes:
             for experiment in self.options.experiments:
-                self.measure(experiment, scene)
+                if experiment in OF_SCENES:
+                    self.measure(experiment, scene)
+        for experiment in self.options.experiments:
+            if experiment not in OF_SCENES:
+                self.measure(experiment, "generated")
         self.draw()
 
     def render_job(self):
@@ -118,7 +127,7 @@ class Study:
         SceneWork(self.work, self.options.bin, job.scene, self.preset).render_part(job.render, job.first, job.last)
 
     def draw(self):
-        for chart in (charts.accuracy, charts.paper, charts.parity, charts.parsimony):
+        for chart in (charts.accuracy, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)
         pictures = load(self.options.out, "pictures")

@@ -5,7 +5,10 @@ from found import load
 from knee import CLOSE_DB, knee, least_within
 from pages import cell, table
 from parity_figures import matching_width, parity_of, rates_of
+from related_tables import parts as related_parts
+from stability_tables import parts as stability_parts
 from steps import write_whole
+from system_tables import parts as system_parts
 
 SPHERE, REFERENCES = "centre", ("perspective", "pair")
 
@@ -17,12 +20,21 @@ def width_text(row):
     return f"{row['width']:.0f} [{cell(low, 0)}, {cell(high, 0)}]"
 
 
+def pixels_times(settings, width, reference):
+    """Of a sphere and of what the reference renders, small streams a sixteenth as large along."""
+    width_px, height_px = settings["eye"]
+    rendered = width_px * height_px * (17 / 16 if reference == "perspective" else 2)
+    return width * width / 2 * 17 / 16 / rendered
+
+
 def parity_rows(results):
     for scene, result in results.items():
         for reference in REFERENCES:
             for row in parity_of(result, "first", SPHERE, reference):
-                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(row["fewest_bytes"], 0),
-                       cell(row["bytes_ratio"])]
+                width, fewest = row["width"], row["fewest_bytes_width"]
+                matching = matching_width(result["settings"])
+                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching), cell(row["fewest_bytes"], 0),
+                       str(fewest or "-"), cell(row["bytes_ratio"]), cell(fewest and pixels_times(result["settings"], fewest, reference))]
 
 
 def rate_rows(results):
@@ -40,12 +52,14 @@ def knee_rows(results):
 
 
 def write_tables(folder):
-    parts = []
+    parts = system_parts(load(folder, "systems"), load(folder, "sizes"))
     if parity := load(folder, "parity"):
-        parts += ["## Parity, both eyes, noise-free on linear values", table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "fewest bytes of any width", "times"], list(parity_rows(parity))),
+        parts += ["## Parity, both eyes, noise-free on linear values", table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
-        parts += ["## The knee", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the best"], list(knee_rows(parsimony)))]
+        parts += ["## The knee", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
+    parts += stability_parts(load(folder, "stability"), load(folder, "latency"))
+    parts += related_parts(load(folder, "related"))
     if parts:
         write_whole(folder / "tables.md", "# The study in numbers\n\n" + "\n\n".join(parts) + "\n")
         print(folder / "tables.md")

@@ -1,8 +1,12 @@
-"""Chart 2: our own of the paper's Figures 5 to 8, of its systems: bytes, time a frame by stage, PSNR and SSIM of each eye. Its figures have no numbers in its text, so none of theirs is drawn."""
+"""Chart 2: our own of the paper's Figures 1 and 5 to 8, of its systems: bytes, time a frame by stage, PSNR and SSIM of each eye. Its figures have no numbers in its text, so none of theirs is drawn."""
+
+import base64
+import io
 
 import matplotlib.pyplot as plt
 import numpy as np
 from found import ceiling_psnr, load, psnr
+from PIL import Image
 from render_list import EYES
 
 from . import looks
@@ -60,7 +64,7 @@ def draw_quality(results, file):
 
 
 def draw_times(results, file):
-    """Figure 6."""
+    """Figure 6, with what turning the sphere to both views takes FFmpeg."""
     crf = next(iter(results.values()))["settings"]["crfs"][0]
     figure, panels = panels_of(results, 1, 3.2)
     for column, result in enumerate(results.values()):
@@ -69,6 +73,7 @@ def draw_times(results, file):
             values = np.array([entry["ms"][stage] for entry in found.values()])
             bars(panels[0][column], list(found), values, colour, bottom=bottom, label=stage)
             bottom = values if bottom is None else bottom + values
+        looks.level(panels[0][column], next(iter(result["baselines_ms"]["v360"].values())), "v360 of both views")
     panels[0][0].set_ylabel("ms a frame, both eyes")
     panels[0][-1].legend(fontsize=7.5, frameon=False)
     finish(figure, results, f"The paper's Figure 6, ours, CRF {crf:g}.", file)
@@ -93,8 +98,27 @@ def draw_bytes(sizes, file):
     finish(figure, sizes, f"The paper's Figure 5, ours: {first['settings']['eye_bytes_samples']} samples a pixel, spheres {first['settings']['bytes_samples']} at {first['settings']['sphere_width']} columns.", file)
 
 
+def picture(data_uri):
+    return Image.open(io.BytesIO(base64.b64decode(data_uri.split(",", 1)[1])))
+
+
+def draw_anaglyphs(pictures, file):
+    """Figure 1."""
+    figure, panels = plt.subplots(1, len(pictures), figsize=(max(4.8 * len(pictures), 6), 3.1), squeeze=False, layout="constrained")
+    for axes, (scene, found) in zip(panels[0], pictures.items()):
+        axes.imshow(picture(found["anaglyph"]))
+        axes.set_title(f"{scene}, frame {found['frame']}", loc="left")
+        axes.axis("off")
+    looks.title(figure, "For red and cyan glasses (Dubois 2001): both eyes of a coded sphere at the head's centre.")
+    figure.savefig(file.with_suffix(".jpg"), dpi=100, pil_kwargs={"quality": 80})
+    print(file.with_suffix(".jpg"))
+    plt.close(figure)
+
+
 def draw_all(folder):
     plt.rcParams.update(looks.STYLE)
+    if pictures := load(folder, "pictures"):
+        draw_anaglyphs(pictures, folder / "paper-anaglyph")
     if systems := load(folder, "systems"):
         draw_quality(systems, folder / "paper-quality")
         draw_times(systems, folder / "paper-times")

@@ -51,17 +51,27 @@ def without(result, label):
     return db(result["depth_bits"][0]) if label.startswith("bits") else None
 
 
+def draw_depths(axes, result):
+    """By rays, by our draws and by the paper's: what each of them sees, which is the same."""
+    points = [(entry["title"], db(entry)) for entry in result["draws"]]
+    axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
+    axes.set_xticks(range(len(points)), [title for title, _ in points], fontsize=7)
+    axes.set_ylim(bottom=min(level for _, level in points) - 1)
+    axes.set_xlabel("whose draws the client's depth is of", fontsize=8)
+
+
 def draw_all(folder):
     results = load(folder, "parsimony")
     if not results:
         return
     plt.rcParams.update(looks.STYLE)
-    figure, panels = plt.subplots(len(AXES), len(results), figsize=(max(3.3 * len(results), 7), 2.7 * len(AXES) + 0.6), squeeze=False, layout="constrained")
+    figure, panels = plt.subplots(len(AXES) + 1, len(results), figsize=(max(3.3 * len(results), 7), 2.7 * (len(AXES) + 1) + 0.6), squeeze=False, layout="constrained")
     for column, result in enumerate(results.values()):
         panels[0][column].set_title(result["scene"], loc="left")
         for row, (label, points) in enumerate(AXES.items()):
             draw_panel(panels[row][column], points(result), without(result, label))
             panels[row][column].set_xlabel(label, fontsize=8)
+        draw_depths(panels[-1][column], result)
     for row in panels:
         row[0].set_ylabel("dB, both eyes")
     first = next(iter(results.values()))

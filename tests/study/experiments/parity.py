@@ -9,12 +9,11 @@ from presets import SEEDS
 from .systems import SYSTEMS, Coding, Player
 
 BY_NAME = {system.name: system for system in SYSTEMS}
-SPHERES = ("centre", "sphere-left")
-VIEWS = ("perspective", "pair")
+VIEWS, SPHERE = ("perspective", "pair"), "centre"
 
 
 def entries(player, widths, qualities):
-    for system in (*VIEWS, *SPHERES):
+    for system in (*VIEWS, SPHERE):
         for width in widths if BY_NAME[system].is_sphere else (None,):
             for coding in qualities:
                 yield player.score(BY_NAME[system], width, coding)
@@ -23,6 +22,8 @@ def entries(player, widths, qualities):
 def run(work):
     preset = work.preset
     qualities = [None, *(Coding(preset.codecs[0], crf) for crf in preset.curve_crfs)]
-    short = Player(work, f"{work.first}-{work.first + preset.widest.frames - 1}")
-    return {"n_seeds": len(SEEDS), "all": list(entries(Player(work), preset.widths, qualities)),
-            "first": list(entries(short, (*preset.widths, preset.widest.width), qualities)), "first_frames": short.frames}
+    every = Player(work)
+    frames = f"{work.first}-{work.first + preset.widest.frames - 1}"
+    short = every if preset.widest.frames == preset.frames else Player(work, frames)
+    return {"n_seeds": len(SEEDS), "all": list(entries(every, preset.widths, qualities)),
+            "first": list(entries(short, (*preset.widths, preset.widest.width), qualities)), "first_frames": frames}

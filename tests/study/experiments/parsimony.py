@@ -11,17 +11,15 @@ import equistream as es
 import numpy as np
 from PIL import Image
 from presets import SEEDS
-from render_list import EYES, SAMPLES, SAMPLES_SEED, wide_sphere
+from render_list import EYES, noisy_sphere
 from scene_work import REPOSITORY
 
 sys.path.insert(0, str(REPOSITORY / "tests/stability"))
 from breakers import coarse  # noqa: E402
 
-BUDGETS_PX = (1 / 16, 1 / 4, 1, 4, 16)
 BITS = (3, 4, 5, 6, 7, 8, 10, 12)
 DEPTHS = {"ray": "one cast of rays", "gl": "one multi-draw an eye and sphere", "gl-cube": "the paper's seven draws"}
 FILL = ["--fill", "pushpull"]
-MODEL_ROUNDS = 40
 
 
 def sources(work):
@@ -38,10 +36,10 @@ def triangles(work):
     """Of the client's model, by error budget."""
     surface = ["--method", "surface", *FILL]
     points = [{"error_px": 0, "triangles": None, "noise_free": played(work, "model-none", "--scene", work.description, *surface)}]
-    for error_px in BUDGETS_PX:
+    for error_px in work.preset.budgets_px:
         file, step = f"models/{error_px:g}px.json", f"model-{error_px:g}px"
         (work.folder / "models").mkdir(exist_ok=True)
-        work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", MODEL_ROUNDS, "--json",
+        work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", work.preset.model_rounds, "--json",
                        "--progress", "none", "--out", file)
         figures = json.loads(work.steps.output_of(step))
         points.append({"error_px": error_px, "triangles": figures["triangles"]["after"], "bytes": figures["bytes"],
@@ -81,21 +79,21 @@ def depth_bits(work):
     """Of w in equal steps."""
     points = [{"bits": None, "noise_free": reprojected(work, "bits-all", lambda depth_m, box_radius_m: (depth_m, 0.0))}]
     return points + [{"bits": bits, "noise_free": reprojected(work, f"bits-{bits}", lambda depth_m, box_radius_m, bits=bits: coarse(depth_m, box_radius_m, bits))}
-                     for bits in BITS]
+                     for bits in (BITS if work.preset.every_value else BITS[::3])]
 
 
 def mesh_cells(work):
     """By the error budget of the engine."""
     return [{"error_px": error_px, "noise_free": reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
-            for error_px in BUDGETS_PX]
+            for error_px in work.preset.budgets_px]
 
 
 def samples(work):
     """A pixel of the sphere: PSNR, noise and all, beside a truth of both seeds together."""
     truth = work.merged([work.truth(seed) for seed in SEEDS], "truth-all")
     points = []
-    for count in SAMPLES:
-        source = work.render(wide_sphere(work.preset, "centre", SAMPLES_SEED, count, f"samples-{count}"))
+    for count in work.preset.samples_swept:
+        source = work.render(noisy_sphere(work.preset, count))
         views, _ = work.play(f"samples-{count}", source, "--scene", work.description, "--method", "surface", *FILL)
         points.append({"samples": count, "against_truth": work.compare(f"samples-{count}", views, truth)["eyes"]})
     return points

@@ -6,8 +6,12 @@ the noise-free error takes both (docs/compare.md).
 """
 
 import dataclasses
+import json
 
+from baselines import copy_ms, v360_ms
+from perceived import FLIP_PICTURES, flip, perceived
 from presets import SEEDS
+from render_list import EYES
 
 PAPER_FILL = ["--fill", "small,spread"]
 OUR_FILL = ["--fill", "small-wide,pushpull"]
@@ -157,6 +161,31 @@ def cost(said):
     return found
 
 
+def baselines(work, player, coding):
+    """Of the sphere at the head's centre, by its width."""
+    turned = next(system for system in SYSTEMS if system.name == "centre-turned")
+    found = {"copy": copy_ms(work.preset.eye), "v360": {}}
+    for width in work.preset.system_widths:
+        source = work.sphere("centre", width, SEEDS[0])
+        stream, _ = player.encoded(turned, source, coding, source.removeprefix("renders/"))
+        found["v360"][width] = v360_ms(work.folder / stream, work.preset.frames, work.preset.eye, work.preset.fov_deg)
+    return found
+
+
+def scene_info(work):
+    work.steps.run("scene-info", "scene", "info", work.description, "--json")
+    return json.loads(work.steps.output_of("scene-info"))
+
+
+def anaglyph(work, player, coding):
+    """The paper's Figure 1: of the sphere at the head's centre, coded."""
+    system = next(system for system in SYSTEMS if system.name == "centre")
+    source = work.sphere("centre", work.preset.system_widths[-1], SEEDS[0])
+    stream, _ = player.encoded(system, source, coding, source.removeprefix("renders/"))
+    view, played = work.play("anaglyph", stream, *system.play, *player.depth_words(system, coding), "--layout", "anaglyph")
+    return {"view": view, "command": played["command"]}
+
+
 def run(work):
     player, preset = Player(work), work.preset
     entries = []
@@ -164,5 +193,10 @@ def run(work):
         chosen = codings(preset) if system.in_full else codings(preset)[:2]
         for width in preset.system_widths if system.is_sphere else (None,):
             entries += [player.score(system, width, coding) for coding in chosen]
-    return {"ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
+    truths = [work.truth(seed) for seed in SEEDS]
+    for entry in entries:
+        entry["perceived"] = perceived(work.folder, entry["views"], truths)
+    return {"scene_info": scene_info(work), "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
+            "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths)) for eye in EYES) / len(EYES),
+            "ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
             "titles": {system.name: system.title for system in SYSTEMS}}

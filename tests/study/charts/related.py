@@ -1,0 +1,115 @@
+"""Systems beside the paper's that it names: layouts, rows of a sphere, difference streams, motion search and grids of blocks, one row of panels each."""
+
+import matplotlib.pyplot as plt
+from found import db, load
+
+from . import looks
+
+ANCHOR = "e"
+LAYOUTS = {ANCHOR: "#145a32", "cube": "#c0392b", "eac": "#2e86c1", "cylinder": "#b9770e"}
+SECOND_EYE = {"direct": ("#d4ac0d", "coded itself"), "difference": ("#8e44ad", "as a difference from what is reprojected")}
+GRIDS = {"adaptive": "#145a32", "mesh": "#2e86c1", "mesh-plain": "#b9770e"}
+DEFAULT_SEARCH = "hex 16"
+
+
+def of(points, **wanted):
+    return [point for point in points if all(point[key] == value for key, value in wanted.items())]
+
+
+def curve(points, eye):
+    """(bytes a frame, dB) of what was coded."""
+    return [(point["bytes_a_frame"], level) for point in points if point["crf"] is not None and (level := db(point, eye)) is not None]
+
+
+def beside(points, keys, key, value):
+    """(point, the point with `value` for `key` that has the same `keys`)."""
+    for point in points:
+        yield point, next(other for other in of(points, **{name: point[name] for name in keys}) if other[key] == value)
+
+
+def log_bytes(axes):
+    axes.set_xscale("log")
+    looks.log_axis(axes.xaxis)
+
+
+def draw_layouts(axes, result):
+    for name, colour in LAYOUTS.items():
+        points = of(result["layouts"], layout=name)
+        axes.plot(*zip(*curve(points, "left")), color=colour, marker="o", markersize=4, linewidth=1.3, label=points[0]["title"])
+        axes.axhline(db(points[0], "left"), color=colour, linewidth=0.9, linestyle=(0, (4, 3)))
+    log_bytes(axes)
+    axes.set_xlabel("bytes a frame of the sphere at the left eye, by layout (dashed: uncoded)", fontsize=8)
+
+
+def draw_latitudes(axes, result):
+    """Shares of the whole sphere's."""
+    rows = list(beside(result["latitudes"], ("crf",), "latitude_deg", 90))
+    labels = sorted({point["latitude_deg"] for point, _ in rows})
+    crfs = sorted({point["crf"] for point, _ in rows})
+    width = 0.8 / (len(crfs) + 2)
+    for at, latitude in enumerate(labels):
+        here = [(point, whole) for point, whole in rows if point["latitude_deg"] == latitude]
+        bars = [("#cccccc", "pixels", here[0][0]["pixel_share"]), ("#7f8c8d", "solid angle", here[0][0]["solid_angle_share"]),
+                *((plt.get_cmap("viridis")(0.2 + 0.5 * i), f"bytes, CRF {point['crf']:g}", point["bytes_a_frame"] / whole["bytes_a_frame"])
+                  for i, (point, whole) in enumerate(here))]
+        for i, (colour, name, share) in enumerate(bars):
+            axes.bar(at + (i - len(bars) / 2 + 0.5) * width, 100 * share, width, color=colour, label=name if at == 0 else None)
+    axes.set_xticks(range(len(labels)), [f"up to {label:g} deg" for label in labels])
+    axes.set_xlabel("rows of the equirect sphere", fontsize=8)
+
+
+def draw_differences(axes, result):
+    for kind, (colour, title) in SECOND_EYE.items():
+        axes.plot(*zip(*curve(of(result["differences"], kind=kind), "right")), color=colour, marker="o", markersize=4, linewidth=1.3, label=title)
+    levels = [level for point in of(result["differences"], kind="reprojected") if (level := db(point, "right")) is not None]
+    axes.axhspan(min(levels), max(levels), color="#bbbbbb", alpha=0.5, linewidth=0, label="reprojected, by CRF, nothing sent")
+    log_bytes(axes)
+    axes.set_xlabel("bytes a frame of the second eye", fontsize=8)
+
+
+def draw_searches(axes, result):
+    """Bytes beside the default's, with the PSNR beside its."""
+    sources = list(dict.fromkeys(point["source"] for point in result["searches"]))
+    ticks = []
+    for i, source in enumerate(sources):
+        for point, default in beside(of(result["searches"], source=source), ("source",), "search", DEFAULT_SEARCH):
+            saved = 100 * (point["bytes_a_frame"] / default["bytes_a_frame"] - 1)
+            axes.bar(len(ticks), saved, 0.7, color="#2e86c1" if i == 0 else "#145a32", label=source if point["search"] == DEFAULT_SEARCH else None)
+            axes.annotate(f"{point['psnr_db'] - default['psnr_db']:+.2f} dB", (len(ticks), saved), xytext=(0, 2 if saved >= 0 else -9), textcoords="offset points",
+                          ha="center", fontsize=6.5)
+            ticks.append(point["search"])
+    axes.axhline(0, color="#555555", linewidth=0.8)
+    axes.margins(y=0.15)
+    axes.set_xticks(range(len(ticks)), ticks, fontsize=7, rotation=30)
+    axes.set_xlabel(f"motion search of x264 at CRF {result['searches'][0]['crf']:g}, and its range", fontsize=8)
+
+
+def draw_blocks(axes, result):
+    for kind, colour in GRIDS.items():
+        points = sorted(of(result["blocks"], kind=kind), key=lambda point: point["cells"])
+        axes.plot([point["cells"] for point in points], [db(point) for point in points], color=colour, marker="o", markersize=4, linewidth=1.3, label=points[0]["title"])
+    log_bytes(axes)
+    axes.set_xlabel("cells of the sphere at the head's centre", fontsize=8)
+
+
+PANELS = ((draw_layouts, "left eye, dB"), (draw_latitudes, "% of the whole sphere's"), (draw_differences, "right eye, dB"),
+          (draw_searches, f"bytes beside {DEFAULT_SEARCH}, %"), (draw_blocks, "both eyes, dB"))
+
+
+def draw_all(folder):
+    results = load(folder, "related")
+    if not results:
+        return
+    plt.rcParams.update(looks.STYLE)
+    figure, panels = plt.subplots(len(PANELS), len(results), figsize=(max(3.6 * len(results), 7), 2.9 * len(PANELS) + 0.6), squeeze=False, layout="constrained")
+    for column, result in enumerate(results.values()):
+        panels[0][column].set_title(result["scene"], loc="left")
+        for row, (draw, label) in zip(panels, PANELS):
+            draw(row[column], result)
+            row[0].set_ylabel(label)
+    for row in panels:
+        row[-1].legend(fontsize=7, frameon=False)
+    first = next(iter(results.values()))
+    looks.title(figure, looks.provenance_line(first) + ". Noise-free on linear values; x264 by FFmpeg; layouts have as many pixels each.")
+    looks.save(figure, folder / "related")
+    plt.close(figure)

@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""The least a scene needs for a wanted accuracy, measured on the scene itself, as a settings file for render, encode, play and view.
+
+    equistream fit SCENE.json --db N [--out FILE.ini]
+
+N is the noise-free error of docs/compare.md on linear values, both eyes together. Everything is rendered twice, with two seeds; what was measured stays in
+the work folder, and another N goes on from there.
+"""
+
+import argparse
+import contextlib
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from fit_choice import Fit, Unreachable  # noqa: E402
+from fit_report import chosen_text, n_text, report, times_text, unreachable_text  # noqa: E402
+from fit_settings import sections_of, write_settings  # noqa: E402
+from fit_work import Asked, FitWork  # noqa: E402
+from steps import Failed, run_as_program  # noqa: E402
+
+FEWEST_PIXELS = 64
+
+
+def in_range(low, high, kind=float):
+    def number(text):
+        try:
+            value = kind(text)
+        except ValueError:
+            value = None
+        if value is None or not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"expected a number from {low:g} to {high:g}, found '{text}'")
+        return value
+    return number
+
+
+def size(text):
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
+    if not match or min(int(side) for side in match.groups()) < FEWEST_PIXELS:
+        raise argparse.ArgumentTypeError(f"expected WxH of {FEWEST_PIXELS} pixels or more, found '{text}'")
+    return tuple(int(side) for side in match.groups())
+
+
+def frames(text):
+    match = re.fullmatch(r"(\d+)-(\d+)", text)
+    if not match or int(match[1]) > int(match[2]):
+        raise argparse.ArgumentTypeError(f"expected FIRST-LAST, found '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="equistream fit", description=__doc__.splitlines()[0],
+                                     epilog="example: equistream fit scenes/pavilion.json --db 27 --out pavilion.ini")
+    parser.add_argument("scene", metavar="SCENE", type=pathlib.Path, help="scene description (JSON)")
+    parser.add_argument("--db", type=in_range(1, 80), required=True,
+                        help="the accuracy wanted: noise-free error on linear values, both eyes together, in dB (docs/compare.md)")
+    parser.add_argument("--out", type=pathlib.Path, help="settings file to write; the client's model, if one is chosen, comes beside it; default: NAME-fit.ini")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views, which can be removed afterwards; default: NAME-fit")
+    parser.add_argument("--eye-size", type=size, default=(640, 360), metavar="WxH", help="of each eye's view (640x360): what is found holds for this many pixels")
+    parser.add_argument("--fov", type=in_range(1, 170), default=90.0, metavar="DEG", help="of each eye's view, horizontal (90)")
+    parser.add_argument("--frames", type=frames, metavar="A-B", help="that are measured; default: two in the middle of the path")
+    parser.add_argument("--spp", type=in_range(1, 65536, int), default=4, metavar="N",
+                        help="samples a pixel of views, and of a sphere as dense as these in the middle (4); noise takes bytes")
+    parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
+    parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
+                        help="the widest sphere tried, in 2 pi f columns (1.41); narrower ones are filtered from it")
+    parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    options.info = scene_info(parser, options)
+    last = path_frames(options) - 1
+    middle = max(0, last // 2)
+    options.frames = options.frames or (middle, min(middle + 1, last))
+    if options.frames[1] > last:
+        parser.error(f"argument --frames: expected at most {last}, the path's last, found {options.frames[1]}")
+    options.out = options.out or pathlib.Path(f"{options.scene.stem}-fit.ini")
+    if not options.out.resolve().parent.is_dir():
+        parser.error(f"argument --out: expected a file in a folder that is there, found {options.out}")
+    return options
+
+
+def scene_info(parser, options):
+    done = subprocess.run([options.bin / "equistream", "scene", "info", options.scene, "--json"], capture_output=True, text=True)
+    if done.returncode != 0:
+        parser.error((done.stderr.strip().splitlines() or ["no message"])[-1].removeprefix("equistream scene: "))
+    return json.loads(done.stdout)
+
+
+def path_frames(options):
+    rate = json.loads(options.scene.read_text()).get("frames_per_second", 30)
+    return round(options.info["path_duration_s"] * rate) + 1
+
+
+def keep_model(chosen, work, out):
+    """The chosen model beside the settings file: a description, and the geometry that it names by itself."""
+    name = f"{out.stem}-model"
+    made = work.folder / chosen.model_file
+    description = json.loads(made.read_text())
+    shutil.copyfile(made.with_suffix(".glb"), out.with_name(f"{name}.glb"))
+    kept = out.with_name(f"{name}.json").resolve()
+    kept.write_text(json.dumps({**description, "model": f"{name}.glb"}) + "\n")
+    return kept
+
+
+def main():
+    options = arguments()
+    began = time.time()
+    asked = Asked(options.eye_size, options.fov, *options.frames, options.spp, options.widest)
+    with contextlib.redirect_stdout(sys.stderr):
+        work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked)
+        fit = Fit(work, asked, options.codec, options.db, path_frames(options))
+        try:
+            chosen = fit.run()
+        except Unreachable as short:
+            raise Failed(unreachable_text(short.best, fit)) from None
+    print("\n".join(report(fit, chosen)))
+    print(times_text(work, began, time.time()))
+    if chosen.model_px:
+        chosen.geometry_file = keep_model(chosen, work, options.out)
+    remarks = [f"equistream fit {options.scene} --db {options.db:g}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
+    write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
+    print(f"\nwritten: {options.out}\n"
+          f"  equistream render {options.scene} --settings {options.out} --out frames\n"
+          f"  equistream encode frames --settings {options.out} --out {options.scene.stem}.mp4\n"
+          f"  equistream play {options.scene.stem}.mp4 --settings {options.out} --out eyes      (or view)")
+
+
+if __name__ == "__main__":
+    run_as_program(main)

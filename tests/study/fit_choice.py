@@ -1,0 +1,215 @@
+"""What is measured in which order, and what is chosen of it: fit_search.py's choices on fit_work.py's measurements."""
+
+import dataclasses
+import math
+
+from fit_search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db, samples_for
+from fit_work import PAIR, PERSPECTIVE, Fill, Measurer, by_model, by_scene, by_streamed_depth, files_of
+from rates import bytes_for
+from steps import Failed
+
+TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
+"""Rung -> the track it fills from."""
+FIRST_CRF = 24
+BUDGETS_PX = (1 / 4, 1, 4, 16)
+SHARES = (0.1, 0.05, 0.02)
+TRACKS_FROM = 512
+"""Columns: small streams and patches of narrower spheres are too small to be coded."""
+FINER = 4
+"""Steps of the CRF by which finer coding is asked what it would gain."""
+
+
+class Unreachable(Exception):
+    """What is nearest to it: the best point."""
+
+    def __init__(self, best):
+        super().__init__()
+        self.best = best
+
+
+@dataclasses.dataclass(eq=False)
+class Chosen:
+    point: object
+    """As it is streamed and played."""
+    fill: Fill
+    bytes_once: int
+    model_px: float = 0
+    model_file: str = ""
+    depth_share: float = 0
+    geometry_file: object = None
+    samples: int = 0
+
+    @property
+    def width(self):
+        return self.point.width
+
+    @property
+    def crf(self):
+        return self.point.crf
+
+
+def taken_text(is_taken):
+    return "taken" if is_taken else "not taken"
+
+
+class Fit:
+    def __init__(self, work, asked, codec, level, path_frames):
+        self.work, self.asked, self.level, self.path_frames = work, asked, level, path_frames
+        self.codec, self.measure = codec, Measurer(work, codec)
+        self.at = self.measure.at
+        self.why = []
+
+    def run(self):
+        base = by_scene(Fill())
+        width, crf = self.width_and_crf(base, self.narrowest(base))
+        chosen = self.choose(self.fill(width, crf), width, crf)
+        chosen.samples = self.samples(width)
+        self.views = [(way, self.finest(way, None, crf)) for way in (PERSPECTIVE, PAIR)]
+        return chosen
+
+    # -- the sphere
+
+    def narrowest(self, way):
+        """The narrowest sphere that has it uncoded."""
+        widths = self.asked.widths
+        matching = min(range(len(widths)), key=lambda i: abs(widths[i] - self.asked.matching))
+        found_width = last_holding(widths, lambda width: self.at(way, width, None).db >= self.level, matching)
+        if found_width is None:
+            raise Unreachable(self.at(way, widths[0], None))
+        return found_width
+
+    def finest(self, way, width, start):
+        """The point of the largest CRF that has it; None where none has."""
+        crf = coarsest_crf(lambda crf: self.at(way, width, crf).db, self.level, start)
+        return None if crf is None else self.at(way, width, crf)
+
+    def width_and_crf(self, way, narrowest):
+        start = FIRST_CRF
+
+        def best_at(width):
+            nonlocal start
+            point = self.finest(way, width, start)
+            if point is not None:
+                start = point.crf
+            return None if point is None else (point.bytes, point)
+
+        least = cheapest([width for width in reversed(self.asked.widths) if width >= narrowest], best_at)
+        if least is None:
+            raise Unreachable(max((point for point in self.measure.tried.values() if point.crf is not None), key=lambda point: point.db))
+        point = least[1]
+        self.why.append(f"{point.width} columns, {point.width / self.asked.matching:.2f} of 2 pi f, CRF {point.crf}: the fewest bytes; "
+                        f"the narrowest that has it uncoded has {narrowest}")
+        return point.width, point.crf
+
+    # -- gaps
+
+    def fill(self, width, crf):
+        """The rungs that are worth it, and the track they need."""
+        way, fill = by_scene(Fill()), Fill()
+        here = self.at(way, width, crf)
+        in_gaps, all_of_it = self.measure.gap_error(here)
+        share = min(1, in_gaps / all_of_it)
+        left_db = most_gained_db(share)
+        self.why.append(f"gaps hold {100 * share:.0f} % of the error: filling them better than by push-pull is worth {left_db:.2f} dB at most")
+        if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
+            earlier = Fill("earlier,pushpull")
+            gain_db = self.at(by_scene(earlier), width, crf).db - here.db
+            self.why.append(f"rung earlier: {gain_db:+.2f} dB for no bytes: {taken_text(gain_db >= CLOSE_DB)}")
+            if gain_db >= CLOSE_DB:
+                fill, left_db = earlier, left_db - gain_db
+        return self.with_track(fill, width, crf, share) if left_db >= CLOSE_DB else fill
+
+    def with_track(self, fill, width, crf, share):
+        """Of rungs that tracks are sent for, the best that is worth its bytes. What part of the error in gaps each takes away, before
+        push-pull, is found on the first frame of a sphere of half the width: renders with such tracks are slow."""
+        trial_width = min((tried for tried in self.asked.widths if tried >= min(TRACKS_FROM, width)), key=lambda tried: abs(tried - width / 2))
+        first = Measurer(self.work, self.codec, f"{self.asked.first}-{self.asked.first}")
+        without = first.at(by_scene(Fill(on_trial=True)), trial_width, crf)
+        left_open, _ = first.gap_error(without)
+        if left_open == 0:
+            return fill
+        gains = {}
+        for rung, track in TRACKS.items():
+            if track != "hidden" and trial_width < TRACKS_FROM:
+                continue
+            point = first.at(by_scene(Fill(f"{rung},pushpull", track, on_trial=True)), trial_width, crf)
+            left, times = first.gap_error(point)[0] / left_open, point.bytes / without.bytes
+            gain_db = most_gained_db(share * (1 - left))
+            worth = is_worth(gain_db, times, self.times_by_coding(width, crf, gain_db))
+            self.why.append(f"rung {rung}: {gain_db:+.2f} dB for {100 * (times - 1):.1f} % more bytes (by the first frame at {trial_width} columns): "
+                            f"{'worth it' if worth else 'not worth it'}")
+            if worth:
+                gains[rung] = gain_db
+        if not gains:
+            return fill
+        best = max(gains, key=gains.get)
+        return Fill(f"{best},{fill.rungs}", TRACKS[best])
+
+    def times_by_coding(self, width, crf, gain_db):
+        """How much larger streams grow to gain as much by a finer CRF; None where they do not."""
+        way = by_scene(Fill())
+        here = self.at(way, width, crf)
+        self.at(way, width, max(BEST_CRF, crf - FINER))
+        points = [(point.bytes, point.db) for point in self.measure.tried.values() if point.way == way and point.width == width and point.crf is not None]
+        count = bytes_for(points, here.db + gain_db)
+        return count / here.bytes if count else None
+
+    # -- depth
+
+    def choose(self, fill, width, crf):
+        """The client's model, or depth that is streamed: whichever sends less along the whole path."""
+        model, streamed = self.model(fill, width, crf), self.streamed(fill, width, crf)
+        each = {chosen: (chosen.bytes_once, chosen.point.bytes) for chosen in (model, streamed) if chosen is not None}
+        if not each:
+            raise Unreachable(self.at(by_scene(fill), width, BEST_CRF))
+        chosen = least_over(self.path_frames, each)
+        if len(each) == 2 and streamed.point.bytes > model.point.bytes:
+            even = math.ceil(model.bytes_once / (streamed.point.bytes - model.point.bytes))
+            self.why.append(f"geometry once sends less than depth with every frame from {even:,} frames on; the path has {self.path_frames}")
+        for other, name in ((model, "depth by geometry"), (streamed, "streamed depth, mesh")):
+            if other is None:
+                self.why.append(f"{name}: does not come to it")
+                continue
+            along_mb = (other.bytes_once + self.path_frames * other.point.bytes) / 1e6
+            self.why.append(f"{name}: {other.point.way.title.split(',')[0]}, CRF {other.crf}, {other.bytes_once:,} bytes once and {other.point.bytes:,.0f} a frame: "
+                            f"{along_mb:,.1f} MB along the path's {self.path_frames} frames: {taken_text(other is chosen)}")
+        return chosen
+
+    def model(self, fill, width, crf):
+        """By the largest budget that costs less than CLOSE_DB; by the scene itself where none does."""
+        scene, made = self.at(by_scene(fill), width, crf), {}
+
+        def holds(budget_px):
+            try:
+                file, made[budget_px] = self.work.model(budget_px)
+            except Failed as failure:
+                print(failure)
+                return False
+            return self.at(by_model(fill, budget_px, file), width, crf).db > scene.db - CLOSE_DB
+
+        budget_px = last_holding(BUDGETS_PX, holds, 2)
+        if budget_px is None:
+            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill), ""
+        else:
+            file = made[budget_px]["model"]
+            once, way = made[budget_px]["bytes"], by_model(fill, budget_px, file)
+        point = self.finest(way, width, crf)
+        return point and Chosen(point, fill, once, model_px=budget_px or 0, model_file=file, geometry_file=self.work.given)
+
+    def streamed(self, fill, width, crf):
+        """Of the smallest share of bits that costs less than CLOSE_DB."""
+        most = self.at(by_streamed_depth(fill, SHARES[0]), width, crf)
+        share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, share), width, crf).db > most.db - CLOSE_DB)
+        point = self.finest(by_streamed_depth(fill, share), width, crf)
+        return point and Chosen(point, fill, 0, depth_share=share)
+
+    # -- the rest
+
+    def samples(self, width):
+        """A pixel of the sphere, for noise as small as the error; at least those that were measured."""
+        measured = self.asked.samples_at(width)
+        noise_db = self.measure.noise_db(by_scene(Fill()), width)
+        wanted = samples_for(measured, noise_db, self.level)
+        self.why.append(f"noise of {measured:.1f} samples a pixel of the sphere, as measured: {noise_db:.2f} dB PSNR, which is not among the dB above; "
+                        f"as little as {self.level:g} dB takes {wanted}")
+        return max(1, round(measured), wanted)

@@ -1,0 +1,89 @@
+"""What `equistream fit` tells of what it measured."""
+
+import json
+import math
+
+from presets import SEEDS
+from render_list import size_text
+
+KINDS = {"render": "rendering", "encode": "coding", "play": "playing", "compare": "comparing", "model": "models"}
+
+
+def level_text(point):
+    if point.low is None or point.high is None:
+        return f"> {point.db:.2f}"
+    return f"{point.db:.2f} [{point.low:.2f}, {point.high:.2f}]"
+
+
+def aligned(rows):
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return ["  ".join([row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:]))]).rstrip() for row in rows]
+
+
+def tried(fit):
+    rows = [["tried", "columns", "of 2 pi f", "CRF", "dB [95 %]", "bytes a frame"]]
+    for point in fit.measure.tried.values():
+        of_matching = f"{point.width / fit.asked.matching:.2f}" if point.width else ""
+        rows.append([point.way.title, str(point.width or ""), of_matching, "none" if point.crf is None else str(point.crf), level_text(point),
+                     f"{point.bytes:,.0f}" if point.bytes else ""])
+    return aligned(rows)
+
+
+def n_text(asked):
+    return (f"n = {len(SEEDS)} seeds x 2 eyes x {asked.last - asked.first + 1} frames ({asked.first} to {asked.last}) of "
+            f"{size_text(asked.eye)} at {asked.fov_deg:g} degrees, {asked.samples} samples a pixel")
+
+
+def depth_text(chosen):
+    if chosen.depth_share:
+        return f"streamed depth of share {chosen.depth_share:g}, mesh"
+    return f"the client's model of {chosen.model_px:g} px" if chosen.model_px else "the whole scene's geometry"
+
+
+def chosen_text(chosen, fit):
+    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, fill {chosen.fill.rungs}: "
+            f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
+
+
+def views_text(chosen, fit):
+    """When not to use a sphere."""
+    for way, point in fit.views:
+        if point is None:
+            best = max((point for point in fit.measure.tried.values() if point.way == way), key=lambda point: point.db)
+            yield f"{way.title} instead: does not come to it, {best.db:.2f} dB at most (CRF {best.crf})"
+            continue
+        times = point.bytes / chosen.point.bytes
+        verdict = "cheaper, as long as the head looks where the server thought it would" if times < 1 else "no cheaper"
+        yield f"{way.title} instead: {point.bytes:,.0f} bytes a frame at CRF {point.crf}, {times:.2f} of the sphere's: {verdict}"
+
+
+def times_text(work, began, now):
+    """Of the steps that were made since; the rest is reading, narrowing and starting."""
+    spent = dict.fromkeys(KINDS, 0.0)
+    for file in (work.folder / "steps").glob("*.json"):
+        kind = file.name.split("-")[0].removesuffix(".json")
+        if kind in spent and file.stat().st_mtime >= began:
+            spent[kind] += json.loads(file.read_text())["wall_s"]
+    parts = [f"{KINDS[kind]} {seconds:.0f}" for kind, seconds in sorted(spent.items(), key=lambda item: -item[1]) if seconds >= 0.5]
+    return f"took {now - began:.0f} s" + (f": {', '.join(parts)}, the rest narrowing and reading" if parts else ": everything was there already")
+
+
+def unreachable_text(best, fit):
+    where = f"{best.width} columns ({best.width / fit.asked.matching:.2f} of 2 pi f), {'uncoded' if best.crf is None else f'CRF {best.crf}'}"
+    text = f"--db {fit.level:g}: not to be had; the most found is {level_text(best)} dB, at {where}; {n_text(fit.asked)}"
+    return text + (wider_text(fit) if best.crf is None else "; --widest tries wider spheres")
+
+
+def wider_text(fit):
+    """Where a line through the two widest uncoded spheres over the logarithm of the width comes to it."""
+    points = sorted((point for point in fit.measure.tried.values() if point.crf is None and point.width), key=lambda point: point.width)[-2:]
+    if len(points) < 2 or points[1].db <= points[0].db:
+        return ""
+    slope = (points[1].db - points[0].db) / math.log2(points[1].width / points[0].width)
+    times = points[1].width / fit.asked.matching * 2 ** ((fit.level - points[1].db) / slope)
+    return f"; it rises by {slope:.1f} dB for each doubling, and would come to it at about {times:.1f} of 2 pi f (--widest)"
+
+
+def report(fit, chosen):
+    reasons = [f"  - {line}" for line in (*fit.why, *views_text(chosen, fit))]
+    return [*tried(fit), n_text(fit.asked), "", f"chosen: {chosen_text(chosen, fit)}", *reasons]

@@ -1,0 +1,88 @@
+"""`equistream fit` of the bundled scene in miniature, and what every program makes of the file that it writes.
+
+usage: fit_run_test.py BIN_DIR
+"""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / "golden"), str(HERE.parent / "golden/viewer")]
+from display import Display  # noqa: E402
+from independent import Programs  # noqa: E402
+
+PROGRAMS = Programs(sys.argv.pop(1))
+SMALL = ("--eye-size", "160x90", "--frames", "30-31", "--spp", 1, "--widest", 1)
+WANTED_DB = 18
+
+
+class Fit(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_fit_"))
+        cls.scene = PROGRAMS.scene("pavilion", cls.root / "scenes")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.root, ignore_errors=True)
+
+    def fit(self, *words, code=0):
+        done = subprocess.run([PROGRAMS.folder / "equistream-fit", *map(str, words)], cwd=self.root, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def test_what_it_writes_is_what_programs_take(self):
+        said = self.fit(self.scene, "--db", WANTED_DB, *SMALL, "--out", "mini.ini").stdout
+        settings = self.root / "mini.ini"
+        chosen = re.search(r"chosen: (\d+)x(\d+), h264 CRF (\d+), .*: (\d+\.\d+) \[.*\] dB, ([\d,]+) bytes", said)
+        self.assertIsNotNone(chosen, said)
+        self.assertGreaterEqual(float(chosen[4]), WANTED_DB)
+        self.assertRegex(settings.read_text(), rf"^# equistream fit .* --db {WANTED_DB}, measured \d{{4}}-\d\d-\d\d\n")
+
+        rendered, stream, eyes = self.root / "frames", self.root / "mini.mp4", self.root / "eyes"
+        # Fewer samples than noise asks for: what is tested is that options are taken.
+        PROGRAMS.run("render", self.scene, "--settings", settings, "--spp", 1, "--frames", "30-31", "--out", rendered)
+        report = json.loads(PROGRAMS.run("encode", rendered, "--settings", settings, "--out", stream, "--json", "--progress", "none"))
+        self.assertEqual((report["crf"], report["tracks"][0]["width"], report["tracks"][0]["height"]), (float(chosen[3]), int(chosen[1]), int(chosen[2])))
+        PROGRAMS.run("play", stream, "--settings", settings, "--out", eyes, "--progress", "none")
+        played = json.loads((eyes / "report.json").read_text())
+        section = settings.read_text().split("[play]")[1].split("[")[0]
+        self.assertEqual(played["settings"]["size"], [160, 90])
+        self.assertIn(f"method = {played['method']}\n", section)
+        self.assertIn(f'fill = "{played["fill"]}"\n', section)
+        self.assertEqual(played["notes"], [])
+        self.look_around(stream, settings)
+
+        again = self.fit(self.scene, "--db", WANTED_DB, *SMALL, "--out", "again.ini")
+        self.assertIn("everything was there already", again.stdout)
+        self.assertEqual((self.root / "again.ini").read_text().split("[play]")[0], settings.read_text().split("[play]")[0])
+
+        short = self.fit(self.scene, "--db", 70, *SMALL, "--out", "never.ini", code=1)
+        self.assertRegex(short.stderr.splitlines()[-1], r"--db 70: not to be had; the most found is \d+\.\d+ \[")
+        self.assertFalse((self.root / "never.ini").exists())
+
+    def look_around(self, stream, settings):
+        display = Display()
+        self.addCleanup(display.close)
+        words = ["view", stream, "--settings", settings, "--seconds", "1", "--json"]
+        done = subprocess.run([PROGRAMS.folder / "equistream", *words], env=display.environment, capture_output=True, text=True, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertGreater(json.loads(done.stdout)["refreshes"], 0)
+
+    def test_bad_words_are_one_line_and_two(self):
+        for words, what in (((self.root / "none.json", "--db", 30), "found no such file"), ((self.scene, "--db", "loud"), "found 'loud'"),
+                            ((self.scene, "--db", 30, "--frames", "9-1"), "found '9-1'"), ((self.scene, "--db", 30, "--frames", "0-9999"), "found 9999"),
+                            ((self.scene, "--db", 30, "--out", "none/here.ini"), "found none/here.ini")):
+            said = self.fit(*words, code=2).stderr
+            self.assertIn(what, said.splitlines()[-1])
+        self.assertEqual([path.name for path in self.root.iterdir()].count("pavilion-fit"), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,124 @@
+"""What `equistream fit` chooses, on curves whose answers are known in closed form."""
+
+import math
+import unittest
+
+import fit_report
+import fit_search
+from fit_choice import Chosen
+from fit_settings import sections_of, settings_text
+from fit_work import Asked, Fill, Point
+
+
+class Counted:
+    """A function that remembers where it was asked."""
+
+    def __init__(self, function):
+        self.function, self.asked = function, []
+
+    def __call__(self, value):
+        self.asked.append(value)
+        return self.function(value)
+
+
+class Search(unittest.TestCase):
+    def test_the_largest_crf_that_keeps_the_level(self):
+        for slope in (0.1, 0.5, 2.0):
+            for level in (26.0, 30.0, 33.3):
+                db_of = Counted(lambda crf, slope=slope: 36 - slope * crf)
+                wanted = min(fit_search.WORST_CRF, math.floor((36 - level) / slope + 1e-9))
+                found = fit_search.coarsest_crf(db_of, level, 24)
+                self.assertEqual(len(db_of.asked), len(set(db_of.asked)), "a CRF was measured twice")
+                if wanted < fit_search.BEST_CRF:
+                    self.assertIsNone(found)
+                else:
+                    self.assertLessEqual(found, wanted)
+                    self.assertLess(36 - slope * found, 36 - slope * wanted + fit_search.CLOSE_DB)
+                    self.assertLessEqual(len(db_of.asked), 6)
+
+    def test_a_curve_that_bends_and_steps(self):
+        bent = Counted(lambda crf: 27 - 0.02 * 1.15 ** crf)
+        self.assertEqual(fit_search.coarsest_crf(bent, 25, 24), 32)  # 27 - 0.02 1.15^32 = 25.25, at 33 24.99
+        self.assertLessEqual(len(bent.asked), 6)
+        stepped = Counted(lambda crf: 30.0 if crf <= 17 else 20.0)
+        self.assertEqual(fit_search.coarsest_crf(stepped, 25, 24), 17)
+
+    def test_curves_that_do_not_fall_take_no_more(self):
+        for curve in (lambda crf: 20 + 0.1 * crf, lambda crf: 20.0, lambda crf: 20 + 0.01 * math.sin(crf), lambda crf: 15.2 + 0.03 * math.sin(3 * crf) + 5 * (crf < 8)):
+            for level in (18, 20.2, 22):
+                db_of = Counted(curve)
+                crf = fit_search.coarsest_crf(db_of, level, 24)
+                self.assertTrue(crf is None or curve(crf) >= level)
+                self.assertLessEqual(len(db_of.asked), 9)
+
+    def test_the_last_that_holds(self):
+        for start in range(4):
+            for last in range(4):
+                holds = Counted(lambda value, last=last: value <= last)
+                self.assertEqual(fit_search.last_holding((0, 1, 2, 3), holds, start), last)
+                self.assertEqual(len(holds.asked), len(set(holds.asked)))
+            self.assertIsNone(fit_search.last_holding((0, 1, 2, 3), lambda value: False, start))
+
+    def test_the_cheapest_is_in_the_valley_and_the_far_side_is_not_measured(self):
+        costs = {1: None, 2: (9, "b"), 3: (5, "c"), 4: (6, "d"), 5: (7, "e")}
+        best_at = Counted(costs.get)
+        self.assertEqual(fit_search.cheapest((1, 2, 3, 4, 5), best_at), (5, "c"))
+        self.assertEqual(best_at.asked, [1, 2, 3, 4])
+        self.assertIsNone(fit_search.cheapest((1,), best_at))
+
+    def test_a_track_beside_finer_coding(self):
+        self.assertTrue(fit_search.is_worth(0.3, 1.05, 1.20))
+        self.assertFalse(fit_search.is_worth(0.3, 1.25, 1.20))
+        self.assertFalse(fit_search.is_worth(0.05, 1.00, 1.20))
+        self.assertTrue(fit_search.is_worth(0.3, 3.00, None))
+
+    def test_half_of_the_error_is_three_decibels(self):
+        self.assertAlmostEqual(fit_search.most_gained_db(0.5), 10 * math.log10(2))
+        self.assertEqual(fit_search.most_gained_db(0), 0)
+
+    def test_once_or_every_frame(self):
+        each = {"model": (1000, 10), "depth": (0, 30)}
+        self.assertEqual(fit_search.least_over(49, each), "depth")
+        self.assertEqual(fit_search.least_over(51, each), "model")
+
+    def test_ten_decibels_less_noise_are_ten_times_the_samples(self):
+        self.assertEqual(fit_search.samples_for(4, 20, 30), 40)
+
+
+class Widths(unittest.TestCase):
+    def asked(self, times):
+        return Asked((640, 360), 90.0, 30, 31, 4, times)
+
+    def test_the_matching_one_is_among_them(self):
+        for times in (1, 2 ** 0.5, 2, 4):
+            widths = self.asked(times).widths
+            self.assertIn(round(2 * math.pi * 320 / 16) * 16, widths)
+            self.assertLessEqual(widths[-1], 2 * math.pi * 320 / 3.9)
+            self.assertTrue(all(wide > narrow and narrow % 16 == 0 for wide, narrow in zip(widths, widths[1:])))
+
+    def test_a_sphere_that_matches_has_the_samples_of_the_views(self):
+        self.assertEqual(self.asked(1).sphere_samples, 4)
+        self.assertAlmostEqual(self.asked(2 ** 0.5).samples_at(2016), 4, delta=0.1)
+
+
+class Words(unittest.TestCase):
+    def test_sections(self):
+        asked = Asked((640, 360), 90.0, 30, 31, 4, 1)
+        point = Point(None, 1008, 30, 25.1, 25.0, 25.2, 9000, None)
+        by_stream = sections_of(Chosen(point, Fill("hidden,pushpull", "hidden"), 0, depth_share=0.05, samples=16), asked, "h264")
+        self.assertEqual(by_stream["render"], {"eye": "centre", "size": "1008x504", "spp": 16, "aovs": "depth", "layers": "true"})
+        self.assertEqual((by_stream["encode"]["depth"], by_stream["encode"]["fill"], by_stream["play"]["depth"]), ("auto", "hidden", "stream"))
+        self.assertEqual(by_stream["view"]["method"], "mesh")
+        by_model = sections_of(Chosen(point, Fill(), 5, model_px=4, geometry_file="/a b/m.json", samples=16), asked, "h265")
+        self.assertEqual(by_model["play"]["model"], '"/a b/m.json"')
+        self.assertEqual((by_model["encode"]["depth"], by_model["model"]), ("none", {"error-px": "4", "focal": "320"}))
+        text = settings_text(["why"], by_stream)
+        self.assertTrue(text.startswith("# why\n\n[render]\neye = centre\n"))
+        self.assertNotIn("[model]", text)
+
+    def test_a_table_lines_up(self):
+        self.assertEqual(fit_report.aligned([["a", "b"], ["ccc", "1"]]), ["a    b", "ccc  1"])
+
+
+if __name__ == "__main__":
+    unittest.main()

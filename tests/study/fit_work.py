@@ -1,0 +1,246 @@
+"""A scene's folder of `equistream fit`: one that is given by its description, and ways of streaming and playing it."""
+
+import dataclasses
+import hashlib
+import json
+import math
+import os
+import pathlib
+
+import equistream as es
+import found
+import numpy as np
+import render_list
+from experiments.systems import Coding, Player, System
+from narrowed import area_weights, made_once, make_sequence, of_samples
+from presets import SEEDS
+from scene_work import SceneWork
+from scipy.sparse import csr_array
+
+GEOMETRY = ("--aovs", "depth", "--max-bounces", "0")
+RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
+"""Track -> what `render` makes it by; a small eye has words of its own."""
+MULTIPLE = 16
+"""Of widths, so that small streams, of a quarter of the rows, are whole and even."""
+NARROWEST = 256
+
+
+@dataclasses.dataclass(frozen=True)
+class Asked:
+    """What is measured with: SceneWork's preset."""
+    eye: tuple
+    fov_deg: float
+    first: int
+    last: int
+    samples: int
+    """A pixel of eyes and of a sphere that matches them."""
+    times: float
+    """How much wider than that the widest sphere is."""
+    name: str = "fit"
+    repeat: int = 1
+
+    def frame_range(self, _scene):
+        return self.first, self.last
+
+    @property
+    def focal_px(self):
+        return self.eye[0] / (2 * math.tan(math.radians(self.fov_deg) / 2))
+
+    @property
+    def matching(self):
+        """The width as dense as the middle of a view, 2 pi f."""
+        return 2 * math.pi * self.focal_px
+
+    @property
+    def widths(self):
+        """Half an octave apart, the widest first, down to a quarter of the matching one."""
+        steps = range(math.floor(2 * math.log2(4 * self.times) + 0.01) + 1)
+        widths = [round(self.matching * self.times / 2 ** (step / 2) / MULTIPLE) * MULTIPLE for step in steps]
+        return [width for width in widths if width >= NARROWEST] or [NARROWEST]
+
+    @property
+    def sphere_width(self):
+        return self.widths[0]
+
+    @property
+    def sphere_samples(self):
+        """As many in all as a sphere that matches has."""
+        return max(1, round(self.samples * (self.matching / self.sphere_width) ** 2))
+
+    def samples_at(self, width):
+        return self.sphere_samples * (self.sphere_width / width) ** 2
+
+
+def files_of(description):
+    """A description and its model, where docs/scenes.md says that it is looked for."""
+    model = json.loads(description.read_text())["model"]
+    shared = pathlib.Path(os.environ.get("EQUISTREAM_SCENES", description.parent))
+    places = (description.parent / model, shared / model, shared / pathlib.Path(model).stem / model)
+    return [description, *[place for place in places if place.is_file()][:1]]
+
+
+def fingerprint(description):
+    """Another scene, or the same changed, is measured in another folder."""
+    sums = hashlib.sha256()
+    for file in files_of(description):
+        with open(file, "rb") as content:
+            sums.update(hashlib.file_digest(content, "sha256").digest())
+    return sums.hexdigest()[:12]
+
+
+class FitWork(SceneWork):
+    def __init__(self, work, programs, description, asked):
+        self.given = description.resolve()
+        super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-{asked.samples}spp-{asked.sphere_width}-"
+                         f"{fingerprint(description)}", asked)
+
+    @property
+    def description(self):
+        return self.given
+
+    def truth(self, seed):
+        return self.render(render_list.Render(f"truth-{seed}", seed, self.preset.samples, self.preset.eye, "both", fov_deg=self.preset.fov_deg))
+
+    def perspective(self, seed):
+        return f"{self.truth(seed)}/left"
+
+    def sphere(self, place, width, seed):
+        size = (self.preset.sphere_width, self.preset.sphere_width // 2)
+        wide = self.render(render_list.Render(f"sphere-{seed}", seed, self.preset.sphere_samples, size, place))
+        return wide if width == size[0] else self.narrowed(wide, width, seed)
+
+    def narrowed(self, wide, width, seed):
+        """Its depth is of the narrow sphere's own pixels, from a render without light."""
+        geometry = self.render(render_list.Render(f"geometry-{width}-{seed}", seed, 1, (width, width // 2), "centre", options=GEOMETRY))
+        full, thin, out = (self.folder / path / "centre" for path in (wide, geometry, f"renders/sphere-{seed}-at-{width}"))
+        made_once(out, (full, thin), lambda: make_sequence(out, self.narrow_frames(full, thin, width)))
+        return f"renders/sphere-{seed}-at-{width}"
+
+    def narrow_frames(self, wide, geometry, width):
+        """As narrowed.narrow_sequence has them, by sparse weights: widths half an octave apart are no whole fractions of each other."""
+        rows, columns = (csr_array(area_weights(self.preset.sphere_width // part, width // part)) for part in (2, 1))
+        for full, thin in zip(es.Sequence(wide, "colour"), es.Sequence(geometry), strict=True):
+            low = (rows @ full["colour"].reshape(rows.shape[1], -1)).reshape(rows.shape[0], columns.shape[1], -1)
+            colour = np.stack([(columns @ low[:, :, channel].T).T for channel in range(low.shape[2])], axis=-1)
+            yield of_samples(thin.info, math.floor(self.preset.samples_at(width))), colour, thin
+
+    def with_tracks(self, fill, width, seed):
+        """Rendered as wide as it is, with the track that `fill` takes; on trial the first frame, with all of them and few samples."""
+        name = f"{'trial' if fill.on_trial else fill.track}-{width}-{seed}"
+        samples = self.preset.samples if fill.on_trial else max(1, round(self.preset.samples_at(width)))
+        words = [word for track, word in RENDERED.items() if fill.on_trial or track == fill.track]
+        return self.render(render_list.Render(name, seed, samples, (width, width // 2), "centre", small=fill.on_trial or fill.track == "small",
+                                              options=("--aovs", "depth", *(word for word in words if word)), frames=1 if fill.on_trial else 0))
+
+    def scored(self, name, views, frames=None):
+        """Noise-free alone, and in gaps apart."""
+        (view, truth), (second, second_truth) = ((view, self.truth(seed)) for view, seed in zip(views, SEEDS))
+        gaps = ["--gaps", f"{view}/gaps"] if (self.folder / view / "gaps").exists() else []
+        chosen = ["--frames", frames] if frames else []
+        return {"noise_free": self.compare(name, view, truth, "--second", second, second_truth, "--metrics", "none", *gaps, *chosen)["eyes"]}
+
+    def model(self, error_px):
+        """The client's model of this budget: its file, relative, and what `model` said of it."""
+        file, step = f"models/{error_px:g}px/{self.given.stem}-model.json", f"model-{error_px:g}px"
+        (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
+        self.steps.run(step, "model", self.given, "--error-px", error_px, "--focal", f"{self.preset.focal_px:g}", "--json", "--progress", "none", "--out", file)
+        return file, json.loads(self.steps.output_of(step))
+
+
+@dataclasses.dataclass(frozen=True)
+class Fill:
+    rungs: str = "pushpull"
+    track: str = ""
+    """Sent for them."""
+    on_trial: bool = False
+    """On the first frame, of a render that has all tracks."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Way(System):
+    """A system that says itself how it is coded and played."""
+    fill: Fill = Fill()
+    depth_share: float = 0
+    """Of streamed depth."""
+    geometry: tuple = ()
+    """The words for where the client's depth is from; else the scene."""
+
+    @property
+    def tracks(self):
+        """What `encode` is told."""
+        return ["--fill", self.fill.track or "none", *(["--depth", "auto", "--depth-share", f"{self.depth_share:g}"] if self.depth_share else [])]
+
+
+def sphere(title, fill, method="surface", **more):
+    name = f"{title}-{fill.rungs}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
+    return Way(name, f"{title}, {fill.rungs}", ("centre",), ("--method", method, "--fill", fill.rungs), small=False, fill=fill, **more)
+
+
+def by_scene(fill):
+    return sphere("scene", fill)
+
+
+def by_model(fill, budget_px, file):
+    return sphere(f"model {budget_px:g} px", fill, geometry=("--model", file))
+
+
+def by_streamed_depth(fill, share):
+    return sphere(f"depth {share:g}", fill, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
+
+
+PERSPECTIVE = Way("perspective", "perspective view", (), ("--method", "surface", "--fill", "pushpull"), small=False)
+PAIR = Way("pair", "view of each eye", (), ("--method", "sphere", "--fill", "none"), depth="none", small=False, views=2)
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """What one way has at one width and CRF (None: uncoded)."""
+    way: Way
+    width: int
+    crf: int
+    db: float
+    low: float
+    high: float
+    bytes: float
+    """A frame, all tracks; None uncoded."""
+    entry: dict = dataclasses.field(compare=False, repr=False, default=None)
+
+
+class Measurer(Player):
+    """Scores ways, each point once, and remembers what was tried in order."""
+
+    def __init__(self, work, codec, frames=None):
+        super().__init__(work, frames)
+        self.codec, self.tried = codec, {}
+
+    def sources(self, system, width, seed):
+        return [self.work.with_tracks(system.fill, width, seed)] if system.fill.track or system.fill.on_trial else super().sources(system, width, seed)
+
+    def encoded(self, system, source, coding, name):
+        label = "-".join([system.fill.track or "alone", *([f"depth-{system.depth_share:g}"] if system.depth_share else [])])
+        return self.work.encode(f"{name}-{label}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *system.tracks,
+                                *self.chosen_frames())
+
+    def depth_words(self, system, coding):
+        return list(system.geometry) or super().depth_words(system, coding)
+
+    def at(self, way, width, crf):
+        key = (way.name, width, crf)
+        if key not in self.tried:
+            entry = self.score(way, width, None if crf is None else Coding(self.codec, crf))
+            figures = found.error(entry)
+            self.tried[key] = Point(way, width, crf, found.db(entry), figures["db_low"], figures["db_high"], found.all_bytes(entry), entry)
+        return self.tried[key]
+
+    @staticmethod
+    def gap_error(point):
+        """What lies in what the source did not see, and all of a point's error: mean squares of both eyes together. An eye without gaps says nothing of them."""
+        eyes = point.entry["noise_free"].values()
+        in_gaps = sum(eye["gaps"]["fraction"] * eye["gaps"]["noise_free"]["linear"]["mean_square"] for eye in eyes if "gaps" in eye)
+        return max(0.0, in_gaps), sum(eye["noise_free"]["linear"]["mean_square"] for eye in eyes)
+
+    def noise_db(self, way, width):
+        """PSNR of one render's uncoded views beside the same without noise: two renders differ by twice its square."""
+        views = self.at(way, width, None).entry["views"]
+        eyes = self.work.compare(f"noise-{way.name}-{width}", *views, "--metrics", "psnr")["eyes"]
+        return found.together_psnr([eye["mean_square"] / 2 for eye in eyes.values()])

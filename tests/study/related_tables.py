@@ -1,0 +1,72 @@
+"""Tables of the systems beside the paper's (experiments/related.py): layouts, rows, difference streams, motion search, grids of blocks."""
+
+from charts.related import ANCHOR, DEFAULT_SEARCH, beside, curve, of
+from found import db
+from pages import cell, table
+from rates import bd_db, bd_rate_percent
+
+SAID = {True: "yes", False: "no"}
+
+
+def uncoded(result, layout):
+    return db(of(result["layouts"], layout=layout, crf=None)[0], "left")
+
+
+def layout_rows(results):
+    for scene, result in results.items():
+        anchor = curve(of(result["layouts"], layout=ANCHOR), "left")
+        for point in of(result["layouts"], crf=None):
+            tested = curve(of(result["layouts"], layout=point["layout"]), "left")
+            width, height = point["size"]
+            yield [scene, point["title"], f"{width}x{height}", cell(uncoded(result, point["layout"])), cell(bd_rate_percent(anchor, tested), 1), cell(bd_db(anchor, tested)),
+                   cell(100 * point["beyond_share"], 1), cell(result["lookup_check"]["ours_db"], 1), cell(result["lookup_check"]["v360_db"], 1)]
+
+
+def latitude_rows(results):
+    for scene, result in results.items():
+        for point, whole in beside(result["latitudes"], ("crf",), "latitude_deg", 90):
+            yield [scene, f"{point['latitude_deg']:g}", f"{point['crf']:g}", cell(100 * point["pixel_share"], 1), cell(100 * point["solid_angle_share"], 1),
+                   cell(100 * point["bytes_a_frame"] / whole["bytes_a_frame"], 1)]
+
+
+def difference_rows(results):
+    for scene, result in results.items():
+        direct, difference = (curve(of(result["differences"], kind=kind), "right") for kind in ("direct", "difference"))
+        rate, gain = cell(bd_rate_percent(direct, difference), 1), cell(bd_db(direct, difference))
+        for crf in sorted({point["crf"] for point in result["differences"]}):
+            points = [of(result["differences"], kind=kind, crf=crf)[0] for kind in ("direct", "difference", "reprojected")]
+            (sent, as_difference, nothing) = (cell(db(point, "right")) for point in points)
+            yield [scene, f"{crf:g}", f"{points[0]['bytes_a_frame']:,.0f}", sent, f"{points[1]['bytes_a_frame']:,.0f}", as_difference, nothing, rate, gain]
+
+
+def search_rows(results):
+    for scene, result in results.items():
+        heeded = result["let_through"]
+        said = [SAID[heeded[key]] for key in ("frames_bring_vectors", "vectors_change_the_stream", "regions_change_the_stream")]
+        for point, default in beside(result["searches"], ("source",), "search", DEFAULT_SEARCH):
+            yield [scene, point["source"], point["search"], f"{point['bytes_a_frame']:,.0f}", f"{100 * (point['bytes_a_frame'] / default['bytes_a_frame'] - 1):+.2f}",
+                   f"{point['psnr_db'] - default['psnr_db']:+.3f}", *said]
+
+
+def block_rows(results):
+    for scene, result in results.items():
+        for point in result["blocks"]:
+            setting = f"{point['error_px']:g} px" if "error_px" in point else f"every {point['step']}"
+            yield [scene, point["title"], setting, f"{point['cells']:,}", cell(db(point))]
+
+
+def parts(results):
+    if not results:
+        return []
+    return ["## Related systems: layouts with as many pixels, left eye",
+            table(["scene", "layout", "size", "uncoded, dB", "BD-rate, %", "BD, dB", "of the eye beyond it, %", "our lookup beside the client's, dB", "v360's, dB"],
+                  list(layout_rows(results)), 3),
+            "## Related systems: rows of the sphere",
+            table(["scene", "up to, degrees", "CRF", "pixels, %", "solid angle, %", "bytes, %"], list(latitude_rows(results)), 1),
+            "## Related systems: the second eye as a difference stream",
+            table(["scene", "CRF", "coded itself, bytes a frame", "dB", "as a difference, bytes a frame", "dB", "nothing sent, dB", "BD-rate, %", "BD, dB"],
+                  list(difference_rows(results)), 1),
+            "## Related systems: motion search of the encoder",
+            table(["scene", "source", "search", "bytes a frame", "beside the default, %", "PSNR beside it, dB", "frames bring vectors", "vectors change the stream",
+                   "regions change the stream"], list(search_rows(results)), 3),
+            "## Related systems: grids of blocks", table(["scene", "grid", "setting", "cells", "both eyes, dB"], list(block_rows(results)), 3)]

@@ -1,0 +1,117 @@
+"""The study at preset smoke, as users start it: it ends, goes on where it was interrupted, measures what must be so, draws, tabulates and plans.
+
+usage: smoke_test.py BIN_DIR
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+SCENE = "pavilion"
+CHARTS = ("accuracy-time", "accuracy-bytes", "paper-quality", "paper-times", "paper-bytes", "parity", "parsimony", "stability", "latency", "related")
+PATIENCE_S = 120
+
+
+class Smoke(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_study_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root, ignore_errors=True)
+        cls.out = cls.root / "out"
+        cls.interrupted = cls.interrupt_after("steps/render-perspective-1.json")
+        cls.kept = cls.record("render-perspective-1").stat().st_mtime_ns
+        began = time.monotonic()
+        cls.whole = cls.study()
+        cls.took_s = time.monotonic() - began
+
+    @classmethod
+    def command(cls, *words):
+        return [str(word) for word in (BIN / "equistream", "study", "--preset", "smoke", "--out", cls.out, *words)]
+
+    @classmethod
+    def study(cls, *words):
+        return subprocess.run(cls.command(*words), capture_output=True, text=True)
+
+    @classmethod
+    def record(cls, step):
+        return cls.out / f"work/{SCENE}/steps/{step}.json"
+
+    @classmethod
+    def interrupt_after(cls, file):
+        """What a study that is interrupted once it has made `file` ends with."""
+        process = subprocess.Popen(cls.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        deadline = time.monotonic() + PATIENCE_S
+        while not (cls.out / "work" / SCENE / file).exists() and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=PATIENCE_S)
+        return process.returncode, errors
+
+    def result(self, experiment, scene=SCENE):
+        return json.loads((self.out / experiment / f"{scene}.json").read_text())
+
+    def db(self, system, coded):
+        entry = next(e for e in self.result("systems")["systems"] if e["system"] == system and (e["codec"] is not None) == coded)
+        return min(entry["noise_free"][eye]["noise_free"]["linear"]["db"] for eye in ("left", "right"))
+
+    def test_goes_on_where_it_was_interrupted(self):
+        self.assertEqual(self.interrupted[0], 1)
+        self.assertIn("interrupted; run it again to go on", self.interrupted[1])
+        self.assertEqual(self.whole.returncode, 0, self.whole.stderr)
+        self.assertEqual(self.record("render-perspective-1").stat().st_mtime_ns, self.kept, "what was done was done again")
+        again = self.study()
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("there already", again.stdout)
+        self.assertNotIn("equistream play", again.stdout)
+
+    def test_measures_what_must_be_so(self):
+        systems = self.result("systems")
+        self.assertTrue(all(entry["n"] == {"frames": 2, "seeds": 2} for entry in systems["systems"]))
+        self.assertGreater(self.db("pair", False), 50, "a render beside itself, up to rounding to 8 bits")
+        self.assertGreater(self.db("pair", True), self.db("centre", True), "what is not reprojected is nearer")
+        self.assertGreater(self.db("centre", False), self.db("centre-turned", False) + 0.5, "parallax counts")
+        self.assertGreater(self.db("centre", False), self.db("centre", True), "coding costs")
+        for entry in self.result("parity")["all"]:
+            self.assertEqual("bytes_a_frame" in entry, entry["codec"] is not None)
+        by_crf = {entry["crf"]: sum(entry["bytes_a_frame"].values()) for entry in self.result("parity")["all"] if entry["system"] == "perspective" and entry["codec"]}
+        self.assertEqual(sorted(by_crf, key=by_crf.get, reverse=True), sorted(by_crf))
+        falls = self.result("stability", "generated")["breakers"]["near"]["falls"]
+        self.assertEqual(falls["sphere"]["3"], "1")
+        delays = self.result("latency", "generated")["sweeps"]["delay, ms"]
+        turned = {value: next(run["psnr_db"] for run in runs if run["method"] == "sphere") for value, runs in delays.items()}
+        self.assertLess(turned["400"], turned["0"] - 3)
+
+    def test_draws_tabulates_and_says_what_it_took(self):
+        for name in CHARTS:
+            self.assertGreater((self.out / f"{name}.svg").stat().st_size, 10_000, name)
+            self.assertGreater((self.out / f"{name}.png").stat().st_size, 10_000, name)
+        page = (self.out / f"{SCENE}.html").read_text()
+        self.assertNotIn("@DATA@", page)
+        self.assertGreater(page.count("data:image/webp"), 20)
+        tables = (self.out / "tables.md").read_text()
+        for section in ("Scenes", "Systems in pavilion", "Bytes", "Parity", "Bytes beside it", "The knee"):
+            self.assertIn(f"## {section}", tables)
+        print(f"{self.took_s:.0f} s")
+
+    def test_plans_a_farm(self):
+        plan = self.study("--plan", "--measured", self.out)
+        self.assertEqual(plan.returncode, 0, plan.stderr)
+        self.assertRegex(plan.stdout, r"pavilion +\d+ +\d+\.\d +\d+\.\d")
+        template = json.loads((self.out / "study-smoke.template.json").read_text())
+        jobs = int(template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"].split("-")[1])
+        self.assertIn(f"#SBATCH --array=0-{jobs}", (self.out / "study-smoke.sh").read_text())
+        refused = self.study("--job", jobs + 1, "--measured", self.out)
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
+        self.assertIn(f"--job: expected 0 to {jobs}", refused.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

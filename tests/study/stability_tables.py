@@ -1,0 +1,56 @@
+"""Where each method falls below the ceiling, whether its map knew, and what a late server costs: sections of tables.md."""
+
+from pages import cell, table
+
+CEILING = "ceiling"
+
+
+def methods_of(breakers):
+    names = dict.fromkeys(method for breaker in breakers.values() for method in breaker["falls"])
+    return [name for name in names if name != CEILING]
+
+
+def fall_text(falls):
+    return " / ".join(falls[loss] or "-" for loss in ("1", "3")) if falls else ""
+
+
+def fall_rows(breakers, methods):
+    for name, breaker in breakers.items():
+        values = list(breaker["found"])
+        yield [name, breaker["knob"], f"{values[0]} to {values[-1]}", *(fall_text(breaker["falls"].get(method)) for method in methods)]
+
+
+def known_text(figures):
+    """Recall and precision in percent; - where nothing is bad, or nothing flagged."""
+    if figures is None:
+        return ""
+    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in (figures["flagged_recall"], figures["flagged_precision"])) + f" of {100 * figures['bad_share']:.1f}"
+
+
+def known_rows(breakers, methods):
+    for name, breaker in breakers.items():
+        value, figures = list(breaker["found"].items())[-1]
+        yield [name, value, *(known_text(figures.get(method)) for method in methods)]
+
+
+def latency_rows(sweeps, titles):
+    for label, by_value in sweeps.items():
+        for value, runs in by_value.items():
+            found = {run["method"]: run for run in runs}
+            first = runs[0]
+            yield [label, value, *(f"{found[method]['psnr_db']:.1f} ({found[method]['worst_refresh_db']:.1f})" for method in titles), cell(first["age_ms"]["mean"], 0),
+                   cell(first["unreprojected_error_deg"]["mean"]), cell(first["error_deg"]["mean"], 3)]
+
+
+def parts(stability, latency):
+    found = []
+    for result in stability.values():
+        breakers, methods = result["breakers"], methods_of(result["breakers"])
+        found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
+                  "## What the reliability map knew at the last value: recall / precision, %, of so many % bad pixels", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
+    for result in latency.values():
+        n = result["n"]
+        found += [f"## A late server: dB of all refreshes (of the worst), refreshes {n['refreshes']} at {n['refresh_hz']} Hz",
+                  table(["network", "value", *result["titles"].values(), "age of frames, ms", "off as frames come, degrees", "off as foretold, degrees"],
+                        list(latency_rows(result["sweeps"], result["titles"])))]
+    return found
