@@ -18,10 +18,10 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from fit_choice import Fit, Unreachable  # noqa: E402
-from fit_report import chosen_text, n_text, report, times_text, unreachable_text  # noqa: E402
-from fit_settings import sections_of, write_settings  # noqa: E402
-from fit_work import Asked, FitWork  # noqa: E402
+from fitting.choice import Fit, Unreachable  # noqa: E402
+from fitting.report import chosen_text, n_text, report, times_text, unreachable_text  # noqa: E402
+from fitting.settings import sections_of, write_settings  # noqa: E402
+from fitting.work import Asked, FitWork  # noqa: E402
 from steps import Failed, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64

@@ -3,11 +3,11 @@
 import math
 import unittest
 
-import fit_report
-import fit_search
-from fit_choice import Chosen
-from fit_settings import sections_of, settings_text
-from fit_work import Asked, Fill, Point
+from fitting import report as fit_report
+from fitting import search as fit_search
+from fitting.choice import Chosen
+from fitting.settings import sections_of, settings_text
+from fitting.work import Asked, Fill, Point
 
 
 class Counted:

@@ -10,16 +10,17 @@ import shutil
 
 import equistream as es
 import numpy as np
+from scipy.sparse import csr_array
 
 from steps import write_whole
 
 
 def area_weights(wide, narrow):
-    """narrow x wide: what share of each narrow pixel each wide one covers, along one axis."""
+    """narrow x wide, sparse: what share of each narrow pixel each wide one covers, along one axis."""
     edges = np.arange(narrow + 1) * (wide / narrow)
     pixels = np.arange(wide)
     overlap = np.minimum(edges[1:, None], pixels + 1) - np.maximum(edges[:-1, None], pixels)
-    return np.clip(overlap, 0, None) * (narrow / wide)
+    return csr_array(np.clip(overlap, 0, None) * (narrow / wide))
 
 
 def narrowed(colour, size):
@@ -30,8 +31,9 @@ def narrowed(colour, size):
         raise ValueError(f"narrowed: expected at most {columns}x{rows}, found {width}x{height}")
     if columns % width == 0 and rows % height == 0:
         return colour.reshape(height, rows // height, width, columns // width, -1).mean(axis=(1, 3), dtype=np.float64)
-    down = np.tensordot(area_weights(rows, height), colour.astype(np.float64), axes=(1, 0))
-    return np.einsum("xc,rck->rxk", area_weights(columns, width), down)
+    down = (area_weights(rows, height) @ colour.astype(np.float64).reshape(rows, -1)).reshape(height, columns, -1)
+    across = area_weights(columns, width)
+    return np.stack([(across @ down[:, :, channel].T).T for channel in range(down.shape[2])], axis=-1)
 
 
 def samples_of(wide_samples, wide_size, size):

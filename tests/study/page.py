@@ -7,7 +7,7 @@ import pathlib
 from found import all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr
 from render_list import EYES
 from steps import write_whole
-from system_tables import flicker_db
+from tables.systems import flicker_db
 
 TEMPLATE = pathlib.Path(__file__).with_name("page.html")
 

@@ -9,13 +9,11 @@ import pathlib
 
 import equistream as es
 import found
-import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
-from narrowed import area_weights, made_once, make_sequence, of_samples
+from narrowed import made_once, make_sequence, narrowed, of_samples
 from presets import SEEDS
 from scene_work import SceneWork
-from scipy.sparse import csr_array
 
 GEOMETRY = ("--aovs", "depth", "--max-bounces", "0")
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
@@ -117,12 +115,9 @@ class FitWork(SceneWork):
         return f"renders/sphere-{seed}-at-{width}"
 
     def narrow_frames(self, wide, geometry, width):
-        """As narrowed.narrow_sequence has them, by sparse weights: widths half an octave apart are no whole fractions of each other."""
-        rows, columns = (csr_array(area_weights(self.preset.sphere_width // part, width // part)) for part in (2, 1))
+        """As narrowed.narrow_sequence has them, of samples that are no whole number."""
         for full, thin in zip(es.Sequence(wide, "colour"), es.Sequence(geometry), strict=True):
-            low = (rows @ full["colour"].reshape(rows.shape[1], -1)).reshape(rows.shape[0], columns.shape[1], -1)
-            colour = np.stack([(columns @ low[:, :, channel].T).T for channel in range(low.shape[2])], axis=-1)
-            yield of_samples(thin.info, math.floor(self.preset.samples_at(width))), colour, thin
+            yield of_samples(thin.info, math.floor(self.preset.samples_at(width))), narrowed(full["colour"], thin.info.camera.size), thin
 
     def with_tracks(self, fill, width, seed):
         """Rendered as wide as it is, with the track that `fill` takes; on trial the first frame, with all of them and few samples."""

@@ -3,10 +3,11 @@
 import dataclasses
 import math
 
-from fit_search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db, samples_for
-from fit_work import PAIR, PERSPECTIVE, Fill, Measurer, by_model, by_scene, by_streamed_depth, files_of
 from rates import bytes_for
 from steps import Failed
+
+from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_holding, least_over, most_gained_db, samples_for
+from .work import PAIR, PERSPECTIVE, Fill, Measurer, by_model, by_scene, by_streamed_depth, files_of
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
 """Rung -> the track it fills from."""

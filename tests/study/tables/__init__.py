@@ -5,10 +5,11 @@ from found import load
 from knee import CLOSE_DB, knee, least_within
 from pages import cell, table
 from parity_figures import matching_width, parity_of, rates_of
-from related_tables import parts as related_parts
-from stability_tables import parts as stability_parts
 from steps import write_whole
-from system_tables import parts as system_parts
+
+from .related import parts as related_parts
+from .stability import parts as stability_parts
+from .systems import parts as system_parts
 
 SPHERE, REFERENCES = "centre", ("perspective", "pair")
 

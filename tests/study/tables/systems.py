@@ -1,10 +1,11 @@
 """Tables of what every system did: accuracy in all measures, time and bytes; scenes (the paper's Table 1) and bytes (its Table 2) beside the paper's."""
 
-import paper_table
 from found import all_bytes, ceiling_psnr, coding_name, error, ms, psnr
 from noise_free import decibels
 from pages import cell, noise_free_text, table
 from render_list import EYES
+
+from . import paper
 
 FRAMES = 150
 """Of the paper's sequences."""
@@ -51,7 +52,7 @@ def systems_of(scene, result):
 
 
 def scene_row(scene, info):
-    return [scene, paper_table.STANDS_FOR.get(scene, "-"), f"{info['triangles']:,}", f"{info['unique_triangles']:,}", str(info["textures"]), cell(info["path_length_m"], 1), cell(info["turn_deg"], 0),
+    return [scene, paper.STANDS_FOR.get(scene, "-"), f"{info['triangles']:,}", f"{info['unique_triangles']:,}", str(info["textures"]), cell(info["path_length_m"], 1), cell(info["turn_deg"], 0),
             cell(info["nearest_m"]), f"{info['sphere_width']:.0f}", f"{info['depth_levels']:.0f}"]
 
 
@@ -69,7 +70,7 @@ def bytes_rows(sizes):
                 continue
             view, megabytes = views[row["codec"], row["crf"]], lambda of, track: of["bytes_a_frame"].get(track, 0) * FRAMES / 1e6
             ratio = row["bytes_a_frame"]["main"] / view["bytes_a_frame"]["main"]
-            theirs = paper_table.ratio(scene, row["crf"]) if row["codec"] == "h264" else None
+            theirs = paper.ratio(scene, row["crf"]) if row["codec"] == "h264" else None
             yield [scene, row["source"], row["codec"], f"{row['crf']:g}", cell(megabytes(view, "main")), cell(megabytes(view, "small"), 3), cell(megabytes(row, "main")), cell(megabytes(row, "small"), 3),
                    cell(ratio), cell(theirs), f"{view['samples']:.0f} / {row['samples']:.0f}"]
 

@@ -1,0 +1,1 @@
+"""What `equistream fit` does: see ../fit.py."""
