@@ -19,7 +19,7 @@ FLAGGED_BELOW = 0.5
 
 
 CEILING = "ceiling"
-"""Beside the methods: a sphere at each eye's own place, turned, as wide as the others and of as many samples, so that nothing is reprojected."""
+"""Beside the methods: a sphere at each eye's own place, turned, as wide as the others, of as many samples and coded alike, so that nothing is reprojected."""
 
 
 def methods():
@@ -48,8 +48,8 @@ class Renders:
             self.render(name, "--eye", eye, "--size", size_text(size), "--spp", of_source)
         self.render("own", "--eye", "both", "--size", size_text(SPHERE_SIZE), "--spp", of_source, *self.path_words("truth", breaker.truth_head))
         if breaker.coding is not None:
-            for name in ("sphere", "paper"):
-                self.run("encode", self.folder / name, "--fill", "none", *breaker.coding(value), "--progress", "none", "--out", self.folder / f"{name}.mkv")
+            for source in ("sphere", "paper", *(f"own/{eye}" for eye in EYES)):
+                self.run("encode", self.folder / source, "--fill", "none", *breaker.coding(value), "--progress", "none", "--out", self.stream(source))
 
     def run(self, *words):
         words = [str(word) for word in words]
@@ -82,10 +82,17 @@ class Renders:
     def frame(self, name, eye):
         return es.read_frame(self.folder / name / eye / "frame.0000.exr")
 
+    def stream(self, source):
+        return self.folder / f"{source.replace('/', '-')}.mkv"
+
+    def own(self, eye):
+        """A sphere where this eye is, coded as others are."""
+        return self.frame("own", eye) if self.breaker.coding is None else next(es.open_feed(self.stream(f"own/{eye}"))).main
+
     def source(self, name, eye):
         """A sphere as methods get it: rendered, or through a stream. With what is left of its depth, and half a step of its code in w."""
         if self.breaker.coding is not None:
-            picture = next(es.open_feed(self.folder / f"{name}.mkv", depth=True)).main
+            picture = next(es.open_feed(self.stream(name), depth=True)).main
             return picture, picture.depth_m, picture.info.depth_tolerance_w
         frame = self.frame(name, eye)
         if self.breaker.damage is None:
@@ -168,7 +175,7 @@ def ceiling(own_of, truth_of):
 
 def scores(renders):
     """Method -> figures."""
-    found = {CEILING: ceiling(lambda eye: [renders.frame("own", eye)], lambda eye: [renders.frame("truth", eye)])}
+    found = {CEILING: ceiling(lambda eye: [renders.own(eye)], lambda eye: [renders.frame("truth", eye)])}
     for method in methods():
         score = Score()
         for picture, truth in reprojected(renders, method):

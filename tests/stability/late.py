@@ -20,6 +20,7 @@ SECONDS, REFRESH_HZ = 2, 15
 FIRST, LAST = REFRESH_HZ, 2 * REFRESH_HZ - 2
 """Refreshes at which there is something to show however late frames are."""
 DEPTH = {"surface": ["--scene", "motion.json"], "sphere": [], "lean": []}
+CODING = ("--crf", 16)
 making = threading.Lock()
 
 
@@ -56,14 +57,16 @@ def make_inputs(program, folder):
                "--size", chains.size_text(chains.EYE_SIZE), "--fov", 90, "--spp", 16, *quiet, "--out", folder / "truth")
     played.run(program, "render", scene, "--eye", "both", "--path", folder / "head.csv", "--fps", REFRESH_HZ, "--frames", f"{FIRST}-{LAST}",
                "--size", chains.size_text(chains.SPHERE_SIZE), "--spp", 4, *quiet, "--out", folder / "own")
-    played.run(program, "encode", folder / "frames", "--out", folder / "motion.mp4", "--depth", "auto", "--motion", "auto", "--crf", 16, "--progress", "none")
+    for eye in chains.EYES:
+        played.run(program, "encode", folder / "own" / eye, "--out", folder / f"own-{eye}.mp4", *CODING, "--progress", "none")
+    played.run(program, "encode", folder / "frames", "--out", folder / "motion.mp4", "--depth", "auto", "--motion", "auto", *CODING, "--progress", "none")
 
 
 def scores(program, breaker, value, work):
     """Method -> figures."""
     folder = inputs(program, work.parent)
     network = NETWORKS[breaker.name].format(value=value)
-    return {chains.CEILING: chains.ceiling(lambda eye: frames(folder / "own" / eye), lambda eye: frames(folder / "truth" / eye)),
+    return {chains.CEILING: chains.ceiling(lambda eye: [frame.main for frame in chains.es.open_feed(folder / f"own-{eye}.mp4")], lambda eye: frames(folder / "truth" / eye)),
             **{method: score(program, folder, network, method, work / method) for method in chains.es.METHODS}}
 
 

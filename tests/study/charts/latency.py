@@ -11,8 +11,8 @@ COLOURS = {"surface": "#145a32", "mesh": "#28b463", "held": "#d4ac0d", "sphere":
 def draw_sweep(level, degrees, label, by_value, titles):
     values = list(by_value)
     at = range(len(values))
-    for method, colour in COLOURS.items():
-        runs = [next(run for run in by_value[value] if run["method"] == method) for value in values]
+    for method in titles:
+        runs, colour = [next(run for run in by_value[value] if run["method"] == method) for value in values], COLOURS[method]
         level.plot(at, [run["psnr_db"] for run in runs], color=colour, marker="o", markersize=4, linewidth=1.4, label=titles[method])
         level.plot(at, [run["worst_refresh_db"] for run in runs], color=colour, linewidth=0.9, linestyle=(0, (2, 2)))
     runs = [by_value[value][0] for value in values]

@@ -1,4 +1,4 @@
-"""What is measured in which order, and what is chosen of it: fit_search.py's choices on fit_work.py's measurements."""
+"""What is measured in which order, and what is chosen of it: search.py's choices on work.py's measurements."""
 
 import dataclasses
 import math

@@ -27,7 +27,7 @@ def client_words(chosen):
 
 
 def sections_of(chosen, asked, codec):
-    """What each program needs to do as was measured; `chosen` is fit_choice.py's."""
+    """What each program needs to do as was measured; `chosen` is choice.py's."""
     track = chosen.fill.track
     sees = {"fill": quoted(chosen.fill.rungs), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
