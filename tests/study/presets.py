@@ -59,6 +59,8 @@ class Preset:
     samples_swept: tuple
     """A pixel, of spheres of the narrowest system width whose noise is charted."""
     fov_deg: float = 90
+    left_out: tuple = ()
+    """Experiments that are measured only where --experiments names them."""
 
     @property
     def focal_px(self):
@@ -72,9 +74,9 @@ class Preset:
 PRESETS = {preset.name: preset for preset in (
     # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
     Preset("smoke", BUNDLED_SCENES, frames=2, eye=(480, 272), sphere_width=768, widths=(512, 768), system_widths=(512,), eye_samples=2, sphere_samples=2,
-           bytes_samples=4, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), repeat=1, budgets_px=(1 / 4, 4),
+           bytes_samples=4, eye_bytes_samples=4, widest=Widest(768, 2, 2), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 4), breakers=("near",), every_value=False,
-           latency_seconds=2),
+           latency_seconds=2, left_out=("related",)),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
            widest=Widest(3840, 1, 4), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7),

@@ -82,7 +82,8 @@ def every_render(preset):
         yield right_eye(preset, seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)
-        yield widest_sphere(preset, "centre", seed)
+        if preset.widest.width > preset.sphere_width:
+            yield widest_sphere(preset, "centre", seed)
     yield perspective(preset, BYTES_SEED, further_samples(preset.eye_bytes_samples, preset.eye_samples), f"perspective-{BYTES_SEED}")
     yield wide_sphere(preset, "left", BYTES_SEED, further_samples(preset.bytes_samples, preset.sphere_samples), f"sphere-left-{BYTES_SEED}")
     for lock in ("world", "path"):

@@ -16,7 +16,7 @@ import unittest
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()
 SCENE = "pavilion"
-CHARTS = ("accuracy-time", "accuracy-bytes", "paper-quality", "paper-times", "paper-bytes", "parity", "parsimony", "stability", "latency", "related")
+CHARTS = ("accuracy-time", "accuracy-bytes", "paper-quality", "paper-times", "paper-bytes", "parity", "parsimony", "stability", "latency")
 PATIENCE_S = 120
 
 

@@ -49,7 +49,7 @@ def arguments():
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
                         help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
-    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), default=list(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}")
+    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but related of smoke")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
     parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
@@ -71,6 +71,7 @@ class Study:
         self.options = options
         self.preset = PRESETS[options.preset]
         self.work = options.work or options.out / "work"
+        self.experiments = options.experiments or [name for name in EXPERIMENTS if name not in self.preset.left_out]
         self.scenes = options.scenes.split(",") if options.scenes else list(self.preset.scenes)
 
     def is_done(self, file):
@@ -111,10 +112,10 @@ class Study:
             self.render_job()
             return
         for scene in self.scenes:
-            for experiment in self.options.experiments:
+            for experiment in self.experiments:
                 if experiment in OF_SCENES:
                     self.measure(experiment, scene)
-        for experiment in self.options.experiments:
+        for experiment in self.experiments:
             if experiment not in OF_SCENES:
                 self.measure(experiment, "generated")
         self.draw()

@@ -26,4 +26,4 @@ def run(work):
     frames = f"{work.first}-{work.first + preset.widest.frames - 1}"
     short = every if preset.widest.frames == preset.frames else Player(work, frames)
     return {"n_seeds": len(SEEDS), "all": list(entries(every, preset.widths, qualities)),
-            "first": list(entries(short, (*preset.widths, preset.widest.width), qualities)), "first_frames": frames}
+            "first": list(entries(short, sorted({*preset.widths, preset.widest.width}), qualities)), "first_frames": frames}

@@ -50,7 +50,7 @@ def triangles(work):
 def draws(work):
     """The same depth by rays, by our draws and by the paper's."""
     return [{"depth": depth, "title": title, "noise_free": played(work, f"depth-{depth}", "--scene", work.description, "--depth", depth, "--method", "surface", *FILL)}
-            for depth, title in DEPTHS.items()]
+            for depth, title in (DEPTHS.items() if work.preset.every_value else list(DEPTHS.items())[:2])]
 
 
 def reprojected(work, label, change, **settings):
@@ -79,7 +79,7 @@ def depth_bits(work):
     """Of w in equal steps."""
     points = [{"bits": None, "noise_free": reprojected(work, "bits-all", lambda depth_m, box_radius_m: (depth_m, 0.0))}]
     return points + [{"bits": bits, "noise_free": reprojected(work, f"bits-{bits}", lambda depth_m, box_radius_m, bits=bits: coarse(depth_m, box_radius_m, bits))}
-                     for bits in (BITS if work.preset.every_value else BITS[::3])]
+                     for bits in (BITS if work.preset.every_value else BITS[::5])]
 
 
 def mesh_cells(work):
