@@ -46,10 +46,11 @@ DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing) {
     const int both = stacked ? picture.height : picture.width, half = std::max(1, both / 4 * 2),
               second = both / 2 / 2 * 2;
     const glm::ivec2 size = stacked ? glm::ivec2(picture.width, half) : glm::ivec2(half, picture.height);
-    const int from = std::min(second, both - half);
     const ByteImage both_rgb = std::exchange(picture.rgb, {});
     DecodedPicture right = picture;
-    keep(right, both_rgb, stacked ? glm::ivec2(0, from) : glm::ivec2(from, 0), size);
+    right.decode_ms = right.convert_ms = 0;  // which the left one tells of
+    right.bytes = 0;
+    keep(right, both_rgb, stacked ? glm::ivec2(0, second) : glm::ivec2(second, 0), size);
     keep(picture, both_rgb, {0, 0}, size);
     return right;
 }

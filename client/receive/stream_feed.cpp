@@ -272,6 +272,8 @@ private:
         frame.main = *give(partial, TrackRole::main);
         if (partial.right)
             frame.right = received(std::move(*partial.right));
+        if (frame.right)
+            frame.main.convert_ms += frame.right->convert_ms;
         if (partial.posed) {
             give_images(partial, frame.main);
             frame.small = give(partial, TrackRole::small);

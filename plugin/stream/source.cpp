@@ -95,7 +95,7 @@ Source::Source(const std::string& name, const StreamReadOptions& read_options) {
     if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
         throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
     // What libavformat says of a format that is not among ours.
-    if (code == AVERROR(EINVAL))
+    if (code == AVERROR(EINVAL) && !url)
         throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",
                                         "a picture, or another kind of file"));
     if (code < 0)

@@ -1,6 +1,6 @@
 // What look_up.glsl does, for pixels where that is simple: those that see nothing, and those where the depths of all
-// four samples around say the same as the eye's. The others go on a list. Where lanes run
-// both sides of every branch, the whole rule would cost all pixels what few need.
+// four samples around say the same as the eye's. The others go on a list. Where lanes run both sides of every branch,
+// the whole rule would cost all pixels what few need.
 layout(binding = 0) uniform sampler2D source_colour;
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 2) uniform sampler2DArray eye_depth;
@@ -40,13 +40,16 @@ bool all_agree(vec2 position, float distance_m) {
 /// Of the four samples around, with weights in steps of 1 / POSITION_ONE, as warp_colour-inl.h mixes them: what is
 /// beside an edge of a picture goes on the list.
 vec3 mixed_around(vec2 position) {
-    ivec2 at = ivec2(round(float(POSITION_ONE) * (position - 0.5)));
+    ivec2 at = ivec2(roundEven(float(POSITION_ONE) * (position - 0.5)));
     ivec2 first = clamp(at >> POSITION_BITS, ivec2(0), max(source_size - 2, 0)), f = at - (first << POSITION_BITS);
     int both = f.x * f.y + POSITION_ONE / 2 >> POSITION_BITS;
     vec4 weights = vec4(POSITION_ONE - f.x - f.y + both, f.x - both, f.y - both, both) * (255.0 / float(POSITION_ONE));
-    vec3 sum = weights.x * texelFetch(source_colour, first, 0).rgb + weights.y * texelFetchOffset(source_colour, first, 0, ivec2(1, 0)).rgb +
-               weights.z * texelFetchOffset(source_colour, first, 0, ivec2(0, 1)).rgb + weights.w * texelFetchOffset(source_colour, first, 0, ivec2(1)).rgb;
-    return floor(sum + 0.5) / 255.0;
+    vec3 sum = weights.x * texelFetch(source_colour, first, 0).rgb +
+               weights.y * texelFetchOffset(source_colour, first, 0, ivec2(1, 0)).rgb +
+               weights.z * texelFetchOffset(source_colour, first, 0, ivec2(0, 1)).rgb +
+               weights.w * texelFetchOffset(source_colour, first, 0, ivec2(1)).rgb;
+    // Sums are whole numbers of steps: a quarter of one more, so that halves go up whatever was lost on the way.
+    return floor(sum + (0.5 + 0.25 / float(POSITION_ONE))) / 255.0;
 }
 
 void main() {

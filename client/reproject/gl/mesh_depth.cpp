@@ -93,7 +93,7 @@ MeshDepth::~MeshDepth() {
 void MeshDepth::size_for_source(const Camera& camera) {
     const Size size{width_of(camera), height_of(camera)};
     if (std::max(size.width, size.height) > most_side)
-        throw WorkError(expected_found("method mesh",
+        throw WorkError(expected_found(plain_ ? "method mesh-plain" : "method mesh",
                                        "pictures of up to " + std::to_string(most_side) + " columns and rows",
                                        std::to_string(size.width) + "x" + std::to_string(size.height)));
     // What failed half-way is begun anew.

@@ -161,7 +161,7 @@ void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
     if (finder_ != nullptr) {
         // Depth that is carried on is another at each refresh.
-        if (is_carried_ || finder_->knows_carried)
+        if (finder_->engine->traits().needs_depth && (is_carried_ || finder_->knows_carried))
             finder_->engine->forget_source();
         finder_->knows_carried = is_carried_;
         finder_->engine->find(main.view, looked_up(), eyes_);

@@ -1,8 +1,8 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry (engine `surface`) or by the frame's own (one of finding_engines), engine, mirrors, gaps and
-/// reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for and is
-/// kept. The context it was made in is current in every call.
+/// scene's geometry (engine `surface`) or by the frame's own or without (one of finding_engines), engine, mirrors, gaps
+/// and reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for
+/// and is kept. The context it was made in is current in every call.
 #include "frame_textures.h"
 #include "stage_times.h"
 

@@ -134,6 +134,44 @@ INSTANTIATE_TEST_SUITE_P(Client, GlRefreshByEngine,
                          testing::Values(std::tuple("splat", true), std::tuple("mesh-plain", true),
                                          std::tuple("lean", true), std::tuple("lean", false)));
 
+/// Of foreign stereo video; and of a frame after it without a second eye.
+TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
+    constexpr int left = 60, right = 200;
+    const auto sphere = [](int brightness) {
+        ReceivedPicture picture;
+        picture.info.camera = EquirectCamera{64, 32, {}};
+        picture.rgb = ByteImage(64, 32, 3, std::uint8_t(brightness));
+        return picture;
+    };
+    const auto both = std::make_shared<ReceivedFrame>(), one = std::make_shared<ReceivedFrame>();
+    both->posed = one->posed = false;
+    both->main = one->main = sphere(left);
+    both->right = sphere(right);
+    gl::EyeRenderer renderer(nullptr, 0.1);
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    const auto eyes = eyes_at({{0, 0, 0}, {1, 0, 0, 0}});
+    const auto seen = [&](std::size_t count, bool right_alone) {
+        renderer.look(std::span(eyes).first(count), true, times);
+        renderer.draw({.right_alone = right_alone}, targets, times);
+        std::vector<int> brightness;
+        for (std::size_t i = 0; i < count; ++i) {
+            EyePicture picture;
+            targets.download(int(i), picture);
+            EXPECT_EQ(picture.count(PixelOrigin::gap), 0);
+            brightness.push_back(picture.rgba.pixel(160, 100)[1]);
+        }
+        return brightness;
+    };
+    renderer.show(both, times);
+    EXPECT_EQ(seen(2, false), (std::vector{left, right}));
+    EXPECT_EQ(seen(1, false), (std::vector{left}));
+    EXPECT_EQ(seen(1, true), (std::vector{right}));
+    renderer.show(one, times);
+    EXPECT_EQ(seen(2, false), (std::vector{left, left}));
+    EXPECT_EQ(seen(1, true), (std::vector{left}));
+}
+
 TEST(GlRungs, AreThoseOfAList) {
     EXPECT_EQ(gl::parse_rungs("small-wide,hidden"), (std::vector{gl::Rung::small_wide, gl::Rung::hidden}));
     EXPECT_TRUE(gl::parse_rungs("none").empty());
