@@ -66,10 +66,6 @@ def coarse(depth_m, box_radius_m, bits):
         return (box_radius_m + box_radius_m / coded).astype(np.float32), step / 2
 
 
-def as_many(samples):
-    return int(samples)
-
-
 def coded(code):
     return lambda crf: ["--depth", code, "--depth-crf", crf, "--crf", 12]
 
@@ -99,7 +95,7 @@ BREAKERS = (
             (0, 0.1, 0.4), at_arm_length, truth_head=aside, believed_head=aside),
     Breaker("fast head", "near", "by which the head's pose is told wrong, degrees", (0, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2), (0, 0.1, 1), at_arm_length,
             truth_head=turned),
-    Breaker("noise", "materials", "samples a pixel of the sphere", (64, 32, 16, 8, 4, 2, 1), (64, 8, 1), max_bounces=4, samples=128, source_samples=as_many,
+    Breaker("noise", "materials", "samples a pixel of the sphere", (64, 32, 16, 8, 4, 2, 1), (64, 8, 1), max_bounces=4, samples=128, source_samples=int,
             mirrors=True),
     Breaker("packed depth", "near", "CRF of Pece's packing, 4:2:0", (0, 8, 16, 24, 32, 40, 51), (0, 24, 51), at_arm_length, coding=coded("pece420")),
 )

@@ -3,8 +3,6 @@
 Frames are damaged on disk and played by `equistream play --depth exact`, into linear EXR (where a NaN would show), and encoded.
 """
 
-import pathlib
-
 import numpy as np
 import OpenEXR
 

@@ -1,11 +1,13 @@
 """What a system's milliseconds are put beside, on the same machine in the same run: FFmpeg's v360 turning the same sphere to the same views, and a copy of
 the two views' bytes."""
 
+import math
 import statistics
 import subprocess
 import time
 
 import numpy as np
+from presets import focal_length_px
 from steps import Failed
 
 LOOPS = 40
@@ -22,11 +24,16 @@ def ffmpeg_s(stream, *filters):
     return time.monotonic() - began
 
 
+def v360_flat(size, fov_deg):
+    """FFmpeg's filter from a sphere to a view of `size`, `fov_deg` across."""
+    width, height = size
+    vertical_deg = math.degrees(2 * math.atan(height / 2 / focal_length_px(size, fov_deg)))
+    return f"v360=e:flat:interp=linear:h_fov={fov_deg:.6g}:v_fov={vertical_deg:.6f}:w={width}:h={height}"
+
+
 def v360_ms(stream, frames, size, fov_deg):
     """A frame, both eyes; decoding, which is timed alone too, left out."""
-    width, height = size
-    vertical_deg = np.degrees(2 * np.arctan(np.tan(np.radians(fov_deg) / 2) * height / width))
-    turn = f"v360=e:flat:interp=linear:h_fov={fov_deg:g}:v_fov={vertical_deg:.4f}:w={width}:h={height}"
+    turn = v360_flat(size, fov_deg)
     filters = ["-filter_complex", f"[0:v:0]split[a][b];[a]{turn}[left];[b]{turn}[right];[left][right]hstack"]
     each = [ffmpeg_s(stream, *filters) - ffmpeg_s(stream, "-vf", "null") for _ in range(RUNS)]
     return 1000 * statistics.median(each) / (LOOPS * frames)

@@ -4,15 +4,13 @@ Of both eyes unless one is named. A sphere's width is given beside the width tha
 can be read for any display.
 """
 
-import math
-
 from found import all_bytes, db, error
+from presets import matching_width
 from rates import bd_db, bd_rate_percent, bytes_for, crossing
 
 
-def matching_width(settings):
-    focal_px = settings["eye"][0] / (2 * math.tan(math.radians(settings["fov_deg"]) / 2))
-    return 2 * math.pi * focal_px
+def matching(settings):
+    return matching_width(settings["eye"], settings["fov_deg"])
 
 
 def of(entries, system, width=None, coded=True):

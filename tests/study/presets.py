@@ -5,12 +5,23 @@ the samples a pixel.
 """
 
 import dataclasses
+import math
 
 REAL_SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 BUNDLED_SCENES = ("pavilion",)
 SEEDS = (1, 2)
 # Scene -> the middle of the frames that are studied. san-miguel's branch hangs before the left eye there (tests/study/reproject/renders.py).
 MIDDLE_FRAMES = {"kitchen": 30, "san-miguel": 41, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30, "pavilion": 30}
+
+
+def focal_length_px(eye, fov_deg):
+    """Of a view of `eye` (width, height) pixels, `fov_deg` across."""
+    return eye[0] / (2 * math.tan(math.radians(fov_deg) / 2))
+
+
+def matching_width(eye, fov_deg):
+    """Of the sphere that is as dense as the view's middle: 2 pi f columns (DESIGN's bound)."""
+    return 2 * math.pi * focal_length_px(eye, fov_deg)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,7 +75,7 @@ class Preset:
 
     @property
     def focal_px(self):
-        return self.eye[0] / 2  # at 90 degrees
+        return focal_length_px(self.eye, self.fov_deg)
 
     def frame_range(self, scene):
         first = max(0, MIDDLE_FRAMES.get(scene, self.frames // 2) - self.frames // 2)

@@ -9,6 +9,7 @@ from pathlib import Path
 import equistream as es
 import numpy as np
 from drawing import rgb
+from found import together_psnr
 from PIL import Image
 
 from experiments import related_blocks, related_cells, related_layouts, related_streams
@@ -115,7 +116,7 @@ class Layouts(unittest.TestCase):
             points = related_layouts.seen_points(layout, frame.info.camera_pose, EYE, TURNED)
             ours = related_layouts.look_up(picture, points, layout.closes)
             inside = on_cylinder if layout.name == "cylinder" else np.ones_like(on_cylinder)
-            self.assertGreater(related_layouts.decibels([np.mean((ours - theirs)[inside] ** 2)]), 50, layout.name)
+            self.assertGreater(together_psnr([np.mean((ours - theirs)[inside] ** 2)]), 50, layout.name)
 
     def test_v360_is_turned_as_the_client_is(self):
         frame = smooth_frame()
@@ -125,7 +126,7 @@ class Layouts(unittest.TestCase):
             words = related_layouts.v360_words(frame.info.camera_pose, EYE, TURNED)
             related_layouts.ffmpeg(types.SimpleNamespace(folder=folder), "-i", "sphere.png", "-vf", words, "eye.png")
             turned = rgb(Path(folder) / "eye.png").astype(float)
-        self.assertGreater(related_layouts.decibels([np.mean((turned - theirs) ** 2)]), 35)
+        self.assertGreater(together_psnr([np.mean((turned - theirs) ** 2)]), 35)
 
 
 class Differences(unittest.TestCase):

@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 from found import db, load
-from parity_figures import matching_width, of, parity_width, points, widths
+from parity_figures import matching, of, parity_width, points, widths
 
 from . import looks
 
@@ -28,7 +28,7 @@ def draw_widths(axes, result):
             axes.plot([width], [db(reference)], marker="x", color=colour, markersize=9, markeredgewidth=2)
     uncoded = [e for e in entries if e["system"] == SYSTEM and e["crf"] is None]
     axes.plot([e["width"] for e in uncoded], [db(e) for e in uncoded], color="#555555", linewidth=1, marker="*", label="uncoded")
-    axes.axvline(matching_width(result["settings"]), color="#bbbbbb", linewidth=1)
+    axes.axvline(matching(result["settings"]), color="#bbbbbb", linewidth=1)
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
 

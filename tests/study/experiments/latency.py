@@ -5,9 +5,9 @@ frames' own clock, so that every run is the same everywhere.
 """
 
 import json
-import math
 import sys
 
+from found import together_psnr
 from scene_work import REPOSITORY
 from steps import write_if_other
 
@@ -54,7 +54,7 @@ def score(work, method, network, scored):
     viewing = json.loads((work.folder / f"views/{name}/report.json").read_text())["viewing"]
     squares = [eye["mean_square"] for eye in eyes.values()]
     worst = min(frame["psnr_db"] for eye in eyes.values() for frame in eye["per_frame"])
-    return {"method": method, "network": network, "command": record["command"], "psnr_db": 10 * math.log10(255 ** 2 * len(squares) / sum(squares)), "worst_refresh_db": worst,
+    return {"method": method, "network": network, "command": record["command"], "psnr_db": together_psnr(squares), "worst_refresh_db": worst,
             **{key: viewing[key] for key in ("age_ms", "error_deg", "unreprojected_error_deg") if key in viewing}}
 
 

@@ -8,7 +8,6 @@ import json
 import sys
 
 import equistream as es
-import numpy as np
 from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere

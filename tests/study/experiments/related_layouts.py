@@ -13,11 +13,13 @@ import math
 
 import equistream as es
 import numpy as np
+from baselines import v360_flat
 from drawing import rgb
+from found import together_psnr
 from presets import SEEDS
 from steps import Failed
 
-from .related_video import coded, counted, decibels, display, ffmpeg, file_of, indices, mean_bytes, scored, sequence, write
+from .related_video import coded, counted, display, ffmpeg, file_of, indices, mean_bytes, scored, sequence, write
 
 OVERSAMPLED = 2
 FACE_STEP = 16
@@ -163,9 +165,7 @@ def v360_turn(sphere, pose):
 
 def v360_words(sphere, camera, pose):
     yaw, pitch, roll = v360_turn(sphere, pose)
-    vertical_deg = math.degrees(2 * math.atan(camera.height / 2 / camera.focal_px()))
-    return (f"format=gbrp,v360=e:flat:interp=linear:h_fov={math.degrees(camera.fov_x_rad):.6g}:v_fov={vertical_deg:.6f}:w={camera.width}:h={camera.height}"
-            f":yaw={yaw:.6f}:pitch={pitch:.6f}:roll={roll:.6f}")
+    return f"format=gbrp,{v360_flat(camera.size, math.degrees(camera.fov_x_rad))}:yaw={yaw:.6f}:pitch={pitch:.6f}:roll={roll:.6f}"
 
 
 def check(work, frame, eye):
@@ -174,13 +174,13 @@ def check(work, frame, eye):
     theirs = es.Reprojector("sphere", fill="none")(frame, eye.camera, eye.camera_pose).rgb
     wide = Equirect(picture.shape[1])
     ours = look_up(picture, seen_points(wide, frame.info.camera_pose, eye.camera, eye.camera_pose), wide.closes)
-    agreement = decibels([np.mean((ours - theirs) ** 2)])
+    agreement = together_psnr([np.mean((ours - theirs) ** 2)])
     if agreement < LEAST_AGREEMENT_DB:
         raise Failed(f"layouts: expected lookups that agree with the client's to {LEAST_AGREEMENT_DB} dB, found {agreement:.1f} dB")
     write(work, "related/v360-of", 0, picture)
     command = ffmpeg(work, "-i", "related/v360-of/frame.0000.png", "-vf", v360_words(frame.info.camera_pose, eye.camera, eye.camera_pose), "related/v360.png")
     by_v360 = rgb(work.folder / "related/v360.png").astype(float)
-    return {"ours_db": agreement, "v360_db": decibels([np.mean((by_v360 - theirs) ** 2)]), "n": {"frames": 1, "seeds": 1}, "command": command}
+    return {"ours_db": agreement, "v360_db": together_psnr([np.mean((by_v360 - theirs) ** 2)]), "n": {"frames": 1, "seeds": 1}, "command": command}
 
 
 def eyes_of(work, seed):

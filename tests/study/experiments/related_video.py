@@ -10,6 +10,7 @@ import subprocess
 import equistream as es
 import numpy as np
 from drawing import rgb
+from found import together_psnr
 from PIL import Image
 from presets import SEEDS
 from steps import Failed
@@ -77,11 +78,7 @@ def mean_bytes(runs):
 
 def psnr(work, folder, other):
     squares = [np.mean((rgb(file_of(work, folder, i)).astype(np.float64) - rgb(file_of(work, other, i))) ** 2) for i in indices(work)]
-    return decibels(squares)
-
-
-def decibels(squares):
-    return float(10 * np.log10(255 ** 2 / np.mean(squares)))
+    return together_psnr(squares)
 
 
 def scored(work, label, views, eyes):

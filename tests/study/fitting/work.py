@@ -12,7 +12,7 @@ import found
 import render_list
 from experiments.systems import Coding, Player, System
 from narrowed import made_once, make_sequence, narrowed, of_samples
-from presets import SEEDS
+from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
 GEOMETRY = ("--aovs", "depth", "--max-bounces", "0")
@@ -42,12 +42,11 @@ class Asked:
 
     @property
     def focal_px(self):
-        return self.eye[0] / (2 * math.tan(math.radians(self.fov_deg) / 2))
+        return focal_length_px(self.eye, self.fov_deg)
 
     @property
     def matching(self):
-        """The width as dense as the middle of a view, 2 pi f."""
-        return 2 * math.pi * self.focal_px
+        return matching_width(self.eye, self.fov_deg)
 
     @property
     def widths(self):

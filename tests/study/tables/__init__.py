@@ -4,7 +4,7 @@ from charts.parsimony import AXES
 from found import load
 from knee import CLOSE_DB, knee, least_within
 from pages import cell, table
-from parity_figures import matching_width, parity_of, rates_of
+from parity_figures import matching, parity_of, rates_of
 from steps import write_whole
 
 from .related import parts as related_parts
@@ -33,8 +33,7 @@ def parity_rows(results):
         for reference in REFERENCES:
             for row in parity_of(result, "first", SPHERE, reference):
                 width, fewest = row["width"], row["fewest_bytes_width"]
-                matching = matching_width(result["settings"])
-                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching), cell(row["fewest_bytes"], 0),
+                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), cell(row["fewest_bytes"], 0),
                        str(fewest or "-"), cell(row["bytes_ratio"]), cell(fewest and pixels_times(result["settings"], fewest, reference))]
 
 
@@ -42,7 +41,7 @@ def rate_rows(results):
     for scene, result in results.items():
         for reference in REFERENCES:
             for row in rates_of(result, "all", SPHERE, reference):
-                yield [scene, reference, str(row["width"]), cell(row["width"] / matching_width(result["settings"])), cell(row["bd_rate_percent"], 1), cell(row["bd_db"])]
+                yield [scene, reference, str(row["width"]), cell(row["width"] / matching(result["settings"])), cell(row["bd_rate_percent"], 1), cell(row["bd_db"])]
 
 
 def knee_rows(results):
