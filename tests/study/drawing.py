@@ -14,7 +14,10 @@ STYLE = {"font.size": 9.5, "font.family": "sans-serif", "axes.spines.top": False
 
 
 def plain_number(value, _):
-    """A tick's label without exponents."""
+    """A tick's label without exponents, short enough for several in a narrow panel."""
+    for least, unit, letter in ((1e6, 1e6, "M"), (1e4, 1e3, "k")):
+        if value >= least:
+            return f"{value / unit:g}{letter}"
     return f"{value:,.0f}" if value >= 1 else f"{value:g}"
 
 

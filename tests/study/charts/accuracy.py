@@ -37,7 +37,7 @@ def draw(results, cost, label, file):
             else:
                 axes.annotate(f"PSNR of truth against truth: {ceiling:.1f} dB", (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize=7.5, color="#555555")
             panels[row][0].set_ylabel(kind)
-        panels[0][column].set_title(f"{result['scene']}, frames {result['settings']['frames']}", loc="left")
+        panels[0][column].set_title(f"{result['scene']}, {result['settings']['frames']} frames", loc="left")
         panels[-1][column].set_xlabel(label)
     first = next(iter(results.values()))
     entries = [entry for result in results.values() for entry in result["systems"] if cost(entry) is not None]

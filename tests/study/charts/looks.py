@@ -47,6 +47,11 @@ def legend(figure, systems, titles, codings, widths):
     figure.legend(handles=entries, loc="outside lower center", ncol=max(1, int(figure.get_figwidth() / 3.6)), frameon=False, fontsize=8.5)
 
 
+def legend_beside(axes):
+    """To the right of a row's last panel, over none of its curves."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=7.5, frameon=False)
+
+
 def title(figure, text):
     """Above all panels, in as many lines as it takes."""
     figure.suptitle("\n".join(textwrap.wrap(text, int(15 * figure.get_figwidth()))), fontsize=8.5, x=0.005, ha="left")

@@ -24,7 +24,7 @@ def entries(result, crf):
 
 
 def panels_of(results, rows, height):
-    figure, panels = plt.subplots(rows, len(results), figsize=(max(3.2 * len(results), 7), height * rows + 0.8), squeeze=False, sharey="row", layout="constrained")
+    figure, panels = plt.subplots(rows, len(results), figsize=(max(3.2 * len(results), 7) + 1, height * rows + 0.8), squeeze=False, sharey="row", layout="constrained")
     for column, result in enumerate(results.values()):
         panels[0][column].set_title(result["scene"], loc="left")
     return figure, panels
@@ -59,7 +59,7 @@ def draw_quality(results, file):
             panels[row][0].set_ylabel(f"{metric}, {eye} eye" + (", dB" if metric == "PSNR" else ""))
             low = min(v for bar in axes.containers for v in bar.datavalues)
             axes.set_ylim(bottom=low - (2 if metric == "PSNR" else 0.03))
-    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    looks.legend_beside(panels[0][-1])
     finish(figure, results, "The paper's Figures 7 and 8, ours.", file)
 
 
@@ -75,7 +75,7 @@ def draw_times(results, file):
             bottom = values if bottom is None else bottom + values
         looks.level(panels[0][column], next(iter(result["baselines_ms"]["v360"].values())), "v360 of both views")
     panels[0][0].set_ylabel("ms a frame, both eyes")
-    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    looks.legend_beside(panels[0][-1])
     finish(figure, results, f"The paper's Figure 6, ours, CRF {crf:g}.", file)
 
 
@@ -93,7 +93,7 @@ def draw_bytes(sizes, file):
                                   bottom=[by[c]["main"] / 1000 for c in codings], label="small stream" if i == 0 else None)
         panels[0][column].set_xticks(range(len(codings)), [f"{codec}\n{crf:g}" for codec, crf in codings], fontsize=8)
     panels[0][0].set_ylabel("kB a frame")
-    panels[0][-1].legend(fontsize=7.5, frameon=False)
+    looks.legend_beside(panels[0][-1])
     first = next(iter(sizes.values()))
     finish(figure, sizes, f"The paper's Figure 5, ours: {first['settings']['eye_bytes_samples']} samples a pixel, spheres {first['settings']['bytes_samples']} at {first['settings']['sphere_width']} columns.", file)
 

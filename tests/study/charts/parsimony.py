@@ -1,5 +1,7 @@
 """Chart 4: accuracy against triangles kept on the client, bits of depth, mesh cells, draws and samples; the budget e that the client chooses marked, and the knee."""
 
+import textwrap
+
 import matplotlib.pyplot as plt
 from found import db, load, together_psnr
 from knee import knee
@@ -55,7 +57,7 @@ def draw_depths(axes, result):
     """By rays, by our draws and by the paper's: what each of them sees, which is the same."""
     points = [(entry["title"], db(entry)) for entry in result["draws"]]
     axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
-    axes.set_xticks(range(len(points)), [title for title, _ in points], fontsize=7)
+    axes.set_xticks(range(len(points)), [textwrap.fill(title, 14) for title, _ in points], fontsize=7)
     axes.set_ylim(bottom=min(level for _, level in points) - 1)
     axes.set_xlabel("whose draws the client's depth is of", fontsize=8)
 

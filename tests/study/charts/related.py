@@ -38,7 +38,7 @@ def draw_layouts(axes, result):
         axes.plot(*zip(*curve(points, "left")), color=colour, marker="o", markersize=4, linewidth=1.3, label=points[0]["title"])
         axes.axhline(db(points[0], "left"), color=colour, linewidth=0.9, linestyle=(0, (4, 3)))
     log_bytes(axes)
-    axes.set_xlabel("bytes a frame of the sphere at the left eye, by layout (dashed: uncoded)", fontsize=8)
+    axes.set_xlabel("bytes a frame, sphere at the left eye (dashed: uncoded)", fontsize=8)
 
 
 def draw_latitudes(axes, result):
@@ -101,14 +101,14 @@ def draw_all(folder):
     if not results:
         return
     plt.rcParams.update(looks.STYLE)
-    figure, panels = plt.subplots(len(PANELS), len(results), figsize=(max(3.6 * len(results), 7), 2.9 * len(PANELS) + 0.6), squeeze=False, layout="constrained")
+    figure, panels = plt.subplots(len(PANELS), len(results), figsize=(max(3.6 * len(results), 7) + 2, 2.9 * len(PANELS) + 0.6), squeeze=False, layout="constrained")
     for column, result in enumerate(results.values()):
         panels[0][column].set_title(result["scene"], loc="left")
         for row, (draw, label) in zip(panels, PANELS):
             draw(row[column], result)
             row[0].set_ylabel(label)
     for row in panels:
-        row[-1].legend(fontsize=7, frameon=False)
+        looks.legend_beside(row[-1])
     first = next(iter(results.values()))
     looks.title(figure, looks.provenance_line(first) + ". Noise-free on linear values; x264 by FFmpeg; layouts have as many pixels each.")
     looks.save(figure, folder / "related")
