@@ -44,11 +44,12 @@ class Job:
 
 
 def samples_per_second(result):
-    """Of all renders of a result together, those that began from nothing."""
+    """Of all renders of a result together, those that began from nothing: by the processor's seconds over its cores, which other work beside does not stretch."""
     made = [record for record in result["renders"] if record["frames_kept"] == 0 and not record["name"].startswith("geometry-")]
     if not made:
         raise Failed(f"{result['scene']}: expected renders that were timed whole, found none")
-    return sum(record["paths"] for record in made) / sum(record["wall_s"] for record in made)
+    processor_s = sum(sum(record["cpu_s"].values()) for record in made)
+    return sum(record["paths"] for record in made) * result["machine"]["cores"] / processor_s
 
 
 def rates(folder, scenes):
