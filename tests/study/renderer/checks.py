@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the golden tests and keeps what they print: orientation, depth, motion, furnace and metrics (docs/results/checks.json).
+"""Runs the golden tests and keeps what they print: orientation, depth, motion, furnace and metrics (docs/results/renderer/checks.json).
 
     checks.py [--build build/release] [--out FILE]
 """
@@ -11,11 +11,10 @@ import re
 import subprocess
 import sys
 
-from results import REPOSITORY
-
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from steps import machine, versions, write_whole  # noqa: E402
 
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 TESTS = r"^golden\.(depth|motion|furnace|metrics|orientation)$"
 # unittest's dots stand before what a test prints.
 FIGURES = re.compile(r"\d+: \.*([^.\s].*: .*\d.*)")
@@ -43,7 +42,7 @@ def printed(build):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", type=pathlib.Path, default=REPOSITORY / "build/release")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/checks.json")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/renderer/checks.json")
     options = parser.parse_args()
     result = {"command": f"./test -V -R '{TESTS}'", "versions": versions(options.build / "bin/equistream", REPOSITORY), "machine": machine(),
               "printed": printed(options.build)}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Where the renderer's time goes: one 960x480 sphere of each real scene, and what `render --json` says (docs/results/profile/SCENE.json).
+"""Where the renderer's time goes: one 960x480 sphere of each real scene, and what `render --json` says (docs/results/renderer/profile/SCENE.json).
 
     render_profile.py --bin build/release/bin [--out FOLDER]          with nothing else running
 """
@@ -11,11 +11,10 @@ import subprocess
 import sys
 import tempfile
 
-from results import REPOSITORY
-
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from steps import machine, versions, write_whole  # noqa: E402
 
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 FRAMES = {"sponza-crytek": 60, "san-miguel": 0}
 
 
@@ -32,7 +31,7 @@ def profile(program, scene, frame):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/profile")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/renderer/profile")
     options = parser.parse_args()
     for scene, frame in FRAMES.items():
         file = options.out / f"{scene}.json"
