@@ -92,13 +92,22 @@ class Widths(unittest.TestCase):
     def test_the_matching_one_is_among_them(self):
         for times in (1, 2 ** 0.5, 2, 4):
             widths = self.asked(times).widths
-            self.assertIn(round(2 * math.pi * 320 / 16) * 16, widths)
+            self.assertLess(min(abs(width / (2 * math.pi * 320) - 1) for width in widths), 0.02)
             self.assertLessEqual(widths[-1], 2 * math.pi * 320 / 3.9)
             self.assertTrue(all(wide > narrow and narrow % 16 == 0 for wide, narrow in zip(widths, widths[1:])))
 
+    def test_each_is_a_whole_fraction_of_one_that_is_rendered(self):
+        asked = self.asked(2)
+        self.assertEqual({asked.rendered_width(width) for width in asked.widths}, set(asked.widths[:2]))
+        for width in asked.widths:
+            self.assertEqual(asked.rendered_width(width) % width, 0)
+            self.assertEqual(asked.samples_at(width) * width ** 2, asked.samples_at(asked.rendered_width(width)) * asked.rendered_width(width) ** 2)
+
     def test_a_sphere_that_matches_has_the_samples_of_the_views(self):
-        self.assertEqual(self.asked(1).sphere_samples, 4)
-        self.assertAlmostEqual(self.asked(2 ** 0.5).samples_at(2016), 4, delta=0.1)
+        for times in (1, 2 ** 0.5):
+            asked = self.asked(times)
+            matching = min(asked.widths, key=lambda width: abs(width - asked.matching))
+            self.assertEqual(asked.samples_at(matching), 4)
 
 
 class Words(unittest.TestCase):

@@ -1,18 +1,18 @@
 """Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share."""
 
-import json
 import pathlib
 
 from noise_free import together
 from presets import REAL_SCENES
 from render_list import EYES
+from steps import read_json
 
 
 def load(folder, experiment):
     """{scene: result}, in the presets' order, then by name."""
     files = {file.stem: file for file in sorted((pathlib.Path(folder) / experiment).glob("*.json"))}
     order = [scene for scene in REAL_SCENES if scene in files] + [scene for scene in files if scene not in REAL_SCENES]
-    return {scene: json.loads(files[scene].read_text()) for scene in order}
+    return {scene: read_json(files[scene]) for scene in order}
 
 
 def error(scored, eye=None, scale="linear"):

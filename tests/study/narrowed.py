@@ -1,44 +1,31 @@
 """Narrower spheres, and less noisy ones, of those that were rendered.
 
-A box filter weighs all samples of a pixel alike, whichever render they come from. So the mean over the area of a narrower sphere's pixel is what rendering
-it with the samples of all the wide pixels below it gives, up to where the samples happened to fall; and renders of several seeds, weighted by their
+A box filter weighs all samples of a pixel alike, whichever render they come from. So where a pixel of a narrower sphere covers whole pixels of a wide one,
+their mean is what rendering it with all their samples gives, up to where the samples happened to fall; and renders of several seeds, weighted by their
 samples, make one of them all. Geometry is not filtered: it comes from a render of the narrow sphere's own pixel centres.
 """
 
-import math
 import shutil
 
 import equistream as es
 import numpy as np
-from scipy.sparse import csr_array
 
 from steps import write_whole
 
 
-def area_weights(wide, narrow):
-    """narrow x wide, sparse: what share of each narrow pixel each wide one covers, along one axis."""
-    edges = np.arange(narrow + 1) * (wide / narrow)
-    pixels = np.arange(wide)
-    overlap = np.minimum(edges[1:, None], pixels + 1) - np.maximum(edges[:-1, None], pixels)
-    return csr_array(np.clip(overlap, 0, None) * (narrow / wide))
+def times_wider(wide_size, size):
+    """How many pixels of the wide picture lie along each side of a narrow one's."""
+    times = wide_size[0] // size[0]
+    if times < 1 or (size[0] * times, size[1] * times) != tuple(wide_size):
+        raise ValueError(f"narrowed: expected a whole fraction of {wide_size[0]}x{wide_size[1]}, found {size[0]}x{size[1]}")
+    return times
 
 
 def narrowed(colour, size):
     """The mean of rows x columns x channels over the pixels of a narrower picture, size = (width, height)."""
     rows, columns = colour.shape[:2]
-    width, height = size
-    if width > columns or height > rows:
-        raise ValueError(f"narrowed: expected at most {columns}x{rows}, found {width}x{height}")
-    if columns % width == 0 and rows % height == 0:
-        return colour.reshape(height, rows // height, width, columns // width, -1).mean(axis=(1, 3), dtype=np.float64)
-    down = (area_weights(rows, height) @ colour.astype(np.float64).reshape(rows, -1)).reshape(height, columns, -1)
-    across = area_weights(columns, width)
-    return np.stack([(across @ down[:, :, channel].T).T for channel in range(down.shape[2])], axis=-1)
-
-
-def samples_of(wide_samples, wide_size, size):
-    """A pixel, rounded down: what a narrowed picture says of itself."""
-    return math.floor(wide_samples * (wide_size[0] * wide_size[1]) / (size[0] * size[1]))
+    times = times_wider((columns, rows), size)
+    return colour.reshape(size[1], times, size[0], times, -1).mean(axis=(1, 3), dtype=np.float64)
 
 
 def of_samples(info, samples):
@@ -48,9 +35,13 @@ def of_samples(info, samples):
 
 def narrow_sequence(wide, geometry, out):
     """Frames of `geometry` (a render with as few samples as there can be) with the colours of those of `wide`; `out` appears whole."""
-    make_sequence(out, ((of_samples(thin.info, samples_of(full.info.samples_per_pixel, full.info.camera.size, thin.info.camera.size)),
-                         narrowed(full["colour"], thin.info.camera.size), thin)
-                        for full, thin in zip(es.Sequence(wide, "colour"), es.Sequence(geometry), strict=True)))
+    def frames():
+        for full, thin in zip(es.Sequence(wide, "colour"), es.Sequence(geometry), strict=True):
+            size = thin.info.camera.size
+            samples = full.info.samples_per_pixel * times_wider(full.info.camera.size, size) ** 2
+            yield of_samples(thin.info, samples), narrowed(full["colour"], size), thin
+
+    make_sequence(out, frames())
 
 
 def merge_sequences(folders, out):

@@ -4,6 +4,8 @@ Of both eyes unless one is named. A sphere's width is given beside the width tha
 can be read for any display.
 """
 
+import math
+
 from found import all_bytes, db, error
 from presets import matching_width
 from rates import bd_db, bd_rate_percent, bytes_for, crossing
@@ -32,24 +34,28 @@ def interval_db(entry, eye, scale):
 
 
 def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None):
-    """The least width whose sphere, coded at this CRF (None: uncoded), has `level` dB; of the ends of its intervals with end 0 or 1. None: no width has."""
+    """The least width whose sphere, coded at this CRF (None: uncoded), has `level` dB; of the ends of its intervals with end 0 or 1, of which an open upper
+    one reaches any. None: no width has."""
     ws, ys = widths(entries, system), []
     for width in ws:
         entry = next(e for e in entries if e["system"] == system and e["width"] == width and e["crf"] == crf)
-        ys.append(db(entry, eye, scale) if end is None else interval_db(entry, eye, scale)[end])
+        known = db(entry, eye, scale) if end is None else interval_db(entry, eye, scale)[end]
+        ys.append(math.inf if known is None and end == 1 else known)
     return crossing(ws, ys, level)
 
 
 def parity_of(result, which, system, reference, eye=None, scale="linear"):
-    """One row for each of the reference's qualities: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width."""
+    """One row for each of the reference's qualities: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width. The
+    width's interval is from a sphere at its best beside a reference at its worst to the opposite."""
     entries, rows = result[which], []
     for entry in of(entries, reference):
-        level = db(entry, eye, scale)
+        level, (worst, best) = db(entry, eye, scale), interval_db(entry, eye, scale)
+        ends = [parity_width(entries, system, of_reference, entry["crf"], eye, scale, end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
         fewest = [(count, width) for width in widths(entries, system) if (count := bytes_for(points(of(entries, system, width), eye, scale), level))]
-        best = min(fewest, default=(None, None))
+        least = min(fewest, default=(None, None))
         rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
-                     "width_interval": [parity_width(entries, system, level, entry["crf"], eye, scale, end) for end in (1, 0)],
-                     "fewest_bytes": best[0], "fewest_bytes_width": best[1], "bytes_ratio": best[0] / all_bytes(entry) if best[0] else None})
+                     "width_interval": ends if len(ends) == 2 else [None, None],
+                     "fewest_bytes": least[0], "fewest_bytes_width": least[1], "bytes_ratio": least[0] / all_bytes(entry) if least[0] else None})
     return rows
 
 

@@ -2,7 +2,8 @@
 
 Every render is split into runs of frames, a job each; a scene's experiments are one job that needs all of its renders. A render's time is its samples by the
 samples a second that the same scene was rendered with in an earlier result; what is measured of a scene takes what it took there, by frames and pixels.
-Jobs go out as an array for Slurm (`sbatch`) and as a template of the Open Job Description.
+Jobs go out as an array for Slurm (`sbatch`) and as a template of the Open Job Description. What each of them is stands in a list beside them, so that it does
+not change when results do; each leaves its frames in a folder of its own (SceneWork.gather).
 """
 
 import dataclasses
@@ -10,27 +11,29 @@ import json
 
 import found
 import render_list
-from experiments import OF_SCENES
-from steps import Failed, write_whole
+from experiments import OF_SCENES, OF_THEIR_OWN
+from steps import Failed, read_json, write_whole
 
 JOB_S = 3600
 """What a render job is meant to take."""
 ARRAY_SCRIPT = """#!/bin/sh
-# Every render of preset {preset}, one job each; then, when all are done:
-#   sbatch --dependency=afterok:JOB {name}-measure.sh
+# Every render of preset {preset}, one job each. All of it, one after the other:
+#   renders=$(sbatch --parsable {name}.sh); measured=$(sbatch --parsable --dependency=afterok:$renders {name}-measure.sh)
+#   sbatch --dependency=afterok:$measured --wrap 'equistream study --preset {preset} --charts only --out {out}'
 #SBATCH --job-name={name}
 #SBATCH --array=0-{last}
 #SBATCH --time={minutes}
 exec equistream study --preset {preset} --job "$SLURM_ARRAY_TASK_ID" --out "{out}"
 """
 MEASURE_SCRIPT = """#!/bin/sh
-# What is measured of each scene, when all renders are there.
+# What is measured of each scene, when all renders are there; last, what has scenes of its own.
 #SBATCH --job-name={name}-measure
 #SBATCH --array=0-{last}
 #SBATCH --time={minutes}
+[ "$SLURM_ARRAY_TASK_ID" = {last} ] && exec equistream study --preset {preset} --experiments {generated} --charts none --out "{out}"
 set -- {scenes}
 shift "$SLURM_ARRAY_TASK_ID"
-exec equistream study --preset {preset} --scenes "$1" --out "{out}"
+exec equistream study --preset {preset} --scenes "$1" --experiments {of_scenes} --charts none --out "{out}"
 """
 
 
@@ -77,6 +80,25 @@ def all_jobs(preset, scenes, folder):
     return [job for scene in scenes for job in jobs_of(preset, scene, by_scene[scene])]
 
 
+def jobs_file(preset, out):
+    return out / f"study-{preset.name}.jobs.json"
+
+
+def planned_job(preset, number, out):
+    """One of those that write_plan listed."""
+    file = jobs_file(preset, out)
+    if not file.exists():
+        raise Failed(f"{file}: expected the list that --plan writes, found none")
+    jobs = read_json(file)
+    if not 0 <= number < len(jobs):
+        raise Failed(f"--job: expected 0 to {len(jobs) - 1}, found {number}")
+    job = jobs[number]
+    render = next((render for render in render_list.every_render(preset) if render.name == job["render"]), None)
+    if render is None:
+        raise Failed(f"{file}: job {number}: expected a render of preset {preset.name}, found '{job['render']}'; --plan makes the list anew")
+    return Job(job["scene"], render, job["first"], job["last"], job["seconds"])
+
+
 def measuring_s(preset, scene, folder):
     """What its experiments had taken beside renders when the last of them was done, by frames and by pixels of eyes."""
     results = [found.load(folder, experiment).get(scene) for experiment in OF_SCENES]
@@ -86,18 +108,24 @@ def measuring_s(preset, scene, folder):
     return last["measuring_s"] * preset.frames / before["frames"] * pixels
 
 
-def template(preset, count):
-    """Of the Open Job Description, version jobtemplate-2023-09."""
+def action(*words):
+    return {"actions": {"onRun": {"command": "equistream", "args": ["study", *words, "--out", "{{Param.Out}}"]}}}
+
+
+def tasks(name, kind, values):
+    return {"taskParameterDefinitions": [{"name": name, "type": kind, "range": values}]}
+
+
+def template(preset, scenes, count):
+    """Of the Open Job Description, version jobtemplate-2023-09. OUT is where the plan was written: its list of jobs is read there."""
+    start = ("--preset", preset.name)
     return {"specificationVersion": "jobtemplate-2023-09", "name": f"equistream study, preset {preset.name}",
-            "parameterDefinitions": [{"name": "Out", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "OUT"}],
-            "steps": [{"name": "render",
-                       "parameterSpace": {"taskParameterDefinitions": [{"name": "Job", "type": "INT", "range": f"0-{count - 1}"}]},
-                       "script": {"actions": {"onRun": {"command": "equistream", "args": ["study", "--preset", preset.name, "--job", "{{Task.Param.Job}}",
-                                                                                          "--out", "{{Param.Out}}"]}}}},
-                      {"name": "measure", "dependencies": [{"dependsOn": "render"}],
-                       "parameterSpace": {"taskParameterDefinitions": [{"name": "Scene", "type": "STRING", "range": list(preset.scenes)}]},
-                       "script": {"actions": {"onRun": {"command": "equistream", "args": ["study", "--preset", preset.name, "--scenes", "{{Task.Param.Scene}}",
-                                                                                          "--out", "{{Param.Out}}"]}}}}]}
+            "parameterDefinitions": [{"name": "Out", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "INOUT"}],
+            "steps": [{"name": "render", "parameterSpace": tasks("Job", "INT", f"0-{count - 1}"), "script": action(*start, "--job", "{{Task.Param.Job}}")},
+                      {"name": "measure", "dependencies": [{"dependsOn": "render"}], "parameterSpace": tasks("Scene", "STRING", list(scenes)),
+                       "script": action(*start, "--scenes", "{{Task.Param.Scene}}", "--experiments", ",".join(OF_SCENES), "--charts", "none")},
+                      {"name": "generated", "script": action(*start, "--experiments", ",".join(OF_THEIR_OWN), "--charts", "none")},
+                      {"name": "draw", "dependencies": [{"dependsOn": "measure"}, {"dependsOn": "generated"}], "script": action(*start, "--charts", "only")}]}
 
 
 def clock(seconds):
@@ -106,16 +134,18 @@ def clock(seconds):
 
 
 def write_plan(preset, scenes, measured, out):
-    """The scripts, and a table of what each scene takes."""
+    """The list, the scripts, and a table of what each scene takes."""
     jobs = all_jobs(preset, scenes, measured)
     name = f"study-{preset.name}"
     longest = max(job.seconds for job in jobs)
     results = found.load(measured, "systems")
     measuring = {scene: measuring_s(preset, scene, measured) for scene in scenes}
     write_whole(out / f"{name}.sh", ARRAY_SCRIPT.format(preset=preset.name, name=name, last=len(jobs) - 1, minutes=clock(2 * longest), out=out))
-    write_whole(out / f"{name}-measure.sh", MEASURE_SCRIPT.format(preset=preset.name, name=name, last=len(scenes) - 1, minutes=clock(2 * max(measuring.values())),
-                                                                  scenes=" ".join(scenes), out=out))
-    write_whole(out / f"{name}.template.json", json.dumps(template(preset, len(jobs)), indent=1) + "\n")
+    write_whole(out / f"{name}-measure.sh", MEASURE_SCRIPT.format(preset=preset.name, name=name, last=len(scenes), minutes=clock(2 * max(measuring.values())), scenes=" ".join(scenes),
+                                                                  of_scenes=",".join(OF_SCENES), generated=",".join(OF_THEIR_OWN), out=out))
+    write_whole(jobs_file(preset, out), json.dumps([{"scene": job.scene, "render": job.render.name, "first": job.first, "last": job.last, "seconds": round(job.seconds, 1)}
+                                                    for job in jobs], indent=0) + "\n")
+    write_whole(out / f"{name}.template.json", json.dumps(template(preset, scenes, len(jobs)), indent=1) + "\n")
     lines = [f"{'scene':<16}{'jobs':>8}{'rendering, h':>14}{'measuring, h':>14}   (of machines like {next(iter(results.values()))['machine']['cpu']}, {next(iter(results.values()))['machine']['cores']} cores)"]
     for scene in scenes:
         own = [job for job in jobs if job.scene == scene]

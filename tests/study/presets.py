@@ -1,7 +1,7 @@
 """How much of the study is done: sizes, frames, samples and scenes of each preset. One table; nothing else knows such a number.
 
-Spheres are rendered once, as wide as `sphere_width`, and narrower ones are filtered from them (narrowed.py): a sphere of half the width has four times
-the samples a pixel.
+Spheres are rendered once, as wide as `sphere_width`, and those that are a whole fraction of it as wide are filtered from them (narrowed.py): a sphere of
+half the width has four times the samples a pixel. Others are rendered by themselves.
 """
 
 import dataclasses
@@ -77,6 +77,10 @@ class Preset:
     def focal_px(self):
         return focal_length_px(self.eye, self.fov_deg)
 
+    def is_filtered(self, width):
+        """From the sphere of sphere_width, or that itself."""
+        return self.sphere_width % width == 0
+
     def frame_range(self, scene):
         first = max(0, MIDDLE_FRAMES.get(scene, self.frames // 2) - self.frames // 2)
         return first, first + self.frames - 1
@@ -84,12 +88,12 @@ class Preset:
 
 PRESETS = {preset.name: preset for preset in (
     # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
-    Preset("smoke", BUNDLED_SCENES, frames=2, eye=(480, 272), sphere_width=768, widths=(512, 768), system_widths=(512,), eye_samples=2, sphere_samples=2,
-           bytes_samples=4, eye_bytes_samples=4, widest=Widest(768, 2, 2), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), repeat=1, budgets_px=(1 / 4, 4),
+    Preset("smoke", BUNDLED_SCENES, frames=2, eye=(480, 272), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=1,
+           bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 4), breakers=("near",), every_value=False,
            latency_seconds=2, left_out=("related",)),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
-           widest=Widest(3840, 1, 4), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
+           widest=Widest(3840, 1, 16), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7),
     Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
            sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), repeat=3,

@@ -1,6 +1,6 @@
 """Curves of accuracy against bytes: Bjontegaard's averages between two of them, and where one reaches another.
 
-BD-rate is by PyPI's bjontegaard (Akima over log bytes, ITU-T's); only over the decibels that both curves have.
+BD-rate is by PyPI's bjontegaard (Akima over log bytes, ITU-T's); only over the decibels that both curves have, where those are enough to say something.
 """
 
 import math
@@ -10,6 +10,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 FEWEST_POINTS = 4
+LEAST_SHARED_DB, LEAST_SHARED_TIMES = 1, 2
+"""Of accuracy, and of bytes, that both curves have."""
 
 
 def curve(points):
@@ -21,23 +23,29 @@ def curve(points):
     return rising
 
 
-def overlap_db(a, b):
-    low, high = max(a[0][1], b[0][1]), min(a[-1][1], b[-1][1])
-    return (low, high) if high > low else None
+def shared(a, b, axis):
+    """The range of bytes (0) or dB (1) that both curves have."""
+    return max(a[0][axis], b[0][axis]), min(a[-1][axis], b[-1][axis])
 
 
 def bd_rate_percent(anchor, tested):
-    """How many per cent more bytes `tested` takes for the same dB; None without enough points, or where no dB is on both curves."""
+    """How many per cent more bytes `tested` takes for the same dB; None without enough points, or where less than LEAST_SHARED_DB is on both curves."""
     a, b = curve(anchor), curve(tested)
-    if min(len(a), len(b)) < FEWEST_POINTS or overlap_db(a, b) is None:
+    if min(len(a), len(b)) < FEWEST_POINTS:
+        return None
+    low, high = shared(a, b, 1)
+    if high - low < LEAST_SHARED_DB:
         return None
     return float(bjontegaard.bd_rate(*zip(*a), *zip(*b), method="akima", require_matching_points=False, min_overlap=0))
 
 
 def bd_db(anchor, tested):
-    """How many dB more `tested` has for the same bytes; None as bd_rate_percent."""
+    """How many dB more `tested` has for the same bytes; None as bd_rate_percent, or where both have fewer bytes than LEAST_SHARED_TIMES apart."""
     a, b = curve(anchor), curve(tested)
-    if min(len(a), len(b)) < FEWEST_POINTS or min(a[-1][0], b[-1][0]) <= max(a[0][0], b[0][0]):
+    if min(len(a), len(b)) < FEWEST_POINTS:
+        return None
+    low, high = shared(a, b, 0)
+    if high < LEAST_SHARED_TIMES * low:
         return None
     return float(bjontegaard.bd_psnr(*zip(*a), *zip(*b), method="akima", require_matching_points=False, min_overlap=0))
 
@@ -51,7 +59,7 @@ def bytes_for(points, db):
 
 
 def crossing(xs, ys, level):
-    """The least x, on a log scale, from which on y is at least `level`; None where it never is. Ascending xs."""
+    """The least x at which y reaches `level`, on a log scale between the points; the first x where y has as much there; None where it never does. Ascending xs."""
     for i, (x, y) in enumerate(zip(xs, ys)):
         if y is None or y < level:
             continue

@@ -55,6 +55,11 @@ def wide_sphere(preset, place, seed, samples=None, name=None):
     return Render(name or f"sphere-{place}-{seed}", seed, samples or preset.sphere_samples, size, place, small=place != "right")
 
 
+def narrow_sphere(preset, place, seed, width):
+    """Of a width that is not filtered from the wide one."""
+    return dataclasses.replace(wide_sphere(preset, place, seed, name=f"sphere-{place}-{seed}-of-{width}"), size=(width, width // 2))
+
+
 def widest_sphere(preset, place, seed):
     widest = preset.widest
     return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames)
@@ -82,6 +87,9 @@ def every_render(preset):
         yield right_eye(preset, seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)
+            for width in preset.widths:
+                if not preset.is_filtered(width) and (place == "centre" or width in preset.system_widths):
+                    yield narrow_sphere(preset, place, seed, width)
         if preset.widest.width > preset.sphere_width:
             yield widest_sphere(preset, "centre", seed)
     yield perspective(preset, BYTES_SEED, further_samples(preset.eye_bytes_samples, preset.eye_samples), f"perspective-{BYTES_SEED}")

@@ -5,6 +5,7 @@ Records of commands name files relative to the folder, so that they do not depen
 
 import functools
 import json
+import os
 import pathlib
 
 import render_list
@@ -36,6 +37,16 @@ class SceneWork:
         self.steps.run("scene", "scene", "generate", self.scene, "--out", "scene")
         return self.folder / f"scene/{self.scene}.json"
 
+    def expect_scene(self):
+        """Failed for a scene that is not there, before hours are spent on others."""
+        self.steps.run("scene-info", "scene", "info", self.description, "--json")
+
+    @property
+    def info(self):
+        """What `scene info` says of it."""
+        self.expect_scene()
+        return json.loads(self.steps.output_of("scene-info"))
+
     @property
     def frames(self):
         return f"{self.first}-{self.last}"
@@ -46,13 +57,25 @@ class SceneWork:
         """Its folder, relative; the step's record goes with the others (render_records)."""
         out = f"renders/{spec.name}"
         frames = f"{self.first}-{self.first + spec.frames - 1}" if spec.frames else self.frames
+        self.gather(spec)
         self.steps.run(f"render-{spec.name}", "render", self.description, "--frames", frames, *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
         return out
 
     def render_part(self, spec, first, last):
-        """Some of its frames, which render() finds there later."""
-        out = f"renders/{spec.name}"
+        """Some of its frames, in a folder of their own: no two programs write to one sequence. render() finds them."""
+        out = f"parts/{spec.name}/{first:06}-{last:06}"
         self.steps.run(f"part-{spec.name}-{first}-{last}", "render", self.description, "--frames", f"{first}-{last}", *spec.words(), "--progress", "none", "--out", out, fresh=out)
+        return out
+
+    def gather(self, spec):
+        """Links what parts have rendered into one sequence, with the manifest of the first of them, which says where the path begins."""
+        for part in sorted((self.folder / "parts" / spec.name).glob("*")):
+            for eye in (folder for folder in part.iterdir() if (folder / "manifest.json").exists()):
+                whole = self.folder / f"renders/{spec.name}/{eye.name}"
+                whole.mkdir(parents=True, exist_ok=True)
+                for file in [*sorted(eye.glob("frame.*.exr")), eye / "manifest.json"]:
+                    if not (whole / file.name).exists():
+                        os.link(file, whole / file.name)
 
     def render_record(self, name):
         record = json.loads((self.folder / f"steps/render-{name}.json").read_text())
@@ -81,9 +104,11 @@ class SceneWork:
         return f"renders/truth-{seed}"
 
     def sphere(self, place, width, seed):
-        """Of this width: filtered from the wide one where that is wider, and the widest where there is only that."""
+        """Of this width: filtered from the wide one where that is a whole number of times as wide, and the widest where there is only that."""
         if width > self.preset.sphere_width:
             return self.render(render_list.widest_sphere(self.preset, place, seed))
+        if not self.preset.is_filtered(width):
+            return self.render(render_list.narrow_sphere(self.preset, place, seed, width))
         wide = self.render(render_list.wide_sphere(self.preset, place, seed))
         return wide if width == self.preset.sphere_width else self.narrowed(wide, width, seed)
 
@@ -143,4 +168,4 @@ class SceneWork:
         gaps = f"{views[0]}/gaps"
         masks = ["--gaps", gaps] if (self.folder / gaps).exists() else []
         return {"against_other_seed": self.compare(name, views[0], truth[1], *chosen, *masks)["eyes"],
-                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", *chosen)["eyes"]}
+                "noise_free": self.compare(f"{name}-noise-free", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", *chosen, *masks)["eyes"]}

@@ -106,11 +106,16 @@ class Smoke(unittest.TestCase):
         self.assertEqual(plan.returncode, 0, plan.stderr)
         self.assertRegex(plan.stdout, r"pavilion +\d+ +\d+\.\d +\d+\.\d")
         template = json.loads((self.out / "study-smoke.template.json").read_text())
-        jobs = int(template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"].split("-")[1])
-        self.assertIn(f"#SBATCH --array=0-{jobs}", (self.out / "study-smoke.sh").read_text())
-        refused = self.study("--job", jobs + 1, "--measured", self.out)
+        last = int(template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["range"].split("-")[1])
+        self.assertIn(f"#SBATCH --array=0-{last}", (self.out / "study-smoke.sh").read_text())
+        refused = self.study("--job", last + 1)
         self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
-        self.assertIn(f"--job: expected 0 to {jobs}", refused.stderr)
+        self.assertIn(f"--job: expected 0 to {last}", refused.stderr)
+        done = self.study("--job", 0)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        job = json.loads((self.out / "study-smoke.jobs.json").read_text())[0]
+        part = self.out / f"work/{SCENE}/parts/{job['render']}/{job['first']:06}-{job['last']:06}/left"
+        self.assertEqual(len(list(part.glob("frame.*.exr"))), job["last"] - job["first"] + 1)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,13 @@ def write_whole(file, text):
     os.replace(aside, file)
 
 
+def read_json(file):
+    try:
+        return json.loads(pathlib.Path(file).read_text())
+    except ValueError as error:
+        raise Failed(f"{file}: expected JSON, found something else: {error}") from None
+
+
 def write_if_other(file, text):
     """Leaves a file that says the same as it is, so that what was made of it stays as good as it was."""
     if not pathlib.Path(file).exists() or pathlib.Path(file).read_text() != text:

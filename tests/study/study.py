@@ -27,9 +27,9 @@ from experiments import EXPERIMENTS, OF_SCENES  # noqa: E402
 from found import load  # noqa: E402
 from page import write_page  # noqa: E402
 from page_pictures import Pictures  # noqa: E402
-from presets import PRESETS  # noqa: E402
+from presets import PRESETS, SEEDS  # noqa: E402
 from scene_work import REPOSITORY, SceneWork  # noqa: E402
-from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
+from steps import Failed, provenance, read_json, run_as_program, write_whole  # noqa: E402
 from tables import write_tables  # noqa: E402
 
 
@@ -53,8 +53,10 @@ def arguments():
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
     parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
-    parser.add_argument("--job", type=int, metavar="N", help="one of the plan's render jobs, and nothing else")
-    parser.add_argument("--measured", type=pathlib.Path, default=REPOSITORY / "docs/results/study", help="results that --plan and --job tell times from; default: the committed ones")
+    parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that --plan listed in the folder of --out, and nothing else")
+    parser.add_argument("--measured", type=pathlib.Path, default=REPOSITORY / "docs/results/study", help="results that --plan tells times from; default: the committed ones")
+    parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
+                        help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
     parser.add_argument("--again", action="store_true", help="measure what is there already, too")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     return parser.parse_args()
@@ -63,7 +65,7 @@ def arguments():
 def settings(preset):
     """What makes a result another one: all numbers of the preset, and their seeds."""
     return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key != "scenes"} | {
-        "widest": vars(preset.widest)}
+        "widest": vars(preset.widest), "seeds": list(SEEDS)}
 
 
 class Study:
@@ -77,15 +79,18 @@ class Study:
     def is_done(self, file):
         if self.options.again or not file.exists():
             return False
-        found = json.loads(file.read_text())["settings"]
+        found = read_json(file)["settings"]
         wanted = json.loads(json.dumps(settings(self.preset)))
         # What a preset says more by now, nothing that was measured hangs on.
         if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):
             raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
         return True
 
+    def file(self, experiment, scene):
+        return self.options.out / experiment / f"{scene}.json"
+
     def measure(self, experiment, scene):
-        file = self.options.out / experiment / f"{scene}.json"
+        file = self.file(experiment, scene)
         if self.is_done(file):
             print(f"{file}: there already", flush=True)
             return
@@ -111,20 +116,21 @@ class Study:
         if self.options.job is not None:
             self.render_job()
             return
-        for scene in self.scenes:
-            for experiment in self.experiments:
-                if experiment in OF_SCENES:
-                    self.measure(experiment, scene)
-        for experiment in self.experiments:
-            if experiment not in OF_SCENES:
-                self.measure(experiment, "generated")
-        self.draw()
+        if self.options.charts != "only":
+            self.measure_all()
+        if self.options.charts != "none":
+            self.draw()
+
+    def measure_all(self):
+        of_scenes = [experiment for experiment in self.experiments if experiment in OF_SCENES]
+        wanted = [(experiment, scene) for scene in self.scenes for experiment in of_scenes]
+        for scene in dict.fromkeys(scene for experiment, scene in wanted if not self.is_done(self.file(experiment, scene))):
+            SceneWork(self.work, self.options.bin, scene, self.preset).expect_scene()
+        for experiment, scene in wanted + [(experiment, "generated") for experiment in self.experiments if experiment not in of_scenes]:
+            self.measure(experiment, scene)
 
     def render_job(self):
-        jobs = plan.all_jobs(self.preset, self.scenes, self.options.measured)
-        if not 0 <= self.options.job < len(jobs):
-            raise Failed(f"--job: expected 0 to {len(jobs) - 1}, found {self.options.job}")
-        job = jobs[self.options.job]
+        job = plan.planned_job(self.preset, self.options.job, self.options.out)
         SceneWork(self.work, self.options.bin, job.scene, self.preset).render_part(job.render, job.first, job.last)
 
     def draw(self):

@@ -19,6 +19,12 @@ def entries(player, widths, qualities):
                 yield player.score(BY_NAME[system], width, coding)
 
 
+def ceiling(work, *frames):
+    """Truth beside the truth of the other seed."""
+    truths = [work.truth(seed) for seed in SEEDS]
+    return work.compare("-".join(["ceiling", *frames]), *truths, *(["--frames", *frames] if frames else []))["eyes"]
+
+
 def run(work):
     preset = work.preset
     qualities = [None, *(Coding(preset.codecs[0], crf) for crf in preset.curve_crfs)]
@@ -26,4 +32,5 @@ def run(work):
     frames = f"{work.first}-{work.first + preset.widest.frames - 1}"
     short = every if preset.widest.frames == preset.frames else Player(work, frames)
     return {"n_seeds": len(SEEDS), "all": list(entries(every, preset.widths, qualities)),
-            "first": list(entries(short, sorted({*preset.widths, preset.widest.width}), qualities)), "first_frames": frames}
+            "first": list(entries(short, sorted({*preset.widths, preset.widest.width}), qualities)), "first_frames": frames,
+            "ceiling": {"all": ceiling(work), "first": ceiling(work, frames)}}

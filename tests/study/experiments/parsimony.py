@@ -8,10 +8,13 @@ import json
 import sys
 
 import equistream as es
+from narrowed import made_once
 from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere
 from scene_work import REPOSITORY
+
+from .related_cells import count_cells
 
 sys.path.insert(0, str(REPOSITORY / "tests/stability"))
 from breakers import coarse  # noqa: E402
@@ -54,15 +57,16 @@ def draws(work):
 
 def reprojected(work, label, change, **settings):
     """Noise-free of what the `mesh` engine makes of the spheres, their depth changed by `change(depth_m, box_radius_m)` -> (depth_m, tolerance of w)."""
-    views = []
     for seed, source in zip(SEEDS, sources(work)):
-        out = work.folder / f"views/{label}-{seed}"
-        engine = es.Reprojector("mesh", fill="pushpull", **settings)
-        for frame in es.Sequence(work.folder / source / "centre"):
-            depth_m, tolerance_w = change(frame["depth"], frame.info.box_radius_m)
-            draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out)
-        views.append(f"views/{label}-{seed}")
-    return work.scored(label, views)["noise_free"]
+        spheres, out = work.folder / source / "centre", work.folder / f"views/{label}-{seed}"
+        made_once(out, [spheres], lambda spheres=spheres, out=out, seed=seed: draw_views(work, es.Reprojector("mesh", fill="pushpull", **settings), spheres, change, seed, out))
+    return work.scored(label, [f"views/{label}-{seed}" for seed in SEEDS])["noise_free"]
+
+
+def draw_views(work, engine, spheres, change, seed, out):
+    for frame in es.Sequence(spheres):
+        depth_m, tolerance_w = change(frame["depth"], frame.info.box_radius_m)
+        draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out)
 
 
 def draw_eyes(work, engine, frame, depth_m, tolerance_w, seed, out):
@@ -82,9 +86,15 @@ def depth_bits(work):
 
 
 def mesh_cells(work):
-    """By the error budget of the engine."""
-    return [{"error_px": error_px, "noise_free": reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
+    """By the error budget of the engine; how many those are in the first frame."""
+    frame = next(iter(es.Sequence(work.folder / sources(work)[0] / "centre", "depth")))
+    return [{"error_px": error_px, "cells": adaptive_cells(work, frame["depth"], frame.info.box_radius_m, error_px),
+             "noise_free": reprojected(work, f"cells-{error_px:g}px", lambda depth_m, box_radius_m: (depth_m, 0.0), error_budget_px=error_px)}
             for error_px in work.preset.budgets_px]
+
+
+def adaptive_cells(work, depth_m, box_radius_m, budget_px):
+    return sum(count_cells(depth_m, box_radius_m, budget_px / work.preset.focal_px).values())
 
 
 def samples(work):

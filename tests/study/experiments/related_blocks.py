@@ -11,8 +11,7 @@ import numpy as np
 from presets import SEEDS
 from render_list import EYES
 
-from .parsimony import sources
-from .related_cells import count_cells
+from .parsimony import adaptive_cells, sources
 from .related_video import counted, display, scored, write
 
 STEPS = (1, 2, 4, 8, 16)
@@ -70,10 +69,6 @@ def draw(work, chosen):
                     seen = variant.engine(es.FeedPicture(frame.info, rgb, depth_m), eye.camera, eye.camera_pose)
                     write(work, f"views/related-{variant.label}-{seed}/{eye.eye}", frame.info.index, seen.rgb)
     return cells
-
-
-def adaptive_cells(work, depth_m, box_radius_m, budget_px):
-    return sum(count_cells(depth_m, box_radius_m, budget_px / work.preset.focal_px).values())
 
 
 def block_points(work):

@@ -1,4 +1,5 @@
 """What the streams weigh: the paper's Table 2 and Figure 5, of pictures with as little noise as the preset affords, and world-locked against path-locked.
+What coding alone loses of a sphere is its WS-PSNR.
 
 Noise costs bytes, so all seeds' renders and a further one's are made one (narrowed.merge_sequences) before coding.
 """
@@ -8,7 +9,11 @@ import itertools
 import render_list
 from presets import SEEDS
 
+from .related_video import TO_RGB, ffmpeg
 from .systems import Coding
+
+
+PERSPECTIVE = "perspective"
 
 
 def of_all_seeds(work, name, spec, samples, wanted):
@@ -25,19 +30,29 @@ def weighed(work, source, label, samples):
     for codec, crf in itertools.product(work.preset.codecs, work.preset.crfs):
         coding = Coding(codec, crf)
         fill = ["--fill", "small", "--fill-crf", crf] if (work.folder / source / "small").exists() else ["--fill", "none"]
-        _, encoded = work.encode(f"{label}-{coding.name}", source, "--codec", codec, "--crf", crf, *fill)
+        stream, encoded = work.encode(f"{label}-{coding.name}", source, "--codec", codec, "--crf", crf, *fill)
         frames = work.preset.frames
         found.append({"source": label, "codec": codec, "crf": crf, "samples": samples, "n": {"frames": frames},
-                      "bytes_a_frame": {track: count / frames for track, count in encoded["bytes"].items()}, "command": encoded["command"]})
+                      "bytes_a_frame": {track: count / frames for track, count in encoded["bytes"].items()}, "command": encoded["command"],
+                      "ws_psnr_db": sphere_psnr(work, f"{label}-{coding.name}", stream, source) if label != PERSPECTIVE else None})
     return found
+
+
+def sphere_psnr(work, label, stream, source):
+    """WS-PSNR of the spheres that FFmpeg decodes, beside those that were coded."""
+    out = f"decoded/{label}"
+    (work.folder / out).mkdir(parents=True, exist_ok=True)
+    ffmpeg(work, "-i", stream, "-map", "0:v:0", "-vf", TO_RGB, "-fps_mode", "passthrough", "-start_number", work.first, f"{out}/frame.%04d.png")
+    (eye,) = work.compare(f"sphere-{label}", out, f"{source}/left", "--metrics", "ws-psnr")["eyes"].values()
+    return eye["ws_psnr_db"]
 
 
 def run(work):
     preset = work.preset
-    eyes = of_all_seeds(work, "perspective", lambda *which: render_list.perspective(preset, *which), preset.eye_samples, preset.eye_bytes_samples)
+    eyes = of_all_seeds(work, PERSPECTIVE, lambda *which: render_list.perspective(preset, *which), preset.eye_samples, preset.eye_bytes_samples)
     wide = of_all_seeds(work, "sphere-left", lambda *which: render_list.wide_sphere(preset, "left", *which), preset.sphere_samples,
                         preset.bytes_samples)
-    rows = weighed(work, eyes, "perspective", preset.eye_bytes_samples)
+    rows = weighed(work, eyes, PERSPECTIVE, preset.eye_bytes_samples)
     for width in preset.system_widths:
         sphere = wide if width == preset.sphere_width else work.narrowed(wide, width, SEEDS[0])
         rows += weighed(work, sphere, f"sphere-left-{width}", preset.bytes_samples * (preset.sphere_width / width) ** 2)

@@ -6,7 +6,6 @@ the noise-free error takes both (docs/compare.md).
 """
 
 import dataclasses
-import json
 
 from baselines import copy_ms, v360_ms
 from perceived import FLIP_PICTURES, flip, perceived
@@ -144,11 +143,12 @@ def stage_ms(played, stage):
 
 
 def cost(said):
-    """Bytes a frame of each track, mean of the seeds, and milliseconds a frame of each stage, of the faster seed's run; sources of a system add up."""
+    """Bytes a frame of each track, mean of the seeds, and milliseconds a frame of each stage, of the faster seed's run; sources of a system add up. All times of
+    all runs, with their percentiles, stand beside it."""
     runs = [{stage: sum(stage_ms(played, stage) for played in sources) for stage in STAGES} for sources in said]
     fastest = min(runs, key=lambda run: sum(run.values()))
     commands = [[played.get("encoded", {}).get("command"), played["command"]] for played in said[0]]
-    found = {"ms": fastest, "commands": [[word for word in pair if word] for pair in commands],
+    found = {"ms": fastest, "milliseconds": [[played["milliseconds"] for played in sources] for sources in said], "commands": [[word for word in pair if word] for pair in commands],
              "gap_fraction": {eye: played["eyes"][eye]["gap_fraction"] for played, eye in zip((said[0][0], said[0][-1]), ("left", "right"))}}
     if "encoded" in said[0][0]:
         tracks = {}
@@ -168,13 +168,8 @@ def baselines(work, player, coding):
     for width in work.preset.system_widths:
         source = work.sphere("centre", width, SEEDS[0])
         stream, _ = player.encoded(turned, source, coding, source.removeprefix("renders/"))
-        found["v360"][width] = v360_ms(work.folder / stream, work.preset.frames, work.preset.eye, work.preset.fov_deg)
+        found["v360"][width] = v360_ms(work.folder / stream, work.preset.eye, work.preset.fov_deg)
     return found
-
-
-def scene_info(work):
-    work.steps.run("scene-info", "scene", "info", work.description, "--json")
-    return json.loads(work.steps.output_of("scene-info"))
 
 
 def anaglyph(work, player, coding):
@@ -196,7 +191,7 @@ def run(work):
     truths = [work.truth(seed) for seed in SEEDS]
     for entry in entries:
         entry["perceived"] = perceived(work.folder, entry["views"], truths)
-    return {"scene_info": scene_info(work), "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
+    return {"scene_info": work.info, "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
             "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths)) for eye in EYES) / len(EYES),
             "ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
             "titles": {system.name: system.title for system in SYSTEMS}}

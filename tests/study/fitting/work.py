@@ -7,11 +7,10 @@ import math
 import os
 import pathlib
 
-import equistream as es
 import found
 import render_list
 from experiments.systems import Coding, Player, System
-from narrowed import made_once, make_sequence, narrowed, of_samples
+from narrowed import made_once, narrow_sequence
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
@@ -50,22 +49,21 @@ class Asked:
 
     @property
     def widths(self):
-        """Half an octave apart, the widest first, down to a quarter of the matching one."""
-        steps = range(math.floor(2 * math.log2(4 * self.times) + 0.01) + 1)
-        widths = [round(self.matching * self.times / 2 ** (step / 2) / MULTIPLE) * MULTIPLE for step in steps]
+        """Half an octave apart, the widest first, down to a quarter of the matching one: every other one is exactly half as wide."""
+        last = math.floor(2 * math.log2(4 * self.times) + 0.01)
+        unit = MULTIPLE * 2 ** (last // 2)
+        rendered = [max(1, round(self.matching * self.times / 2 ** (half / 2) / unit)) * unit for half in (0, 1)]
+        widths = [rendered[step % 2] // 2 ** (step // 2) for step in range(last + 1)]
         return [width for width in widths if width >= NARROWEST] or [NARROWEST]
 
-    @property
-    def sphere_width(self):
-        return self.widths[0]
-
-    @property
-    def sphere_samples(self):
-        """As many in all as a sphere that matches has."""
-        return max(1, round(self.samples * (self.matching / self.sphere_width) ** 2))
+    def rendered_width(self, width):
+        """Of the sphere that the one of `width` is filtered from: one of the two widest."""
+        return self.widths[self.widths.index(width) % 2]
 
     def samples_at(self, width):
-        return self.sphere_samples * (self.sphere_width / width) ** 2
+        """A pixel: a sphere that is rendered has as many in all as one that matches."""
+        rendered = self.rendered_width(width)
+        return max(1, round(self.samples * (self.matching / rendered) ** 2)) * (rendered // width) ** 2
 
 
 def files_of(description):
@@ -88,7 +86,7 @@ def fingerprint(description):
 class FitWork(SceneWork):
     def __init__(self, work, programs, description, asked):
         self.given = description.resolve()
-        super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-{asked.samples}spp-{asked.sphere_width}-"
+        super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-{asked.samples}spp-{asked.widths[0]}-"
                          f"{fingerprint(description)}", asked)
 
     @property
@@ -102,26 +100,21 @@ class FitWork(SceneWork):
         return f"{self.truth(seed)}/left"
 
     def sphere(self, place, width, seed):
-        size = (self.preset.sphere_width, self.preset.sphere_width // 2)
-        wide = self.render(render_list.Render(f"sphere-{seed}", seed, self.preset.sphere_samples, size, place))
-        return wide if width == size[0] else self.narrowed(wide, width, seed)
+        rendered = self.preset.rendered_width(width)
+        wide = self.render(render_list.Render(f"sphere-{rendered}-{seed}", seed, self.preset.samples_at(rendered), (rendered, rendered // 2), place))
+        return wide if width == rendered else self.narrowed(wide, width, seed)
 
     def narrowed(self, wide, width, seed):
         """Its depth is of the narrow sphere's own pixels, from a render without light."""
         geometry = self.render(render_list.Render(f"geometry-{width}-{seed}", seed, 1, (width, width // 2), "centre", options=GEOMETRY))
         full, thin, out = (self.folder / path / "centre" for path in (wide, geometry, f"renders/sphere-{seed}-at-{width}"))
-        made_once(out, (full, thin), lambda: make_sequence(out, self.narrow_frames(full, thin, width)))
+        made_once(out, (full, thin), lambda: narrow_sequence(full, thin, out))
         return f"renders/sphere-{seed}-at-{width}"
-
-    def narrow_frames(self, wide, geometry, width):
-        """As narrowed.narrow_sequence has them, of samples that are no whole number."""
-        for full, thin in zip(es.Sequence(wide, "colour"), es.Sequence(geometry), strict=True):
-            yield of_samples(thin.info, math.floor(self.preset.samples_at(width))), narrowed(full["colour"], thin.info.camera.size), thin
 
     def with_tracks(self, fill, width, seed):
         """Rendered as wide as it is, with the track that `fill` takes; on trial the first frame, with all of them and few samples."""
         name = f"{'trial' if fill.on_trial else fill.track}-{width}-{seed}"
-        samples = self.preset.samples if fill.on_trial else max(1, round(self.preset.samples_at(width)))
+        samples = self.preset.samples if fill.on_trial else self.preset.samples_at(width)
         words = [word for track, word in RENDERED.items() if fill.on_trial or track == fill.track]
         return self.render(render_list.Render(name, seed, samples, (width, width // 2), "centre", small=fill.on_trial or fill.track == "small",
                                               options=("--aovs", "depth", *(word for word in words if word)), frames=1 if fill.on_trial else 0))

@@ -1,0 +1,60 @@
+"""A sphere filtered from one twice as wide is the sphere that is rendered as narrow with all its samples.
+
+usage: narrowed_rendered_test.py BIN_DIR
+
+Two seeds, so that noise cancels: the mean of the products of both seeds' differences is that of the squared true difference, which is 0 where the
+filters are the same. Moving the filtered one by half a column of the wide one is what another filter would look like.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import equistream as es
+import numpy as np
+from narrowed import narrowed
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+SIZE, TIMES, SAMPLES = (192, 96), 2, 64
+SEEDS = (1, 2)
+
+
+class BesideRendered(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_narrowed_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root, ignore_errors=True)
+        cls.run_program("scene", "generate", "pavilion", "--out", cls.root / "scene")
+        wide = tuple(TIMES * side for side in SIZE)
+        # Other seeds, so that the narrow spheres share no noise with the wide ones.
+        cls.narrow = [cls.render(SIZE, SAMPLES, seed + 10) for seed in SEEDS]
+        cls.wide = [cls.render(wide, SAMPLES // TIMES ** 2, seed) for seed in SEEDS]
+
+    @classmethod
+    def run_program(cls, *words):
+        subprocess.run([str(word) for word in (BIN / "equistream", *words)], check=True, capture_output=True)
+
+    @classmethod
+    def render(cls, size, samples, seed):
+        out = cls.root / f"{size[0]}-{seed}"
+        cls.run_program("render", cls.root / "scene/pavilion.json", "--frames", "30", "--eye", "centre", "--size", f"{size[0]}x{size[1]}", "--spp", samples,
+                        "--seed", seed, "--aovs", "none", "--progress", "none", "--out", out)
+        return next(iter(es.Sequence(out / "centre", "colour")))["colour"].astype(np.float64)
+
+    def standard_errors(self, filtered):
+        """How many of them the mean product of both seeds' differences is above 0. Suns and lamps, whose noise is unbounded, are clipped."""
+        products = np.prod([np.minimum(one, 1) - np.minimum(other, 1) for one, other in zip(filtered, self.narrow)], axis=0)
+        return products.mean() / (products.std() / np.sqrt(products.size))
+
+    def test_they_are_the_same(self):
+        self.assertLess(abs(self.standard_errors([narrowed(wide, SIZE) for wide in self.wide])), 4)
+
+    def test_another_filter_would_show(self):
+        self.assertGreater(self.standard_errors([narrowed(np.roll(wide, 1, axis=1), SIZE) for wide in self.wide]), 8)
+
+
+if __name__ == "__main__":
+    unittest.main()
