@@ -35,7 +35,7 @@ def draw(results, cost, label, file):
             if accuracy is psnr:
                 looks.level(axes, ceiling, f"truth against truth: {ceiling:.1f} dB")
             else:
-                axes.annotate(f"PSNR of truth against truth: {ceiling:.1f} dB", (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize=7.5, color="#555555")
+                looks.ceiling_note(axes, ceiling)
             panels[row][0].set_ylabel(kind)
         panels[0][column].set_title(f"{result['scene']}, {result['settings']['frames']} frames", loc="left")
         panels[-1][column].set_xlabel(label)

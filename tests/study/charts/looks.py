@@ -34,6 +34,11 @@ def level(axes, db, text):
                   color="#555555")
 
 
+def ceiling_note(axes, db):
+    """Where a panel's own scale does not have it."""
+    axes.annotate(f"PSNR of truth against truth: {db:.1f} dB", (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize=7.5, color="#555555")
+
+
 def front(axes, points):
     if points:
         axes.step(*zip(*points), where="post", color="#999999", linewidth=1, linestyle=(0, (2, 2)), zorder=2)

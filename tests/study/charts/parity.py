@@ -1,7 +1,7 @@
 """Chart 3: a sphere's accuracy against its width and its bytes, with the perspective render's line and where they cross; PSNR and SSIM, noise and all, below. One column a scene."""
 
 import matplotlib.pyplot as plt
-from found import db, load, psnr
+from found import db, load, psnr, together_psnr
 from parity_figures import matching, of, parity_width, points, widths
 from render_list import EYES
 
@@ -16,6 +16,17 @@ def quality_colours(qualities):
 
 def ssim(entry):
     return sum(entry["against_other_seed"][eye]["ssim"] for eye in EYES) / len(EYES)
+
+
+def draw_ceiling(axes, eyes, accuracy):
+    level = together_psnr([eyes[eye]["mean_square"] for eye in EYES])
+    if accuracy is db:
+        looks.ceiling_note(axes, level)
+    elif accuracy is psnr:
+        looks.level(axes, level, f"truth against truth: {level:.1f} dB")
+    else:
+        similar = sum(eyes[eye]["ssim"] for eye in EYES) / len(EYES)
+        looks.level(axes, similar, f"truth against truth: {similar:.2f}")
 
 
 def draw_widths(axes, result, accuracy):
@@ -33,6 +44,7 @@ def draw_widths(axes, result, accuracy):
     uncoded = [e for e in entries if e["system"] == SYSTEM and e["crf"] is None]
     axes.plot([e["width"] for e in uncoded], [accuracy(e) for e in uncoded], color="#555555", linewidth=1, marker="*", label="uncoded")
     axes.axvline(matching(result["settings"]), color="#bbbbbb", linewidth=1)
+    draw_ceiling(axes, result["ceiling"]["first"], accuracy)
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
 
@@ -45,6 +57,7 @@ def draw_bytes(axes, result):
     for system, style in ((REFERENCE, "-"), ("pair", ":")):
         axes.plot(*zip(*sorted(points(of(entries, system)))), color=looks.COLOURS[system], linestyle=style, marker="s", markersize=4, linewidth=1.6,
                   label="perspective view, the other eye reprojected" if system == REFERENCE else "both eyes rendered")
+    draw_ceiling(axes, result["ceiling"]["all"], db)
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
 

@@ -3,7 +3,7 @@
 import textwrap
 
 import matplotlib.pyplot as plt
-from found import db, load, together_psnr
+from found import ceiling_psnr, db, load, together_psnr
 from knee import knee
 from render_list import EYES
 
@@ -21,7 +21,7 @@ def bit_points(result):
 
 
 def cell_points(result):
-    return [(1 / point["error_px"], db(point), point["error_px"]) for point in result["mesh_cells"]]
+    return [(point["cells"], db(point), point["error_px"]) for point in result["mesh_cells"]]
 
 
 def sample_points(result):
@@ -29,7 +29,7 @@ def sample_points(result):
 
 
 AXES = {"triangles of the client's model": triangle_points, "bits of depth (equal steps of w)": bit_points,
-        "1 / error budget of mesh cells, 1/px": cell_points, "samples a pixel of the sphere (PSNR, noise and all)": sample_points}
+        "cells of the mesh": cell_points, "samples a pixel of the sphere (PSNR, noise and all)": sample_points}
 
 
 def draw_panel(axes, points, best):
@@ -63,7 +63,7 @@ def draw_depths(axes, result):
 
 
 def draw_all(folder):
-    results = load(folder, "parsimony")
+    results, systems = load(folder, "parsimony"), load(folder, "systems")
     if not results:
         return
     plt.rcParams.update(looks.STYLE)
@@ -73,6 +73,8 @@ def draw_all(folder):
         for row, (label, points) in enumerate(AXES.items()):
             draw_panel(panels[row][column], points(result), without(result, label))
             panels[row][column].set_xlabel(label, fontsize=8)
+            if result["scene"] in systems:
+                looks.ceiling_note(panels[row][column], ceiling_psnr(systems[result["scene"]]))
         draw_depths(panels[-1][column], result)
     for row in panels:
         row[0].set_ylabel("dB, both eyes")

@@ -1,7 +1,7 @@
 """Systems beside the paper's that it names: layouts, rows of a sphere, difference streams, motion search and grids of blocks, one row of panels each."""
 
 import matplotlib.pyplot as plt
-from found import db, load
+from found import ceiling_psnr, db, load
 
 from . import looks
 
@@ -97,7 +97,7 @@ PANELS = ((draw_layouts, "left eye, dB"), (draw_latitudes, "% of the whole spher
 
 
 def draw_all(folder):
-    results = load(folder, "related")
+    results, systems = load(folder, "related"), load(folder, "systems")
     if not results:
         return
     plt.rcParams.update(looks.STYLE)
@@ -107,6 +107,8 @@ def draw_all(folder):
         for row, (draw, label) in zip(panels, PANELS):
             draw(row[column], result)
             row[0].set_ylabel(label)
+            if "dB" in label and result["scene"] in systems:
+                looks.ceiling_note(row[column], ceiling_psnr(systems[result["scene"]]))
     for row in panels:
         looks.legend_beside(row[-1])
     first = next(iter(results.values()))
