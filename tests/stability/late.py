@@ -5,6 +5,7 @@ The scene, its stream and the truth of every refresh are made once a run. The sh
 
 import json
 import math
+import shutil
 import threading
 
 import chains
@@ -43,7 +44,10 @@ def inputs(program, runs):
     folder = runs / "late"
     with making:
         if not folder.exists():
-            make_inputs(program, folder)
+            aside = runs / "late.unfinished"
+            shutil.rmtree(aside, ignore_errors=True)
+            make_inputs(program, aside)
+            aside.rename(folder)
     return folder
 
 

@@ -37,19 +37,32 @@ def value_text(value):
     return f"{value:g}"
 
 
-def measure(program, folder, breaker, value):
+def measure(program, folder, breaker, value, kept=None):
+    """Figures of one value; those that `kept`, a folder, has are not measured again."""
+    file = kept and kept / f"{breaker.name} {value:g}.json"
+    if file and file.exists():
+        return json.loads(file.read_text())
+    figures = measured(program, folder, breaker, value)
+    if file:
+        aside = file.with_suffix(".unfinished")
+        aside.write_text(json.dumps(figures))
+        aside.replace(file)
+    return figures
+
+
+def measured(program, folder, breaker, value):
     with tempfile.TemporaryDirectory(prefix=f"{breaker.name.replace(' ', '-')}-{value:g}-", dir=folder) as work:
         if breaker in BY_PLAY:
             return BY_PLAY[breaker].scores(program, breaker, value, pathlib.Path(work))
         return chains.scores(chains.Renders(program, breaker, value, work))
 
 
-def sweep(program, folder, breakers, every_value):
+def sweep(program, folder, breakers, every_value, kept=None):
     """Breaker -> value -> method -> figures."""
     jobs = {(breaker.name, value_text(value)): (breaker, value)
             for breaker in breakers for value in (breaker.values if every_value else breaker.few)}
     with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
-        waiting = {key: pool.submit(measure, program, folder, *job) for key, job in jobs.items()}
+        waiting = {key: pool.submit(measure, program, folder, *job, kept) for key, job in jobs.items()}
         found = {}
         for (breaker, value), result in waiting.items():
             found.setdefault(breaker, {})[value] = result.result()

@@ -88,6 +88,9 @@ class Smoke(unittest.TestCase):
         delays = self.result("latency", "generated")["sweeps"]["delay, ms"]
         turned = {value: next(run["psnr_db"] for run in runs if run["method"] == "sphere") for value, runs in delays.items()}
         self.assertLess(turned["400"], turned["0"] - 3)
+        views = {value: next(run["psnr_db"] for run in runs if run["method"] == "wide-views") for value, runs in delays.items()}
+        self.assertGreater(views["0"], turned["0"], "nothing is nearer than what was rendered for the eye")
+        self.assertLess(views["400"], views["0"] - 3)
 
     def test_draws_tabulates_and_says_what_it_took(self):
         for name in CHARTS:

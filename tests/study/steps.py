@@ -44,10 +44,10 @@ def changed_at(path):
     return max((file.stat().st_mtime for file in files if file.is_file()), default=0)
 
 
-def digest(folder):
-    """Of the programs' bytes, so that a step is done again when they change."""
+def digest(folder, pattern="equistream*"):
+    """Of the bytes of programs, or of other files, so that a step is done again when they change."""
     sums = hashlib.sha256()
-    for file in sorted(folder.glob("equistream*")):
+    for file in sorted(folder.glob(pattern)):
         sums.update(file.read_bytes())
     return sums.hexdigest()
 
@@ -70,9 +70,9 @@ class Steps:
         return text
 
     def inputs_changed_at(self, words):
-        """Of all words that name something in the work folder, but for the output."""
+        """Of all words that name a file or folder, in the work folder or elsewhere, but for the output."""
         inputs = [word for word, before in zip(words, ["", *words]) if before != "--out"]
-        return max((changed_at(self.work / word) for word in inputs if word and (self.work / word).is_relative_to(self.work)), default=0)
+        return max((changed_at(self.work / word) for word in inputs if word), default=0)
 
     def run(self, name, *words, fresh=None):
         """`fresh` is the output that must not exist for the time taken to be that of the whole step."""
@@ -82,8 +82,8 @@ class Steps:
         if file.exists():
             record = json.loads(file.read_text())
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
-            made_here = record.get("context") == self.context and self.inputs_changed_at(words) <= file.stat().st_mtime
-            if record["command"] == command and (fresh is not None or made_here):
+            made_here = fresh is not None or record.get("context") == self.context
+            if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime:
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
         print(f"{name}: {command}", flush=True)

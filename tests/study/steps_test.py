@@ -27,8 +27,8 @@ class SkippedSteps(unittest.TestCase):
         (self.work / name).write_text(text)
         os.utime(self.work / name, (at, at))
 
-    def run_step(self, *options):
-        Steps(self.work, self.work / "bin", {}, {}).run("copy", "do", "given/a", "--out", "made", *options)
+    def run_step(self, *options, given="given/a", fresh=None):
+        Steps(self.work, self.work / "bin", {}, {}).run("copy", "do", given, "--out", "made", *options, fresh=fresh)
         return (self.work / "runs").read_text().count("run")
 
     def test_the_same_is_not_done_twice(self):
@@ -43,6 +43,18 @@ class SkippedSteps(unittest.TestCase):
         self.write("given/a", "2", at=made + 10)
         self.assertEqual(self.run_step("--loud"), 4)
         self.assertEqual((self.work / "made").read_text(), "2")
+
+    def test_inputs_elsewhere_count_too_and_programs_not_for_renders(self):
+        with tempfile.TemporaryDirectory() as elsewhere:
+            scene = pathlib.Path(elsewhere) / "scene"
+            scene.write_text("1")
+            os.utime(scene, (1000, 1000))
+            self.assertEqual(self.run_step(given=scene, fresh="made"), 1)
+            self.program.write_text(PROGRAM + "# another\n")
+            self.assertEqual(self.run_step(given=scene, fresh="made"), 1)
+            made = (self.work / "steps/copy.json").stat().st_mtime
+            os.utime(scene, (made + 10, made + 10))
+            self.assertEqual(self.run_step(given=scene, fresh="made"), 2)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from found import load
 
 from . import looks
 
-COLOURS = {"surface": "#145a32", "mesh": "#28b463", "held": "#d4ac0d", "sphere": "#7f8c8d"}
+COLOURS = {"surface": "#145a32", "mesh": "#28b463", "held": "#d4ac0d", "sphere": "#7f8c8d", "views": "#c0392b", "wide-views": "#2e86c1", "reprojected-views": "#8e44ad"}
 
 
 def draw_sweep(level, degrees, label, by_value, titles):
@@ -29,13 +29,13 @@ def draw_all(folder):
     for result in load(folder, "latency").values():
         plt.rcParams.update(looks.STYLE)
         sweeps = result["sweeps"]
-        figure, panels = plt.subplots(2, len(sweeps), figsize=(3.2 * len(sweeps), 5.4), squeeze=False, sharey="row", layout="constrained")
+        figure, panels = plt.subplots(2, len(sweeps), figsize=(3.2 * len(sweeps) + 2.5, 5.4), squeeze=False, sharey="row", layout="constrained")
         for column, (label, by_value) in enumerate(sweeps.items()):
             draw_sweep(panels[0][column], panels[1][column], label, by_value, result["titles"])
         panels[0][0].set_ylabel("dB of all refreshes, both eyes")
         panels[1][0].set_ylabel("degrees")
         for row in panels:
-            row[0].legend(fontsize=7, frameon=False)
+            looks.legend_beside(row[-1])
         n = result["n"]
         looks.title(figure, f"Scene motion, {n['seconds']} s at {n['frames_hz']} frames a second, refreshes {n['refreshes']} at {n['refresh_hz']} Hz. Above dotted: the worst refresh; "
                             "below dotted: the 95th percentile.")

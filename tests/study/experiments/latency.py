@@ -1,10 +1,13 @@
 """What the eye sees while the server is late: dB against the truth of every refresh, and degrees, against delay, jitter, loss and stalls of the network.
 
 The bundled `motion` glows, so that what differs differs in place: things move, the head walks, turns and looks about. `play --network` is a simulation on the
-frames' own clock, so that every run is the same everywhere.
+frames' own clock, so that every run is the same everywhere. Beside spheres, what a server of views sends: both eyes as the head was when they left, turned by
+the client to where it is by now; as wide as the eye sees, and wider.
 """
 
+import dataclasses
 import json
+import math
 import sys
 
 from found import together_psnr
@@ -19,9 +22,29 @@ FRAMES_HZ, REFRESH_HZ = 30, 30
 FIRST_S = 1.0
 """Of the refreshes that are scored: until then the clock learns how even the network is."""
 STALL_AT_S = 1.2
-METHODS = {"surface": ["--method", "surface", "--scene", "scene/motion.json"], "mesh": ["--method", "mesh", "--depth", "stream"],
-           "held": ["--method", "mesh", "--depth", "stream", "--carry", "0"], "sphere": ["--method", "sphere"]}
-TITLES = {"surface": "surface, client's geometry", "mesh": "mesh, streamed depth", "held": "mesh, moving things left where frames show them", "sphere": "turned only"}
+EYE_SIZE, WIDE_FOV_DEG = tuple(map(int, EYES.split("x"))), 120
+
+
+@dataclasses.dataclass(frozen=True)
+class Way:
+    """Streams that are played, and what for: one for both eyes, or one for each."""
+    title: str
+    words: tuple
+    streams: tuple = (("spheres", ("left", "right")),)
+
+
+def of_views(name):
+    return tuple((f"{name}-{eye}", (eye,)) for eye in ("left", "right"))
+
+
+WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json")),
+        "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream")),
+        "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0")),
+        "sphere": Way("turned only", ("--method", "sphere")),
+        "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("views")),
+        "wide-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("wide-views")),
+        "reprojected-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, client's geometry", ("--method", "surface", "--scene", "scene/motion.json"), of_views("wide-views"))}
+"""By name."""
 SWEEPS = {
     "delay, ms": ("delay={:g}", (0, 20, 50, 100, 200, 400)),
     "jitter beside a delay of 50 ms, ms": ("delay=50,jitter={:g},seed=3", (0, 10, 30, 100, 200)),
@@ -31,41 +54,65 @@ SWEEPS = {
 }
 
 
+def wide_size():
+    """As dense in the middle as what the eye sees, a multiple of 16 across."""
+    wider = math.tan(math.radians(WIDE_FOV_DEG) / 2) / math.tan(math.radians(FOV_DEG) / 2)
+    return "x".join(str(round(side * wider / 16) * 16) for side in EYE_SIZE)
+
+
 def make_inputs(work, seconds):
     steps, quiet = work.steps, ("--max-bounces", 0, "--progress", "none")
     steps.run("scene", "scene", "generate", "motion", "--option", f"seconds={seconds}", "--out", "scene")
     write_if_other(work.folder / "head.csv", head_path(work.folder / "scene/motion.json"))
     last = REFRESH_HZ * seconds - 2
+    head = ("--camera", "perspective", "--eye", "both", "--path", "head.csv")
     steps.run("frames", "render", "scene/motion.json", "--frames", f"0-{FRAMES_HZ * seconds}", "--size", SPHERE, "--spp", 4, "--aovs", "depth,motion,ids", *quiet, "--out", "frames",
               fresh="frames")
-    steps.run("truth", "render", "scene/motion.json", "--camera", "perspective", "--eye", "both", "--path", "head.csv", "--fps", REFRESH_HZ,
-              "--frames", f"{round(FIRST_S * REFRESH_HZ)}-{last}", "--size", EYES, "--fov", FOV_DEG, "--spp", 16, *quiet, "--out", "truth", fresh="truth")
-    steps.run("encode", "encode", "frames", "--out", "motion.mp4", "--crf", 16, "--depth", "auto", "--motion", "auto", "--progress", "none")
+    steps.run("truth", "render", "scene/motion.json", *head, "--fps", REFRESH_HZ, "--frames", f"{round(FIRST_S * REFRESH_HZ)}-{last}", "--size", EYES, "--fov", FOV_DEG, "--spp", 16,
+              *quiet, "--out", "truth", fresh="truth")
+    steps.run("encode", "encode", "frames", "--out", "spheres.mp4", "--crf", 16, "--depth", "auto", "--motion", "auto", "--progress", "none")
+    for name, size, fov_deg in (("views", EYES, FOV_DEG), ("wide-views", wide_size(), WIDE_FOV_DEG)):
+        steps.run(name, "render", "scene/motion.json", *head, "--fps", FRAMES_HZ, "--frames", f"0-{last}", "--size", size, "--fov", fov_deg, "--spp", 4, "--seed", 2, "--aovs", "none",
+                  *quiet, "--out", name, fresh=name)
+        for eye in ("left", "right"):
+            steps.run(f"encode-{name}-{eye}", "encode", f"{name}/{eye}", "--out", f"{name}-{eye}.mp4", "--crf", 16, "--progress", "none")
     return f"{round(FIRST_S * REFRESH_HZ)}-{last}"
+
+
+def seen(work, way, stream, eyes, network, scored):
+    """Of one stream: how `eyes` compare with the truth, what `play` said of the viewing, and the command."""
+    name = "-".join([*way.words, stream, network]).replace("--", "").replace("=", "-").replace(",", "-").replace(":", "-").replace("/", "-")
+    record = work.steps.run(f"play-{name}", "play", f"{stream}.mp4", *way.words, "--fill", "pushpull", "--head", "head.csv",
+                            "--refresh", REFRESH_HZ, "--network", network, "--size", EYES, "--fov", FOV_DEG, "--progress", "none", "--out", f"views/{name}")
+    work.steps.run(f"compare-{name}", "compare", f"views/{name}", "truth", "--frames", scored, "--eyes", ",".join(eyes), "--metrics", "psnr", "--progress", "none",
+                   "--out", f"scores/{name}.json")
+    report = json.loads((work.folder / f"views/{name}/report.json").read_text())
+    return json.loads((work.folder / f"scores/{name}.json").read_text())["eyes"], report["viewing"], record["command"]
 
 
 def score(work, method, network, scored):
     """dB of both eyes over all refreshes, and of the worst; degrees by which the head's pose and, in a plain remote renderer, the picture's was off."""
-    name = f"{method}-{network}".replace("=", "-").replace(",", "-").replace(":", "-")
-    record = work.steps.run(f"play-{name}", "play", "motion.mp4", *METHODS[method], "--fill", "none" if method == "sphere" else "pushpull", "--head", "head.csv",
-                            "--refresh", REFRESH_HZ, "--network", network, "--size", EYES, "--fov", FOV_DEG, "--progress", "none", "--out", f"views/{name}")
-    work.steps.run(f"compare-{name}", "compare", f"views/{name}", "truth", "--frames", scored, "--metrics", "psnr", "--progress", "none", "--out", f"scores/{name}.json")
-    eyes = json.loads((work.folder / f"scores/{name}.json").read_text())["eyes"]
-    viewing = json.loads((work.folder / f"views/{name}/report.json").read_text())["viewing"]
-    squares = [eye["mean_square"] for eye in eyes.values()]
-    worst = min(frame["psnr_db"] for eye in eyes.values() for frame in eye["per_frame"])
-    return {"method": method, "network": network, "command": record["command"], "psnr_db": together_psnr(squares), "worst_refresh_db": worst,
+    found = [seen(work, WAYS[method], stream, eyes, network, scored) for stream, eyes in WAYS[method].streams]
+    eyes, viewing = [eye for by_eye, _, _ in found for eye in by_eye.values()], found[0][1]
+    return {"method": method, "network": network, "commands": [command for _, _, command in found], "psnr_db": together_psnr([eye["mean_square"] for eye in eyes]),
+            "worst_refresh_db": min(frame["psnr_db"] for eye in eyes for frame in eye["per_frame"]),
             **{key: viewing[key] for key in ("age_ms", "error_deg", "unreprojected_error_deg") if key in viewing}}
+
+
+def bytes_a_second(work, method, seconds):
+    """Of all tracks."""
+    return sum((work.folder / f"{stream}.mp4").stat().st_size for stream, _ in WAYS[method].streams) / seconds
 
 
 def run(work):
     seconds = work.preset.latency_seconds
     scored = make_inputs(work, seconds)
     (work.folder / "scores").mkdir(exist_ok=True)
-    methods = METHODS if work.preset.every_value else ("surface", "sphere")
+    methods = list(WAYS) if work.preset.every_value else ["surface", "sphere", "wide-views"]
     sweeps = {}
     for label, (network, values) in SWEEPS.items() if work.preset.every_value else list(SWEEPS.items())[:1]:
         ended = [value for value in values if not label.startswith("silence") or STALL_AT_S + value < seconds - 0.5]
         chosen = ended if work.preset.every_value else (ended[0], ended[-1])
         sweeps[label] = {f"{value:g}": [score(work, method, network.format(value), scored) for method in methods] for value in chosen}
-    return {"n": {"refreshes": scored, "refresh_hz": REFRESH_HZ, "frames_hz": FRAMES_HZ, "seconds": seconds}, "titles": {method: TITLES[method] for method in methods}, "sweeps": sweeps}
+    return {"n": {"refreshes": scored, "refresh_hz": REFRESH_HZ, "frames_hz": FRAMES_HZ, "seconds": seconds}, "titles": {method: WAYS[method].title for method in methods},
+            "bytes_a_second": {method: bytes_a_second(work, method, seconds) for method in methods}, "sweeps": sweeps}

@@ -6,6 +6,7 @@ A method falls at the first value, from harmless to hard, at which it is 1 or 3 
 import sys
 
 from scene_work import REPOSITORY
+from steps import Failed, digest
 
 sys.path.insert(0, str(REPOSITORY / "tests/stability"))
 import run as breaking  # noqa: E402
@@ -16,10 +17,16 @@ LOSSES_DB = (1, 3)
 def run(work):
     preset = work.preset
     breakers = breaking.chosen(preset.breakers)
-    folder = work.folder / "runs"
-    folder.mkdir(exist_ok=True)
-    found = breaking.sweep(work.steps.program, folder, breakers, preset.every_value)
-    return {"breakers": {breaker.name: described(breaker, found[breaker.name]) for breaker in breakers}}
+    # Of these programs and this code, so that what was interrupted goes on and nothing older is taken for it.
+    made_by = f"{digest(work.steps.program.parent)[:12]}-{digest(REPOSITORY / 'tests/stability', '*.py')[:12]}"
+    folder, kept = work.folder / "runs" / made_by, work.folder / "values" / made_by
+    for needed in (folder, kept):
+        needed.mkdir(parents=True, exist_ok=True)
+    try:
+        found = breaking.sweep(work.steps.program, folder, breakers, preset.every_value, kept)
+    except RuntimeError as error:
+        raise Failed(str(error)) from None
+    return {"n": {"frames": 1, "seeds": 1}, "breakers": {breaker.name: described(breaker, found[breaker.name]) for breaker in breakers}}
 
 
 def described(breaker, by_value):

@@ -15,10 +15,10 @@ SPHERE, REFERENCES = "centre", ("perspective", "pair")
 
 
 def width_text(row):
-    if row["width"] is None:
-        return "none"
     low, high = row["width_interval"]
-    return f"{row['width']:.0f} [{cell(low, 0)}, {cell(high, 0)}]"
+    if row["width"] is None and low is None:
+        return "none"
+    return f"{cell(row['width'], 0, 'none')} [{cell(low, 0)}, {cell(high, 0, 'wider')}]"
 
 
 def pixels_times(settings, width, reference):
@@ -44,6 +44,14 @@ def rate_rows(results):
                 yield [scene, reference, str(row["width"]), cell(row["width"] / matching(result["settings"])), cell(row["bd_rate_percent"], 1), cell(row["bd_db"])]
 
 
+def counted(results, n):
+    """n of each scene, once where it is the same of all."""
+    by_n = {}
+    for scene, result in results.items():
+        by_n.setdefault(n(result), []).append(scene)
+    return "n = " + "; ".join(text if len(by_n) == 1 else f"{text} ({', '.join(scenes)})" for text, scenes in by_n.items()) + "."
+
+
 def knee_rows(results):
     for scene, result in results.items():
         for label, points_of in AXES.items():
@@ -54,10 +62,10 @@ def knee_rows(results):
 def write_tables(folder):
     parts = system_parts(load(folder, "systems"), load(folder, "sizes"))
     if parity := load(folder, "parity"):
-        parts += ["## Parity, both eyes, noise-free on linear values", table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
-                  "## Bytes beside it, by width", table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
+        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
+                  "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
-        parts += ["## The knee", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
+        parts += ["## The knee", counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds, one of each number of samples"), table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
     parts += stability_parts(load(folder, "stability"), load(folder, "latency"))
     parts += related_parts(load(folder, "related"))
     if parts:

@@ -12,10 +12,10 @@ MEGABYTES = {
 """Scene -> stream -> (main at each CRF, small at each CRF)."""
 
 
-def ratio(scene, crf):
-    """Of the equirect main stream's bytes to the perspective one's; None where the paper has no such scene or CRF."""
+def streams(scene, crf):
+    """MB of the perspective main and small stream, and of the equirect ones; None where the paper has no such scene or CRF."""
     name = STANDS_FOR.get(scene)
     if name is None or crf not in CRFS:
         return None
     at = CRFS.index(crf)
-    return MEGABYTES[name]["equirect"][0][at] / MEGABYTES[name]["perspective"][0][at]
+    return [MEGABYTES[name][source][track][at] for source in ("perspective", "equirect") for track in (0, 1)]

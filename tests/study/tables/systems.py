@@ -1,8 +1,9 @@
 """Tables of what every system did: accuracy in all measures, time and bytes; scenes (the paper's Table 1) and bytes (its Table 2) beside the paper's."""
 
+from experiments.systems import STAGES
 from found import all_bytes, ceiling_psnr, coding_name, error, ms, psnr
-from noise_free import decibels
-from pages import cell, noise_free_text, table
+from noise_free import decibels, together
+from pages import cell, noise_free_short, noise_free_text, table
 from render_list import EYES
 
 from . import paper
@@ -16,11 +17,26 @@ def mean(values):
     return sum(known) / len(known) if known else None
 
 
-def pooled_db(entry, part):
-    """Of the squares of both eyes; `part(eye's figures)` is a PSNR."""
-    values = [part(entry["against_other_seed"][eye]) for eye in EYES]
-    known = [10 ** (-value / 10) for value in values if value is not None]
-    return decibels(sum(known) / len(known)) if known else None
+def worst_db(entry):
+    """Noise-free, of the worst hundredth of both eyes' pixels."""
+    return together([entry["noise_free"][eye]["noise_free_worst_percent"]["linear"] for eye in EYES])["db"]
+
+
+def gaps_text(entry):
+    """Noise-free, of the pixels that the source did not see, each eye's by how many it has."""
+    gaps = [entry["noise_free"][eye]["gaps"] for eye in EYES if "gaps" in entry["noise_free"][eye]]
+    shares = [gap["fraction"] for gap in gaps]
+    if not sum(shares):
+        return "-"
+    pooled = {key: sum(share * gap["noise_free"]["linear"][key] for share, gap in zip(shares, gaps)) / sum(shares) for key in ("mean_square", "mean_square_low", "mean_square_high")}
+    return noise_free_short(together([pooled]))
+
+
+def slowest_ms(entry):
+    """Of a frame in a hundred: each stage's 99th percentile, decoding and converting as they come, of the faster run; more than any frame takes."""
+    if not entry["codec"]:
+        return None
+    return min(sum(times["p99"] for played in sources for stage, times in played.items() if stage in STAGES) for sources in entry["milliseconds"])
 
 
 def flicker_db(entry):
@@ -28,17 +44,24 @@ def flicker_db(entry):
     return decibels(sum(figure["mean_square"] for figure in found) / len(found)) if all(found) else None
 
 
-def system_row(entry, titles):
+def times_text(entry, baselines):
+    """How many copies of both views, and how many of FFmpeg's turns of the same sphere, the client's milliseconds are."""
+    if ms(entry) is None:
+        return "-"
+    turn = baselines["v360"].get(str(entry["width"]))
+    return f"{ms(entry) / baselines['copy']:,.0f} / {cell(ms(entry) / turn if turn else None, 1)}"
+
+
+def system_row(entry, titles, baselines):
     noise_free = {scale: noise_free_text(error(entry, scale=scale)) for scale in ("linear", "display")}
     by_eye = [psnr(entry, eye) for eye in EYES]
-    return [titles[entry["system"]], coding_name(entry), str(entry["width"] or "-"), cell(ms(entry), 1), cell(all_bytes(entry), 0), noise_free["linear"], noise_free["display"],
+    return [titles[entry["system"]], coding_name(entry), str(entry["width"] or "-"), cell(ms(entry), 1), cell(slowest_ms(entry), 1), times_text(entry, baselines), cell(all_bytes(entry), 0), noise_free["linear"], noise_free["display"],
             " / ".join(cell(value, 1) for value in by_eye), " / ".join(cell(entry["against_other_seed"][eye]["ssim"], 3) for eye in EYES),
-            cell(pooled_db(entry, lambda eye: eye["psnr_worst_percent_db"]), 1), cell(100 * mean(entry["gap_fraction"].values()), 2),
-            cell(pooled_db(entry, lambda eye: eye.get("gaps", {}).get("psnr_db")), 1), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3), cell(flicker_db(entry), 1)]
+            cell(worst_db(entry), 1), cell(100 * mean(entry["gap_fraction"].values()), 2), gaps_text(entry), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3), cell(flicker_db(entry), 1)]
 
 
-SYSTEM_HEAD = ["system", "coding", "columns", "ms a frame", "bytes a frame", "noise-free dB [95 %], linear", "the same, display", "PSNR left / right", "SSIM left / right", "worst 1 %, dB",
-               "gaps, %", "in gaps, dB", "FLIP", "flicker, dB"]
+SYSTEM_HEAD = ["system", "coding", "columns", "ms a frame", "99th percentiles, ms", "times a copy / v360", "bytes a frame", "noise-free dB [95 %], linear", "the same, display", "PSNR left / right", "SSIM left / right", "worst 1 %, noise-free dB",
+               "gaps, %", "in its own gaps, noise-free dB", "FLIP", "flicker, dB"]
 
 
 def systems_of(scene, result):
@@ -48,7 +71,7 @@ def systems_of(scene, result):
     ceiling = " / ".join(cell(ceiling_psnr(result, eye), 1) for eye in EYES)
     notes = (f"n = {n['frames']} frames x {n['seeds']} seeds, FLIP of the first {result['flip_pictures']} frames (truth beside truth {cell(result['flip_ceiling'], 3)}). Ceiling, truth beside truth: {ceiling} dB. "
              f"The same in the same run: a copy of both views {baselines['copy']:.3f} ms; FFmpeg's v360 of both, decoding apart, {turning}.")
-    return notes + "\n\n" + table(SYSTEM_HEAD, [system_row(entry, result["titles"]) for entry in result["systems"]])
+    return notes + "\n\n" + table(SYSTEM_HEAD, [system_row(entry, result["titles"], baselines) for entry in result["systems"]])
 
 
 def scene_row(scene, info):
@@ -70,14 +93,15 @@ def bytes_rows(sizes):
                 continue
             view, megabytes = views[row["codec"], row["crf"]], lambda of, track: of["bytes_a_frame"].get(track, 0) * FRAMES / 1e6
             ratio = row["bytes_a_frame"]["main"] / view["bytes_a_frame"]["main"]
-            theirs = paper.ratio(scene, row["crf"]) if row["codec"] == "h264" else None
+            theirs = paper.streams(scene, row["crf"]) if row["codec"] == "h264" else None
             yield [scene, row["source"], row["codec"], f"{row['crf']:g}", cell(megabytes(view, "main")), cell(megabytes(view, "small"), 3), cell(megabytes(row, "main")), cell(megabytes(row, "small"), 3),
-                   cell(ratio), cell(theirs), f"{view['samples']:.0f} / {row['samples']:.0f}"]
+                   cell(ratio), cell(row["ws_psnr_db"], 1), *([f"{size:g}" for size in theirs] + [cell(theirs[2] / theirs[0])] if theirs else ["-"] * 5), f"{view['samples']:.0f} / {row['samples']:.0f}"]
 
 
 def sizes_table(sizes):
     """Table 2."""
-    return table(["scene", "sphere", "codec", "CRF", f"perspective, MB per {FRAMES} frames", "its small stream", "sphere", "its small stream", "sphere / perspective", "the paper's", "samples a pixel"],
+    return table(["scene", "sphere", "codec", "CRF", f"perspective, MB per {FRAMES} frames", "its small stream", "sphere", "its small stream", "sphere / perspective",
+                  "WS-PSNR of coding alone, dB", "the paper's perspective, MB", "its small stream", "its sphere", "its small stream", "sphere / perspective", "samples a pixel"],
                  list(bytes_rows(sizes)), labels=3)
 
 
