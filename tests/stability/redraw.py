@@ -9,14 +9,12 @@ import math
 import pathlib
 import sys
 
-from run import THRESHOLDS, every_breaker
+from run import FEWEST_BAD, THRESHOLDS, every_breaker
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
 KEPT_SHARE = 0.8
 """Of what the map knew: what it must go on knowing."""
-FEWEST_BAD = 0.005
-"""Below so small a share of bad pixels a handful decides what the map knew of them."""
 
 
 def least_of(figures):

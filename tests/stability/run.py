@@ -29,6 +29,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 THRESHOLDS = HERE / "thresholds.json"
 SCORES = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps",
           "flagged_recall": "share of bad pixels that the map flags", "flagged_precision": "share of flagged pixels that are bad"}
+FEWEST_BAD = 0.005
+"""Below so small a share of bad pixels a handful decides what the map knew of them."""
 # Rendering waits for files and processes; two at once keep two cores busy.
 AT_ONCE = 2
 

@@ -9,7 +9,7 @@ from render_list import EYES
 
 from . import looks
 
-CHOSEN_PX = 0.25
+CHOSEN_PX, CODE_BITS = 0.25, 10
 
 
 def triangle_points(result):
@@ -17,7 +17,7 @@ def triangle_points(result):
 
 
 def bit_points(result):
-    return [(point["bits"], db(point), None) for point in result["depth_bits"] if point["bits"]]
+    return [(point["bits"], db(point), CHOSEN_PX if point["bits"] == CODE_BITS else None) for point in result["depth_bits"] if point["bits"]]
 
 
 def cell_points(result):
@@ -79,6 +79,6 @@ def draw_all(folder):
     for row in panels:
         row[0].set_ylabel("dB, both eyes")
     first = next(iter(results.values()))
-    looks.title(figure, looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice; blue: the knee.")
+    looks.title(figure, looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice, and the {CODE_BITS} bits of the depth code; blue: the knee.")
     looks.save(figure, folder / "parsimony")
     plt.close(figure)

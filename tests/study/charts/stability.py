@@ -3,6 +3,7 @@
 import math
 
 import matplotlib.pyplot as plt
+from experiments.stability import CEILING, FEWEST_BAD
 from found import load
 from matplotlib.lines import Line2D
 
@@ -11,10 +12,7 @@ from . import looks
 COLOURS = {"surface": "#145a32", "mesh": "#28b463", "splat": "#76d7c4", "gather": "#45b39d", "mesh-plain": "#b9770e", "lean": "#8e44ad", "sphere": "#7f8c8d",
            "paper": "#2e86c1"}
 TITLES = {"paper": "the paper's: surface from the left eye's sphere"}
-CEILING = "ceiling"
 ACROSS = 5
-LEAST_BAD = 0.005
-"""Below so small a share of bad pixels a handful decides what the map knew of them."""
 
 
 def draw_breaker(level, known, name, breaker):
@@ -27,7 +25,7 @@ def draw_breaker(level, known, name, breaker):
         is_ceiling = method == CEILING
         level.plot(at, [f["psnr_db"] for f in figures], color=colour, linewidth=1.3, marker="" if is_ceiling else "o", markersize=3, linestyle=(0, (4, 3)) if is_ceiling else "-")
         if not is_ceiling:
-            told = [f["flagged_recall"] if f["bad_share"] >= LEAST_BAD and f["flagged_recall"] is not None else math.nan for f in figures]
+            told = [f["flagged_recall"] if f["bad_share"] >= FEWEST_BAD and f["flagged_recall"] is not None else math.nan for f in figures]
             known.plot(at, [100 * share for share in told], color=colour, linewidth=1.1, marker="o", markersize=2.5)
     level.set_title(name, loc="left", fontsize=9)
     level.set_xticks(at, [])

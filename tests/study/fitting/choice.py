@@ -211,6 +211,6 @@ class Fit:
         measured = self.asked.samples_at(width)
         noise_db = self.measure.noise_db(by_scene(Fill()), width)
         wanted = samples_for(measured, noise_db, self.level)
-        self.why.append(f"noise of {measured} samples a pixel of the sphere, as measured: {noise_db:.2f} dB PSNR, which is not among the dB above; "
+        self.why.append(f"noise of {measured} samples a pixel of the sphere, as measured: {noise_db:.2f} dB, which are not among the dB above; "
                         f"as little as {self.level:g} dB takes {wanted}")
         return max(measured, wanted)

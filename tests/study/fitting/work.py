@@ -7,10 +7,14 @@ import math
 import os
 import pathlib
 
+import equistream as es
 import found
+import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
 from narrowed import made_once, narrow_sequence
+from noise_free import decibels
+from perceived import display, frames_of
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
@@ -193,6 +197,11 @@ class Point:
     entry: dict = dataclasses.field(compare=False, repr=False, default=None)
 
 
+def linear(file):
+    """A view, undone to light times exposure."""
+    return es.DisplayTransform().to_linear(display(file))
+
+
 class Measurer(Player):
     """Scores ways, each point once, and remembers what was tried in order."""
 
@@ -227,7 +236,7 @@ class Measurer(Player):
         return max(0.0, in_gaps), sum(eye["noise_free"]["linear"]["mean_square"] for eye in eyes)
 
     def noise_db(self, way, width):
-        """PSNR of one render's uncoded views beside the same without noise: two renders differ by twice its square."""
-        views = self.at(way, width, None).entry["views"]
-        eyes = self.work.compare(f"noise-{way.name}-{width}", *views, "--metrics", "psnr")["eyes"]
-        return found.together_psnr([eye["mean_square"] / 2 for eye in eyes.values()])
+        """What one render's uncoded views have of it, on linear values as the error is: two renders differ by twice its square."""
+        views = [self.work.folder / view for view in self.at(way, width, None).entry["views"]]
+        pairs = [pair for eye in render_list.EYES for pair in zip(*(frames_of(view / eye) for view in views), strict=True)]
+        return decibels(float(np.mean([np.mean((linear(one) - linear(other)) ** 2) / 2 for one, other in pairs])))

@@ -1,8 +1,7 @@
 """Where each method falls below the ceiling, whether its map knew, and what a late server costs: sections of tables.md."""
 
+from experiments.stability import CEILING
 from pages import cell, table
-
-CEILING = "ceiling"
 
 
 def methods_of(breakers):
