@@ -7,19 +7,10 @@ from pages import cell, table
 from parity_figures import matching, parity_of, rates_of
 from steps import write_whole
 
+from .conclusion import REFERENCES, SPHERE, fill, width_text
 from .related import parts as related_parts
 from .stability import parts as stability_parts
 from .systems import parts as system_parts
-
-SPHERE, REFERENCES = "centre", ("perspective", "pair")
-
-
-def width_text(row):
-    low, high = row["width_interval"]
-    if row["width"] is None and low is None:
-        return "none"
-    return f"{cell(row['width'], 0, 'none')} [{cell(low, 0)}, {cell(high, 0, 'wider')}]"
-
 
 def pixels_times(settings, width, reference):
     """Of a sphere and of what the reference renders, small streams a sixteenth as large along."""
@@ -60,8 +51,10 @@ def knee_rows(results):
 
 
 def write_tables(folder):
-    parts = system_parts(load(folder, "systems"), load(folder, "sizes"))
-    if parity := load(folder, "parity"):
+    systems, parity = load(folder, "systems"), load(folder, "parity")
+    fill(folder, systems, parity)
+    parts = system_parts(systems, load(folder, "sizes"))
+    if parity:
         parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):

@@ -58,7 +58,8 @@ def block_rows(results):
 def parts(results):
     if not results:
         return []
-    return ["## Related systems: layouts with as many pixels, left eye",
+    n = next(iter(results.values()))["layouts"][0]["n"]
+    return ["## Related systems: layouts with as many pixels, left eye", "n here and below = " + ", ".join(f"{count} {what}" for what, count in n.items()) + ".",
             table(["scene", "layout", "size", "uncoded, dB", "BD-rate, %", "BD, dB", "of the eye beyond it, %", "our lookup beside the client's, dB", "v360's, dB"],
                   list(layout_rows(results)), 3),
             "## Related systems: rows of the sphere",

@@ -4,6 +4,9 @@ from experiments.stability import CEILING
 from pages import cell, table
 
 
+N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
+
+
 def methods_of(breakers):
     names = dict.fromkeys(method for breaker in breakers.values() for method in breaker["falls"])
     return [name for name in names if name != CEILING]
@@ -45,8 +48,8 @@ def parts(stability, latency):
     found = []
     for result in stability.values():
         breakers, methods = result["breakers"], methods_of(result["breakers"])
-        found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
-                  "## What the reliability map knew at the last value: recall / precision, %, of so many % bad pixels", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
+        found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", N, table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
+                  "## What the reliability map knew at the last value: recall / precision, %, of so many % bad pixels", N, table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
     for result in latency.values():
         n = result["n"]
         sent = ", ".join(f"{title} {result['bytes_a_second'][method] / 1000:,.0f}" for method, title in result["titles"].items())
