@@ -68,7 +68,7 @@ def arguments():
                         help="samples a pixel of views, and of a sphere as dense as these in the middle (4); noise takes bytes")
     parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
-                        help="the widest sphere tried, in 2 pi f columns (1.41); narrower ones are filtered from it")
+                        help="the widest sphere tried, in 2 pi f columns (1.41); narrower ones are filtered from it or from the next")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
     options = parser.parse_args()
     options.info = scene_info(parser, options)

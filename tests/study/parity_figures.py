@@ -35,7 +35,7 @@ def interval_db(entry, eye, scale):
 
 def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None):
     """The least width whose sphere, coded at this CRF (None: uncoded), has `level` dB; of the ends of its intervals with end 0 or 1, of which an open upper
-    one reaches any. None: no width has."""
+    one reaches any, so that what is wider than the width before may do. None: no width has."""
     ws, ys = widths(entries, system), []
     for width in ws:
         entry = next(e for e in entries if e["system"] == system and e["width"] == width and e["crf"] == crf)
@@ -45,11 +45,13 @@ def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None
 
 
 def parity_of(result, which, system, reference, eye=None, scale="linear"):
-    """One row for each of the reference's qualities: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width. The
+    """One row for each of the reference's qualities that is known: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width. The
     width's interval is from a sphere at its best beside a reference at its worst to the opposite."""
     entries, rows = result[which], []
     for entry in of(entries, reference):
         level, (worst, best) = db(entry, eye, scale), interval_db(entry, eye, scale)
+        if level is None:
+            continue
         ends = [parity_width(entries, system, of_reference, entry["crf"], eye, scale, end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
         fewest = [(count, width) for width in widths(entries, system) if (count := bytes_for(points(of(entries, system, width), eye, scale), level))]
         least = min(fewest, default=(None, None))

@@ -32,7 +32,8 @@ class Parts(unittest.TestCase):
         for index in (in_parts.last, in_parts.first):
             in_parts.render_part(spec, index, index)
         folders = [work.folder / work.render(spec) for work in (in_parts, at_once)]
-        self.assertEqual([work.render_record(spec.name)["frames_rendered"] for work in (in_parts, at_once)], [0, 2 * PRESET.frames])  # each with a small one
+        self.assertEqual([work.render_record(f"render-{spec.name}")["frames_rendered"] for work in (in_parts, at_once)], [0, 2 * PRESET.frames])  # each with a small one
+        self.assertEqual(sum(record["paths"] for record in in_parts.render_records()), at_once.render_record(f"render-{spec.name}")["paths"])
         for eye in ("left", "small"):
             for one, other in zip(*(es.Sequence(folder / eye) for folder in folders), strict=True):
                 self.assertEqual(one.info.camera_pose, other.info.camera_pose)

@@ -8,6 +8,7 @@ not change when results do; each leaves its frames in a folder of its own (Scene
 
 import dataclasses
 import json
+import math
 
 import found
 import render_list
@@ -16,14 +17,22 @@ from steps import Failed, read_json, write_whole
 
 JOB_S = 3600
 """What a render job is meant to take."""
+LARGEST_ARRAY = 1000
+"""Of Slurm, unless its administrator allows more (MaxArraySize)."""
 ARRAY_SCRIPT = """#!/bin/sh
-# Every render of preset {preset}, one job each. All of it, one after the other:
-#   renders=$(sbatch --parsable {name}.sh); measured=$(sbatch --parsable --dependency=afterok:$renders {name}-measure.sh)
-#   sbatch --dependency=afterok:$measured --wrap 'equistream study --preset {preset} --charts only --out {out}'
+# Every render of preset {preset}, {each} of the {count} jobs a task. All of it, one after the other:
+#   renders=$(sbatch --parsable '{out}/{name}.sh')
+#   measured=$(sbatch --parsable --dependency=afterok:$renders '{out}/{name}-measure.sh')
+#   sbatch --dependency=afterok:$measured --wrap 'equistream study --preset {preset} --charts only --out "{out}"'
 #SBATCH --job-name={name}
 #SBATCH --array=0-{last}
 #SBATCH --time={minutes}
-exec equistream study --preset {preset} --job "$SLURM_ARRAY_TASK_ID" --out "{out}"
+job=$((SLURM_ARRAY_TASK_ID * {each}))
+end=$((job + {each}))
+while [ $job -lt $end ] && [ $job -lt {count} ]; do
+    equistream study --preset {preset} --job $job --out "{out}" || exit
+    job=$((job + 1))
+done
 """
 MEASURE_SCRIPT = """#!/bin/sh
 # What is measured of each scene, when all renders are there; last, what has scenes of its own.
@@ -108,6 +117,10 @@ def measuring_s(preset, scene, folder):
     return last["measuring_s"] * preset.frames / before["frames"] * pixels
 
 
+def of_scenes(preset):
+    return [experiment for experiment in OF_SCENES if experiment not in preset.left_out]
+
+
 def action(*words):
     return {"actions": {"onRun": {"command": "equistream", "args": ["study", *words, "--out", "{{Param.Out}}"]}}}
 
@@ -123,7 +136,7 @@ def template(preset, scenes, count):
             "parameterDefinitions": [{"name": "Out", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "INOUT"}],
             "steps": [{"name": "render", "parameterSpace": tasks("Job", "INT", f"0-{count - 1}"), "script": action(*start, "--job", "{{Task.Param.Job}}")},
                       {"name": "measure", "dependencies": [{"dependsOn": "render"}], "parameterSpace": tasks("Scene", "STRING", list(scenes)),
-                       "script": action(*start, "--scenes", "{{Task.Param.Scene}}", "--experiments", ",".join(OF_SCENES), "--charts", "none")},
+                       "script": action(*start, "--scenes", "{{Task.Param.Scene}}", "--experiments", ",".join(of_scenes(preset)), "--charts", "none")},
                       {"name": "generated", "script": action(*start, "--experiments", ",".join(OF_THEIR_OWN), "--charts", "none")},
                       {"name": "draw", "dependencies": [{"dependsOn": "measure"}, {"dependsOn": "generated"}], "script": action(*start, "--charts", "only")}]}
 
@@ -136,13 +149,15 @@ def clock(seconds):
 def write_plan(preset, scenes, measured, out):
     """The list, the scripts, and a table of what each scene takes."""
     jobs = all_jobs(preset, scenes, measured)
-    name = f"study-{preset.name}"
+    name, out = f"study-{preset.name}", out.resolve()
+    each = math.ceil(len(jobs) / LARGEST_ARRAY)
     longest = max(job.seconds for job in jobs)
     results = found.load(measured, "systems")
     measuring = {scene: measuring_s(preset, scene, measured) for scene in scenes}
-    write_whole(out / f"{name}.sh", ARRAY_SCRIPT.format(preset=preset.name, name=name, last=len(jobs) - 1, minutes=clock(2 * longest), out=out))
+    write_whole(out / f"{name}.sh", ARRAY_SCRIPT.format(preset=preset.name, name=name, each=each, count=len(jobs), last=math.ceil(len(jobs) / each) - 1, minutes=clock(2 * each * longest),
+                                                         out=out))
     write_whole(out / f"{name}-measure.sh", MEASURE_SCRIPT.format(preset=preset.name, name=name, last=len(scenes), minutes=clock(2 * max(measuring.values())), scenes=" ".join(scenes),
-                                                                  of_scenes=",".join(OF_SCENES), generated=",".join(OF_THEIR_OWN), out=out))
+                                                                  of_scenes=",".join(of_scenes(preset)), generated=",".join(OF_THEIR_OWN), out=out))
     write_whole(jobs_file(preset, out), json.dumps([{"scene": job.scene, "render": job.render.name, "first": job.first, "last": job.last, "seconds": round(job.seconds, 1)}
                                                     for job in jobs], indent=0) + "\n")
     write_whole(out / f"{name}.template.json", json.dumps(template(preset, scenes, len(jobs)), indent=1) + "\n")

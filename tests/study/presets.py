@@ -47,7 +47,7 @@ class Preset:
     """Those of them that every system is given."""
     eye_samples: int
     sphere_samples: int
-    """A pixel of sphere_width, each seed."""
+    """A pixel of those that are rendered and not filtered, each seed."""
     bytes_samples: int
     """A pixel of sphere_width of all seeds together where only bytes are asked for, which depend on noise."""
     eye_bytes_samples: int

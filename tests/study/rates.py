@@ -40,7 +40,7 @@ def bd_rate_percent(anchor, tested):
 
 
 def bd_db(anchor, tested):
-    """How many dB more `tested` has for the same bytes; None as bd_rate_percent, or where both have fewer bytes than LEAST_SHARED_TIMES apart."""
+    """How many dB more `tested` has for the same bytes; None without enough points, or where the most bytes that both curves have are less than LEAST_SHARED_TIMES the least."""
     a, b = curve(anchor), curve(tested)
     if min(len(a), len(b)) < FEWEST_POINTS:
         return None

@@ -23,6 +23,12 @@ class Rates(unittest.TestCase):
     def test_curves_that_share_no_decibels_have_no_rate(self):
         self.assertIsNone(rates.bd_rate_percent(straight(), straight(offset_db=100)))
 
+    def test_curves_that_share_too_little_have_no_rate(self):
+        self.assertIsNotNone(rates.bd_rate_percent(straight(), straight(offset_db=22)))
+        self.assertIsNone(rates.bd_rate_percent(straight(), straight(offset_db=23.5)))
+        self.assertIsNotNone(rates.bd_db(straight(), straight(gain=7)))
+        self.assertIsNone(rates.bd_db(straight(), straight(gain=9)))
+
     def test_three_points_are_too_few(self):
         self.assertIsNone(rates.bd_rate_percent(straight()[:3], straight()))
 
@@ -38,6 +44,7 @@ class Rates(unittest.TestCase):
         self.assertAlmostEqual(rates.crossing((640, 1280, 2560), (20.0, 30.0, 32.0), 25), 640 * math.sqrt(2))
         self.assertIsNone(rates.crossing((640, 1280), (20.0, 24.0), 25))
         self.assertEqual(rates.crossing((640, 1280), (26.0, 27.0), 25), 640)
+        self.assertAlmostEqual(rates.crossing((640, 1280), (20.0, math.inf), 25), 640)
 
 
 if __name__ == "__main__":

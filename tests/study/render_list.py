@@ -92,8 +92,10 @@ def every_render(preset):
                     yield narrow_sphere(preset, place, seed, width)
         if preset.widest.width > preset.sphere_width:
             yield widest_sphere(preset, "centre", seed)
-    yield perspective(preset, BYTES_SEED, further_samples(preset.eye_bytes_samples, preset.eye_samples), f"perspective-{BYTES_SEED}")
-    yield wide_sphere(preset, "left", BYTES_SEED, further_samples(preset.bytes_samples, preset.sphere_samples), f"sphere-left-{BYTES_SEED}")
+    if further := further_samples(preset.eye_bytes_samples, preset.eye_samples):
+        yield perspective(preset, BYTES_SEED, further, f"perspective-{BYTES_SEED}")
+    if further := further_samples(preset.bytes_samples, preset.sphere_samples):
+        yield wide_sphere(preset, "left", BYTES_SEED, further, f"sphere-left-{BYTES_SEED}")
     for lock in ("world", "path"):
         yield locked_sphere(preset, lock)
     for samples in preset.samples_swept:

@@ -58,13 +58,14 @@ class SceneWork:
         out = f"renders/{spec.name}"
         frames = f"{self.first}-{self.first + spec.frames - 1}" if spec.frames else self.frames
         self.gather(spec)
-        self.steps.run(f"render-{spec.name}", "render", self.description, "--frames", frames, *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
+        with self.steps.keeping(f"render-{spec.name}", lambda report: json.loads(report)["frames_rendered"] > 0):
+            self.steps.run(f"render-{spec.name}", "render", self.description, "--frames", frames, *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
         return out
 
     def render_part(self, spec, first, last):
         """Some of its frames, in a folder of their own: no two programs write to one sequence. render() finds them."""
         out = f"parts/{spec.name}/{first:06}-{last:06}"
-        self.steps.run(f"part-{spec.name}-{first}-{last}", "render", self.description, "--frames", f"{first}-{last}", *spec.words(), "--progress", "none", "--out", out, fresh=out)
+        self.steps.run(f"part-{spec.name}-{first}-{last}", "render", self.description, "--frames", f"{first}-{last}", *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
         return out
 
     def gather(self, spec):
@@ -77,13 +78,14 @@ class SceneWork:
                     if not (whole / file.name).exists():
                         os.link(file, whole / file.name)
 
-    def render_record(self, name):
-        record = json.loads((self.folder / f"steps/render-{name}.json").read_text())
-        return {**record, **json.loads(self.steps.output_of(f"render-{name}"))}
+    def render_record(self, step):
+        """What render() or render_part() left of it: `step` is render-NAME or part-NAME-FIRST-LAST."""
+        record = json.loads((self.folder / f"steps/{step}.json").read_text())
+        return {**record, **json.loads(self.steps.output_of(step))}
 
     def render_records(self):
-        names = sorted(file.stem.removeprefix("render-") for file in (self.folder / "steps").glob("render-*.json"))
-        return [{"name": name, **self.render_record(name)} for name in names]
+        steps = sorted(file.stem for kind in ("render", "part") for file in (self.folder / "steps").glob(f"{kind}-*.json"))
+        return [{"name": step.removeprefix("render-"), **self.render_record(step)} for step in steps]
 
     def measuring_s(self):
         """Of all steps so far but renders."""
@@ -104,7 +106,7 @@ class SceneWork:
         return f"renders/truth-{seed}"
 
     def sphere(self, place, width, seed):
-        """Of this width: filtered from the wide one where that is a whole number of times as wide, and the widest where there is only that."""
+        """Of this width: filtered from the wide one where that is a whole number of times as wide, else rendered, and the widest where there is only that."""
         if width > self.preset.sphere_width:
             return self.render(render_list.widest_sphere(self.preset, place, seed))
         if not self.preset.is_filtered(width):

@@ -3,6 +3,7 @@
 A record is steps/NAME.json in the work folder. A step whose command has changed, or whose input has since, runs again.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -108,6 +109,16 @@ class Steps:
                   "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
         write_whole(file, json.dumps(record, indent=1) + "\n")
         return record
+
+    @contextlib.contextmanager
+    def keeping(self, name, made_something):
+        """What was recorded of a step stays, where running it again makes nothing: made_something(its output) says so."""
+        file = self.work / "steps" / f"{name}.json"
+        before = (file.read_text(), self.output_of(name)) if file.exists() else None
+        yield
+        if before and before[0] != file.read_text() and not made_something(self.output_of(name)):
+            write_whole(file.with_suffix(".out"), before[1])
+            write_whole(file, before[0])
 
     def output_of(self, name):
         return (self.work / "steps" / f"{name}.out").read_text()

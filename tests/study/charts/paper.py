@@ -61,7 +61,7 @@ def draw_quality(results, file):
     figure, panels = panels_of(results, len(rows), 2.1)
     for column, result in enumerate(results.values()):
         for row, (measure, eye) in enumerate(rows):
-            axes, (value, ceiling, below) = panels[row][column], MEASURES[measure]
+            axes, (value, ceiling, _) = panels[row][column], MEASURES[measure]
             for i, crf in enumerate(crfs):
                 found = entries(result, crf)
                 axes.bar(np.arange(len(found)) + 0.38 * (i - 0.5), [value(entry, eye) for entry in found.values()], width=0.36, color=("#2e86c1", "#85c1e9")[i % 2], label=f"CRF {crf:g}")
@@ -69,7 +69,8 @@ def draw_quality(results, file):
             if ceiling:
                 looks.level(axes, ceiling(result, eye), "truth against truth")
             panels[row][0].set_ylabel(f"{measure}, {eye} eye", fontsize=8.5)
-            axes.set_ylim(bottom=min(v for bar in axes.containers for v in bar.datavalues) - below)
+    for row, (measure, _) in zip(panels, rows):
+        row[0].set_ylim(bottom=min(value for axes in row for bars in axes.containers for value in bars.datavalues) - MEASURES[measure][2])
     looks.legend_beside(panels[0][-1])
     finish(figure, results, "The paper's Figures 7 and 8, ours.", file)
 

@@ -38,7 +38,9 @@ def draw_widths(axes, result, accuracy):
         levels = [accuracy(next(e for e in entries if e["system"] == SYSTEM and e["width"] == w and e["crf"] == crf)) for w in ws]
         axes.plot(ws, levels, color=colour, marker="o", markersize=4, linewidth=1.3, label=f"CRF {crf:g}")
         reference = next(e for e in entries if e["system"] == REFERENCE and e["crf"] == crf)
-        axes.axhline(accuracy(reference), color=colour, linewidth=1, linestyle=(0, (4, 3)))
+        if (level := accuracy(reference)) is None:
+            continue
+        axes.axhline(level, color=colour, linewidth=1, linestyle=(0, (4, 3)))
         if accuracy is db and (width := parity_width(entries, SYSTEM, db(reference), crf)) is not None:
             axes.plot([width], [db(reference)], marker="x", color=colour, markersize=9, markeredgewidth=2)
     uncoded = [e for e in entries if e["system"] == SYSTEM and e["crf"] is None]

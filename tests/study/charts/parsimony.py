@@ -73,7 +73,7 @@ def draw_all(folder):
         for row, (label, points) in enumerate(AXES.items()):
             draw_panel(panels[row][column], points(result), without(result, label))
             panels[row][column].set_xlabel(label, fontsize=8)
-            if result["scene"] in systems:
+            if result["scene"] in systems and points is not sample_points:
                 looks.ceiling_note(panels[row][column], ceiling_psnr(systems[result["scene"]]))
         draw_depths(panels[-1][column], result)
     for row in panels:

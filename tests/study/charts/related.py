@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 from found import ceiling_psnr, db, load
+from render_list import EYES
 
 from . import looks
 
@@ -108,7 +109,7 @@ def draw_all(folder):
             draw(row[column], result)
             row[0].set_ylabel(label)
             if "dB" in label and result["scene"] in systems:
-                looks.ceiling_note(row[column], ceiling_psnr(systems[result["scene"]]))
+                looks.ceiling_note(row[column], ceiling_psnr(systems[result["scene"]], next((eye for eye in EYES if label.startswith(eye)), None)))
     for row in panels:
         looks.legend_beside(row[-1])
     first = next(iter(results.values()))

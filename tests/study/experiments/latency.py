@@ -31,15 +31,17 @@ class Way:
     title: str
     words: tuple
     streams: tuple = (("spheres", ("left", "right")),)
+    tracks: tuple = ("main",)
+    """That it takes of them."""
 
 
 def of_views(name):
     return tuple((f"{name}-{eye}", (eye,)) for eye in ("left", "right"))
 
 
-WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json")),
-        "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream")),
-        "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0")),
+WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json"), tracks=("main", "motion")),
+        "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream"), tracks=("main", "depth", "motion")),
+        "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0"), tracks=("main", "depth")),
         "sphere": Way("turned only", ("--method", "sphere")),
         "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("views")),
         "wide-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("wide-views")),
@@ -70,12 +72,12 @@ def make_inputs(work, seconds):
               fresh="frames")
     steps.run("truth", "render", "scene/motion.json", *head, "--fps", REFRESH_HZ, "--frames", f"{round(FIRST_S * REFRESH_HZ)}-{last}", "--size", EYES, "--fov", FOV_DEG, "--spp", 16,
               *quiet, "--out", "truth", fresh="truth")
-    steps.run("encode", "encode", "frames", "--out", "spheres.mp4", "--crf", 16, "--depth", "auto", "--motion", "auto", "--progress", "none")
+    steps.run("encode-spheres", "encode", "frames", "--out", "spheres.mp4", "--crf", 16, "--depth", "auto", "--motion", "auto", "--json", "--progress", "none")
     for name, size, fov_deg in (("views", EYES, FOV_DEG), ("wide-views", wide_size(), WIDE_FOV_DEG)):
         steps.run(name, "render", "scene/motion.json", *head, "--fps", FRAMES_HZ, "--frames", f"0-{last}", "--size", size, "--fov", fov_deg, "--spp", 4, "--seed", 2, "--aovs", "none",
-                  *quiet, "--out", name, fresh=name)
+                  *quiet, "--out", f"rendered/{name}", fresh=f"rendered/{name}")
         for eye in ("left", "right"):
-            steps.run(f"encode-{name}-{eye}", "encode", f"{name}/{eye}", "--out", f"{name}-{eye}.mp4", "--crf", 16, "--progress", "none")
+            steps.run(f"encode-{name}-{eye}", "encode", f"rendered/{name}/{eye}", "--out", f"{name}-{eye}.mp4", "--crf", 16, "--json", "--progress", "none")
     return f"{round(FIRST_S * REFRESH_HZ)}-{last}"
 
 
@@ -99,9 +101,13 @@ def score(work, method, network, scored):
             **{key: viewing[key] for key in ("age_ms", "error_deg", "unreprojected_error_deg") if key in viewing}}
 
 
-def bytes_a_second(work, method, seconds):
-    """Of all tracks."""
-    return sum((work.folder / f"{stream}.mp4").stat().st_size for stream, _ in WAYS[method].streams) / seconds
+def bytes_a_second(work, method):
+    """Of the tracks that it takes."""
+    found = 0
+    for stream, _ in WAYS[method].streams:
+        report = json.loads(work.steps.output_of(f"encode-{stream}"))
+        found += sum(track["bytes"] / track["pictures"] * FRAMES_HZ for track in report["tracks"] if track["name"] in WAYS[method].tracks)
+    return found
 
 
 def run(work):
@@ -115,4 +121,4 @@ def run(work):
         chosen = ended if work.preset.every_value else (ended[0], ended[-1])
         sweeps[label] = {f"{value:g}": [score(work, method, network.format(value), scored) for method in methods] for value in chosen}
     return {"n": {"refreshes": scored, "refresh_hz": REFRESH_HZ, "frames_hz": FRAMES_HZ, "seconds": seconds}, "titles": {method: WAYS[method].title for method in methods},
-            "bytes_a_second": {method: bytes_a_second(work, method, seconds) for method in methods}, "sweeps": sweeps}
+            "bytes_a_second": {method: bytes_a_second(work, method) for method in methods}, "sweeps": sweeps}

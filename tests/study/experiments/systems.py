@@ -136,19 +136,29 @@ class Player:
 STAGES = ("decode", "convert", "depth", "reproject", "fill")
 
 
-def stage_ms(played, stage):
+def stage_ms(milliseconds, stage):
     """A frame, both eyes: the mean of decoding, which comes in bursts, and of other stages the median, which leaves out what else the machine did."""
-    times = played["milliseconds"].get(stage)
+    times = milliseconds.get(stage)
     return times["mean" if stage in ("decode", "convert") else "p50"] if times else 0.0
+
+
+def client_ms(sources, stage):
+    """Of all sources that a system plays."""
+    return sum(stage_ms(milliseconds, stage) for milliseconds in sources)
+
+
+def faster(runs):
+    """Of the seeds' runs, each the `milliseconds` of every source."""
+    return min(runs, key=lambda sources: sum(client_ms(sources, stage) for stage in STAGES))
 
 
 def cost(said):
     """Bytes a frame of each track, mean of the seeds, and milliseconds a frame of each stage, of the faster seed's run; sources of a system add up. All times of
     all runs, with their percentiles, stand beside it."""
-    runs = [{stage: sum(stage_ms(played, stage) for played in sources) for stage in STAGES} for sources in said]
-    fastest = min(runs, key=lambda run: sum(run.values()))
+    runs = [[played["milliseconds"] for played in sources] for sources in said]
+    best = faster(runs)
     commands = [[played.get("encoded", {}).get("command"), played["command"]] for played in said[0]]
-    found = {"ms": fastest, "milliseconds": [[played["milliseconds"] for played in sources] for sources in said], "commands": [[word for word in pair if word] for pair in commands],
+    found = {"ms": {stage: client_ms(best, stage) for stage in STAGES}, "milliseconds": runs, "commands": [[word for word in pair if word] for pair in commands],
              "gap_fraction": {eye: played["eyes"][eye]["gap_fraction"] for played, eye in zip((said[0][0], said[0][-1]), ("left", "right"))}}
     if "encoded" in said[0][0]:
         tracks = {}

@@ -65,9 +65,9 @@ class Asked:
         return self.widths[self.widths.index(width) % 2]
 
     def samples_at(self, width):
-        """A pixel: a sphere that is rendered has as many in all as one that matches."""
-        rendered = self.rendered_width(width)
-        return max(1, round(self.samples * (self.matching / rendered) ** 2)) * (rendered // width) ** 2
+        """A pixel: every sphere has as many in all as one that matches, or as the widest with one a pixel."""
+        widest, rendered = self.widths[0], self.rendered_width(width)
+        return max(1, round(self.samples * (self.matching / widest) ** 2)) * (1 if rendered == widest else 2) * (rendered // width) ** 2
 
 
 def files_of(description):

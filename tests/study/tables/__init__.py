@@ -12,6 +12,7 @@ from .related import parts as related_parts
 from .stability import parts as stability_parts
 from .systems import parts as system_parts
 
+
 def pixels_times(settings, width, reference):
     """Of a sphere and of what the reference renders, small streams a sixteenth as large along."""
     width_px, height_px = settings["eye"]
@@ -22,9 +23,9 @@ def pixels_times(settings, width, reference):
 def parity_rows(results):
     for scene, result in results.items():
         for reference in REFERENCES:
-            for row in parity_of(result, "first", SPHERE, reference):
+            for row, on_display in zip(parity_of(result, "first", SPHERE, reference), parity_of(result, "first", SPHERE, reference, scale="display")):
                 width, fewest = row["width"], row["fewest_bytes_width"]
-                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), cell(row["fewest_bytes"], 0),
+                yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), width_text(on_display), cell(row["fewest_bytes"], 0),
                        str(fewest or "-"), cell(row["bytes_ratio"]), cell(fewest and pixels_times(result["settings"], fewest, reference))]
 
 
@@ -55,7 +56,7 @@ def write_tables(folder):
     fill(folder, systems, parity)
     parts = system_parts(systems, load(folder, "sizes"))
     if parity:
-        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
+        parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
         parts += ["## The knee", counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds, one of each number of samples"), table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]

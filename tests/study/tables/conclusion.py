@@ -48,7 +48,8 @@ def parity_table(results):
 
 
 def fill(folder, systems, parity):
-    page = folder.with_name(folder.name + ".md")
+    folder = folder.resolve()
+    page = folder.with_name(f"{folder.name}.md")
     if not page.exists():
         return
     before = text = page.read_text()

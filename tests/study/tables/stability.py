@@ -53,7 +53,7 @@ def parts(stability, latency):
     for result in latency.values():
         n = result["n"]
         sent = ", ".join(f"{title} {result['bytes_a_second'][method] / 1000:,.0f}" for method, title in result["titles"].items())
-        found += [f"## A late server: dB of all refreshes (of the worst), refreshes {n['refreshes']} at {n['refresh_hz']} Hz, both eyes", f"kB a second, all tracks: {sent}.",
+        found += [f"## A late server: dB of all refreshes (of the worst), refreshes {n['refreshes']} at {n['refresh_hz']} Hz, both eyes", f"kB a second, of the tracks that each takes: {sent}.",
                   table(["network", "value", *result["titles"].values(), "age of frames, ms", "off as frames come, degrees", "off as foretold, degrees"],
                         list(latency_rows(result["sweeps"], result["titles"])))]
     return found
