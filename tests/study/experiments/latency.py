@@ -106,7 +106,7 @@ def bytes_a_second(work, method):
     found = 0
     for stream, _ in WAYS[method].streams:
         report = json.loads(work.steps.output_of(f"encode-{stream}"))
-        found += sum(track["bytes"] / track["pictures"] * FRAMES_HZ for track in report["tracks"] if track["name"] in WAYS[method].tracks)
+        found += sum(track["bytes_per_frame"] * FRAMES_HZ for track in report["tracks"] if track["name"] in WAYS[method].tracks)
     return found
 
 
