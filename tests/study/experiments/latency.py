@@ -39,8 +39,8 @@ def of_views(name):
     return tuple((f"{name}-{eye}", (eye,)) for eye in ("left", "right"))
 
 
-WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json"), tracks=("main", "motion")),
-        "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream"), tracks=("main", "depth", "motion")),
+WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json")),
+        "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream"), tracks=("main", "depth")),
         "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0"), tracks=("main", "depth")),
         "sphere": Way("turned only", ("--method", "sphere")),
         "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("views")),
