@@ -10,6 +10,8 @@ from render_list import EYES
 from . import looks
 
 CHOSEN_PX, CODE_BITS = 0.25, 10
+LEAST_SPAN_DB = 0.1
+"""Of a panel: what is less is no difference."""
 
 
 def triangle_points(result):
@@ -42,6 +44,9 @@ def draw_panel(axes, points, best):
     axes.axvline(bend, color="#2e86c1", linewidth=1, linestyle=(0, (3, 3)))
     if best is not None:
         looks.level(axes, best, f"without: {best:.2f} dB")
+    low, high = axes.get_ylim()
+    if high - low < LEAST_SPAN_DB:
+        axes.set_ylim((low + high - LEAST_SPAN_DB) / 2, (low + high + LEAST_SPAN_DB) / 2)
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)
 
