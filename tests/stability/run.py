@@ -41,7 +41,7 @@ def value_text(value):
 
 def measure(program, folder, breaker, value, kept=None):
     """Figures of one value; those that `kept`, a folder, has are not measured again."""
-    file = kept and kept / f"{breaker.name} {value:g}.json"
+    file = kept and kept / f"{breaker.name} {value_text(value)}.json"
     if file and file.exists():
         return json.loads(file.read_text())
     figures = measured(program, folder, breaker, value)

@@ -11,6 +11,10 @@ from presets import matching_width
 from rates import bd_db, bd_rate_percent, bytes_for, crossing
 
 
+SPHERE, REFERENCES = "centre", {"perspective": "perspective view, the other eye reprojected", "pair": "both eyes rendered"}
+"""The sphere that is put beside views, and those, by name (experiments/parity.py)."""
+
+
 def matching(settings):
     return matching_width(settings["eye"], settings["fov_deg"])
 

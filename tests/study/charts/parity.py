@@ -2,12 +2,12 @@
 
 import matplotlib.pyplot as plt
 from found import db, load, psnr, together_psnr
-from parity_figures import matching, of, parity_width, points, widths
+from parity_figures import REFERENCES, SPHERE, matching, of, parity_width, points, widths
 from render_list import EYES
 
 from . import looks
 
-SYSTEM, REFERENCE = "centre", "perspective"
+REFERENCE = "perspective"
 
 
 def quality_colours(qualities):
@@ -34,16 +34,16 @@ def draw_widths(axes, result, accuracy):
     entries = result["first"]
     qualities = sorted({entry["crf"] for entry in entries if entry["crf"] is not None})
     for crf, colour in quality_colours(qualities).items():
-        ws = widths(entries, SYSTEM)
-        levels = [accuracy(next(e for e in entries if e["system"] == SYSTEM and e["width"] == w and e["crf"] == crf)) for w in ws]
+        ws = widths(entries, SPHERE)
+        levels = [accuracy(next(e for e in entries if e["system"] == SPHERE and e["width"] == w and e["crf"] == crf)) for w in ws]
         axes.plot(ws, levels, color=colour, marker="o", markersize=4, linewidth=1.3, label=f"CRF {crf:g}")
         reference = next(e for e in entries if e["system"] == REFERENCE and e["crf"] == crf)
         if (level := accuracy(reference)) is None:
             continue
         axes.axhline(level, color=colour, linewidth=1, linestyle=(0, (4, 3)))
-        if accuracy is db and (width := parity_width(entries, SYSTEM, db(reference), crf)) is not None:
+        if accuracy is db and (width := parity_width(entries, SPHERE, db(reference), crf)) is not None:
             axes.plot([width], [db(reference)], marker="x", color=colour, markersize=9, markeredgewidth=2)
-    uncoded = [e for e in entries if e["system"] == SYSTEM and e["crf"] is None]
+    uncoded = [e for e in entries if e["system"] == SPHERE and e["crf"] is None]
     axes.plot([e["width"] for e in uncoded], [accuracy(e) for e in uncoded], color="#555555", linewidth=1, marker="*", label="uncoded")
     axes.axvline(matching(result["settings"]), color="#bbbbbb", linewidth=1)
     draw_ceiling(axes, result["ceiling"]["first"], accuracy)
@@ -54,11 +54,11 @@ def draw_widths(axes, result, accuracy):
 def draw_bytes(axes, result):
     """Of each width, all the preset's frames."""
     entries = result["all"]
-    for width, colour in quality_colours(widths(entries, SYSTEM)).items():
-        axes.plot(*zip(*sorted(points(of(entries, SYSTEM, width)))), color=colour, marker="o", markersize=4, linewidth=1.3, label=f"sphere, {width} columns")
-    for system, style in ((REFERENCE, "-"), ("pair", ":")):
+    for width, colour in quality_colours(widths(entries, SPHERE)).items():
+        axes.plot(*zip(*sorted(points(of(entries, SPHERE, width)))), color=colour, marker="o", markersize=4, linewidth=1.3, label=f"sphere, {width} columns")
+    for (system, title), style in zip(REFERENCES.items(), ("-", ":")):
         axes.plot(*zip(*sorted(points(of(entries, system)))), color=looks.COLOURS[system], linestyle=style, marker="s", markersize=4, linewidth=1.6,
-                  label="perspective view, the other eye reprojected" if system == REFERENCE else "both eyes rendered")
+                  label=title)
     draw_ceiling(axes, result["ceiling"]["all"], db)
     axes.set_xscale("log")
     looks.log_axis(axes.xaxis)

@@ -81,10 +81,10 @@ def make_inputs(work, seconds):
     return f"{round(FIRST_S * REFRESH_HZ)}-{last}"
 
 
-def seen(work, way, stream, eyes, network, scored):
+def seen(work, method, stream, eyes, network, scored):
     """Of one stream: how `eyes` compare with the truth, what `play` said of the viewing, and the command."""
-    name = "-".join([*way.words, stream, network]).replace("--", "").replace("=", "-").replace(",", "-").replace(":", "-").replace("/", "-")
-    record = work.steps.run(f"play-{name}", "play", f"{stream}.mp4", *way.words, "--fill", "pushpull", "--head", "head.csv",
+    name = f"{method}-{stream}-{network}".replace("=", "-").replace(",", "-").replace(":", "-")
+    record = work.steps.run(f"play-{name}", "play", f"{stream}.mp4", *WAYS[method].words, "--fill", "pushpull", "--head", "head.csv",
                             "--refresh", REFRESH_HZ, "--network", network, "--size", EYES, "--fov", FOV_DEG, "--progress", "none", "--out", f"views/{name}")
     work.steps.run(f"compare-{name}", "compare", f"views/{name}", "truth", "--frames", scored, "--eyes", ",".join(eyes), "--metrics", "psnr", "--progress", "none",
                    "--out", f"scores/{name}.json")
@@ -94,7 +94,7 @@ def seen(work, way, stream, eyes, network, scored):
 
 def score(work, method, network, scored):
     """dB of both eyes over all refreshes, and of the worst; degrees by which the head's pose and, in a plain remote renderer, the picture's was off."""
-    found = [seen(work, WAYS[method], stream, eyes, network, scored) for stream, eyes in WAYS[method].streams]
+    found = [seen(work, method, stream, eyes, network, scored) for stream, eyes in WAYS[method].streams]
     eyes, viewing = [eye for by_eye, _, _ in found for eye in by_eye.values()], found[0][1]
     return {"method": method, "network": network, "commands": [command for _, _, command in found], "psnr_db": together_psnr([eye["mean_square"] for eye in eyes]),
             "worst_refresh_db": min(frame["psnr_db"] for eye in eyes for frame in eye["per_frame"]),

@@ -4,10 +4,10 @@ from charts.parsimony import AXES
 from found import load
 from knee import CLOSE_DB, knee, least_within
 from pages import cell, table
-from parity_figures import matching, parity_of, rates_of
+from parity_figures import REFERENCES, SPHERE, matching, parity_of, rates_of
 from steps import write_whole
 
-from .conclusion import REFERENCES, SPHERE, fill, width_text
+from .conclusion import fill, width_text
 from .related import parts as related_parts
 from .stability import parts as stability_parts
 from .systems import parts as system_parts

@@ -2,11 +2,10 @@
 
 from found import all_bytes, db, ms
 from pages import cell, place, table
-from parity_figures import matching, parity_of
+from parity_figures import REFERENCES, SPHERE, matching, parity_of
 from steps import write_whole
 
 CODING = ("h264", 24)
-SPHERE, REFERENCES = "centre", {"perspective": "perspective view, the other eye reprojected", "pair": "both eyes rendered"}
 
 
 def coded(entries, system, width):

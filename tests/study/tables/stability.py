@@ -3,7 +3,6 @@
 from experiments.stability import CEILING
 from pages import cell, table
 
-
 N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
 
 
