@@ -13,7 +13,7 @@ import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
 from narrowed import made_once, narrow_sequence
-from noise_free import decibels
+from noise_free import decibels, gap_error
 from perceived import display, frames_of
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
@@ -230,10 +230,7 @@ class Measurer(Player):
 
     @staticmethod
     def gap_error(point):
-        """What lies in what the source did not see, and all of a point's error: mean squares of both eyes together. An eye without gaps says nothing of them."""
-        eyes = point.entry["noise_free"].values()
-        in_gaps = sum(eye["gaps"]["fraction"] * eye["gaps"]["noise_free"]["linear"]["mean_square"] for eye in eyes if "gaps" in eye)
-        return max(0.0, in_gaps), sum(eye["noise_free"]["linear"]["mean_square"] for eye in eyes)
+        return gap_error(point.entry["noise_free"])
 
     def noise_db(self, way, width):
         """What one render's uncoded views have of it, on linear values as the error is: two renders differ by twice its square."""

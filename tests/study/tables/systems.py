@@ -2,7 +2,7 @@
 
 from experiments.systems import STAGES, faster
 from found import all_bytes, ceiling_psnr, coding_name, error, ms, psnr
-from noise_free import decibels, together
+from noise_free import decibels, gap_error, together
 from pages import cell, noise_free_short, noise_free_text, table
 from render_list import EYES
 
@@ -32,6 +32,12 @@ def gaps_text(entry):
     return noise_free_short(together([pooled]))
 
 
+def gap_share_text(entry):
+    """Of the error, in per cent."""
+    in_gaps, whole = gap_error(entry["noise_free"])
+    return f"{100 * in_gaps / whole:.1f}" if in_gaps and whole > 0 else "-"
+
+
 def slowest_ms(entry):
     """All stages' 99th percentiles added, of the faster run (experiments/systems.py)."""
     if not entry["codec"]:
@@ -57,11 +63,11 @@ def system_row(entry, titles, baselines):
     by_eye = [psnr(entry, eye) for eye in EYES]
     return [titles[entry["system"]], coding_name(entry), str(entry["width"] or "-"), cell(ms(entry), 1), cell(slowest_ms(entry), 1), times_text(entry, baselines), cell(all_bytes(entry), 0), noise_free["linear"], noise_free["display"],
             " / ".join(cell(value, 1) for value in by_eye), " / ".join(cell(entry["against_other_seed"][eye]["ssim"], 3) for eye in EYES),
-            cell(worst_db(entry), 1), cell(100 * mean(entry["gap_fraction"].values()), 2), gaps_text(entry), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3), cell(flicker_db(entry), 1)]
+            cell(worst_db(entry), 1), cell(100 * mean(entry["gap_fraction"].values()), 2), gaps_text(entry), gap_share_text(entry), cell(mean([entry["perceived"][eye]["flip"] for eye in EYES]), 3), cell(flicker_db(entry), 1)]
 
 
 SYSTEM_HEAD = ["system", "coding", "columns", "ms a frame", "99th percentiles, ms", "times a copy / v360", "bytes a frame", "noise-free dB [95 %], linear", "the same, display", "PSNR left / right", "SSIM left / right", "worst 1 %, noise-free dB",
-               "gaps, %", "in its own gaps, noise-free dB", "FLIP", "flicker, dB"]
+               "gaps, %", "in its own gaps, noise-free dB", "of the error in gaps, %", "FLIP", "flicker, dB"]
 
 
 def systems_of(scene, result):
