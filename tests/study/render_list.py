@@ -9,6 +9,7 @@ PLACES = ("left", "centre", "right")
 BYTES_SEED, SAMPLES_SEED = 3, 11
 LOCK_SAMPLES = 16
 """A pixel: two streams are compared with each other alone."""
+DEPTH, WITH_MIRRORS = (("--aovs", aovs) for aovs in ("depth", "depth,specular,virtual"))
 
 
 def size_text(size):
@@ -26,7 +27,7 @@ class Render:
     small: bool = False
     fov_deg: float = 0
     """Of a perspective view; 0: a sphere."""
-    options: tuple = ("--aovs", "depth")
+    options: tuple = DEPTH
     frames: int = 0
     """Of the first ones; 0: all the preset's."""
 
@@ -65,6 +66,16 @@ def widest_sphere(preset, place, seed):
     return Render(f"widest-{place}-{seed}", seed, widest.samples, (widest.width, widest.width // 2), place, small=True, frames=widest.frames)
 
 
+def geometry(name, place, seed, width, small, options):
+    """Of the pixel centres of a sphere whose colours come from elsewhere (narrowed.py)."""
+    return Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small=small, options=options)
+
+
+def eyes_geometry(preset):
+    """Of the pixel centres of both eyes: how far what they see is, and whether it is a mirror."""
+    return Render("geometry-eyes", SEEDS[0], 1, preset.eye, "both", fov_deg=preset.fov_deg, options=("--aovs", "depth,specular"))
+
+
 def locked_sphere(preset, lock):
     width = preset.system_widths[0]
     return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
@@ -81,7 +92,7 @@ def further_samples(wanted, each):
 
 
 def every_render(preset):
-    """Of one scene, but for the geometry of narrowed spheres, which takes one sample."""
+    """Of one scene, but for geometry, which takes one sample."""
     for seed in SEEDS:
         yield perspective(preset, seed)
         yield right_eye(preset, seed)

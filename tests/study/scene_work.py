@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 
+import equistream as es
 import render_list
 from narrowed import made_once, merge_sequences, narrow_sequence
 from presets import SEEDS
@@ -114,12 +115,25 @@ class SceneWork:
         wide = self.render(render_list.wide_sphere(self.preset, place, seed))
         return wide if width == self.preset.sphere_width else self.narrowed(wide, width, seed)
 
+    def told_sphere(self, place, seed):
+        """The wide one, with what AOVs tell of mirrors and glass."""
+        wide = self.render(render_list.wide_sphere(self.preset, place, seed))
+        return self.with_geometry(wide, "told", self.preset.sphere_width, seed, render_list.WITH_MIRRORS)
+
+    def tells_of_mirrors(self, place):
+        """Whether any of its spheres' pixels has something to tell."""
+        told = self.folder / self.told_sphere(place, SEEDS[0]) / place
+        return any(bool(frame["specular"].any()) for frame in es.Sequence(told, "specular"))
+
     def narrowed(self, wide, width, seed):
         """A rendered sphere, and what lies beside it, at another width."""
-        name = f"{pathlib.Path(wide).name}-at-{width}"
+        return self.with_geometry(wide, f"at-{width}", width, seed, render_list.DEPTH)
+
+    def with_geometry(self, wide, suffix, width, seed, aovs):
+        name = f"{pathlib.Path(wide).name}-{suffix}"
         folders = sorted(folder.name for folder in (self.folder / wide).iterdir() if (folder / "manifest.json").exists())
         place = next(folder for folder in folders if folder in render_list.PLACES)
-        geometry = self.render(render_list.Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small="small" in folders))
+        geometry = self.render(render_list.geometry(name, place, seed, width, "small" in folders, aovs))
         for folder in folders:
             full, thin, out = (self.folder / path / folder for path in (wide, geometry, f"renders/{name}"))
             made_once(out, (full, thin), lambda full=full, thin=thin, out=out: narrow_sequence(full, thin, out))

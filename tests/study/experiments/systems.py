@@ -32,6 +32,8 @@ class System:
     """Perspective ones."""
     in_full: bool = True
     """In every coding; else before coding and in the first alone."""
+    told: bool = False
+    """The sphere tells of mirrors and glass (AOVs specular and virtual), at the preset's own width alone, where the scene has any."""
 
     @property
     def is_sphere(self):
@@ -44,6 +46,7 @@ SYSTEMS = (
     System("sphere-left", "sphere at the left eye (paper, 2)", ("left",), ("--method", "surface", *PAPER_FILL)),
     System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "sphere", *NO_FILL), depth="none", small=False),
     System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "surface", *OUR_FILL)),
+    System("centre-told", "the same, mirrors and glass told of", ("centre",), ("--method", "surface", *OUR_FILL), told=True),
     System("centre-mesh", "the same, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
     System("centre-turned", "the same, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
     System("centre-plain-mesh", "the same, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
@@ -77,6 +80,8 @@ class Player:
 
     def sources(self, system, width, seed):
         """What is played, one folder for each that eyes have of their own."""
+        if system.told:
+            return [self.work.told_sphere(place, seed) for place in system.places]
         if system.is_sphere:
             return [self.work.sphere(place, width, seed) for place in system.places]
         if system.views == 1:
@@ -191,12 +196,23 @@ def anaglyph(work, player, coding):
     return {"view": view, "command": played["command"]}
 
 
+def systems_of(work):
+    """Those that the scene asks for."""
+    return [system for system in SYSTEMS if not system.told or work.tells_of_mirrors("centre")]
+
+
+def widths_of(system, preset):
+    if not system.is_sphere:
+        return (None,)
+    return (preset.sphere_width,) if system.told else preset.system_widths
+
+
 def run(work):
     player, preset = Player(work), work.preset
     entries = []
-    for system in SYSTEMS:
+    for system in systems_of(work):
         chosen = codings(preset) if system.in_full else codings(preset)[:2]
-        for width in preset.system_widths if system.is_sphere else (None,):
+        for width in widths_of(system, preset):
             entries += [player.score(system, width, coding) for coding in chosen]
     truths = [work.truth(seed) for seed in SEEDS]
     for entry in entries:

@@ -19,11 +19,10 @@ def figures_text(entry):
 
 
 def systems_table(results):
-    first = next(iter(results.values()))
+    entries = [entry for result in results.values() for entry in result["systems"]]
     rows = []
-    for system, title in first["titles"].items():
-        widths = first["settings"]["system_widths"] if any(entry["system"] == system and entry["width"] for entry in first["systems"]) else [None]
-        for width in widths:
+    for system, title in next(iter(results.values()))["titles"].items():
+        for width in dict.fromkeys(entry["width"] for entry in entries if entry["system"] == system):
             found = [coded(result["systems"], system, width) for result in results.values()]
             if any(found):
                 rows.append([title, str(width or "-"), *map(figures_text, found)])
