@@ -13,13 +13,13 @@ WIDTH, ANAGLYPH_WIDTH = 256, 480
 DIFFERENCE_GAIN = 4
 
 
-def data_uri(pixels, width=WIDTH):
+def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
     """A picture of rows x columns x 3, or of gaps, rows x columns, as text."""
     image = Image.fromarray(pixels)
     height = round(image.height * width / image.width)
-    image = image.resize((width, height), Image.Resampling.BOX)
+    image = image.resize((width, height), resampling)
     data = io.BytesIO()
-    image.save(data, "WEBP", quality=60, method=6)
+    image.save(data, "WEBP", method=6, **(coding or {"quality": 60}))
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
@@ -44,7 +44,7 @@ class Pictures:
         found = {"seen": data_uri(seen), "difference": data_uri(np.clip(DIFFERENCE_GAIN * difference, 0, 255).astype(np.uint8))}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
-            found["gaps"] = data_uri(mask)
+            found["gaps"] = data_uri(mask, resampling=Image.Resampling.NEAREST, lossless=True)
         return found
 
     def anaglyph(self, played):

@@ -41,7 +41,7 @@ def triangles(work):
     for error_px in work.preset.budgets_px:
         file, step = f"models/{error_px:g}px.json", f"model-{error_px:g}px"
         (work.folder / "models").mkdir(exist_ok=True)
-        work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", work.preset.model_rounds, "--json",
+        work.steps.run(step, "model", work.description, "--error-px", error_px, "--focal", work.preset.focal_px, "--rounds", work.preset.model_rounds, *work.preset.model_words, "--json",
                        "--progress", "none", "--out", file)
         figures = json.loads(work.steps.output_of(step))
         points.append({"error_px": error_px, "triangles": figures["triangles"]["after"], "bytes": figures["bytes"],

@@ -31,7 +31,7 @@ class System:
     views: int = 1
     """Perspective ones."""
     in_full: bool = True
-    """In every coding; else before coding and in the first alone."""
+    """In every coding; else before coding and in the first alone, or not even in that where a preset has few values of everything."""
     told: bool = False
     """The sphere tells of mirrors and glass (AOVs specular and virtual), at the preset's own width alone, where the scene has any."""
 
@@ -211,7 +211,7 @@ def run(work):
     player, preset = Player(work), work.preset
     entries = []
     for system in systems_of(work):
-        chosen = codings(preset) if system.in_full else codings(preset)[:2]
+        chosen = codings(preset) if system.in_full else codings(preset)[:2 if preset.every_value else 1]
         for width in widths_of(system, preset):
             entries += [player.score(system, width, coding) for coding in chosen]
     truths = [work.truth(seed) for seed in SEEDS]
