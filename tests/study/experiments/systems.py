@@ -46,13 +46,13 @@ SYSTEMS = (
     System("sphere-left", "sphere at the left eye (paper, 2)", ("left",), ("--method", "surface", *PAPER_FILL)),
     System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "sphere", *NO_FILL), depth="none", small=False),
     System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "surface", *OUR_FILL)),
-    System("centre-told", "the same, mirrors and glass told of", ("centre",), ("--method", "surface", *OUR_FILL), told=True),
-    System("centre-mesh", "the same, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
-    System("centre-turned", "the same, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
-    System("centre-plain-mesh", "the same, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
-    System("centre-gather", "the same, gather", ("centre",), ("--method", "gather", *OUR_FILL), depth="stream", in_full=False),
-    System("centre-splat", "the same, splat", ("centre",), ("--method", "splat", *OUR_FILL), depth="stream", in_full=False),
-    System("centre-lean", "the same, leaning without depth", ("centre",), ("--method", "lean", *NO_FILL), depth="none", small=False, in_full=False),
+    System("centre-told", "centre, client's geometry, mirrors and glass told of", ("centre",), ("--method", "surface", *OUR_FILL), told=True),
+    System("centre-mesh", "centre, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
+    System("centre-turned", "centre, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
+    System("centre-plain-mesh", "centre, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
+    System("centre-gather", "centre, gather", ("centre",), ("--method", "gather", *OUR_FILL), depth="stream", in_full=False),
+    System("centre-splat", "centre, splat", ("centre",), ("--method", "splat", *OUR_FILL), depth="stream", in_full=False),
+    System("centre-lean", "centre, leaning without depth", ("centre",), ("--method", "lean", *NO_FILL), depth="none", small=False, in_full=False),
 )
 
 
