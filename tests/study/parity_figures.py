@@ -8,8 +8,7 @@ import math
 
 from found import all_bytes, db, error
 from presets import matching_width
-from rates import bd_db, bd_rate_percent, bytes_for, crossing
-
+from rates import bd_db, bd_rate_percent, crossing, fewest_bytes
 
 SPHERE, REFERENCES = "centre", {"perspective": "perspective view, the other eye reprojected", "pair": "both eyes rendered"}
 """The sphere that is put beside views, and those, by name (experiments/parity.py)."""
@@ -49,19 +48,18 @@ def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None
 
 
 def parity_of(result, which, system, reference, eye=None, scale="linear"):
-    """One row for each of the reference's qualities that is known: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width. The
-    width's interval is from a sphere at its best beside a reference at its worst to the opposite."""
+    """One row for each of the reference's qualities that is known: its bytes and dB, the width that has as much at the same CRF, and the fewest bytes of any width, which are at most
+    these where its coarsest coding has more dB. The width's interval is from a sphere at its best beside a reference at its worst to the opposite."""
     entries, rows = result[which], []
     for entry in of(entries, reference):
         level, (worst, best) = db(entry, eye, scale), interval_db(entry, eye, scale)
         if level is None:
             continue
         ends = [parity_width(entries, system, of_reference, entry["crf"], eye, scale, end) for of_reference, end in ((worst, 1), (best, 0)) if of_reference is not None]
-        fewest = [(count, width) for width in widths(entries, system) if (count := bytes_for(points(of(entries, system, width), eye, scale), level))]
-        least = min(fewest, default=(None, None))
+        fewest, fewest_width, at_most = fewest_bytes({width: points(of(entries, system, width), eye, scale) for width in widths(entries, system)}, level)
         rows.append({"crf": entry["crf"], "bytes": all_bytes(entry), "db": level, "width": parity_width(entries, system, level, entry["crf"], eye, scale),
                      "width_interval": ends if len(ends) == 2 else [None, None],
-                     "fewest_bytes": least[0], "fewest_bytes_width": least[1], "bytes_ratio": least[0] / all_bytes(entry) if least[0] else None})
+                     "fewest_bytes": fewest, "fewest_bytes_width": fewest_width, "bytes_ratio": fewest / all_bytes(entry) if fewest else None, "at_most": at_most})
     return rows
 
 

@@ -57,6 +57,8 @@ class Preset:
     """The paper's two."""
     curve_crfs: tuple
     """Of curves of accuracy against bytes: at least four, for BD-rates."""
+    coarse_crfs: tuple
+    """Further ones, of spheres alone: what a wide one has at its worst, a view has at its best."""
     repeat: int
     """Timings of depth, reprojection and fill of each frame."""
     budgets_px: tuple
@@ -91,13 +93,13 @@ class Preset:
 PRESETS = {preset.name: preset for preset in (
     # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
     Preset("smoke", BUNDLED_SCENES, frames=2, eye=(480, 272), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=1,
-           bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), repeat=1, budgets_px=(1 / 4, 4),
+           bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), coarse_crfs=(), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 4), breakers=("near",), every_value=False,
            latency_seconds=2, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), left_out=("where", "related")),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
-           widest=Widest(3840, 1, 16), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
+           widest=Widest(3840, 1, 16), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7),
     Preset("paper", REAL_SCENES, frames=150, eye=(1920, 1080), sphere_width=3840, widths=(1920, 2560, 3840), system_widths=(1920, 3840), eye_samples=1000,
-           sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), repeat=3,
+           sphere_samples=250, bytes_samples=750, eye_bytes_samples=3000, widest=Widest(11520, 2, 30), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28, 32), coarse_crfs=(38, 44), repeat=3,
            budgets_px=(1 / 16, 1 / 4, 1, 4, 16), model_rounds=40, samples_swept=(1, 4, 16, 64, 256, 1024), breakers=(), every_value=True, latency_seconds=30),
 )}

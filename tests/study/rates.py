@@ -58,6 +58,17 @@ def bytes_for(points, db):
     return math.exp(float(PchipInterpolator([d for _, d in rising], np.log([count for count, _ in rising]))(db)))
 
 
+def fewest_bytes(curves, db):
+    """Of all curves, {name: points}, that come to this many dB: (bytes, name, at_most), the last where a curve has more even at its fewest; Nones where none does."""
+    found = []
+    for name, points in curves.items():
+        if (count := bytes_for(points, db)) is not None:
+            found.append((count, name, False))
+        elif points and (least := min(points))[1] > db:
+            found.append((least[0], name, True))
+    return min(found, default=(None, None, None))
+
+
 def crossing(xs, ys, level):
     """The least x at which y reaches `level`, on a log scale between the points; the first x where y has as much there; None where it never does. Ascending xs."""
     for i, (x, y) in enumerate(zip(xs, ys)):

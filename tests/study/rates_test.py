@@ -40,6 +40,14 @@ class Rates(unittest.TestCase):
         self.assertIsNone(rates.bytes_for(straight(), 60))
         self.assertIsNone(rates.bytes_for(straight(), 20))
 
+    def test_the_fewest_bytes_of_curves_that_come_to_a_level(self):
+        curves = {"narrow": straight(), "dear": straight(gain=2), "never": straight(offset_db=-60)}
+        count, *which = rates.fewest_bytes(curves, 36)
+        self.assertAlmostEqual(count, 2000)
+        self.assertEqual(which, ["narrow", False])
+        self.assertEqual(rates.fewest_bytes({**curves, "wide": straight(gain=1.5, offset_db=20)}, 36), (1500, "wide", True))
+        self.assertEqual(rates.fewest_bytes(curves, 80), (None, None, None))
+
     def test_where_a_curve_over_width_comes_to_a_level(self):
         self.assertAlmostEqual(rates.crossing((640, 1280, 2560), (20.0, 30.0, 32.0), 25), 640 * math.sqrt(2))
         self.assertIsNone(rates.crossing((640, 1280), (20.0, 24.0), 25))

@@ -37,8 +37,8 @@ def draw_widths(axes, result, accuracy):
         ws = widths(entries, SPHERE)
         levels = [accuracy(next(e for e in entries if e["system"] == SPHERE and e["width"] == w and e["crf"] == crf)) for w in ws]
         axes.plot(ws, levels, color=colour, marker="o", markersize=4, linewidth=1.3, label=f"CRF {crf:g}")
-        reference = next(e for e in entries if e["system"] == REFERENCE and e["crf"] == crf)
-        if (level := accuracy(reference)) is None:
+        reference = next((e for e in entries if e["system"] == REFERENCE and e["crf"] == crf), None)
+        if reference is None or (level := accuracy(reference)) is None:
             continue
         axes.axhline(level, color=colour, linewidth=1, linestyle=(0, (4, 3)))
         if accuracy is db and (width := parity_width(entries, SPHERE, db(reference), crf)) is not None:

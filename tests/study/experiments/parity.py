@@ -12,11 +12,18 @@ BY_NAME = {system.name: system for system in SYSTEMS}
 VIEWS, SPHERE = ("perspective", "pair"), "centre"
 
 
-def entries(player, widths, qualities):
-    for system in (*VIEWS, SPHERE):
-        for width in widths if BY_NAME[system].is_sphere else (None,):
-            for coding in qualities:
-                yield player.score(BY_NAME[system], width, coding)
+def qualities(preset, crfs):
+    return [None, *(Coding(preset.codecs[0], crf) for crf in crfs)]
+
+
+def entries(player, widths):
+    preset = player.work.preset
+    for view in VIEWS:
+        for coding in qualities(preset, preset.curve_crfs):
+            yield player.score(BY_NAME[view], None, coding)
+    for width in widths:
+        for coding in qualities(preset, preset.curve_crfs + preset.coarse_crfs):
+            yield player.score(BY_NAME[SPHERE], width, coding)
 
 
 def ceiling(work, *frames):
@@ -27,10 +34,9 @@ def ceiling(work, *frames):
 
 def run(work):
     preset = work.preset
-    qualities = [None, *(Coding(preset.codecs[0], crf) for crf in preset.curve_crfs)]
     every = Player(work)
     frames = f"{work.first}-{work.first + preset.widest.frames - 1}"
     short = every if preset.widest.frames == preset.frames else Player(work, frames)
-    return {"n_seeds": len(SEEDS), "all": list(entries(every, preset.widths, qualities)),
-            "first": list(entries(short, sorted({*preset.widths, preset.widest.width}), qualities)), "first_frames": frames,
+    return {"n_seeds": len(SEEDS), "all": list(entries(every, preset.widths)),
+            "first": list(entries(short, sorted({*preset.widths, preset.widest.width}))), "first_frames": frames,
             "ceiling": {"all": ceiling(work), "first": ceiling(work, frames)}}

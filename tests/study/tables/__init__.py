@@ -7,7 +7,7 @@ from pages import cell, table
 from parity_figures import REFERENCES, SPHERE, matching, parity_of, rates_of
 from steps import write_whole
 
-from .conclusion import fill, width_text
+from .conclusion import fill, ratio_text, width_text
 from .related import parts as related_parts
 from .stability import parts as stability_parts
 from .systems import parts as system_parts
@@ -27,7 +27,7 @@ def parity_rows(results):
             for row, on_display in zip(parity_of(result, "first", SPHERE, reference), parity_of(result, "first", SPHERE, reference, scale="display")):
                 width, fewest = row["width"], row["fewest_bytes_width"]
                 yield [scene, reference, f"{row['crf']:g}", cell(row["db"]), cell(row["bytes"], 0), width_text(row), cell(width and width / matching(result["settings"])), width_text(on_display), cell(row["fewest_bytes"], 0),
-                       str(fewest or "-"), cell(row["bytes_ratio"]), cell(fewest and pixels_times(result["settings"], fewest, reference))]
+                       str(fewest or "-"), ratio_text(row), cell(fewest and pixels_times(result["settings"], fewest, reference))]
 
 
 def rate_rows(results):

@@ -36,12 +36,17 @@ def width_text(row):
     return f"{cell(row['width'], 0, 'none')} [{cell(low, 0)}, {cell(high, 0, 'wider')}]"
 
 
+def ratio_text(row, digits=2):
+    """Of bytes; a bound where the sphere's coarsest coding has more dB than it needs."""
+    return ("≤ " if row["at_most"] else "") + cell(row["bytes_ratio"], digits)
+
+
 def parity_table(results):
     rows = []
     for scene, result in results.items():
         for reference, title in REFERENCES.items():
             for row in parity_of(result, "first", SPHERE, reference):
-                rows.append([scene, title, f"{row['crf']:g}", cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), cell(row["bytes_ratio"], 1)])
+                rows.append([scene, title, f"{row['crf']:g}", cell(row["db"], 1), width_text(row), cell(row["width"] and row["width"] / matching(result["settings"])), ratio_text(row, 1)])
     return table(["scene", "equal to", "CRF of both", "dB", "columns [95 %]", "of 2 pi f", "bytes, times"], rows)
 
 
