@@ -27,6 +27,12 @@ def db(scored, eye=None, scale="linear"):
     return figures["db_low"] if figures["only_bounded"] else figures["db"]
 
 
+def interval_db(scored, eye=None, scale="linear"):
+    """The ends of error()'s interval; None where one is open."""
+    figures = error(scored, eye, scale)
+    return figures["db_low"], figures["db_high"]
+
+
 def psnr(scored, eye=None):
     """Of one eye, or of both eyes' pooled squares, against the truth of the other seed; None where identical."""
     eyes = [scored["against_other_seed"][name] for name in ([eye] if eye else EYES)]

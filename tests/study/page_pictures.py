@@ -11,6 +11,8 @@ from PIL import Image
 EYE = "right"
 WIDTH, ANAGLYPH_WIDTH = 256, 480
 DIFFERENCE_GAIN = 4
+OTHER_SEED = 2
+"""Of the truth: views are of the first, and none may share its noise."""
 
 
 def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
@@ -23,6 +25,13 @@ def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
+def amplified(difference):
+    """A difference of -255 to 255, averaged over a small picture's pixels while it has its sign, so that what is noise alone fades."""
+    size = WIDTH, round(difference.shape[0] * WIDTH / difference.shape[1])
+    small = [Image.fromarray(channel).resize(size, Image.Resampling.BOX) for channel in np.moveaxis(difference, -1, 0)]
+    return np.clip(DIFFERENCE_GAIN * np.abs(np.stack(small, axis=-1)), 0, 255).astype(np.uint8)
+
+
 def file_of(folder, number):
     return next(folder.glob(f"frame.{number:04}.*"))
 
@@ -33,15 +42,14 @@ class Pictures:
     def __init__(self, work):
         self.work = work
         self.number = (work.first + work.last) // 2
-        frame = es.read_frame(file_of(work.folder / work.truth(1) / EYE, self.number))
+        frame = es.read_frame(file_of(work.folder / work.truth(OTHER_SEED) / EYE, self.number))
         self.truth = es.to_display(frame["colour"], frame.info.exposure)
 
     def of(self, view):
         """What play wrote for the first seed."""
         folder = self.work.folder / view
         seen = rgb(file_of(folder / EYE, self.number))
-        difference = np.abs(seen.astype(int) - self.truth)
-        found = {"seen": data_uri(seen), "difference": data_uri(np.clip(DIFFERENCE_GAIN * difference, 0, 255).astype(np.uint8))}
+        found = {"seen": data_uri(seen), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth))}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
             found["gaps"] = data_uri(mask, resampling=Image.Resampling.NEAREST, lossless=True)

@@ -6,7 +6,7 @@ can be read for any display.
 
 import math
 
-from found import all_bytes, db, error
+from found import all_bytes, db, interval_db
 from presets import matching_width
 from rates import bd_db, bd_rate_percent, crossing, fewest_bytes
 
@@ -29,11 +29,6 @@ def points(entries, eye=None, scale="linear"):
 
 def widths(entries, system):
     return sorted({entry["width"] for entry in entries if entry["system"] == system})
-
-
-def interval_db(entry, eye, scale):
-    figures = error(entry, eye, scale)
-    return figures["db_low"], figures["db_high"]
 
 
 def parity_width(entries, system, level, crf, eye=None, scale="linear", end=None):

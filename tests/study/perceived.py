@@ -4,6 +4,8 @@ Flicker is the noise-free error (docs/compare.md) of the difference between one 
 1, so that an error which stays, as blur does, counts nothing.
 """
 
+import math
+
 import equistream as es
 import flip_evaluator
 import numpy as np
@@ -13,6 +15,11 @@ from render_list import EYES
 
 FLIP_PICTURES = 2
 """Of each eye: the first frames."""
+
+
+def pixels_a_degree(focal_px):
+    """In a view's middle."""
+    return focal_px * math.radians(1)
 
 
 def display(file):
@@ -27,10 +34,10 @@ def frames_of(folder):
     return sorted(file for file in folder.iterdir() if file.name.startswith("frame.") and file.suffix in (".png", ".exr"))
 
 
-def flip(views, truth):
-    """Mean over the pixels of the pictures, 0 where they look the same; at the 67 pixels a degree of flip-evaluator's default."""
+def flip(views, truth, density):
+    """Mean over the pixels of the pictures, 0 where they look the same, by an eye that sees `density` pixels a degree."""
     pairs = list(zip(frames_of(views), frames_of(truth), strict=True))[:FLIP_PICTURES]
-    found = [flip_evaluator.evaluate(display(true), display(view), "LDR", applyMagma=False)[1] for view, true in pairs]
+    found = [flip_evaluator.evaluate(display(true), display(view), "LDR", applyMagma=False, parameters={"ppd": density})[1] for view, true in pairs]
     return float(np.mean(found))
 
 
@@ -52,7 +59,7 @@ def flicker(runs):
     return {"mean_square": mean, "db": decibels(mean)}
 
 
-def perceived(folder, views, truths):
+def perceived(folder, views, truths, focal_px):
     """Of both seeds' views and truths, by eye; FLIP against the truth of the other seed."""
-    return {eye: {"flip": flip(folder / views[0] / eye, folder / truths[1] / eye),
+    return {eye: {"flip": flip(folder / views[0] / eye, folder / truths[1] / eye, pixels_a_degree(focal_px)),
                   "flicker": flicker([(folder / view / eye, folder / truth / eye) for view, truth in zip(views, truths)])} for eye in EYES}

@@ -1,5 +1,6 @@
 """Flicker beside closed forms, with noise that it must not count; FLIP of what is the same."""
 
+import math
 import pathlib
 import shutil
 import sys
@@ -56,8 +57,9 @@ class Perceived(unittest.TestCase):
 
     def test_flip_is_of_what_differs(self):
         plain, bright = self.sequence("plain", [0, 0]), self.sequence("bright", [30, 30])
-        self.assertEqual(perceived.flip(plain, plain), 0)
-        self.assertGreater(perceived.flip(bright, plain), 0.05)
+        self.assertEqual(perceived.flip(plain, plain, 20), 0)
+        self.assertGreater(perceived.flip(bright, plain, 20), 0.05)
+        self.assertAlmostEqual(perceived.pixels_a_degree(180 / math.pi), 1)
 
 
 if __name__ == "__main__":

@@ -2,12 +2,12 @@
 
 import matplotlib.pyplot as plt
 from drawing import pareto
-from found import all_bytes, ceiling_psnr, coding_name, db, load, ms, psnr
+from found import all_bytes, ceiling_psnr, coding_name, db, interval_db, load, ms, psnr
 
 from . import looks
 
 KINDS = {"noise-free, dB (linear)": db, "PSNR, dB": psnr}
-COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame (all tracks)")}
+COSTS = {"time": (ms, "client, ms a frame (both eyes)"), "bytes": (all_bytes, "bytes a frame, all tracks, noise and all")}
 
 
 def draw_panel(axes, result, cost, accuracy):
@@ -18,6 +18,8 @@ def draw_panel(axes, result, cost, accuracy):
         if x is None or y is None or y > looks.HIGHEST_DB:
             continue
         looks.point(axes, entry, x, y, narrowest)
+        if accuracy is db:
+            looks.interval(axes, x, interval_db(entry), looks.COLOURS[entry["system"]])
         points.append((x, y))
     looks.front(axes, pareto(points))
 
@@ -42,7 +44,7 @@ def draw(results, cost, label, file):
     first = next(iter(results.values()))
     entries = [entry for result in results.values() for entry in result["systems"] if cost(entry) is not None]
     looks.legend(figure, {entry["system"] for entry in entries}, first["titles"], {coding_name(entry) for entry in entries}, first["settings"]["system_widths"])
-    looks.title(figure, looks.provenance_line(first) + f". Dashed steps: Pareto front. Not drawn: above {looks.HIGHEST_DB} dB.")
+    looks.title(figure, looks.provenance_line(first) + f". Dashed steps: Pareto front; lines: 95 % of the noise. Not drawn: above {looks.HIGHEST_DB} dB.")
     looks.save(figure, file)
     plt.close(figure)
 

@@ -28,6 +28,13 @@ def point(axes, entry, x, y, narrowest):
               linestyle="none", markersize=6.5, markeredgewidth=1.1, alpha=0.9, zorder=3)
 
 
+def interval(axes, x, ends, colour):
+    """Of 95 %; an open end is left out."""
+    low, high = ends
+    if low is not None and high is not None:
+        axes.plot([x, x], [low, min(high, HIGHEST_DB)], color=colour, linewidth=1, alpha=0.8, zorder=2)
+
+
 def level(axes, db, text):
     axes.axhline(db, color="#555555", linewidth=1, linestyle=(0, (5, 3)), zorder=1)
     axes.annotate(text, (0.99, db), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", ha="right", va="bottom", fontsize=7.5,

@@ -1,7 +1,7 @@
 """Chart 3: a sphere's accuracy against its width and its bytes, with the perspective render's line and where they cross; PSNR and SSIM, noise and all, below. One column a scene."""
 
 import matplotlib.pyplot as plt
-from found import db, load, psnr, together_psnr
+from found import db, interval_db, load, psnr, together_psnr
 from parity_figures import REFERENCES, SPHERE, matching, of, parity_width, points, widths
 from render_list import EYES
 
@@ -35,8 +35,11 @@ def draw_widths(axes, result, accuracy):
     qualities = sorted({entry["crf"] for entry in entries if entry["crf"] is not None})
     for crf, colour in quality_colours(qualities).items():
         ws = widths(entries, SPHERE)
-        levels = [accuracy(next(e for e in entries if e["system"] == SPHERE and e["width"] == w and e["crf"] == crf)) for w in ws]
-        axes.plot(ws, levels, color=colour, marker="o", markersize=4, linewidth=1.3, label=f"CRF {crf:g}")
+        spheres = [next(e for e in entries if e["system"] == SPHERE and e["width"] == w and e["crf"] == crf) for w in ws]
+        if accuracy is db:
+            for entry in spheres:
+                looks.interval(axes, entry["width"], interval_db(entry), colour)
+        axes.plot(ws, [accuracy(entry) for entry in spheres], color=colour, marker="o", markersize=4, linewidth=1.3, label=f"CRF {crf:g}")
         reference = next((e for e in entries if e["system"] == REFERENCE and e["crf"] == crf), None)
         if reference is None or (level := accuracy(reference)) is None:
             continue
@@ -87,6 +90,6 @@ def draw_all(folder):
         row[0].set_ylabel(label)
         looks.legend_beside(row[-1])
     first = next(iter(results.values()))
-    looks.title(figure, looks.provenance_line(first) + ". Against columns: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns. Curves of bytes: all frames.")
+    looks.title(figure, looks.provenance_line(first) + ". Against columns: dashed is the perspective view at the same CRF, a cross where the sphere equals it; grey: 2 pi f columns. Vertical lines: 95 % of the noise. Curves of bytes: all frames.")
     looks.save(figure, folder / "parity")
     plt.close(figure)

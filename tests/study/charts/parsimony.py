@@ -4,7 +4,7 @@ import textwrap
 
 import matplotlib.pyplot as plt
 from found import ceiling_psnr, db, load, together_psnr
-from knee import knee
+from knee import CLOSE_DB, knee, least_within
 from render_list import EYES
 
 from . import looks
@@ -27,11 +27,12 @@ def cell_points(result):
 
 
 def sample_points(result):
-    return [(point["samples"], together_psnr([point["against_truth"][eye]["mean_square"] for eye in EYES]), None) for point in result["samples"]]
+    """Noise and all of the sphere, without the truth's own."""
+    return [(point["samples"], together_psnr([point["against_truth"][eye]["mean_square"] - result["truth_noise"][eye] for eye in EYES]), None) for point in result["samples"]]
 
 
 AXES = {"triangles of the client's model": triangle_points, "bits of depth (equal steps of w)": bit_points,
-        "cells of the mesh": cell_points, "samples a pixel of the sphere (PSNR, noise and all)": sample_points}
+        "cells of the mesh": cell_points, "samples a pixel of the sphere (PSNR with its noise)": sample_points}
 
 
 def draw_panel(axes, points, best):
@@ -40,8 +41,9 @@ def draw_panel(axes, points, best):
     for cost, level, error_px in points:
         if error_px == CHOSEN_PX:
             axes.plot([cost], [level], marker="o", color="#c0392b", markersize=8, markerfacecolor="none", markeredgewidth=1.6)
-    bend = knee([(cost, level) for cost, level, _ in points])
-    axes.axvline(bend, color="#2e86c1", linewidth=1, linestyle=(0, (3, 3)))
+    curve = [(cost, level) for cost, level, _ in points]
+    axes.axvline(least_within(curve), color="#2e86c1", linewidth=1.2)
+    axes.axvline(knee(curve), color="#2e86c1", linewidth=1, linestyle=(0, (3, 3)))
     if best is not None:
         looks.level(axes, best, f"without: {best:.2f} dB")
     low, high = axes.get_ylim()
@@ -84,6 +86,6 @@ def draw_all(folder):
     for row in panels:
         row[0].set_ylabel("dB, both eyes")
     first = next(iter(results.values()))
-    looks.title(figure, looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice, and the {CODE_BITS} bits of the depth code; blue: the knee.")
+    looks.title(figure, looks.provenance_line(first) + f". Noise-free but for samples. Red ring: e = {CHOSEN_PX:g} px, the client's own choice, and the {CODE_BITS} bits of the depth code; blue: the least within {CLOSE_DB:g} dB of the dearest; dashed: the knee by curvature.")
     looks.save(figure, folder / "parsimony")
     plt.close(figure)

@@ -8,7 +8,8 @@ from . import looks
 
 ANCHOR = "e"
 LAYOUTS = {ANCHOR: "#145a32", "cube": "#c0392b", "eac": "#2e86c1", "cylinder": "#b9770e"}
-SECOND_EYE = {"direct": ("#d4ac0d", "coded itself"), "difference": ("#8e44ad", "as a difference from what is reprojected")}
+SECOND_EYE = {"direct": ("#d4ac0d", "coded itself"), "together": ("#2e86c1", "in one stream with the first eye"),
+              "difference": ("#8e44ad", "as a difference from what is reprojected")}
 GRIDS = {"adaptive": "#145a32", "mesh": "#2e86c1", "mesh-plain": "#b9770e"}
 DEFAULT_SEARCH = "hex 16"
 

@@ -98,7 +98,7 @@ def adaptive_cells(work, depth_m, box_radius_m, budget_px):
 
 
 def samples(work):
-    """A pixel of the sphere: PSNR, noise and all, beside a truth of both seeds together."""
+    """A pixel of the sphere: PSNR, noise and all, beside a truth of both seeds together, whose own noise is known from how far the seeds are apart."""
     truth = work.merged([work.truth(seed) for seed in SEEDS], "truth-all")
     points = []
     for count in work.preset.samples_swept:
@@ -109,4 +109,5 @@ def samples(work):
 
 
 def run(work):
-    return {"triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}
+    apart = work.compare("ceiling", *(work.truth(seed) for seed in SEEDS))["eyes"]
+    return {"truth_noise": {eye: figures["mean_square"] / len(SEEDS) ** 2 for eye, figures in apart.items()}, "triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}

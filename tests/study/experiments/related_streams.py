@@ -7,8 +7,10 @@ import subprocess
 import numpy as np
 from drawing import rgb
 from presets import SEEDS
+from render_list import EYES
 
 from .related_video import coded, counted, ffmpeg, file_of, indices, mean_bytes, psnr, scored, shown, write
+from .sizes import low_noise
 from .systems import SYSTEMS, Coding, Player
 
 # As the paper's first system, but that nothing comes along for gaps: the difference shows what is there.
@@ -71,45 +73,64 @@ def difference_point(work, crf, reprojected):
     return point(work, "difference", crf, label, views_of(label), runs)
 
 
+def together_point(work, crf):
+    """Both eyes' views in turns in one stream, so that each may be foretold from the other; bytes are those beyond the left eye's stream alone."""
+    label = f"related-together-crf{crf:g}"
+    runs = []
+    for seed in SEEDS:
+        both, decoded = f"related/both-{seed}", f"related/{label}-{seed}"
+        for index in indices(work):
+            for place, eye in enumerate(EYES):
+                write(work, both, in_turns(work, index, place), rgb(file_of(work, f"related/{eye}-{seed}", index)))
+        whole, command = coded(work, both, crf, decoded)
+        alone, _ = coded(work, f"related/left-{seed}", crf, f"related/left-crf{crf:g}-{seed}")
+        for index in indices(work):
+            write(work, f"views/{label}-{seed}/right", index, rgb(file_of(work, decoded, in_turns(work, index, 1))))
+        runs.append((whole - alone, command))
+    return point(work, "together", crf, label, views_of(label), runs)
+
+
+def in_turns(work, index, place):
+    return work.first + 2 * (index - work.first) + place
+
+
 def point(work, kind, crf, label, views, runs):
     return {"kind": kind, "crf": crf, "bytes_a_frame": mean_bytes(runs), "noise_free": scored(work, label, views, "right"),
             "samples": work.preset.eye_samples, "n": counted(work), "command": runs[0][1]}
 
 
 def difference_points(work, crfs):
-    """Bytes of the second eye alone, and its error: coded itself, as a difference, and without one."""
+    """Bytes of the second eye alone, and its error: coded itself, in one stream with the first, as a difference, and without one."""
     for seed in SEEDS:
-        shown(work, f"{work.truth(seed)}/right", f"related/right-{seed}")
+        for eye in EYES:
+            shown(work, f"{work.truth(seed)}/{eye}", f"related/{eye}-{seed}")
     points = []
     for crf in crfs:
         views, commands = zip(*reprojected_right(work, crf))
-        points += [direct_point(work, crf), difference_point(work, crf, views),
+        points += [direct_point(work, crf), together_point(work, crf), difference_point(work, crf, views),
                    point(work, "reprojected", crf, f"related-reprojected-crf{crf:g}", views, [(0, commands[0])])]
     return points
 
 
 # -- motion vectors
 
-def motion_sources(work, seed):
-    """What is coded of one seed: the left eye's view, which moves, and the sphere, which does not turn with the head."""
+def motion_sources(work):
+    """What is coded, with as little noise as there is, in which no motion can be found: the left eye's view, which moves, and the sphere, which does not turn with the head."""
     width = work.preset.system_widths[0]
-    return {"left view": shown(work, f"{work.truth(seed)}/left", f"related/left-{seed}"),
-            f"sphere, {width} columns": shown(work, f"{work.sphere('left', width, seed)}/left", f"related/sphere-{width}-{seed}")}
+    view, wide = low_noise(work)
+    return {"left view": shown(work, f"{view}/left", "related/left-all"),
+            f"sphere, {width} columns": shown(work, f"{work.narrowed(wide, width, SEEDS[0])}/left", f"related/sphere-{width}-all")}
 
 
 def search_points(work):
     """Bytes and PSNR beside what was coded, at one CRF, by how hard the encoder looks for motion."""
     crf, points = work.preset.crfs[0], []
-    by_seed = [motion_sources(work, seed) for seed in SEEDS]
-    for source in by_seed[0]:
+    for title, source in motion_sources(work).items():
         for name in SEARCHES if work.preset.every_value else list(SEARCHES)[1::2]:
-            runs = []
-            for seed, sources in zip(SEEDS, by_seed):
-                out = f"related/search-{sources[source].rsplit('/', 1)[1]}-{name.replace(' ', '')}"
-                count, command = coded(work, sources[source], crf, out, "-x264-params", SEARCHES[name])
-                runs.append((count, psnr(work, out, sources[source]), command))
-            points.append({"source": source, "search": name, "crf": crf, "bytes_a_frame": float(np.mean([run[0] for run in runs])),
-                           "psnr_db": float(np.mean([run[1] for run in runs])), "n": counted(work), "command": runs[0][2]})
+            out = f"related/search-{source.rsplit('/', 1)[1]}-{name.replace(' ', '')}"
+            count, command = coded(work, source, crf, out, "-x264-params", SEARCHES[name])
+            points.append({"source": title, "search": name, "crf": crf, "bytes_a_frame": count, "psnr_db": psnr(work, out, source), "n": {"frames": work.preset.frames},
+                           "command": command})
     return points
 
 
@@ -121,7 +142,7 @@ def digest(work, stream, *options, source="streams/vectors.h264", before=()):
 def let_through(work):
     """Whether libx264 by libavcodec heeds a decoded frame's motion vectors (AV_FRAME_DATA_MOTION_VECTORS), and, beside them, regions of interest: does the
     stream differ where frames bring them along? That vectors are there is seen where they are drawn."""
-    coded(work, "related/left-1", work.preset.crfs[0], "related/vectors")
+    coded(work, "related/left-all", work.preset.crfs[0], "related/vectors")
     again, vectors = ("-c:v", "libx264", "-crf", work.preset.crfs[0], "-threads", "1"), ("-flags2", "+export_mvs")
     plain, _ = digest(work, "streams/vectors-none.h264", *again)
     with_vectors, command = digest(work, "streams/vectors-along.h264", *again, before=vectors)

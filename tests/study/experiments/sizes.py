@@ -47,11 +47,18 @@ def sphere_psnr(work, label, stream, source):
     return eye["ws_psnr_db"]
 
 
-def run(work):
+def low_noise(work):
+    """The left eye's view and the wide sphere there, each of all the samples that bytes are asked of."""
     preset = work.preset
     eyes = of_all_seeds(work, PERSPECTIVE, lambda *which: render_list.perspective(preset, *which), preset.eye_samples, preset.eye_bytes_samples)
     wide = of_all_seeds(work, "sphere-left", lambda *which: render_list.wide_sphere(preset, "left", *which), preset.sphere_samples,
                         preset.bytes_samples)
+    return eyes, wide
+
+
+def run(work):
+    preset = work.preset
+    eyes, wide = low_noise(work)
     rows = weighed(work, eyes, PERSPECTIVE, preset.eye_bytes_samples)
     for width in preset.system_widths:
         sphere = wide if width == preset.sphere_width else work.narrowed(wide, width, SEEDS[0])

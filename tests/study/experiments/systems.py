@@ -8,7 +8,7 @@ the noise-free error takes both (docs/compare.md).
 import dataclasses
 
 from baselines import copy_ms, v360_ms
-from perceived import FLIP_PICTURES, flip, perceived
+from perceived import FLIP_PICTURES, flip, perceived, pixels_a_degree
 from presets import SEEDS
 from render_list import EYES
 
@@ -138,18 +138,20 @@ class Player:
                  **cost(said), **self.work.scored(name, views, self.frames)}
 
 
-STAGES = ("decode", "convert", "depth", "reproject", "fill")
+DECODING = ("decode", "convert")
+STAGES = (*DECODING, "depth", "reproject", "fill")
 
 
 def stage_ms(milliseconds, stage):
     """A frame, both eyes: the mean of decoding, which comes in bursts, and of other stages the median, which leaves out what else the machine did."""
     times = milliseconds.get(stage)
-    return times["mean" if stage in ("decode", "convert") else "p50"] if times else 0.0
+    return times["mean" if stage in DECODING else "p50"] if times else 0.0
 
 
 def client_ms(sources, stage):
-    """Of all sources that a system plays."""
-    return sum(stage_ms(milliseconds, stage) for milliseconds in sources)
+    """Of all sources that a system plays, each for both eyes: where each eye has its own, a client decodes all of them and makes one eye of each."""
+    both = sum(stage_ms(milliseconds, stage) for milliseconds in sources)
+    return both if stage in DECODING else both / len(sources)
 
 
 def faster(runs):
@@ -216,8 +218,9 @@ def run(work):
             entries += [player.score(system, width, coding) for coding in chosen]
     truths = [work.truth(seed) for seed in SEEDS]
     for entry in entries:
-        entry["perceived"] = perceived(work.folder, entry["views"], truths)
+        entry["perceived"] = perceived(work.folder, entry["views"], truths, preset.focal_px)
     return {"scene_info": work.info, "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
-            "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths)) for eye in EYES) / len(EYES),
+            "flip_pixels_a_degree": pixels_a_degree(preset.focal_px),
+            "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths), pixels_a_degree(preset.focal_px)) for eye in EYES) / len(EYES),
             "ceiling": work.compare("ceiling", "renders/truth-1", "renders/truth-2")["eyes"], "systems": entries,
             "titles": {system.name: system.title for system in SYSTEMS}}

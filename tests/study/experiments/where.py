@@ -73,10 +73,10 @@ def of_system(player, system):
     truth = [work.truth(seed) for seed in SEEDS]
     found = {"system": system.name, "width": work.preset.sphere_width if system.is_sphere else None, "kinds": {}}
     for kind, mask in masks(player, system).items():
-        compared = work.compare(f"where-{system.name}-{kind}", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", "--gaps", mask)
-        found["kinds"][kind] = {eye: figures.get("gaps", {"fraction": 0}) for eye, figures in compared["eyes"].items()}
-        found["noise_free"] = {eye: {"noise_free": figures["noise_free"]} for eye, figures in compared["eyes"].items()}
-    return found
+        compared = work.compare(f"where-{system.name}-{kind}", views[0], truth[0], "--second", views[1], truth[1], "--metrics", "none", "--gaps", mask)["eyes"]
+        found["kinds"][kind] = {eye: figures.get("gaps", {"fraction": 0}) for eye, figures in compared.items()}
+    # Of all pixels, whichever mask came along.
+    return {**found, "noise_free": {eye: {"noise_free": figures["noise_free"]} for eye, figures in compared.items()}}
 
 
 def run(work):

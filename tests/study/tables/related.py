@@ -1,6 +1,6 @@
 """Tables of the systems beside the paper's (experiments/related.py): layouts, rows, difference streams, motion search, grids of blocks."""
 
-from charts.related import ANCHOR, DEFAULT_SEARCH, beside, curve, of
+from charts.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import db
 from pages import cell, table
 from rates import bd_db, bd_rate_percent
@@ -31,12 +31,12 @@ def latitude_rows(results):
 
 def difference_rows(results):
     for scene, result in results.items():
-        direct, difference = (curve(of(result["differences"], kind=kind), "right") for kind in ("direct", "difference"))
-        rate, gain = cell(bd_rate_percent(direct, difference), 1), cell(bd_db(direct, difference))
+        direct, *others = (curve(of(result["differences"], kind=kind), "right") for kind in SECOND_EYE)
+        beside_direct = [text for other in others for text in (cell(bd_rate_percent(direct, other), 1), cell(bd_db(direct, other)))]
         for crf in sorted({point["crf"] for point in result["differences"]}):
-            points = [of(result["differences"], kind=kind, crf=crf)[0] for kind in ("direct", "difference", "reprojected")]
-            (sent, as_difference, nothing) = (cell(db(point, "right")) for point in points)
-            yield [scene, f"{crf:g}", f"{points[0]['bytes_a_frame']:,.0f}", sent, f"{points[1]['bytes_a_frame']:,.0f}", as_difference, nothing, rate, gain]
+            points = [of(result["differences"], kind=kind, crf=crf)[0] for kind in (*SECOND_EYE, "reprojected")]
+            sent = [text for point in points[:-1] for text in (f"{point['bytes_a_frame']:,.0f}", cell(db(point, "right")))]
+            yield [scene, f"{crf:g}", *sent, cell(db(points[-1], "right")), *beside_direct]
 
 
 def search_rows(results):
@@ -64,8 +64,9 @@ def parts(results):
                   list(layout_rows(results)), 3),
             "## Related systems: rows of the sphere",
             table(["scene", "up to, degrees", "CRF", "pixels, %", "solid angle, %", "bytes, %"], list(latitude_rows(results)), 1),
-            "## Related systems: the second eye as a difference stream",
-            table(["scene", "CRF", "coded itself, bytes a frame", "dB", "as a difference, bytes a frame", "dB", "nothing sent, dB", "BD-rate, %", "BD, dB"],
+            "## Related systems: the second eye coded itself, with the first, and as a difference stream",
+            table(["scene", "CRF", "coded itself, bytes a frame", "dB", "with the first eye, bytes a frame more", "dB", "as a difference, bytes a frame", "dB", "nothing sent, dB", "with the first: BD-rate, %", "BD, dB",
+                   "difference: BD-rate, %", "BD, dB"],
                   list(difference_rows(results)), 1),
             "## Related systems: motion search of the encoder",
             table(["scene", "source", "search", "bytes a frame", "beside the default, %", "PSNR beside it, dB", "frames bring vectors", "vectors change the stream",

@@ -11,14 +11,15 @@ def methods_of(breakers):
     return [name for name in names if name != CEILING]
 
 
-def fall_text(falls):
-    return " / ".join(falls[loss] or "-" for loss in ("1", "3")) if falls else ""
+def fall_text(falls, first):
+    """The values at which a method is 1 and 3 dB below the ceiling; "start" where it is so at the `first` already."""
+    return " / ".join({None: "-", first: "start"}.get(falls[loss], falls[loss]) for loss in ("1", "3")) if falls else ""
 
 
 def fall_rows(breakers, methods):
     for name, breaker in breakers.items():
         values = list(breaker["found"])
-        yield [name, breaker["knob"], f"{values[0]} to {values[-1]}", *(fall_text(breaker["falls"].get(method)) for method in methods)]
+        yield [name, breaker["knob"], f"{values[0]} to {values[-1]}", *(fall_text(breaker["falls"].get(method), values[0]) for method in methods)]
 
 
 def known_text(figures):
