@@ -76,6 +76,11 @@ def eyes_geometry(preset):
     return Render("geometry-eyes", SEEDS[0], 1, preset.eye, "both", fov_deg=preset.fov_deg, options=("--aovs", "depth,specular"))
 
 
+def moved_eyes(preset, name, seed, path):
+    """Both eyes of a head that follows another path."""
+    return Render(f"eyes-{name}-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=("--path", path, "--aovs", "none"))
+
+
 def locked_sphere(preset, lock):
     width = preset.system_widths[0]
     return Render(f"lock-{lock}", SEEDS[0], min(LOCK_SAMPLES, preset.sphere_samples), (width, width // 2), "left", options=("--lock", lock, "--aovs", "none"))
@@ -92,7 +97,7 @@ def further_samples(wanted, each):
 
 
 def every_render(preset):
-    """Of one scene, but for geometry, which takes one sample."""
+    """Of one scene, but for geometry, which takes one sample, and for single frames of heads that have moved."""
     for seed in SEEDS:
         yield perspective(preset, seed)
         yield right_eye(preset, seed)

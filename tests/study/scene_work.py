@@ -54,10 +54,10 @@ class SceneWork:
 
     # -- renders
 
-    def render(self, spec):
-        """Its folder, relative; the step's record goes with the others (render_records)."""
+    def render(self, spec, frames=None):
+        """Its folder, relative; the step's record goes with the others (render_records). `frames` in place of the specification's."""
         out = f"renders/{spec.name}"
-        frames = f"{self.first}-{self.first + spec.frames - 1}" if spec.frames else self.frames
+        frames = frames or (f"{self.first}-{self.first + spec.frames - 1}" if spec.frames else self.frames)
         self.gather(spec)
         with self.steps.keeping(f"render-{spec.name}", lambda report: json.loads(report)["frames_rendered"] > 0):
             self.steps.run(f"render-{spec.name}", "render", self.description, "--frames", frames, *spec.words(), "--json", "--progress", "none", "--out", out, fresh=out)
@@ -178,8 +178,10 @@ class SceneWork:
         return {"command": record["command"], "eyes": eyes}
 
     def scored(self, name, views, frames=None):
+        return self.beside(name, views, [self.truth(seed) for seed in SEEDS], frames)
+
+    def beside(self, name, views, truth, frames=None):
         """Views of both seeds against the truth: PSNR and SSIM of one against the other's, and the noise-free error of both."""
-        truth = [self.truth(seed) for seed in SEEDS]
         chosen = ["--frames", frames] if frames else []
         gaps = f"{views[0]}/gaps"
         masks = ["--gaps", gaps] if (self.folder / gaps).exists() else []

@@ -16,6 +16,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import charts.accuracy  # noqa: E402
 import charts.latency  # noqa: E402
+import charts.moved  # noqa: E402
 import charts.paper  # noqa: E402
 import charts.parity  # noqa: E402
 import charts.parsimony  # noqa: E402
@@ -50,7 +51,7 @@ def arguments():
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
                         help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
-    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where and related of smoke")
+    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved and related of smoke")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
     parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
@@ -135,7 +136,7 @@ class Study:
         SceneWork(self.work, self.options.bin, job.scene, self.preset).render_part(job.render, job.first, job.last)
 
     def draw(self):
-        for chart in (charts.accuracy, charts.paper, charts.where, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):
+        for chart in (charts.accuracy, charts.paper, charts.where, charts.moved, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)
         pictures = load(self.options.out, "pictures")

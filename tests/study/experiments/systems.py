@@ -72,11 +72,13 @@ def codings(preset, crfs=None):
 
 
 class Player:
-    """Plays systems of one scene, whatever they are made of; `frames` are some of the preset's, for which all is as short."""
+    """Plays systems of one scene, whatever they are made of; `frames` are some of the preset's, for which all is as short. For the heads that sources
+    were rendered at, or for those of the path `head`."""
 
-    def __init__(self, work, frames=None):
+    def __init__(self, work, frames=None, head=None):
         self.work = work
         self.frames = frames
+        self.head = head
 
     def sources(self, system, width, seed):
         """What is played, one folder for each that eyes have of their own."""
@@ -112,8 +114,8 @@ class Player:
         for source in self.sources(system, width, seed):
             label = source.removeprefix("renders/").replace("/", "-") + (f"-{self.frames}" if self.frames else "")
             stream, encoded = (source, None) if coding is None else self.encoded(system, source, coding, label)
-            name = f"{system.name}-{label}-{coding.name if coding else 'none'}"
-            view, played = self.work.play(name, stream, *system.play, *self.depth_words(system, coding),
+            name = "-".join([system.name, label, coding.name if coding else "none", *([self.head.stem] if self.head else [])])
+            view, played = self.work.play(name, stream, *system.play, *self.depth_words(system, coding), *(["--head", self.head] if self.head else []),
                                           *(self.chosen_frames() if coding is None else []))
             views.append(view)
             said.append({**played, **({"encoded": encoded} if encoded else {})})

@@ -8,6 +8,7 @@ from parity_figures import REFERENCES, SPHERE, matching, parity_of, rates_of
 from steps import write_whole
 
 from .conclusion import fill, ratio_text, width_text
+from .moved import parts as moved_parts
 from .related import parts as related_parts
 from .stability import parts as stability_parts
 from .systems import parts as system_parts
@@ -56,7 +57,7 @@ def write_tables(folder):
     systems, parity = load(folder, "systems"), load(folder, "parity")
     fill(folder, systems, parity)
     parts = system_parts(systems, load(folder, "sizes"))
-    parts += where_parts(load(folder, "where"))
+    parts += where_parts(load(folder, "where")) + moved_parts(load(folder, "moved"))
     if parity:
         parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]

@@ -1,0 +1,68 @@
+"""What is left when the head is not where the server thought: every system played for heads that have turned and moved on from where its source was rendered.
+
+A source that was rendered at the very eye is exact only while the head stays; here each has to make do with what it has until the next frame comes. Uncoded, one frame.
+"""
+
+import dataclasses
+import math
+
+import equistream as es
+import numpy as np
+from presets import SEEDS
+from render_list import EYES, moved_eyes
+from steps import write_if_other
+
+from .systems import SYSTEMS, Player, systems_of
+
+ASIDE = np.array([0.8, 0.36, -0.48])
+"""Right, up and ahead, in the head's axes: of length 1."""
+LONGEST_S = 3600
+
+
+@dataclasses.dataclass(frozen=True)
+class Head:
+    name: str
+    turned_deg: float
+    moved_m: float
+
+    def pose(self, head):
+        """This head's, of the one that the source was rendered for."""
+        turn, step = math.radians(self.turned_deg), np.eye(4)
+        step[:3, :3] = [[math.cos(turn), 0, math.sin(turn)], [0, 1, 0], [-math.sin(turn), 0, math.cos(turn)]]
+        step[:3, 3] = self.moved_m * ASIDE
+        return es.Pose.from_matrix(head.matrix @ step)
+
+
+HEADS = (Head("as-told", 0, 0), Head("turned", 20, 0), Head("moved", 0, 0.05), Head("further", 0, 0.1), Head("both", 20, 0.1))
+PLAYED = ("perspective", "pair", "sphere-left", "two-spheres", "centre", "centre-told", "centre-mesh", "centre-turned")
+
+
+def text_of(pose):
+    """A path that stands still."""
+    row = ",".join(repr(float(value)) for value in (*pose.position_m, *pose.orientation))
+    return "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *(f"{time_s},{row}" for time_s in (0, LONGEST_S))]) + "\n"
+
+
+def path_of(work, head, number):
+    """Its file, beside what it is of."""
+    told = es.read_frame_info(next((work.folder / work.truth(SEEDS[0]) / EYES[0]).glob(f"frame.{number:04}.*"))).head
+    file = work.folder / f"heads/{head.name}.csv"
+    file.parent.mkdir(exist_ok=True)
+    write_if_other(file, text_of(head.pose(told)))
+    return file
+
+
+def run(work):
+    number = (work.first + work.last) // 2
+    found, ceiling = [], {}
+    for head in HEADS:
+        path = path_of(work, head, number)
+        truths = [work.render(moved_eyes(work.preset, head.name, seed, path), str(number)) for seed in SEEDS]
+        ceiling[head.name] = work.compare(f"moved-{head.name}-ceiling", *truths)["eyes"]
+        player = Player(work, str(number), path)
+        for system in (system for system in systems_of(work) if system.name in PLAYED):
+            views, said = zip(*(player.play(system, work.preset.sphere_width, None, seed) for seed in SEEDS))
+            found.append({"head": head.name, "system": system.name, "width": work.preset.sphere_width if system.is_sphere else None,
+                          "commands": [[played["command"]] for played in said[0]], **work.beside(f"moved-{head.name}-{system.name}", views, truths)})
+    return {"n": {"frames": 1, "seeds": len(SEEDS)}, "heads": [dataclasses.asdict(head) for head in HEADS], "ceiling": ceiling,
+            "titles": {system.name: system.title for system in SYSTEMS if system.name in PLAYED}, "systems": found}
