@@ -35,7 +35,7 @@ while [ $job -lt $end ] && [ $job -lt {count} ]; do
 done
 """
 MEASURE_SCRIPT = """#!/bin/sh
-# What is measured of each scene, when all renders are there; last, what has scenes of its own.
+# What is measured of each scene, when all renders are there; last, what has scenes of its own. Submitted again, a task whose time ran out goes on where it was.
 #SBATCH --job-name={name}-measure
 #SBATCH --array=0-{last}
 #SBATCH --time={minutes}
@@ -109,12 +109,12 @@ def planned_job(preset, number, out):
 
 
 def measuring_s(preset, scene, folder):
-    """What its experiments had taken beside renders when the last of them was done, by frames and by pixels of eyes."""
+    """What its experiments had taken of one processor beside renders when the last of them was done, by frames and by pixels of eyes."""
     results = [found.load(folder, experiment).get(scene) for experiment in OF_SCENES]
-    last = max((result for result in results if result), key=lambda result: result.get("measuring_s", 0))
+    last = max((result for result in results if result), key=lambda result: result.get("measuring_cpu_s", 0))
     before = last["settings"]
     pixels = preset.eye[0] * preset.eye[1] / (before["eye"][0] * before["eye"][1])
-    return last["measuring_s"] * preset.frames / before["frames"] * pixels
+    return last["measuring_cpu_s"] * preset.frames / before["frames"] * pixels
 
 
 def of_scenes(preset):

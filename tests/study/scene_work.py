@@ -88,10 +88,10 @@ class SceneWork:
         steps = sorted(file.stem for kind in ("render", "part") for file in (self.folder / "steps").glob(f"{kind}-*.json"))
         return [{"name": step.removeprefix("render-"), **self.render_record(step)} for step in steps]
 
-    def measuring_s(self):
-        """Of all steps so far but renders."""
+    def measuring_cpu_s(self):
+        """Of all steps so far but renders, seconds of a processor, which other work beside does not stretch."""
         files = [file for file in (self.folder / "steps").glob("*.json") if not file.name.startswith(("render-", "part-"))]
-        return sum(json.loads(file.read_text())["wall_s"] for file in files)
+        return sum(json.loads(file.read_text())["cpu_s"] for file in files)
 
     def perspective(self, seed):
         return self.render(render_list.perspective(self.preset, seed))

@@ -105,7 +105,7 @@ class Study:
                   "settings": settings(self.preset), **made, **EXPERIMENTS[experiment](work)}
         result["renders"] = work.render_records()
         result["took_s"] = round(time.monotonic() - began, 1)
-        result["measuring_s"] = round(work.measuring_s(), 1)
+        result["measuring_cpu_s"] = round(work.measuring_cpu_s(), 1)
         if experiment == "systems":
             write_whole(self.options.out / "pictures" / file.name, json.dumps(Pictures(work).all_of(result["systems"], result["anaglyph"]["view"]), indent=1) + "\n")
         write_whole(file, json.dumps(result, indent=1) + "\n")
