@@ -31,8 +31,8 @@ def draw(results, cost, label, file):
         for row, (kind, accuracy) in enumerate(KINDS.items()):
             axes = panels[row][column]
             axes.set_xscale("log")
-            looks.log_axis(axes.xaxis)
             draw_panel(axes, result, cost, accuracy)
+            looks.log_axis(axes.xaxis)
             ceiling = ceiling_psnr(result)
             if accuracy is psnr:
                 looks.level(axes, ceiling, f"truth against truth: {ceiling:.1f} dB")

@@ -14,8 +14,14 @@ HIGHEST_DB = 60
 """Beyond this an error is that of rounding: a picture that is the truth itself."""
 
 
+MANY_TIMES = 100
+"""Of the least on a logarithmic axis, where labels at 1, 2 and 5 would crowd it."""
+
+
 def log_axis(axis):
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    """Of an axis that has its points already."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY_TIMES * low else (1, 3)))
     axis.set_major_formatter(FuncFormatter(plain_number))
     axis.set_minor_formatter(NullFormatter())
 
