@@ -93,9 +93,10 @@ class Player:
 
     def encoded(self, system, source, coding, name):
         depth = ["--depth", "auto"] if system.depth == "stream" else []
+        mirrors = ["--mirrors", "always"] if system.told else []
         tracks = ["--fill", "small" if system.small else "none", "--fill-crf", coding.crf] if system.small else ["--fill", "none"]
         kind = ("depth-" if depth else "") + ("small" if system.small else "alone")
-        return self.work.encode(f"{name}-{kind}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *tracks, *depth,
+        return self.work.encode(f"{name}-{kind}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *tracks, *depth, *mirrors,
                                 *self.chosen_frames())
 
     def chosen_frames(self):
