@@ -52,7 +52,7 @@ def parts(stability, latency):
                   "## What the reliability map knew at the last value: recall / precision, %, of so many % bad pixels", N, table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
     for result in latency.values():
         n = result["n"]
-        sent = ", ".join(f"{result['titles'][method]} {count / 1000:,.0f}" for method, count in result.get("bytes_a_second", {}).items()) or "not measured"
+        sent = ", ".join(f"{result['titles'][method]} {count / 1000:,.0f}" for method, count in result["bytes_a_second"].items())
         found += [f"## A late server: dB of all refreshes (of the worst), refreshes {n['refreshes']} at {n['refresh_hz']} Hz, both eyes", f"kB a second, of the tracks that each takes: {sent}.",
                   table(["network", "value", *result["titles"].values(), "age of frames, ms", "off as frames come, degrees", "off as foretold, degrees"],
                         list(latency_rows(result["sweeps"], result["titles"])))]
