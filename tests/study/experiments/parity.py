@@ -10,6 +10,7 @@ from .systems import SYSTEMS, Coding, Player
 
 BY_NAME = {system.name: system for system in SYSTEMS}
 VIEWS, SPHERE = ("perspective", "pair"), "centre"
+AT_ONCE = 2
 
 
 def qualities(preset, crfs):
@@ -20,10 +21,10 @@ def entries(player, widths):
     preset = player.work.preset
     for view in VIEWS:
         for coding in qualities(preset, preset.curve_crfs):
-            yield player.score(BY_NAME[view], None, coding)
+            yield player.score(BY_NAME[view], None, coding, AT_ONCE)
     for width in widths:
         for coding in qualities(preset, preset.curve_crfs + preset.coarse_crfs):
-            yield player.score(BY_NAME[SPHERE], width, coding)
+            yield player.score(BY_NAME[SPHERE], width, coding, AT_ONCE)
 
 
 def ceiling(work, *frames):
