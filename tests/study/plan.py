@@ -111,7 +111,9 @@ def planned_job(preset, number, out):
 def measuring_s(preset, scene, folder):
     """What its experiments had taken of one processor beside renders when the last of them was done, by frames and by pixels of eyes."""
     results = [found.load(folder, experiment).get(scene) for experiment in OF_SCENES]
-    last = max((result for result in results if result), key=lambda result: result.get("measuring_cpu_s", 0))
+    last = max((result for result in results if result and "measuring_cpu_s" in result), key=lambda result: result["measuring_cpu_s"], default=None)
+    if last is None:
+        raise Failed(f"{folder}: expected a result of {scene} that says what its measuring took of a processor, found none; --again measures it anew")
     before = last["settings"]
     pixels = preset.eye[0] * preset.eye[1] / (before["eye"][0] * before["eye"][1])
     return last["measuring_cpu_s"] * preset.frames / before["frames"] * pixels
