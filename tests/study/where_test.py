@@ -6,6 +6,7 @@ import numpy as np
 
 from experiments import where
 from experiments.systems import SYSTEMS
+from figures.where import parts, shares
 
 FOCAL_PX = 320
 BY_NAME = {system.name: system for system in SYSTEMS}
@@ -42,6 +43,23 @@ class Kinds(unittest.TestCase):
     def test_the_sky_lies_still(self):
         near, far = (where.edges(step(FOCAL_PX * where.EYES_APART_M / px, np.inf), FOCAL_PX).any() for px in (1.1, 0.9))
         self.assertEqual((near, far), (True, False))
+
+
+def entry(**kinds):
+    """Of both eyes alike: {kind: (share of the pixels, mean square over these)}; a share of 0 has no error."""
+    figures = {kind: {"fraction": share, **({"noise_free": {"linear": {"mean_square": square}}} if share else {})} for kind, (share, square) in kinds.items()}
+    return {"kinds": {kind: {"left": figure, "right": figure} for kind, figure in figures.items()}}
+
+
+class Shares(unittest.TestCase):
+    def test_they_are_of_all_of_the_error(self):
+        found = entry(hidden=(0.1, 0.02), mirrors=(0, 0), edges=(0.3, 0.01), elsewhere=(0.6, 0.005))
+        self.assertAlmostEqual(sum(square for _, square in parts(found).values()), 0.1 * 0.02 + 0.3 * 0.01 + 0.6 * 0.005)
+        for kind, share in {"hidden": 0.25, "mirrors": 0, "edges": 0.375, "elsewhere": 0.375}.items():
+            self.assertAlmostEqual(shares(found)[kind], share)
+
+    def test_what_noise_made_negative_is_none(self):
+        self.assertEqual(shares(entry(hidden=(0.1, -0.001), elsewhere=(0.9, 0.01))), {"hidden": 0, "elsewhere": 1})
 
 
 class Places(unittest.TestCase):

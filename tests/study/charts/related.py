@@ -1,32 +1,15 @@
 """Systems beside the paper's that it names: layouts, rows of a sphere, difference streams, motion search and grids of blocks, one row of panels each."""
 
 import matplotlib.pyplot as plt
+from figures.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import ceiling_psnr, db, load
 from render_list import EYES
 
 from . import looks
 
-ANCHOR = "e"
 LAYOUTS = {ANCHOR: "#145a32", "cube": "#c0392b", "eac": "#2e86c1", "cylinder": "#b9770e"}
-SECOND_EYE = {"direct": ("#d4ac0d", "coded itself"), "together": ("#2e86c1", "in one stream with the first eye"),
-              "difference": ("#8e44ad", "as a difference from what is reprojected")}
+SECOND_EYE_COLOURS = {"direct": "#d4ac0d", "together": "#2e86c1", "difference": "#8e44ad"}
 GRIDS = {"adaptive": "#145a32", "mesh": "#2e86c1", "mesh-plain": "#b9770e"}
-DEFAULT_SEARCH = "hex 16"
-
-
-def of(points, **wanted):
-    return [point for point in points if all(point[key] == value for key, value in wanted.items())]
-
-
-def curve(points, eye):
-    """(bytes a frame, dB) of what was coded."""
-    return [(point["bytes_a_frame"], level) for point in points if point["crf"] is not None and (level := db(point, eye)) is not None]
-
-
-def beside(points, keys, key, value):
-    """(point, the point with `value` for `key` that has the same `keys`)."""
-    for point in points:
-        yield point, next(other for other in of(points, **{name: point[name] for name in keys}) if other[key] == value)
 
 
 def log_bytes(axes):
@@ -61,8 +44,8 @@ def draw_latitudes(axes, result):
 
 
 def draw_differences(axes, result):
-    for kind, (colour, title) in SECOND_EYE.items():
-        axes.plot(*zip(*curve(of(result["differences"], kind=kind), "right")), color=colour, marker="o", markersize=4, linewidth=1.3, label=title)
+    for kind, title in SECOND_EYE.items():
+        axes.plot(*zip(*curve(of(result["differences"], kind=kind), "right")), color=SECOND_EYE_COLOURS[kind], marker="o", markersize=4, linewidth=1.3, label=title)
     levels = [level for point in of(result["differences"], kind="reprojected") if (level := db(point, "right")) is not None]
     axes.axhspan(min(levels), max(levels), color="#bbbbbb", alpha=0.5, linewidth=0, label="reprojected, by CRF, nothing sent")
     log_bytes(axes)

@@ -1,29 +1,12 @@
 """Where the error of each system lies: one bar a system, its error shared out between hidden pixels, mirrors and glass, edges and the rest; how large it is beside it."""
 
 import matplotlib.pyplot as plt
+from figures.where import parts, shares
 from found import db, load
-from render_list import EYES
 
 from . import looks
 
 COLOURS = {"hidden": "#c0392b", "mirrors": "#2e86c1", "edges": "#d4ac0d", "elsewhere": "#95a5a6"}
-
-
-def parts(entry):
-    """{kind: (share of both eyes' pixels, mean square over all of both eyes' pixels)}."""
-    found = {}
-    for kind, by_eye in entry["kinds"].items():
-        seen = [figures for figures in by_eye.values() if figures["fraction"]]
-        found[kind] = (sum(figures["fraction"] for figures in seen) / len(EYES),
-                       sum(figures["fraction"] * figures["noise_free"]["linear"]["mean_square"] for figures in seen) / len(EYES))
-    return found
-
-
-def shares(entry):
-    """{kind: of the error, 0 to 1}; noise can make a kind's a little negative, which counts as none."""
-    squares = {kind: max(0.0, square) for kind, (_, square) in parts(entry).items()}
-    whole = sum(squares.values())
-    return {kind: square / whole if whole else 0.0 for kind, square in squares.items()}
 
 
 def draw_panel(axes, result):

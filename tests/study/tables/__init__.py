@@ -1,10 +1,10 @@
 """What the study's curves say in numbers: OUT/tables.md, from its JSON and nothing else."""
 
-from charts.parsimony import AXES
+from figures.parity import REFERENCES, SPHERE, matching, parity_of, rates_of
+from figures.parsimony import AXES
 from found import load
 from knee import CLOSE_DB, knee, least_within
 from pages import cell, table
-from parity_figures import REFERENCES, SPHERE, matching, parity_of, rates_of
 from steps import write_whole
 
 from .conclusion import fill, ratio_text, width_text

@@ -1,8 +1,8 @@
 """The tables inside the study's conclusion, OUT.md beside OUT: one look at all scenes. Text around its markers is left alone; a page without them is, too."""
 
+from figures.parity import REFERENCES, SPHERE, matching, parity_of
 from found import all_bytes, db, ms
 from pages import cell, place, table
-from parity_figures import REFERENCES, SPHERE, matching, parity_of
 from steps import write_whole
 
 CODING = ("h264", 24)

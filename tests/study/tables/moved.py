@@ -1,6 +1,6 @@
 """The table of heads that are not where the server thought (experiments/moved.py)."""
 
-from charts.moved import by_head, head_text
+from figures.moved import by_head, head_text
 from found import error
 from pages import noise_free_text, table
 

@@ -1,6 +1,6 @@
 """Tables of the systems beside the paper's (experiments/related.py): layouts, rows, difference streams, motion search, grids of blocks."""
 
-from charts.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
+from figures.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import db
 from pages import cell, table
 from rates import bd_db, bd_rate_percent

@@ -1,7 +1,7 @@
 """The table of where each system's error lies (experiments/where.py)."""
 
-from charts.where import parts as parts_of
-from charts.where import shares
+from figures.where import parts as parts_of
+from figures.where import shares
 from found import db
 from pages import cell, table
 

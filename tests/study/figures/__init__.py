@@ -1,0 +1,1 @@
+"""What charts and tables share of the study's results."""
