@@ -2,6 +2,7 @@
 
 import base64
 import io
+import json
 
 import equistream as es
 import numpy as np
@@ -11,6 +12,8 @@ from PIL import Image
 EYE = "right"
 WIDTH, ANAGLYPH_WIDTH = 256, 480
 DIFFERENCE_GAIN = 4
+QUALITIES, LARGEST = (60, 45, 35, 25, 15), 1_900_000
+"""Of WebP, the first with which all pictures of a page are no larger, characters: noise takes many."""
 OTHER_SEED = 2
 """Of the truth: views are of the first, and none may share its noise."""
 
@@ -21,7 +24,7 @@ def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
     height = round(image.height * width / image.width)
     image = image.resize((width, height), resampling)
     data = io.BytesIO()
-    image.save(data, "WEBP", method=6, **(coding or {"quality": 60}))
+    image.save(data, "WEBP", method=6, **coding)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
@@ -41,6 +44,7 @@ class Pictures:
 
     def __init__(self, work):
         self.work = work
+        self.quality = QUALITIES[0]
         self.number = (work.first + work.last) // 2
         frame = es.read_frame(file_of(work.folder / work.truth(OTHER_SEED) / EYE, self.number))
         self.truth = es.to_display(frame["colour"], frame.info.exposure)
@@ -49,7 +53,7 @@ class Pictures:
         """What play wrote for the first seed."""
         folder = self.work.folder / view
         seen = rgb(file_of(folder / EYE, self.number))
-        found = {"seen": data_uri(seen), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth))}
+        found = {"seen": data_uri(seen, quality=self.quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth), quality=self.quality)}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
             found["gaps"] = data_uri(mask, resampling=Image.Resampling.NEAREST, lossless=True)
@@ -57,7 +61,14 @@ class Pictures:
 
     def anaglyph(self, played):
         """What the first seed's `played`, frames with both eyes in one picture, shows of the same frame."""
-        return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH)
+        return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH, quality=QUALITIES[0])
 
     def all_of(self, entries, anaglyph):
-        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}
+        for self.quality in QUALITIES:
+            found = self.all_alike(entries, anaglyph)
+            if len(json.dumps(found)) <= LARGEST:
+                break
+        return found
+
+    def all_alike(self, entries, anaglyph):
+        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth, quality=self.quality), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}
