@@ -7,6 +7,7 @@ from pathlib import Path
 
 import equistream as es
 import numpy as np
+from standing_head import path_text
 
 from experiments import moved
 
@@ -28,12 +29,13 @@ class Heads(unittest.TestCase):
     def test_a_path_that_stands_still(self):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "head.csv"
-            file.write_text(moved.text_of(moved.HEADS[-1].pose(TOLD)))
+            there = moved.HEADS[-1].pose(TOLD)
+            file.write_text(path_text(there.position_m, there.orientation))
             head, *rows = file.read_text().splitlines()
             self.assertEqual(head, "time_s,x,y,z,qw,qx,qy,qz")
             self.assertEqual(len({row.split(",", 1)[1] for row in rows}), 1)
             back = es.Pose([float(v) for v in rows[0].split(",")[1:4]], [float(v) for v in rows[0].split(",")[4:]])
-            np.testing.assert_allclose(back.matrix, moved.HEADS[-1].pose(TOLD).matrix, atol=1e-9)
+            np.testing.assert_allclose(back.matrix, there.matrix, atol=1e-9)
 
 
 if __name__ == "__main__":

@@ -44,16 +44,15 @@ class Pictures:
 
     def __init__(self, work):
         self.work = work
-        self.quality = QUALITIES[0]
         self.number = (work.first + work.last) // 2
         frame = es.read_frame(file_of(work.folder / work.truth(OTHER_SEED) / EYE, self.number))
         self.truth = es.to_display(frame["colour"], frame.info.exposure)
 
-    def of(self, view):
+    def of(self, view, quality):
         """What play wrote for the first seed."""
         folder = self.work.folder / view
         seen = rgb(file_of(folder / EYE, self.number))
-        found = {"seen": data_uri(seen, quality=self.quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth), quality=self.quality)}
+        found = {"seen": data_uri(seen, quality=quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth), quality=quality)}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
             found["gaps"] = data_uri(mask, resampling=Image.Resampling.NEAREST, lossless=True)
@@ -64,11 +63,11 @@ class Pictures:
         return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH, quality=QUALITIES[0])
 
     def all_of(self, entries, anaglyph):
-        for self.quality in QUALITIES:
-            found = self.all_alike(entries, anaglyph)
+        for quality in QUALITIES:
+            found = self.all_with(quality, entries, anaglyph)
             if len(json.dumps(found)) <= LARGEST:
                 break
         return found
 
-    def all_alike(self, entries, anaglyph):
-        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth, quality=self.quality), "views": {entry["views"][0]: self.of(entry["views"][0]) for entry in entries}}
+    def all_with(self, quality, entries, anaglyph):
+        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth, quality=quality), "views": {entry["views"][0]: self.of(entry["views"][0], quality) for entry in entries}}

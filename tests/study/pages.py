@@ -7,6 +7,11 @@ def cell(value, digits=2, missing="-"):
     return missing if value is None else f"{value:.{digits}f}"
 
 
+def counts_text(n):
+    """{"frames": 4, "seeds": 2} as "4 frames, 2 seeds"."""
+    return ", ".join(f"{count} {what.removesuffix('s') if count == 1 else what}" for what, count in n.items())
+
+
 def table(head, rows, labels=2):
     """The first `labels` columns are words, the others figures."""
     lines = ["| " + " | ".join(head) + " |", "|" + "|".join("---" if i < labels else "--:" for i in range(len(head))) + "|"]

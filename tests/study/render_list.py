@@ -9,7 +9,7 @@ PLACES = ("left", "centre", "right")
 BYTES_SEED, SAMPLES_SEED = 3, 11
 LOCK_SAMPLES = 16
 """A pixel: two streams are compared with each other alone."""
-DEPTH, WITH_MIRRORS = (("--aovs", aovs) for aovs in ("depth", "depth,specular,virtual"))
+DEPTH, WITH_MIRRORS = ("--aovs", "depth"), ("--aovs", "depth,specular,virtual")
 
 
 def size_text(size):

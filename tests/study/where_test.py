@@ -8,7 +8,7 @@ from experiments import where
 from experiments.systems import SYSTEMS
 from figures.where import parts, shares
 
-FOCAL_PX = 320
+FOCAL_PX, IPD_M = 320, 0.063
 BY_NAME = {system.name: system for system in SYSTEMS}
 
 
@@ -20,7 +20,7 @@ class Kinds(unittest.TestCase):
     def test_each_pixel_is_of_exactly_one(self):
         random = np.random.default_rng(1)
         hidden, specular = random.random((2, 40, 60)) < 0.05
-        kinds = where.kinds_of(hidden, specular, random.choice([1.0, 1.01, 3.0, np.inf], (40, 60), p=[0.5, 0.45, 0.03, 0.02]), FOCAL_PX)
+        kinds = where.kinds_of(hidden, specular, random.choice([1.0, 1.01, 3.0, np.inf], (40, 60), p=[0.5, 0.45, 0.03, 0.02]), FOCAL_PX, IPD_M)
         self.assertEqual(list(kinds), list(where.KINDS))
         np.testing.assert_array_equal(sum(mask.astype(int) for mask in kinds.values()), 1)
         np.testing.assert_array_equal(kinds["hidden"], hidden)
@@ -29,19 +29,19 @@ class Kinds(unittest.TestCase):
     def test_a_mirror_reaches_a_pixel_further(self):
         specular = np.zeros((5, 8), bool)
         specular[2, 4] = True
-        kinds = where.kinds_of(np.zeros_like(specular), specular, np.ones(specular.shape), FOCAL_PX)
+        kinds = where.kinds_of(np.zeros_like(specular), specular, np.ones(specular.shape), FOCAL_PX, IPD_M)
         self.assertEqual(kinds["mirrors"].sum(), 9)
         self.assertEqual(kinds["edges"].sum(), 0)
 
     def test_an_edge_begins_at_a_pixel_of_shift(self):
         near_m = 2.0
-        at_one_pixel_m = 1 / (1 / near_m - where.EDGE_PX / (FOCAL_PX * where.EYES_APART_M))
-        found = where.edges(step(near_m, 1.01 * at_one_pixel_m), FOCAL_PX)
+        at_one_pixel_m = 1 / (1 / near_m - where.EDGE_PX / (FOCAL_PX * IPD_M))
+        found = where.edges(step(near_m, 1.01 * at_one_pixel_m), FOCAL_PX, IPD_M)
         np.testing.assert_array_equal(np.flatnonzero(found[2]), [3, 4])
-        self.assertFalse(where.edges(step(near_m, 0.99 * at_one_pixel_m), FOCAL_PX).any())
+        self.assertFalse(where.edges(step(near_m, 0.99 * at_one_pixel_m), FOCAL_PX, IPD_M).any())
 
     def test_the_sky_lies_still(self):
-        near, far = (where.edges(step(FOCAL_PX * where.EYES_APART_M / px, np.inf), FOCAL_PX).any() for px in (1.1, 0.9))
+        near, far = (where.edges(step(FOCAL_PX * IPD_M / px, np.inf), FOCAL_PX, IPD_M).any() for px in (1.1, 0.9))
         self.assertEqual((near, far), (True, False))
 
 

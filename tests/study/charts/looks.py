@@ -12,8 +12,6 @@ COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1"
 MARKERS = {"uncoded": "*", "H.264, CRF 16": "o", "H.264, CRF 24": "s", "H.265, CRF 16": "^", "H.265, CRF 24": "D"}
 HIGHEST_DB = 60
 """Beyond this an error is that of rounding: a picture that is the truth itself."""
-
-
 MANY_TIMES = 100
 """Of the least on a logarithmic axis, where labels at 1, 2 and 5 would crowd it."""
 

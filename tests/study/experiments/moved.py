@@ -10,13 +10,13 @@ import equistream as es
 import numpy as np
 from presets import SEEDS
 from render_list import EYES, moved_eyes
+from standing_head import path_text
 from steps import write_if_other
 
 from .systems import SYSTEMS, Player, systems_of
 
 ASIDE = np.array([0.8, 0.36, -0.48])
 """Right, up and ahead, in the head's axes: of length 1."""
-LONGEST_S = 3600
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,18 +37,13 @@ HEADS = (Head("as-told", 0, 0), Head("turned", 20, 0), Head("moved", 0, 0.05), H
 PLAYED = ("perspective", "pair", "sphere-left", "two-spheres", "centre", "centre-told", "centre-mesh", "centre-turned")
 
 
-def text_of(pose):
-    """A path that stands still."""
-    row = ",".join(repr(float(value)) for value in (*pose.position_m, *pose.orientation))
-    return "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *(f"{time_s},{row}" for time_s in (0, LONGEST_S))]) + "\n"
-
-
 def path_of(work, head, number):
     """Its file, beside what it is of."""
     told = es.read_frame_info(next((work.folder / work.truth(SEEDS[0]) / EYES[0]).glob(f"frame.{number:04}.*"))).head
     file = work.folder / f"heads/{head.name}.csv"
     file.parent.mkdir(exist_ok=True)
-    write_if_other(file, text_of(head.pose(told)))
+    pose = head.pose(told)
+    write_if_other(file, path_text(pose.position_m, pose.orientation))
     return file
 
 

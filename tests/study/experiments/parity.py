@@ -10,7 +10,6 @@ from .systems import SYSTEMS, Coding, Player
 
 BY_NAME = {system.name: system for system in SYSTEMS}
 VIEWS, SPHERE = ("perspective", "pair"), "centre"
-AT_ONCE = 2
 
 
 def qualities(preset, crfs):
@@ -21,10 +20,10 @@ def entries(player, widths):
     preset = player.work.preset
     for view in VIEWS:
         for coding in qualities(preset, preset.curve_crfs):
-            yield player.score(BY_NAME[view], None, coding, AT_ONCE)
+            yield player.score(BY_NAME[view], None, coding, at_once=True)
     for width in widths:
         for coding in qualities(preset, preset.curve_crfs + preset.coarse_crfs):
-            yield player.score(BY_NAME[SPHERE], width, coding, AT_ONCE)
+            yield player.score(BY_NAME[SPHERE], width, coding, at_once=True)
 
 
 def ceiling(work, *frames):

@@ -134,11 +134,18 @@ class Player:
                 (both / eye).symlink_to(self.work.folder / view / eye)
         return str(both.relative_to(self.work.folder))
 
-    def score(self, system, width, coding, at_once=1):
-        """Of both seeds; `at_once` 2 plays them beside each other, where nobody asks how long that takes."""
-        self.work.description  # made by now, for both
-        with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
-            views, said = zip(*pool.map(lambda seed: self.play(system, width, coding, seed), SEEDS))
+    def score(self, system, width, coding, at_once=False):
+        """Of both seeds, played beside each other where nobody asks how long that takes."""
+        def played(seed):
+            return self.play(system, width, coding, seed)
+
+        if at_once:
+            self.work.description  # a bundled scene is generated before two ask for it
+            with concurrent.futures.ThreadPoolExecutor(len(SEEDS)) as pool:
+                runs = list(pool.map(played, SEEDS))
+        else:
+            runs = [played(seed) for seed in SEEDS]
+        views, said = zip(*runs)
         name = views[0].removeprefix("views/")
         return {"system": system.name, "width": width if system.is_sphere else None, "codec": coding.codec if coding else None,
                  "crf": coding.crf if coding else None, "n": {"frames": said[0][0]["frames"], "seeds": len(SEEDS)}, "views": list(views),

@@ -15,23 +15,22 @@ from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
 from .systems import SYSTEMS, Player, systems_of
 
 KINDS = {"hidden": "hidden from the source", "mirrors": "mirrors and glass", "edges": "edges of depth", "elsewhere": "elsewhere"}
-EYES_APART_M = 0.063
 EDGE_PX = 1
 """Of an edge, at least: how far apart the eyes' distance moves its two sides in the picture."""
 REACH = np.ones((3, 3), bool)
 """Around an edge or a mirror: pixels that may show something of both sides."""
 
 
-def edges(distance_m, focal_px):
+def edges(distance_m, focal_px, ipd_m):
     """Where the distances within reach of a pixel differ by an edge or more; +inf where nothing was hit."""
-    shift_px = focal_px * EYES_APART_M / distance_m
+    shift_px = focal_px * ipd_m / distance_m
     return maximum_filter(shift_px, footprint=REACH) - minimum_filter(shift_px, footprint=REACH) >= EDGE_PX
 
 
-def kinds_of(hidden, specular, distance_m, focal_px):
+def kinds_of(hidden, specular, distance_m, focal_px, ipd_m):
     """{kind: mask}, of which each pixel is in exactly one."""
     found, free = {}, np.ones_like(hidden)
-    for kind, mask in (("hidden", hidden), ("mirrors", binary_dilation(specular, REACH)), ("edges", edges(distance_m, focal_px)), ("elsewhere", free)):
+    for kind, mask in (("hidden", hidden), ("mirrors", binary_dilation(specular, REACH)), ("edges", edges(distance_m, focal_px, ipd_m)), ("elsewhere", free)):
         found[kind] = mask & free
         free = free & ~mask
     return found
@@ -48,7 +47,7 @@ def write_masks(frames, gaps, out, focal_px):
         frame = es.read_frame(file)
         picture = f"{file.stem}.png"
         hidden = np.asarray(Image.open(gaps / picture)) > 0 if gaps else np.zeros(frame["depth"].shape, bool)
-        for kind, mask in kinds_of(hidden, frame["specular"] > 0, frame["depth"], focal_px).items():
+        for kind, mask in kinds_of(hidden, frame["specular"] > 0, frame["depth"], focal_px, frame.info.ipd_m).items():
             folder = out / kind / frames.name
             folder.mkdir(parents=True, exist_ok=True)
             Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)).save(folder / picture)
@@ -60,10 +59,13 @@ def masks(player, system):
     name = f"masks/{knowing.name if knowing else 'none'}"
     geometry = work.folder / work.render(eyes_geometry(work.preset))
     view = work.folder / player.play(knowing, work.preset.sphere_width, None, SEEDS[0])[0] if knowing else None
-    for eye in EYES:
-        gaps = view / "gaps" / eye if view and (view / "gaps" / eye).exists() else None
-        made_once(work.folder / name / eye, [geometry / eye, *([gaps] if gaps else [])],
-                  lambda eye=eye, gaps=gaps: write_masks(geometry / eye, gaps, work.folder / name, work.preset.focal_px))
+    gaps = {eye: view / "gaps" / eye for eye in EYES if view and (view / "gaps" / eye).exists()}
+
+    def make():
+        for eye in EYES:
+            write_masks(geometry / eye, gaps.get(eye), work.folder / name, work.preset.focal_px)
+
+    made_once(work.folder / name, [*(geometry / eye for eye in EYES), *gaps.values()], make)
     return {kind: f"{name}/{kind}" for kind in KINDS}
 
 
@@ -83,5 +85,5 @@ def run(work):
     """Of all systems but what is rendered for the very eye, which has no error before coding."""
     player = Player(work)
     systems = [system for system in systems_of(work) if system.views == 1]
-    return {"n": {"frames": work.preset.frames, "seeds": len(SEEDS)}, "kinds": KINDS, "eyes_apart_m": EYES_APART_M, "edge_px": EDGE_PX,
+    return {"n": {"frames": work.preset.frames, "seeds": len(SEEDS)}, "kinds": KINDS, "edge_px": EDGE_PX,
             "titles": {system.name: system.title for system in systems}, "systems": [of_system(player, system) for system in systems]}

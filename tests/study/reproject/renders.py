@@ -16,6 +16,7 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from standing_head import path_text  # noqa: E402
 from steps import Failed, Steps, run_as_program, write_if_other  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -88,9 +89,7 @@ class SceneRenders:
         head = json.loads((self.work / "renders/truth-stereo-1/left/manifest.json").read_text())["first_frame"]["head"]
         position = [a + b for a, b in zip(head["position_m"], rotated(head["orientation_wxyz"], MOVE_M))]
         file = self.work / "scene/moved.csv"
-        pose = [*position, *head["orientation_wxyz"]]
-        keys = [",".join(repr(v) for v in [time_s, *pose]) for time_s in (0.0, 60.0)]
-        write_if_other(file, "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *keys]) + "\n")
+        write_if_other(file, path_text(position, head["orientation_wxyz"]))
         return file
 
     def truth(self, head, seed):

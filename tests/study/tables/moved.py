@@ -2,7 +2,7 @@
 
 from figures.moved import by_head, head_text
 from found import error
-from pages import noise_free_text, table
+from pages import counts_text, noise_free_text, table
 
 
 def rows(results):
@@ -16,6 +16,5 @@ def parts(results):
     if not results:
         return []
     first = next(iter(results.values()))
-    n = ", ".join(f"{count} {what}" for what, count in first["n"].items())
-    return ["## The head elsewhere than told", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {n}: noise-free dB of both eyes on linear values [95 % of the noise].",
+    return ["## The head elsewhere than told", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {counts_text(first['n'])}: noise-free dB of both eyes on linear values [95 % of the noise].",
             table(["scene", "system", *map(head_text, first["heads"])], list(rows(results)))]

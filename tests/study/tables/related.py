@@ -2,7 +2,7 @@
 
 from figures.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import db
-from pages import cell, table
+from pages import cell, counts_text, table
 from rates import bd_db, bd_rate_percent
 
 SAID = {True: "yes", False: "no"}
@@ -58,8 +58,8 @@ def block_rows(results):
 def parts(results):
     if not results:
         return []
-    n = next(iter(results.values()))["layouts"][0]["n"]
-    return ["## Related systems: layouts with as many pixels, left eye", "n here and below = " + ", ".join(f"{count} {what}" for what, count in n.items()) + ".",
+    first = next(iter(results.values()))
+    return ["## Related systems: layouts with as many pixels, left eye", f"n here and below, but for motion search = {counts_text(first['layouts'][0]['n'])}.",
             table(["scene", "layout", "size", "uncoded, dB", "BD-rate, %", "BD, dB", "of the eye beyond it, %", "our lookup beside the client's, dB", "v360's, dB"],
                   list(layout_rows(results)), 3),
             "## Related systems: rows of the sphere",
@@ -68,7 +68,7 @@ def parts(results):
             table(["scene", "CRF", "coded itself, bytes a frame", "dB", "with the first eye, bytes a frame more", "dB", "as a difference, bytes a frame", "dB", "nothing sent, dB", "with the first: BD-rate, %", "BD, dB",
                    "difference: BD-rate, %", "BD, dB"],
                   list(difference_rows(results)), 1),
-            "## Related systems: motion search of the encoder",
+            "## Related systems: motion search of the encoder", f"n = {counts_text(first['searches'][0]['n'])} of all seeds' samples together.",
             table(["scene", "source", "search", "bytes a frame", "beside the default, %", "PSNR beside it, dB", "frames bring vectors", "vectors change the stream",
                    "regions change the stream"], list(search_rows(results)), 3),
             "## Related systems: grids of blocks", table(["scene", "grid", "setting", "cells", "both eyes, dB"], list(block_rows(results)), 3)]

@@ -3,7 +3,7 @@
 from figures.where import parts as parts_of
 from figures.where import shares
 from found import db
-from pages import cell, table
+from pages import cell, counts_text, table
 
 
 def rows(results):
@@ -17,6 +17,5 @@ def parts(results):
     if not results:
         return []
     first = next(iter(results.values()))
-    n = ", ".join(f"{count} {what}" for what, count in first["n"].items())
-    return ["## Where the error lies", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {n}: of the noise-free error on linear values, in brackets of the pixels, per cent.",
+    return ["## Where the error lies", f"Uncoded, spheres {first['settings']['sphere_width']} wide, n = {counts_text(first['n'])}: of the noise-free error on linear values, in brackets of the pixels, per cent.",
             table(["scene", "system", "dB", *first["kinds"].values()], list(rows(results)))]
