@@ -41,8 +41,8 @@ def scores(program, breaker, share, work):
     for file in sorted((work / "sphere").rglob("*.exr")):
         break_file(file, share, random)
     played.run(program, "encode", work / "sphere", "--out", work / "sphere.mp4", "--progress", "none")
-    return {chains.CEILING: chains.ceiling(lambda eye: [renders.frame("own", eye)], lambda eye: [truth[eye]]),
-            **{method: score(program, work, method, truth) for method in chains.es.METHODS}}
+    best = chains.ceiling(lambda eye: [renders.frame("own", eye)], lambda eye: [truth[eye]])
+    return {chains.CEILING: best.figures(), **{method: score(program, work, method, truth).figures(best) for method in chains.es.METHODS}}
 
 
 def score(program, work, method, truth):
@@ -56,4 +56,4 @@ def score(program, work, method, truth):
             raise RuntimeError(f"{method}: expected finite colours, found {int((~np.isfinite(colour)).sum())} others in the {eye} eye")
         shown, true = (chains.es.to_display(picture, frame.info.exposure) for picture in (colour, frame["colour"]))
         found.add(shown, true, played.plane(out, "gaps", eye, 0) != 0, played.plane(out, "reliability", eye, 0))
-    return found.figures()
+    return found

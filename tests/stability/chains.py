@@ -6,6 +6,7 @@ import subprocess
 
 import equistream as es
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 EYE_SIZE = (200, 112)
 SPHERE_SIZE = (480, 240)
@@ -16,6 +17,8 @@ WORST_SHARE = 0.01
 FEWEST_GAPS = 20
 """Below so many gap pixels of both eyes their own PSNR says nothing."""
 FLAGGED_BELOW = 0.5
+AROUND = np.ones((3, 3), bool)
+"""A pixel: as far as what one sphere has wrong and another has not may be chance, of where their samples lie."""
 
 
 CEILING = "ceiling"
@@ -108,26 +111,38 @@ class Score:
     """Errors of one method over both eyes."""
 
     def __init__(self):
-        self.errors, self.gaps, self.good, self.reliability = [], [], [], []
+        self.errors, self.gaps, self.bad, self.reliability = [], [], [], []
 
     def add(self, rgb, truth, gaps, reliability):
         """Of one eye: two pictures in 8 bits, where the first had gaps, and its map of how far to trust it, in 8 bits."""
         difference = rgb.astype(float) - truth
         self.errors.append((difference ** 2).sum(axis=2).ravel())
         self.gaps.append(gaps.ravel())
-        self.good.append((np.abs(difference).max(axis=2) <= es.RELIABILITY_TOLERANCE).ravel())
+        self.bad.append(np.abs(difference).max(axis=2) > es.RELIABILITY_TOLERANCE)
         self.reliability.append(reliability.ravel() / 255)
 
-    def figures(self):
-        errors, gaps = np.concatenate(self.errors), np.concatenate(self.gaps)
-        good, reliability = np.concatenate(self.good), np.concatenate(self.reliability)
+    def figures(self, ceiling=None):
+        """With the ceiling's score also what the map knew of what reprojection lost, and nothing else: of pixels around which all is good there."""
+        errors, gaps, reliability = np.concatenate(self.errors), np.concatenate(self.gaps), np.concatenate(self.reliability)
         worst = np.sort(errors)[-max(1, int(WORST_SHARE * len(errors))):]
-        flagged, bad = reliability < FLAGGED_BELOW, ~good
+        flagged, bad = reliability < FLAGGED_BELOW, flat(self.bad)
         return {"psnr_db": psnr(errors), "worst_percent_db": psnr(worst), "gaps_db": psnr(errors[gaps]) if gaps.sum() >= FEWEST_GAPS else None,
                 "gap_share": round(float(gaps.mean()), 5), "bad_share": round(float(bad.mean()), 5),
-                "mean_reliability": round(float(reliability.mean()), 4),
-                "flagged_share": round(float(flagged.mean()), 5), "flagged_precision": share(flagged & bad, flagged),
-                "flagged_recall": share(flagged & bad, bad)}
+                "mean_reliability": round(float(reliability.mean()), 4), "flagged_share": round(float(flagged.mean()), 5),
+                **told("flagged", flagged, bad), **(lost_figures(flagged, bad, ~flat(binary_dilation(bad, AROUND) for bad in ceiling.bad)) if ceiling else {})}
+
+
+def flat(pictures):
+    return np.concatenate([picture.ravel() for picture in pictures])
+
+
+def told(name, flagged, wrong):
+    return {f"{name}_precision": share(flagged & wrong, flagged), f"{name}_recall": share(flagged & wrong, wrong)}
+
+
+def lost_figures(flagged, bad, could_be_good):
+    lost = bad & could_be_good
+    return {"lost_share": round(float(lost.mean()), 5), **told("lost", flagged & could_be_good, lost)}
 
 
 def psnr(squared_errors):
@@ -164,21 +179,22 @@ def displayed(frame):
 
 
 def ceiling(own_of, truth_of):
-    """Figures of spheres at the eyes' own places: functions of an eye's name that give its frames in time."""
+    """The score of spheres at the eyes' own places: functions of an eye's name that give its frames in time."""
     score, turn = Score(), es.Reprojector("sphere", fill="none")
     for eye in EYES:
         for own, truth in zip(own_of(eye), truth_of(eye), strict=True):
             picture = turn(own, truth.info.camera, truth.info.camera_pose, reliability=True)
             score.add(picture.rgb, displayed(truth), picture.gaps, picture.reliability)
-    return score.figures()
+    return score
 
 
 def scores(renders):
     """Method -> figures."""
-    found = {CEILING: ceiling(lambda eye: [renders.own(eye)], lambda eye: [renders.frame("truth", eye)])}
+    best = ceiling(lambda eye: [renders.own(eye)], lambda eye: [renders.frame("truth", eye)])
+    found = {CEILING: best.figures()}
     for method in methods():
         score = Score()
         for picture, truth in reprojected(renders, method):
             score.add(picture.rgb, truth, picture.gaps, picture.reliability)
-        found[method] = score.figures()
+        found[method] = score.figures(best)
     return found

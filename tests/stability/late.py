@@ -70,8 +70,8 @@ def scores(program, breaker, value, work):
     """Method -> figures."""
     folder = inputs(program, work.parent)
     network = NETWORKS[breaker.name].format(value=value)
-    return {chains.CEILING: chains.ceiling(lambda eye: [frame.main for frame in chains.es.open_feed(folder / f"own-{eye}.mp4")], lambda eye: frames(folder / "truth" / eye)),
-            **{method: score(program, folder, network, method, work / method) for method in chains.es.METHODS}}
+    best = chains.ceiling(lambda eye: [frame.main for frame in chains.es.open_feed(folder / f"own-{eye}.mp4")], lambda eye: frames(folder / "truth" / eye))
+    return {chains.CEILING: best.figures(), **{method: score(program, folder, network, method, work / method).figures(best) for method in chains.es.METHODS}}
 
 
 def frames(folder):
@@ -87,4 +87,4 @@ def score(program, folder, network, method, out):
         for refresh, truth in enumerate(frames(folder / "truth" / eye), FIRST):
             found.add(played.picture(out, eye, refresh), chains.displayed(truth),
                       played.plane(out, "gaps", eye, refresh) != 0, played.plane(out, "reliability", eye, refresh))
-    return found.figures()
+    return found

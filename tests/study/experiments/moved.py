@@ -56,7 +56,7 @@ def run(work):
         ceiling[head.name] = work.compare(f"moved-{head.name}-ceiling", *truths)["eyes"]
         player = Player(work, str(number), path)
         for system in (system for system in systems_of(work) if system.name in PLAYED):
-            views, said = zip(*(player.play(system, work.preset.sphere_width, None, seed) for seed in SEEDS))
+            views, said = player.play_seeds(system, work.preset.sphere_width, None)
             found.append({"head": head.name, "system": system.name, "width": work.preset.sphere_width if system.is_sphere else None,
                           "commands": [[played["command"]] for played in said[0]], **work.beside(f"moved-{head.name}-{system.name}", views, truths)})
     return {"n": {"frames": 1, "seeds": len(SEEDS)}, "heads": [dataclasses.asdict(head) for head in HEADS], "ceiling": ceiling,

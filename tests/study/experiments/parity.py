@@ -20,10 +20,10 @@ def entries(player, widths):
     preset = player.work.preset
     for view in VIEWS:
         for coding in qualities(preset, preset.curve_crfs):
-            yield player.score(BY_NAME[view], None, coding, at_once=True)
+            yield player.score(BY_NAME[view], None, coding)
     for width in widths:
         for coding in qualities(preset, preset.curve_crfs + preset.coarse_crfs):
-            yield player.score(BY_NAME[SPHERE], width, coding, at_once=True)
+            yield player.score(BY_NAME[SPHERE], width, coding)
 
 
 def ceiling(work, *frames):

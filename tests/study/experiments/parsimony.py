@@ -13,6 +13,7 @@ from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere
 from scene_work import REPOSITORY
+from steps import side_by_side
 
 from .related_cells import count_cells
 
@@ -30,7 +31,7 @@ def sources(work):
 
 def played(work, label, *words):
     """Noise-free of both seeds' spheres, played in one way."""
-    views = [work.play(f"{label}-{seed}", source, *words)[0] for seed, source in zip(SEEDS, sources(work))]
+    views = side_by_side(lambda seed, source: work.play(f"{label}-{seed}", source, *words)[0], SEEDS, sources(work))
     return work.scored(label, views)["noise_free"]
 
 

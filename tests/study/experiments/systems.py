@@ -5,13 +5,13 @@ Each is played before coding and through each codec at each of the paper's two q
 the noise-free error takes both (docs/compare.md).
 """
 
-import concurrent.futures
 import dataclasses
 
 from baselines import copy_ms, v360_ms
 from perceived import FLIP_PICTURES, flip, perceived, pixels_a_degree
 from presets import SEEDS
 from render_list import EYES
+from steps import side_by_side
 
 PAPER_FILL = ["--fill", "small,spread"]
 OUR_FILL = ["--fill", "small-wide,pushpull"]
@@ -134,18 +134,17 @@ class Player:
                 (both / eye).symlink_to(self.work.folder / view / eye)
         return str(both.relative_to(self.work.folder))
 
-    def score(self, system, width, coding, at_once=False):
-        """Of both seeds, played beside each other where nobody asks how long that takes."""
+    def play_seeds(self, system, width, coding, timed=False):
+        """Views and what was said, a tuple of each: beside each other unless somebody asks how long playing takes."""
         def played(seed):
             return self.play(system, width, coding, seed)
 
-        if at_once:
-            self.work.description  # a bundled scene is generated before two ask for it
-            with concurrent.futures.ThreadPoolExecutor(len(SEEDS)) as pool:
-                runs = list(pool.map(played, SEEDS))
-        else:
-            runs = [played(seed) for seed in SEEDS]
-        views, said = zip(*runs)
+        self.work.description  # a bundled scene is generated before two ask for it
+        return zip(*(map(played, SEEDS) if timed else side_by_side(played, SEEDS)))
+
+    def score(self, system, width, coding, timed=False):
+        """Of both seeds."""
+        views, said = self.play_seeds(system, width, coding, timed)
         name = views[0].removeprefix("views/")
         return {"system": system.name, "width": width if system.is_sphere else None, "codec": coding.codec if coding else None,
                  "crf": coding.crf if coding else None, "n": {"frames": said[0][0]["frames"], "seeds": len(SEEDS)}, "views": list(views),
@@ -229,7 +228,7 @@ def run(work):
     for system in systems_of(work):
         chosen = codings(preset) if system.in_full else codings(preset)[:2 if preset.every_value else 1]
         for width in widths_of(system, preset):
-            entries += [player.score(system, width, coding) for coding in chosen]
+            entries += [player.score(system, width, coding, preset.timed) for coding in chosen]
     truths = [work.truth(seed) for seed in SEEDS]
     for entry in entries:
         entry["perceived"] = perceived(work.folder, entry["views"], truths, preset.focal_px)

@@ -71,7 +71,7 @@ def masks(player, system):
 
 def of_system(player, system):
     work = player.work
-    views = [player.play(system, work.preset.sphere_width, None, seed)[0] for seed in SEEDS]
+    views, _ = player.play_seeds(system, work.preset.sphere_width, None)
     truth = [work.truth(seed) for seed in SEEDS]
     found = {"system": system.name, "width": work.preset.sphere_width if system.is_sphere else None, "kinds": {}}
     for kind, mask in masks(player, system).items():

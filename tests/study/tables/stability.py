@@ -5,6 +5,8 @@ from pages import cell, table
 
 N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
 
+LOST = "Lost: off by more than 10 of 255, and not in the ceiling. What the ceiling has wrong, too, counts neither for the map nor against it."
+
 
 def methods_of(breakers):
     names = dict.fromkeys(method for breaker in breakers.values() for method in breaker["falls"])
@@ -23,10 +25,10 @@ def fall_rows(breakers, methods):
 
 
 def known_text(figures):
-    """Recall and precision in percent; - where nothing is bad, or nothing flagged."""
+    """Recall and precision in percent; - where nothing is lost, or nothing flagged."""
     if figures is None:
         return ""
-    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in (figures["flagged_recall"], figures["flagged_precision"])) + f" of {100 * figures['bad_share']:.1f}"
+    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in (figures["lost_recall"], figures["lost_precision"])) + f" of {100 * figures['lost_share']:.1f}"
 
 
 def known_rows(breakers, methods):
@@ -49,7 +51,7 @@ def parts(stability, latency):
     for result in stability.values():
         breakers, methods = result["breakers"], methods_of(result["breakers"])
         found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", N, table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
-                  "## What the reliability map knew at the last value: recall / precision, %, of so many % bad pixels", N, table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
+                  "## What the reliability map knew at the last value: recall / precision, %, of so many % lost pixels", f"{N} {LOST}", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
     for result in latency.values():
         n = result["n"]
         sent = ", ".join(f"{result['titles'][method]} {count / 1000:,.0f}" for method, count in result["bytes_a_second"].items())
