@@ -39,9 +39,11 @@ def without(result, label):
 
 
 def draw_depths(axes, result):
-    """By rays, by our draws and by the paper's: what each of them sees, which is the same."""
+    """By rays, by our draws and by the paper's: what each of them sees, which is the same, and how long it takes."""
     points = [(entry["title"], db(entry)) for entry in result["draws"]]
-    axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
+    bars = axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
+    axes.bar_label(bars, [f"{entry['depth_ms']:,.0f} ms" for entry in result["draws"]], fontsize=7.5)
+    axes.margins(y=0.12)
     axes.set_xticks(range(len(points)), [textwrap.fill(title, 14) for title, _ in points], fontsize=7)
     axes.set_ylim(bottom=min(level for _, level in points) - 1)
     axes.set_xlabel("whose draws the client's depth is of", fontsize=8)

@@ -2,9 +2,9 @@
 
 from figures.parity import REFERENCES, SPHERE, matching, parity_of, rates_of
 from figures.parsimony import AXES
-from found import load
+from found import error, load
 from knee import CLOSE_DB, knee, least_within
-from pages import cell, table
+from pages import cell, noise_free_text, table
 from steps import write_whole
 
 from .conclusion import fill, ratio_text, width_text
@@ -53,6 +53,12 @@ def knee_rows(results):
             yield [scene, label, f"{knee(points):,g}", f"{least_within(points):,g}"]
 
 
+def draw_rows(results):
+    for scene, result in results.items():
+        for entry in result["draws"]:
+            yield [scene, entry["title"], cell(entry["depth_ms"], 1), noise_free_text(error(entry))]
+
+
 def write_tables(folder):
     systems, parity = load(folder, "systems"), load(folder, "parity")
     fill(folder, systems, parity)
@@ -62,7 +68,9 @@ def write_tables(folder):
         parts += ["## Parity, both eyes, noise-free on linear values", counted(parity, lambda result: f"frames {result['first_frames']} x {result['n_seeds']} seeds"), table(["scene", "equal to", "CRF", "dB", "bytes a frame", "columns at that CRF [95 %]", "of 2 pi f", "columns by display values", "fewest bytes of any width", "its columns", "bytes, times", "rendered pixels, times"], list(parity_rows(parity))),
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
-        parts += ["## The knee", counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds, one of each number of samples"), table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
+        n = counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds")
+        parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded, no GPU", n, table(["scene", "depth by", "ms a frame", "noise-free dB [95 %]"], list(draw_rows(parsimony))),
+                  "## The knee", n.removesuffix(".") + ", one of each number of samples.", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
     parts += stability_parts(load(folder, "stability"), load(folder, "latency"))
     parts += related_parts(load(folder, "related"))
     if parts:
