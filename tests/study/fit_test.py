@@ -5,7 +5,7 @@ import unittest
 
 from fitting import report as fit_report
 from fitting import search as fit_search
-from fitting.choice import Chosen
+from fitting.choice import Chosen, Fit, Unreachable
 from fitting.settings import sections_of, settings_text
 from fitting.work import Asked, Fill, Point
 
@@ -113,6 +113,52 @@ class Widths(unittest.TestCase):
             self.assertEqual(asked.samples_at(matching), 4)
 
 
+class MadeUp:
+    """A scene with a mirror that holds the error at so many dB unless it is told of; width and CRF cost accuracy and bytes in closed form."""
+
+    def __init__(self, mirror_db, told_bytes):
+        self.mirror_db, self.told_bytes, self.folder = mirror_db, told_bytes, None
+
+    def tells_of_mirrors(self, _place):
+        return self.mirror_db is not None
+
+    def at(self, way, width, crf):
+        squares = 10 ** (-(36 + 4 * math.log2(width / 2016) - 0.2 * max(0, (crf or 0) - 12)) / 10) + (0 if way.told or self.mirror_db is None else 10 ** (-self.mirror_db / 10))
+        db = -10 * math.log10(squares)
+        return Point(way, width, crf, db, db, db, None if crf is None else width ** 2 / 1000 * 2 ** (-crf / 6) + (self.told_bytes if way.told else 0), None)
+
+
+class Mirrors(unittest.TestCase):
+    def fit(self, level, scene):
+        fit = Fit(scene, Asked((640, 360), 90.0, 30, 31, 4, 2 ** 0.5), "h264", level, 300)
+        fit.at = scene.at
+        return fit
+
+    def test_a_scene_without_any_is_not_told(self):
+        fit = self.fit(33, MadeUp(None, 0))
+        self.assertFalse(fit.sphere()[0])
+        self.assertNotIn("mirrors", " ".join(fit.why))
+
+    def test_what_gains_nothing_is_not_tried(self):
+        fit = self.fit(33, MadeUp(60, 0))
+        self.assertFalse(fit.sphere()[0])
+        self.assertIn("not taken", fit.why[0])
+
+    def test_what_cannot_be_had_otherwise_is_told_whatever_it_takes(self):
+        fit = self.fit(33, MadeUp(33, 10 ** 6))
+        self.assertTrue(fit.sphere()[0])
+        self.assertIn("else not to be had", " ".join(fit.why))
+
+    def test_whichever_takes_fewer_bytes(self):
+        for told_bytes, is_told in ((0, True), (10 ** 6, False)):
+            self.assertEqual(self.fit(30, MadeUp(36, told_bytes)).sphere()[0], is_told)
+
+    def test_the_most_found_is_the_better_ones(self):
+        with self.assertRaises(Unreachable) as short:
+            self.fit(45, MadeUp(33, 0)).sphere()
+        self.assertTrue(short.exception.best.way.told)
+
+
 class Words(unittest.TestCase):
     def test_sections(self):
         asked = Asked((640, 360), 90.0, 30, 31, 4, 1)
@@ -121,7 +167,9 @@ class Words(unittest.TestCase):
         self.assertEqual(by_stream["render"], {"eye": "centre", "size": "1008x504", "spp": 16, "aovs": "depth", "layers": "true"})
         self.assertEqual((by_stream["encode"]["depth"], by_stream["encode"]["fill"], by_stream["play"]["depth"]), ("auto", "hidden", "stream"))
         self.assertEqual(by_stream["view"]["method"], "mesh")
-        by_model = sections_of(Chosen(point, Fill(), 5, model_px=4, geometry_file="/a b/m.json", samples=16), asked, "h265")
+        self.assertNotIn("mirrors", by_stream["encode"])
+        by_model = sections_of(Chosen(point, Fill(), 5, model_px=4, told=True, geometry_file="/a b/m.json", samples=16), asked, "h265")
+        self.assertEqual((by_model["render"]["aovs"], by_model["encode"]["mirrors"]), ("depth,specular,virtual", "always"))
         self.assertEqual(by_model["play"]["model"], '"/a b/m.json"')
         self.assertEqual((by_model["encode"]["depth"], by_model["model"]), ("none", {"error-px": "4", "focal": "320"}))
         text = settings_text(["why"], by_stream)

@@ -37,6 +37,8 @@ class Chosen:
     model_px: float = 0
     model_file: str = ""
     depth_share: float = 0
+    told: bool = False
+    """Of mirrors and glass."""
     geometry_file: object = None
     samples: int = 0
 
@@ -58,11 +60,10 @@ class Fit:
         self.work, self.asked, self.level, self.path_frames = work, asked, level, path_frames
         self.codec, self.measure = codec, Measurer(work, codec)
         self.at = self.measure.at
-        self.why = []
+        self.why, self.told = [], False
 
     def run(self):
-        base = by_scene(Fill())
-        width, crf = self.width_and_crf(base, self.narrowest(base))
+        self.told, width, crf = self.sphere()
         chosen = self.choose(self.fill(width, crf), width, crf)
         chosen.samples = self.samples(width)
         self.views = [(way, self.finest(way, None, crf)) for way in (PERSPECTIVE, PAIR)]
@@ -70,11 +71,41 @@ class Fit:
 
     # -- the sphere
 
+    def sphere(self):
+        """Whether to tell of mirrors and glass, width and CRF: of the fewest bytes."""
+        tried = (False, True) if self.helps_to_tell() else (False,)
+        found, short = {}, []
+        for told in tried:
+            way = by_scene(Fill(), told)
+            try:
+                narrowest = self.narrowest(way)
+                found[told] = self.fewest_bytes(way, narrowest), narrowest
+            except Unreachable as unreachable:
+                short.append(unreachable)
+        if not found:
+            raise max(short, key=lambda unreachable: unreachable.best.db)
+        cheapest_told = min(found, key=lambda told: found[told][0].bytes)
+        point, narrowest = found[cheapest_told]
+        if len(tried) == 2:
+            told_text, plain_text = (f"{found[told][0].bytes:,.0f} bytes a frame" if told in found else "not to be had" for told in (True, False))
+            self.why.append(f"told of mirrors and glass: {told_text}, else {plain_text}: {taken_text(cheapest_told)}")
+        self.why.append(f"{point.width} columns, {point.width / self.asked.matching:.2f} of 2 pi f, CRF {point.crf}: the fewest bytes; "
+                        f"the narrowest that has it uncoded has {narrowest}")
+        return cheapest_told, point.width, point.crf
+
+    def helps_to_tell(self):
+        """Of mirrors and glass: seen uncoded, on a sphere as dense as the eyes."""
+        if not self.work.tells_of_mirrors("centre"):
+            return False
+        width = self.asked.matching_width
+        gain_db = self.at(by_scene(Fill(), True), width, None).db - self.at(by_scene(Fill(), False), width, None).db
+        self.why.append(f"telling of mirrors and glass: {gain_db:+.2f} dB uncoded at {width} columns: {'tried' if gain_db >= CLOSE_DB else 'not taken'}")
+        return gain_db >= CLOSE_DB
+
     def narrowest(self, way):
         """The narrowest sphere that has it uncoded."""
         widths = self.asked.widths
-        matching = min(range(len(widths)), key=lambda i: abs(widths[i] - self.asked.matching))
-        found_width = last_holding(widths, lambda width: self.at(way, width, None).db >= self.level, matching)
+        found_width = last_holding(widths, lambda width: self.at(way, width, None).db >= self.level, widths.index(self.asked.matching_width))
         if found_width is None:
             raise Unreachable(self.at(way, widths[0], None))
         return found_width
@@ -84,7 +115,8 @@ class Fit:
         crf = coarsest_crf(lambda crf: self.at(way, width, crf).db, self.level, start)
         return None if crf is None else self.at(way, width, crf)
 
-    def width_and_crf(self, way, narrowest):
+    def fewest_bytes(self, way, narrowest):
+        """Its point, of all widths and CRFs."""
         start = FIRST_CRF
 
         def best_at(width):
@@ -96,25 +128,22 @@ class Fit:
 
         least = cheapest([width for width in reversed(self.asked.widths) if width >= narrowest], best_at)
         if least is None:
-            raise Unreachable(max((point for point in self.measure.tried.values() if point.crf is not None), key=lambda point: point.db))
-        point = least[1]
-        self.why.append(f"{point.width} columns, {point.width / self.asked.matching:.2f} of 2 pi f, CRF {point.crf}: the fewest bytes; "
-                        f"the narrowest that has it uncoded has {narrowest}")
-        return point.width, point.crf
+            raise Unreachable(max((point for point in self.measure.tried.values() if point.way == way and point.crf is not None), key=lambda point: point.db))
+        return least[1]
 
     # -- gaps
 
     def fill(self, width, crf):
         """The rungs that are worth it, and the track they need."""
-        way, fill = by_scene(Fill()), Fill()
-        here = self.at(way, width, crf)
+        fill = Fill()
+        here = self.at(by_scene(fill, self.told), width, crf)
         in_gaps, all_of_it = self.measure.gap_error(here)
         share = min(1, in_gaps / all_of_it)
         left_db = most_gained_db(share)
         self.why.append(f"gaps hold {100 * share:.0f} % of the error: filling them better than by push-pull is worth {left_db:.2f} dB at most")
         if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
             earlier = Fill("earlier,pushpull")
-            gain_db = self.at(by_scene(earlier), width, crf).db - here.db
+            gain_db = self.at(by_scene(earlier, self.told), width, crf).db - here.db
             self.why.append(f"rung earlier: {gain_db:+.2f} dB for no bytes: {taken_text(gain_db >= CLOSE_DB)}")
             if gain_db >= CLOSE_DB:
                 fill, left_db = earlier, left_db - gain_db
@@ -125,7 +154,7 @@ class Fit:
         push-pull, is found on the first frame of a sphere of half the width: renders with such tracks are slow."""
         trial_width = min((tried for tried in self.asked.widths if tried >= min(TRACKS_FROM, width)), key=lambda tried: abs(tried - width / 2))
         first = Measurer(self.work, self.codec, f"{self.asked.first}-{self.asked.first}")
-        without = first.at(by_scene(Fill(on_trial=True)), trial_width, crf)
+        without = first.at(by_scene(Fill(on_trial=True), self.told), trial_width, crf)
         left_open, _ = first.gap_error(without)
         if left_open == 0:
             return fill
@@ -133,7 +162,7 @@ class Fit:
         for rung, track in TRACKS.items():
             if track != "hidden" and trial_width < TRACKS_FROM:
                 continue
-            point = first.at(by_scene(Fill(f"{rung},pushpull", track, on_trial=True)), trial_width, crf)
+            point = first.at(by_scene(Fill(f"{rung},pushpull", track, on_trial=True), self.told), trial_width, crf)
             left, times = first.gap_error(point)[0] / left_open, point.bytes / without.bytes
             gain_db = most_gained_db(share * (1 - left))
             worth = is_worth(gain_db, times, self.times_by_coding(width, crf, gain_db))
@@ -148,7 +177,7 @@ class Fit:
 
     def times_by_coding(self, width, crf, gain_db):
         """How much larger streams grow to gain as much by a finer CRF; None where they do not."""
-        way = by_scene(Fill())
+        way = by_scene(Fill(), self.told)
         here = self.at(way, width, crf)
         self.at(way, width, max(BEST_CRF, crf - FINER))
         points = [(point.bytes, point.db) for point in self.measure.tried.values() if point.way == way and point.width == width and point.crf is not None]
@@ -162,7 +191,7 @@ class Fit:
         model, streamed = self.model(fill, width, crf), self.streamed(fill, width, crf)
         each = {chosen: (chosen.bytes_once, chosen.point.bytes) for chosen in (model, streamed) if chosen is not None}
         if not each:
-            raise Unreachable(self.at(by_scene(fill), width, BEST_CRF))
+            raise Unreachable(self.at(by_scene(fill, self.told), width, BEST_CRF))
         chosen = least_over(self.path_frames, each)
         if len(each) == 2 and streamed.point.bytes > model.point.bytes:
             even = math.ceil(model.bytes_once / (streamed.point.bytes - model.point.bytes))
@@ -178,7 +207,7 @@ class Fit:
 
     def model(self, fill, width, crf):
         """By the largest budget that costs less than CLOSE_DB; by the scene itself where none does."""
-        scene, made = self.at(by_scene(fill), width, crf), {}
+        scene, made = self.at(by_scene(fill, self.told), width, crf), {}
 
         def holds(budget_px):
             try:
@@ -186,30 +215,30 @@ class Fit:
             except Failed as failure:
                 print(failure)
                 return False
-            return self.at(by_model(fill, budget_px, file), width, crf).db > scene.db - CLOSE_DB
+            return self.at(by_model(fill, self.told, budget_px, file), width, crf).db > scene.db - CLOSE_DB
 
         budget_px = last_holding(BUDGETS_PX, holds, 2)
         if budget_px is None:
-            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill), ""
+            once, way, file = sum(file.stat().st_size for file in files_of(self.work.given)), by_scene(fill, self.told), ""
         else:
             file = made[budget_px]["model"]
-            once, way = made[budget_px]["bytes"], by_model(fill, budget_px, file)
+            once, way = made[budget_px]["bytes"], by_model(fill, self.told, budget_px, file)
         point = self.finest(way, width, crf)
-        return point and Chosen(point, fill, once, model_px=budget_px or 0, model_file=file, geometry_file=self.work.given)
+        return point and Chosen(point, fill, once, model_px=budget_px or 0, model_file=file, told=self.told, geometry_file=self.work.given)
 
     def streamed(self, fill, width, crf):
         """Of the smallest share of bits that costs less than CLOSE_DB."""
-        most = self.at(by_streamed_depth(fill, SHARES[0]), width, crf)
-        share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, share), width, crf).db > most.db - CLOSE_DB)
-        point = self.finest(by_streamed_depth(fill, share), width, crf)
-        return point and Chosen(point, fill, 0, depth_share=share)
+        most = self.at(by_streamed_depth(fill, self.told, SHARES[0]), width, crf)
+        share = last_holding(SHARES, lambda share: self.at(by_streamed_depth(fill, self.told, share), width, crf).db > most.db - CLOSE_DB)
+        point = self.finest(by_streamed_depth(fill, self.told, share), width, crf)
+        return point and Chosen(point, fill, 0, depth_share=share, told=self.told)
 
     # -- the rest
 
     def samples(self, width):
         """A pixel of the sphere, for noise as small as the error; at least those that were measured."""
         measured = self.asked.samples_at(width)
-        noise_db = self.measure.noise_db(by_scene(Fill()), width)
+        noise_db = self.measure.noise_db(by_scene(Fill(), self.told), width)
         wanted = samples_for(measured, noise_db, self.level)
         self.why.append(f"noise of {measured} samples a pixel of the sphere, as measured: {noise_db:.2f} dB, which are not among the dB above; "
                         f"as little as {self.level:g} dB takes {wanted}")

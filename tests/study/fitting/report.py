@@ -41,7 +41,7 @@ def depth_text(chosen):
 
 
 def chosen_text(chosen, fit):
-    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, fill {chosen.fill.rungs}: "
+    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.rungs}: "
             f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame (of spheres of {fit.asked.samples_at(chosen.width)} samples a pixel; fewer of more)" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
 
 
@@ -58,25 +58,25 @@ def views_text(chosen, fit):
 
 
 def times_text(work, began, now):
-    """Of the steps that were made since; the rest is reading, narrowing and starting."""
+    """Of the steps that were made since, some of them beside each other."""
     spent = dict.fromkeys(KINDS, 0.0)
     for file in (work.folder / "steps").glob("*.json"):
         kind = file.name.split("-")[0].removesuffix(".json")
         if kind in spent and file.stat().st_mtime >= began:
             spent[kind] += json.loads(file.read_text())["wall_s"]
     parts = [f"{KINDS[kind]} {seconds:.0f}" for kind, seconds in sorted(spent.items(), key=lambda item: -item[1]) if seconds >= 0.5]
-    return f"took {now - began:.0f} s" + (f": {', '.join(parts)}, the rest narrowing and reading" if parts else ": everything was there already")
+    return f"took {now - began:.0f} s" + (f"; steps, some beside each other: {', '.join(parts)}" if parts else ": everything was there already")
 
 
 def unreachable_text(best, fit):
     where = f"{best.width} columns ({best.width / fit.asked.matching:.2f} of 2 pi f), {'uncoded' if best.crf is None else f'CRF {best.crf}'}"
     text = f"--db {fit.level:g}: not to be had; the most found is {level_text(best)} dB, at {where}; {n_text(fit.asked)}"
-    return text + (wider_text(fit) if best.crf is None else "; --widest tries wider spheres")
+    return text + (wider_text(best.way, fit) if best.crf is None else "; --widest tries wider spheres")
 
 
-def wider_text(fit):
+def wider_text(way, fit):
     """Where a line through the two widest uncoded spheres over the logarithm of the width comes to it."""
-    points = sorted((point for point in fit.measure.tried.values() if point.crf is None and point.width), key=lambda point: point.width)[-2:]
+    points = sorted((point for point in fit.measure.tried.values() if point.crf is None and point.way == way), key=lambda point: point.width)[-2:]
     if len(points) < 2 or points[1].db <= points[0].db:
         return ""
     slope = (points[1].db - points[0].db) / math.log2(points[1].width / points[0].width)

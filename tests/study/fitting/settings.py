@@ -1,6 +1,6 @@
 """The settings file of `equistream fit`: sections of each program, in the words of its options."""
 
-from render_list import size_text
+from render_list import DEPTH, WITH_MIRRORS, size_text
 from steps import write_whole
 
 RENDERED = {"small": {"small": "right"}, "hidden": {"layers": "true"}, "patches": {"patches": "true"}}
@@ -31,8 +31,8 @@ def sections_of(chosen, asked, codec):
     track = chosen.fill.track
     sees = {"fill": quoted(chosen.fill.rungs), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
-    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": "depth", **RENDERED.get(track, {})},
-            "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream},
+    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": (WITH_MIRRORS if chosen.told else DEPTH)[1], **RENDERED.get(track, {})},
+            "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream, **({"mirrors": "always"} if chosen.told else {})},
             "model": {"error-px": f"{chosen.model_px:g}", "focal": f"{asked.focal_px:g}"} if chosen.model_px else {},
             "play": {**client_words(chosen), **({"depth": "stream"} if chosen.depth_share else {}), **sees},
             "view": {**client_words(chosen), **sees}}

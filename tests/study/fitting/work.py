@@ -12,13 +12,13 @@ import found
 import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
-from narrowed import made_once, narrow_sequence
 from noise_free import decibels, gap_error
 from perceived import display, frames_of
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
-GEOMETRY = ("--aovs", "depth", "--max-bounces", "0")
+NO_LIGHT = ("--max-bounces", "0")
+"""For AOVs alone."""
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 """Track -> what `render` makes it by; a small eye has words of its own."""
 MULTIPLE = 16
@@ -50,6 +50,11 @@ class Asked:
     @property
     def matching(self):
         return matching_width(self.eye, self.fov_deg)
+
+    @property
+    def matching_width(self):
+        """The one of `widths` that is nearest to it."""
+        return min(self.widths, key=lambda width: abs(width - self.matching))
 
     @property
     def widths(self):
@@ -103,25 +108,31 @@ class FitWork(SceneWork):
     def perspective(self, seed):
         return f"{self.truth(seed)}/left"
 
+    def rendered_sphere(self, place, width, seed):
+        return self.render(render_list.Render(f"sphere-{width}-{seed}", seed, self.preset.samples_at(width), (width, width // 2), place))
+
     def sphere(self, place, width, seed):
         rendered = self.preset.rendered_width(width)
-        wide = self.render(render_list.Render(f"sphere-{rendered}-{seed}", seed, self.preset.samples_at(rendered), (rendered, rendered // 2), place))
+        wide = self.rendered_sphere(place, rendered, seed)
         return wide if width == rendered else self.narrowed(wide, width, seed)
 
-    def narrowed(self, wide, width, seed):
-        """Its depth is of the narrow sphere's own pixels, from a render without light."""
-        geometry = self.render(render_list.Render(f"geometry-{width}-{seed}", seed, 1, (width, width // 2), "centre", options=GEOMETRY))
-        full, thin, out = (self.folder / path / "centre" for path in (wide, geometry, f"renders/sphere-{seed}-at-{width}"))
-        made_once(out, (full, thin), lambda: narrow_sequence(full, thin, out))
-        return f"renders/sphere-{seed}-at-{width}"
+    def told_sphere(self, place, seed, width=None):
+        """With what AOVs tell of mirrors and glass; of the width that matches the eyes unless told."""
+        width = width or self.preset.matching_width
+        return self.with_geometry(self.rendered_sphere(place, self.preset.rendered_width(width), seed), f"told-at-{width}", width, seed, render_list.WITH_MIRRORS)
 
-    def with_tracks(self, fill, width, seed):
-        """Rendered as wide as it is, with the track that `fill` takes; on trial the first frame, with all of them and few samples."""
-        name = f"{'trial' if fill.on_trial else fill.track}-{width}-{seed}"
+    def with_geometry(self, wide, suffix, width, seed, aovs):
+        return super().with_geometry(wide, suffix, width, seed, (*aovs, *NO_LIGHT))
+
+    def with_tracks(self, way, width, seed):
+        """Rendered as wide as it is, with the track that its fill takes; on trial the first frame, with all of them and few samples."""
+        fill = way.fill
+        name = "-".join(["trial" if fill.on_trial else fill.track, *(["told"] if way.told else []), f"{width}-{seed}"])
         samples = self.preset.samples if fill.on_trial else self.preset.samples_at(width)
         words = [word for track, word in RENDERED.items() if fill.on_trial or track == fill.track]
+        aovs = render_list.WITH_MIRRORS if way.told else render_list.DEPTH
         return self.render(render_list.Render(name, seed, samples, (width, width // 2), "centre", small=fill.on_trial or fill.track == "small",
-                                              options=("--aovs", "depth", *(word for word in words if word)), frames=1 if fill.on_trial else 0))
+                                              options=(*aovs, *(word for word in words if word)), frames=1 if fill.on_trial else 0))
 
     def scored(self, name, views, frames=None):
         """Noise-free alone, and in gaps apart."""
@@ -159,24 +170,25 @@ class Way(System):
     @property
     def tracks(self):
         """What `encode` is told."""
-        return ["--fill", self.fill.track or "none", *(["--depth", "auto", "--depth-share", f"{self.depth_share:g}"] if self.depth_share else [])]
+        depth = ["--depth", "auto", "--depth-share", f"{self.depth_share:g}"] if self.depth_share else []
+        return ["--fill", self.fill.track or "none", *depth, *(["--mirrors", "always"] if self.told else [])]
 
 
-def sphere(title, fill, method="surface", **more):
-    name = f"{title}-{fill.rungs}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
-    return Way(name, f"{title}, {fill.rungs}", ("centre",), ("--method", method, "--fill", fill.rungs), small=False, fill=fill, **more)
+def sphere(title, fill, told, method="surface", **more):
+    name = f"{title}-{fill.rungs}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
+    return Way(name, f"{title}, {fill.rungs}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.rungs), small=False, fill=fill, told=told, **more)
 
 
-def by_scene(fill):
-    return sphere("scene", fill)
+def by_scene(fill, told):
+    return sphere("scene", fill, told)
 
 
-def by_model(fill, budget_px, file):
-    return sphere(f"model {budget_px:g} px", fill, geometry=("--model", file))
+def by_model(fill, told, budget_px, file):
+    return sphere(f"model {budget_px:g} px", fill, told, geometry=("--model", file))
 
 
-def by_streamed_depth(fill, share):
-    return sphere(f"depth {share:g}", fill, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
+def by_streamed_depth(fill, told, share):
+    return sphere(f"depth {share:g}", fill, told, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
 
 
 PERSPECTIVE = Way("perspective", "perspective view", (), ("--method", "surface", "--fill", "pushpull"), small=False)
@@ -210,7 +222,11 @@ class Measurer(Player):
         self.codec, self.tried = codec, {}
 
     def sources(self, system, width, seed):
-        return [self.work.with_tracks(system.fill, width, seed)] if system.fill.track or system.fill.on_trial else super().sources(system, width, seed)
+        if system.fill.track or system.fill.on_trial:
+            return [self.work.with_tracks(system, width, seed)]
+        if system.told:
+            return [self.work.told_sphere(place, seed, width) for place in system.places]
+        return super().sources(system, width, seed)
 
     def encoded(self, system, source, coding, name):
         label = "-".join([system.fill.track or "alone", *([f"depth-{system.depth_share:g}"] if system.depth_share else [])])
