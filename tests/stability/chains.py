@@ -6,7 +6,7 @@ import subprocess
 
 import equistream as es
 import numpy as np
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import maximum_filter
 
 EYE_SIZE = (200, 112)
 SPHERE_SIZE = (480, 240)
@@ -18,7 +18,7 @@ FEWEST_GAPS = 20
 """Below so many gap pixels of both eyes their own PSNR says nothing."""
 FLAGGED_BELOW = 0.5
 AROUND = np.ones((3, 3), bool)
-"""A pixel: as far as what one sphere has wrong and another has not may be chance, of where their samples lie."""
+"""Pixels among which it is chance what one sphere has wrong and another has not: where their samples lie."""
 
 
 CEILING = "ceiling"
@@ -111,38 +111,41 @@ class Score:
     """Errors of one method over both eyes."""
 
     def __init__(self):
-        self.errors, self.gaps, self.bad, self.reliability = [], [], [], []
+        self.errors, self.gaps, self.off, self.reliability = [], [], [], []
 
     def add(self, rgb, truth, gaps, reliability):
         """Of one eye: two pictures in 8 bits, where the first had gaps, and its map of how far to trust it, in 8 bits."""
         difference = rgb.astype(float) - truth
         self.errors.append((difference ** 2).sum(axis=2).ravel())
         self.gaps.append(gaps.ravel())
-        self.bad.append(np.abs(difference).max(axis=2) > es.RELIABILITY_TOLERANCE)
+        self.off.append(np.abs(difference).max(axis=2))
         self.reliability.append(reliability.ravel() / 255)
 
     def figures(self, ceiling=None):
-        """With the ceiling's score also what the map knew of what reprojection lost, and nothing else: of pixels around which all is good there."""
+        """With the ceiling's score also of how much of what fails the map knew, and how much fails by chance: how many of the ceiling's pixels do beside this."""
         errors, gaps, reliability = np.concatenate(self.errors), np.concatenate(self.gaps), np.concatenate(self.reliability)
         worst = np.sort(errors)[-max(1, int(WORST_SHARE * len(errors))):]
-        flagged, bad = reliability < FLAGGED_BELOW, flat(self.bad)
+        flagged, bad = reliability < FLAGGED_BELOW, flat(self.off) > es.RELIABILITY_TOLERANCE
         return {"psnr_db": psnr(errors), "worst_percent_db": psnr(worst), "gaps_db": psnr(errors[gaps]) if gaps.sum() >= FEWEST_GAPS else None,
                 "gap_share": round(float(gaps.mean()), 5), "bad_share": round(float(bad.mean()), 5),
                 "mean_reliability": round(float(reliability.mean()), 4), "flagged_share": round(float(flagged.mean()), 5),
-                **told("flagged", flagged, bad), **(lost_figures(flagged, bad, ~flat(binary_dilation(bad, AROUND) for bad in ceiling.bad)) if ceiling else {})}
+                "flagged_precision": share(flagged & bad, flagged), "flagged_recall": share(flagged & bad, bad),
+                **(failing_figures(flagged, self.off, ceiling.off) if ceiling else {})}
 
 
 def flat(pictures):
     return np.concatenate([picture.ravel() for picture in pictures])
 
 
-def told(name, flagged, wrong):
-    return {f"{name}_precision": share(flagged & wrong, flagged), f"{name}_recall": share(flagged & wrong, wrong)}
+def failing(off, beside):
+    """Pixels that are off by more than the map's tolerance beyond whatever the other is off by around them. Both are lists of pictures, of 255."""
+    return flat([mine > maximum_filter(other, footprint=AROUND) + es.RELIABILITY_TOLERANCE for mine, other in zip(off, beside, strict=True)])
 
 
-def lost_figures(flagged, bad, could_be_good):
-    lost = bad & could_be_good
-    return {"lost_share": round(float(lost.mean()), 5), **told("lost", flagged & could_be_good, lost)}
+def failing_figures(flagged, off, ceiling):
+    fails = failing(off, ceiling)
+    return {"failing_share": round(float(fails.mean()), 5), "failing_recall": share(flagged & fails, fails),
+            "failing_by_chance": round(float(failing(ceiling, off).mean()), 5)}
 
 
 def psnr(squared_errors):

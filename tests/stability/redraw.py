@@ -20,14 +20,11 @@ KEPT_SHARE = 0.8
 def least_of(figures):
     """Score -> threshold."""
     least = {score: round(figures[score] - margin, 2) for score, margin in MARGIN_DB.items() if figures[score] is not None}
-    for told, wrong in (("flagged", figures["bad_share"]), ("lost", figures.get("lost_share", 0))):
-        if wrong < FEWEST_BAD:
-            continue
-        # Flags set at random are right about as often as pixels are bad.
-        for score, chance in ((f"{told}_recall", 0), (f"{told}_precision", wrong)):
-            bound = math.floor(1000 * KEPT_SHARE * (figures[score] or 0)) / 1000
-            if bound > chance:
-                least[score] = bound
+    # Flags set at random are right as often as pixels are bad.
+    for score, wrong, chance in (("flagged_recall", "bad_share", 0), ("flagged_precision", "bad_share", figures["bad_share"]), ("failing_recall", "failing_share", 0)):
+        bound = math.floor(1000 * KEPT_SHARE * (figures.get(score) or 0)) / 1000
+        if figures.get(wrong, 0) >= FEWEST_BAD and bound > chance:
+            least[score] = bound
     return least
 
 

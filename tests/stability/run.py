@@ -29,7 +29,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 THRESHOLDS = HERE / "thresholds.json"
 SCORES = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps",
           "flagged_recall": "share of bad pixels that the map flags", "flagged_precision": "share of flagged pixels that are bad",
-          "lost_recall": "share of pixels lost by reprojection that the map flags", "lost_precision": "share of flagged pixels, good in the ceiling, that are lost"}
+          "failing_recall": "share of failing pixels that the map flags"}
 FEWEST_BAD = 0.005
 """Below so small a share of bad pixels a handful decides what the map knew of them."""
 # Rendering waits for files and processes; two at once keep two cores busy.
@@ -95,7 +95,7 @@ def table(found, breakers):
             firsts = [falls(breaker.values, by_value, m, loss_db) or "-" for m in methods]
             lines.append("".join([f"-{loss_db} dB at".rjust(8)] + [first.rjust(16) for first in firsts]))
         hardest = list(by_value.values())[-1]
-        for score, words in (("lost_recall", "of lost"), ("lost_precision", "right")):
+        for score, words in (("flagged_recall", "of bad"), ("failing_recall", "of failing"), ("flagged_precision", "right")):
             known = [hardest[m].get(score) for m in methods]
             lines.append("".join(["flagged".rjust(8)] + [("-" if k is None else f"{100 * k:.0f} % {words}").rjust(16) for k in known]))
         lines.append("")

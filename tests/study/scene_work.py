@@ -150,20 +150,20 @@ class SceneWork:
 
     # -- coding, playing, comparing
 
-    def encode(self, name, source, *options, suffix="mp4"):
+    def encode(self, name, source, *options, suffix="mp4", timed=False):
         """A stream and its report: bytes and pictures of each track."""
         stream = f"streams/{name}.{suffix}"
         (self.folder / "streams").mkdir(exist_ok=True)
-        record = self.steps.run(f"encode-{name}", "encode", source, "--out", stream, *options, "--json", "--progress", "none")
+        record = self.steps.run(f"encode-{name}", "encode", source, "--out", stream, *options, "--json", "--progress", "none", timed=timed)
         report = json.loads(self.steps.output_of(f"encode-{name}"))
         tracks = {track["name"]: track["bytes"] for track in report["tracks"]}
         return stream, {"command": record["command"], "wall_s": record["wall_s"], "bytes": tracks}
 
-    def play(self, name, source, *options):
+    def play(self, name, source, *options, timed=False):
         """A folder of views, relative, and what `play` says of them."""
         views = f"views/{name}"
         record = self.steps.run(f"play-{name}", "play", source, "--size", render_list.size_text(self.preset.eye), "--fov", f"{self.preset.fov_deg:g}",
-                                "--repeat", self.preset.repeat, *options, "--progress", "none", "--out", views)
+                                "--repeat", self.preset.repeat, *options, "--progress", "none", "--out", views, timed=timed)
         report = json.loads((self.folder / views / "report.json").read_text())
         return views, {"command": record["command"], "milliseconds": report["milliseconds"], "notes": report["notes"], "eyes": report["eyes"],
                        "bytes": report["bytes"]["input"], "frames": len(report["frames"])}

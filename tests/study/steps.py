@@ -1,6 +1,7 @@
 """Steps that run a program once: done steps are skipped, and each leaves a record of command, time and memory.
 
-A record is steps/NAME.json in the work folder. A step whose command has changed, or whose input has since, runs again.
+A record is steps/NAME.json in the work folder. A step whose command has changed, or whose input has since, runs again; so does one that is asked how long it
+takes and ran beside others.
 """
 
 import concurrent.futures
@@ -9,6 +10,7 @@ import hashlib
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
@@ -62,6 +64,7 @@ class Steps:
         self.program = pathlib.Path(programs).resolve() / "equistream"
         self.aliases = aliases  # path prefixes of this machine -> what records say instead
         self.context = {**settings, "programs": digest(self.program.parent)}
+        self.running, self.beside, self.stopped = set(), 0, False
         if not self.program.is_file():
             raise Failed(f"{self.program}: expected the built program, found nothing (give --bin)")
 
@@ -76,8 +79,31 @@ class Steps:
         inputs = [word for word, before in zip(words, ["", *words]) if before != "--out"]
         return max((changed_at(self.work / word) for word in inputs if word), default=0)
 
-    def run(self, name, *words, fresh=None):
-        """`fresh` is the output that must not exist for the time taken to be that of the whole step."""
+    def side_by_side(self, function, *arguments):
+        """[function(...) of the first of each of `arguments`, of the second, ...], as many at once as there are cores. What fails or interrupts one ends all."""
+        self.beside += 1
+        try:
+            with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+                results = [pool.submit(function, *each) for each in zip(*arguments, strict=True)]
+                try:
+                    for done in concurrent.futures.as_completed(results):
+                        done.result()
+                except BaseException:
+                    self.stop()
+                    raise
+            return [done.result() for done in results]
+        finally:
+            self.beside -= 1
+
+    def stop(self):
+        """What runs, and whatever would be started from now on."""
+        self.stopped = True
+        for pid in list(self.running):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGTERM)
+
+    def run(self, name, *words, fresh=None, timed=False):
+        """`fresh` is the output that must not exist for the time taken to be that of the whole step; `timed`: it must have run alone."""
         words = [str(word) for word in words]
         file = self.work / "steps" / f"{name}.json"
         command = self.recorded(words)
@@ -85,31 +111,43 @@ class Steps:
             record = json.loads(file.read_text())
             # Frames of a render are kept or refused by their own manifest; everything made of them is as old as programs and settings.
             made_here = fresh is not None or record.get("context") == self.context
-            if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime:
+            if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
         print(f"{name}: {command}", flush=True)
         errors = self.work / "steps" / f"{name}.log"
         errors.parent.mkdir(parents=True, exist_ok=True)
         start = time.monotonic()
+        beside = self.beside > 0
         with open(errors, "wb") as log, open(errors.with_suffix(".out"), "wb") as out:
-            process = subprocess.Popen([self.program, *words], cwd=self.work, stdout=out, stderr=log)
-            try:
-                _, status, usage = os.wait4(process.pid, 0)
-            except KeyboardInterrupt:
-                process.terminate()
-                process.wait()
-                raise
-        code = os.waitstatus_to_exitcode(status)
-        process.returncode = code
+            code, usage = self.waited_for(words, out, log)
         wall_s = time.monotonic() - start
         if code != 0:
             lines = errors.read_text(errors="replace").strip().splitlines()
             raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
-        record = {"command": command, "context": self.context, "wall_s": round(wall_s, 3), "resumed": resumed,
+        record = {"command": command, "context": self.context, "wall_s": round(wall_s, 3), "resumed": resumed, **({"beside": True} if beside else {}),
                   "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
         write_whole(file, json.dumps(record, indent=1) + "\n")
         return record
+
+    def waited_for(self, words, out, log):
+        """Its exit code and what it used."""
+        if self.stopped:
+            raise Failed("stopped")
+        process = subprocess.Popen([self.program, *words], cwd=self.work, stdout=out, stderr=log)
+        self.running.add(process.pid)
+        try:
+            if self.stopped:
+                process.terminate()
+            _, status, usage = os.wait4(process.pid, 0)
+        except KeyboardInterrupt:
+            process.terminate()
+            process.wait()
+            raise
+        finally:
+            self.running.discard(process.pid)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        return process.returncode, usage
 
     @contextlib.contextmanager
     def keeping(self, name, made_something):
@@ -123,12 +161,6 @@ class Steps:
 
     def output_of(self, name):
         return (self.work / "steps" / f"{name}.out").read_text()
-
-
-def side_by_side(function, *arguments):
-    """[function(...) of the first of each of `arguments`, of the second, ...], as many at once as there are cores: for steps that nobody times."""
-    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        return list(pool.map(function, *arguments))
 
 
 def measured_json(program, words, folder):

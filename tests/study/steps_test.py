@@ -3,11 +3,15 @@
 
 import os
 import pathlib
+import signal
 import tempfile
+import threading
+import time
 import unittest
 
-from steps import Steps
+from steps import Failed, Steps
 
+PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
 
 
@@ -55,6 +59,58 @@ class SkippedSteps(unittest.TestCase):
             made = (self.work / "steps/copy.json").stat().st_mtime
             os.utime(scene, (made + 10, made + 10))
             self.assertEqual(self.run_step(given=scene, fresh="made"), 2)
+
+
+    def test_one_that_ran_beside_others_is_not_timed(self):
+        steps = Steps(self.work, self.work / "bin", {}, {})
+
+        def copy(number, timed=False):
+            return steps.run(f"copy-{number}", "do", "given/a", "--out", f"made-{number}", timed=timed)
+
+        self.assertTrue(all(record["beside"] for record in steps.side_by_side(copy, (1, 2, 3))))
+        self.assertIn("beside", copy(1))
+        self.assertNotIn("beside", copy(1, timed=True))
+        self.assertEqual((self.work / "runs").read_text().count("run"), 4)
+
+
+class BesideEachOther(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.work = pathlib.Path(holder.name).resolve()
+        (self.work / "bin").mkdir()
+        program = self.work / "bin/equistream"
+        program.write_text(f'#!/bin/sh\n[ "$1" = fail ] && exit 3\nexec sleep {10 * PATIENCE_S}\n')
+        program.chmod(0o755)
+        self.steps = Steps(self.work, self.work / "bin", {}, {})
+        # Shells start what they run in the background with interrupts ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+
+    def ended(self, *words):
+        """How steps of these words, and nothing after them, end, all at once."""
+        began = time.monotonic()
+        try:
+            self.steps.side_by_side(lambda word: [self.steps.run(f"{word}-{i}", word) for i in range(2)], words)
+        except (Failed, KeyboardInterrupt) as ended:
+            self.assertLess(time.monotonic() - began, PATIENCE_S)
+            self.assertEqual(self.steps.running, set())
+            return ended
+        self.fail("ended well")
+
+    def test_results_come_in_order(self):
+        self.assertEqual(self.steps.side_by_side(lambda one, other: one - other, (3, 2, 1), (0, 1, 2)), [3, 1, -1])
+
+    def test_what_fails_ends_what_runs_beside_it(self):
+        self.assertIn("exit 3", str(self.ended("wait", "fail")))
+
+    def test_what_interrupts_the_study_alone_ends_its_programs(self):
+        def interrupt():
+            while not self.steps.running:
+                time.sleep(0.01)
+            os.kill(os.getpid(), signal.SIGINT)
+
+        threading.Thread(target=interrupt, daemon=True).start()
+        self.assertIsInstance(self.ended("wait", "wait2"), KeyboardInterrupt)
 
 
 if __name__ == "__main__":

@@ -81,5 +81,6 @@ def save(figure, file):
 
 def provenance_line(result):
     settings, machine = result["settings"], result["machine"]
+    beside = "" if settings.get("timed", True) else "; milliseconds of runs beside each other"
     return (f"{settings['eye'][0]}x{settings['eye'][1]} eyes at {settings['fov_deg']:g} degrees, {settings['eye_samples']} samples a pixel; spheres rendered {settings['sphere_width']} wide at "
-            f"{settings['sphere_samples']}; n = {settings['frames']} frames x {len(settings['seeds'])} seeds; {machine['cpu']}, {machine['cores']} cores")
+            f"{settings['sphere_samples']}; n = {settings['frames']} frames x {len(settings['seeds'])} seeds; {machine['cpu']}, {machine['cores']} cores{beside}")

@@ -46,7 +46,7 @@ def draw_depths(axes, result):
     axes.margins(y=0.12)
     axes.set_xticks(range(len(points)), [textwrap.fill(title, 14) for title, _ in points], fontsize=7)
     axes.set_ylim(bottom=min(level for _, level in points) - 1)
-    axes.set_xlabel("whose draws the client's depth is of", fontsize=8)
+    axes.set_xlabel("whose draws the client's depth is of (OpenGL in software)", fontsize=8)
 
 
 def draw_all(folder):

@@ -1,4 +1,4 @@
-"""Chart 5: for each breaker accuracy against its strength, every method and the ceiling; below it how much of what reprojection lost the reliability map flags."""
+"""Chart 5: for each breaker accuracy against its strength, every method and the ceiling; below it how much of what fails the reliability map flags."""
 
 import math
 
@@ -25,7 +25,7 @@ def draw_breaker(level, known, name, breaker):
         is_ceiling = method == CEILING
         level.plot(at, [f["psnr_db"] for f in figures], color=colour, linewidth=1.3, marker="" if is_ceiling else "o", markersize=3, linestyle=(0, (4, 3)) if is_ceiling else "-")
         if not is_ceiling:
-            told = [f["lost_recall"] if f["lost_share"] >= FEWEST_BAD else math.nan for f in figures]
+            told = [f["failing_recall"] if f["failing_share"] >= FEWEST_BAD else math.nan for f in figures]
             known.plot(at, [100 * share for share in told], color=colour, linewidth=1.1, marker="o", markersize=2.5)
     level.set_title(name, loc="left", fontsize=9)
     level.set_xticks(at, [])
@@ -56,7 +56,7 @@ def draw_all(folder):
         handles = [Line2D([], [], color=colour, marker="o", markersize=3, label=TITLES.get(method, method)) for method, colour in COLOURS.items()]
         handles.append(Line2D([], [], color="#333333", linestyle=(0, (4, 3)), label="ceiling: a sphere at each eye, turned"))
         figure.legend(handles=handles, loc="outside lower center", ncol=5, frameon=False, fontsize=8.5)
-        looks.title(figure, "PSNR of 200x112 eyes, noise and all, by strength, harmless on the left. Below: of pixels lost (off by more than 10 of 255, and not in the ceiling) "
+        looks.title(figure, "PSNR of 200x112 eyes, noise and all, by strength, harmless on the left. Below: of failing pixels (off by more than 10 of 255 beyond what the ceiling is off by around them) "
                             "how many the reliability map flags, where there are 0.5 % of them.")
         looks.save(figure, folder / "stability")
         plt.close(figure)

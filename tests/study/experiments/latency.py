@@ -12,7 +12,7 @@ import sys
 
 from found import together_psnr
 from scene_work import REPOSITORY
-from steps import side_by_side, write_if_other
+from steps import write_if_other
 
 sys.path.insert(0, str(REPOSITORY / "tests/stability"))
 from late import head_path  # noqa: E402
@@ -119,6 +119,6 @@ def run(work):
     for label, (network, values) in SWEEPS.items() if work.preset.every_value else list(SWEEPS.items())[:1]:
         ended = [value for value in values if not label.startswith("silence") or STALL_AT_S + value < seconds - 0.5]
         chosen = ended if work.preset.every_value else (ended[0], ended[-1])
-        sweeps[label] = {f"{value:g}": side_by_side(lambda method, value=value: score(work, method, network.format(value), scored), methods) for value in chosen}
+        sweeps[label] = {f"{value:g}": work.steps.side_by_side(lambda method, value=value: score(work, method, network.format(value), scored), methods) for value in chosen}
     return {"n": {"refreshes": scored, "refresh_hz": REFRESH_HZ, "frames_hz": FRAMES_HZ, "seconds": seconds}, "titles": {method: WAYS[method].title for method in methods},
             "bytes_a_second": {method: bytes_a_second(work, method) for method in methods}, "sweeps": sweeps}

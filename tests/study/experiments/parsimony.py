@@ -13,7 +13,6 @@ from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere
 from scene_work import REPOSITORY
-from steps import side_by_side
 
 from .related_cells import count_cells
 from .systems import stage_ms
@@ -32,7 +31,7 @@ def sources(work):
 
 def played(work, label, *words):
     """Noise-free of both seeds' spheres, played in one way."""
-    views = side_by_side(lambda seed, source: work.play(f"{label}-{seed}", source, *words)[0], SEEDS, sources(work))
+    views = work.steps.side_by_side(lambda seed, source: work.play(f"{label}-{seed}", source, *words)[0], SEEDS, sources(work))
     return work.scored(label, views)["noise_free"]
 
 
@@ -55,7 +54,7 @@ def draws(work):
     """The same depth by rays, by our draws and by the paper's, and how long the faster seed's takes: milliseconds a frame, both eyes."""
     found = []
     for depth, title in DEPTHS.items() if work.preset.every_value else list(DEPTHS.items())[:2]:
-        views, said = zip(*(work.play(f"depth-{depth}-{seed}", source, "--scene", work.description, "--depth", depth, "--method", "surface", *FILL)
+        views, said = zip(*(work.play(f"depth-{depth}-{seed}", source, "--scene", work.description, "--depth", depth, "--method", "surface", *FILL, timed=True)
                             for seed, source in zip(SEEDS, sources(work))))
         found.append({"depth": depth, "title": title, "depth_ms": min(stage_ms(report["milliseconds"], "depth") for report in said),
                       "noise_free": work.scored(f"depth-{depth}", views)["noise_free"]})

@@ -11,7 +11,6 @@ from baselines import copy_ms, v360_ms
 from perceived import FLIP_PICTURES, flip, perceived, pixels_a_degree
 from presets import SEEDS
 from render_list import EYES
-from steps import side_by_side
 
 PAPER_FILL = ["--fill", "small,spread"]
 OUR_FILL = ["--fill", "small-wide,pushpull"]
@@ -92,13 +91,13 @@ class Player:
         truth = self.work.truth(seed)
         return [f"{truth}/left", f"{truth}/right"]
 
-    def encoded(self, system, source, coding, name):
+    def encoded(self, system, source, coding, name, timed=False):
         depth = ["--depth", "auto"] if system.depth == "stream" else []
         mirrors = ["--mirrors", "always"] if system.told else []
         tracks = ["--fill", "small" if system.small else "none", "--fill-crf", coding.crf] if system.small else ["--fill", "none"]
         kind = ("depth-" if depth else "") + ("small" if system.small else "alone")
         return self.work.encode(f"{name}-{kind}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *tracks, *depth, *mirrors,
-                                *self.chosen_frames())
+                                *self.chosen_frames(), timed=timed)
 
     def chosen_frames(self):
         return ["--frames", self.frames] if self.frames else []
@@ -110,15 +109,15 @@ class Player:
             return []
         return ["--depth", "exact" if coding is None else "stream"]
 
-    def play(self, system, width, coding, seed):
+    def play(self, system, width, coding, seed, timed=False):
         """Views of both eyes, and what playing each source said."""
         said, views = [], []
         for source in self.sources(system, width, seed):
             label = source.removeprefix("renders/").replace("/", "-") + (f"-{self.frames}" if self.frames else "")
-            stream, encoded = (source, None) if coding is None else self.encoded(system, source, coding, label)
+            stream, encoded = (source, None) if coding is None else self.encoded(system, source, coding, label, timed)
             name = "-".join([system.name, label, coding.name if coding else "none", *([self.head.stem] if self.head else [])])
             view, played = self.work.play(name, stream, *system.play, *self.depth_words(system, coding), *(["--head", self.head] if self.head else []),
-                                          *(self.chosen_frames() if coding is None else []))
+                                          *(self.chosen_frames() if coding is None else []), timed=timed)
             views.append(view)
             said.append({**played, **({"encoded": encoded} if encoded else {})})
         return self.each_eye_of_its_own(views), said
@@ -137,10 +136,10 @@ class Player:
     def play_seeds(self, system, width, coding, timed=False):
         """Views and what was said, a tuple of each: beside each other unless somebody asks how long playing takes."""
         def played(seed):
-            return self.play(system, width, coding, seed)
+            return self.play(system, width, coding, seed, timed)
 
         self.work.description  # a bundled scene is generated before two ask for it
-        return zip(*(map(played, SEEDS) if timed else side_by_side(played, SEEDS)))
+        return zip(*(map(played, SEEDS) if timed else self.work.steps.side_by_side(played, SEEDS)))
 
     def score(self, system, width, coding, timed=False):
         """Of both seeds."""

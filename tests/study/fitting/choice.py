@@ -94,13 +94,14 @@ class Fit:
         return cheapest_told, point.width, point.crf
 
     def helps_to_tell(self):
-        """Of mirrors and glass: seen uncoded, on a sphere as dense as the eyes."""
+        """Whether it may, of mirrors and glass, by its interval: seen uncoded, on a sphere as dense as the eyes."""
         if not self.work.tells_of_mirrors("centre"):
             return False
         width = self.asked.matching_width
-        gain_db = self.at(by_scene(Fill(), True), width, None).db - self.at(by_scene(Fill(), False), width, None).db
-        self.why.append(f"telling of mirrors and glass: {gain_db:+.2f} dB uncoded at {width} columns: {'tried' if gain_db >= CLOSE_DB else 'not taken'}")
-        return gain_db >= CLOSE_DB
+        told, plain = (self.at(by_scene(Fill(), told), width, None) for told in (True, False))
+        helps = told.high is None or told.high >= plain.db + CLOSE_DB
+        self.why.append(f"telling of mirrors and glass: {told.db - plain.db:+.2f} dB uncoded at {width} columns: {'tried' if helps else 'not taken'}")
+        return helps
 
     def narrowest(self, way):
         """The narrowest sphere that has it uncoded."""

@@ -54,7 +54,8 @@ def views_text(chosen, fit):
             continue
         times = point.bytes / chosen.point.bytes
         verdict = "cheaper, as long as the head looks where the server thought it would" if times < 1 else "no cheaper"
-        yield f"{way.title} instead: {point.bytes:,.0f} bytes a frame at CRF {point.crf}, {times:.2f} of the sphere's: {verdict}"
+        untold = " (its second eye's mirrors as painted on their surface)" if chosen.told and way.views == 1 else ""
+        yield f"{way.title} instead{untold}: {point.bytes:,.0f} bytes a frame at CRF {point.crf}, {times:.2f} of the sphere's: {verdict}"
 
 
 def times_text(work, began, now):

@@ -228,10 +228,10 @@ class Measurer(Player):
             return [self.work.told_sphere(place, seed, width) for place in system.places]
         return super().sources(system, width, seed)
 
-    def encoded(self, system, source, coding, name):
+    def encoded(self, system, source, coding, name, timed=False):
         label = "-".join([system.fill.track or "alone", *([f"depth-{system.depth_share:g}"] if system.depth_share else [])])
         return self.work.encode(f"{name}-{label}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *system.tracks,
-                                *self.chosen_frames())
+                                *self.chosen_frames(), timed=timed)
 
     def depth_words(self, system, coding):
         return list(system.geometry) or super().depth_words(system, coding)

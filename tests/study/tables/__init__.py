@@ -69,7 +69,7 @@ def write_tables(folder):
                   "## Bytes beside it, by width", counted(parity, lambda result: f"{result['settings']['frames']} frames x {result['n_seeds']} seeds"), table(["scene", "beside", "columns", "of 2 pi f", "BD-rate, %", "BD, dB"], list(rate_rows(parity)))]
     if parsimony := load(folder, "parsimony"):
         n = counted(parsimony, lambda result: f"{result['settings']['frames']} frames x {len(result['settings']['seeds'])} seeds")
-        parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded, no GPU", n, table(["scene", "depth by", "ms a frame", "noise-free dB [95 %]"], list(draw_rows(parsimony))),
+        parts += ["## The client's depth: milliseconds a frame of both eyes, uncoded; OpenGL in software", n, table(["scene", "depth by", "ms a frame", "noise-free dB [95 %]"], list(draw_rows(parsimony))),
                   "## The knee", n.removesuffix(".") + ", one of each number of samples.", table(["scene", "of", "knee", f"least within {CLOSE_DB:g} dB of the dearest"], list(knee_rows(parsimony)))]
     parts += stability_parts(load(folder, "stability"), load(folder, "latency"))
     parts += related_parts(load(folder, "related"))

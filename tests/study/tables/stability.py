@@ -1,11 +1,12 @@
 """Where each method falls below the ceiling, whether its map knew, and what a late server costs: sections of tables.md."""
 
-from experiments.stability import CEILING
+from experiments.stability import CEILING, FEWEST_BAD
 from pages import cell, table
 
 N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
 
-LOST = "Lost: off by more than 10 of 255, and not in the ceiling. What the ceiling has wrong, too, counts neither for the map nor against it."
+FAILING = ("Bad: off by more than 10 of 255. Failing: off by more than 10 beyond what the ceiling is off by within a pixel, so that what no sphere of so many columns has right does not count. "
+           "Precision: how many of the flagged pixels are bad.")
 
 
 def methods_of(breakers):
@@ -25,10 +26,11 @@ def fall_rows(breakers, methods):
 
 
 def known_text(figures):
-    """Recall and precision in percent; - where nothing is lost, or nothing flagged."""
+    """In percent: recall of failing and of bad pixels, precision; - where fewer than FEWEST_BAD are so, or nothing is flagged."""
     if figures is None:
         return ""
-    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in (figures["lost_recall"], figures["lost_precision"])) + f" of {100 * figures['lost_share']:.1f}"
+    known = [figures[score] if figures[share] >= FEWEST_BAD else None for score, share in (("failing_recall", "failing_share"), ("flagged_recall", "bad_share"), ("flagged_precision", "bad_share"))]
+    return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in known) + f" of {100 * figures['failing_share']:.1f} and {100 * figures['bad_share']:.1f}"
 
 
 def known_rows(breakers, methods):
@@ -51,7 +53,7 @@ def parts(stability, latency):
     for result in stability.values():
         breakers, methods = result["breakers"], methods_of(result["breakers"])
         found += ["## Where methods fall: the first value at which they are 1 dB / 3 dB below the ceiling", N, table(["breaker", "knob", "swept", *methods], list(fall_rows(breakers, methods)), labels=3),
-                  "## What the reliability map knew at the last value: recall / precision, %, of so many % lost pixels", f"{N} {LOST}", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
+                  "## What the reliability map knew at the last value: recall of failing / recall of bad / precision, %, of so many % failing and bad pixels", f"{N} {FAILING}", table(["breaker", "value", *methods], list(known_rows(breakers, methods)), labels=2)]
     for result in latency.values():
         n = result["n"]
         sent = ", ".join(f"{result['titles'][method]} {count / 1000:,.0f}" for method, count in result["bytes_a_second"].items())
