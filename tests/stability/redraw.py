@@ -9,7 +9,7 @@ import math
 import pathlib
 import sys
 
-from run import FEWEST_BAD, THRESHOLDS, every_breaker
+from run import FEWEST_BAD, THRESHOLDS, every_breaker, fails_enough
 
 # The worst pixels and the gaps are few: a handful that fall the other way moves them more.
 MARGIN_DB = {"psnr_db": 0.3, "worst_percent_db": 0.8, "gaps_db": 1.5}
@@ -20,10 +20,12 @@ KEPT_SHARE = 0.8
 def least_of(figures):
     """Score -> threshold."""
     least = {score: round(figures[score] - margin, 2) for score, margin in MARGIN_DB.items() if figures[score] is not None}
+    is_bad = figures["bad_share"] >= FEWEST_BAD
     # Flags set at random are right as often as pixels are bad.
-    for score, wrong, chance in (("flagged_recall", "bad_share", 0), ("flagged_precision", "bad_share", figures["bad_share"]), ("failing_recall", "failing_share", 0)):
+    for score, counts, chance in (("flagged_recall", is_bad, 0), ("flagged_precision", is_bad, figures["bad_share"]),
+                                  ("failing_recall", "failing_share" in figures and fails_enough(figures), 0)):
         bound = math.floor(1000 * KEPT_SHARE * (figures.get(score) or 0)) / 1000
-        if figures.get(wrong, 0) >= FEWEST_BAD and bound > chance:
+        if counts and bound > chance:
             least[score] = bound
     return least
 

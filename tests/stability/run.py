@@ -72,6 +72,11 @@ def sweep(program, folder, breakers, every_value, kept=None):
     return found
 
 
+def fails_enough(figures):
+    """Of a method: for what the map knew of failing pixels to say anything, more of them than a handful, and than chance has it."""
+    return figures["failing_share"] >= max(FEWEST_BAD, 2 * figures["failing_by_chance"])
+
+
 def falls(values, by_value, method, loss_db):
     """The first value, from harmless to hard, at which a method is this far below that value's ceiling."""
     for value in values:

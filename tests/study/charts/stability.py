@@ -3,7 +3,7 @@
 import math
 
 import matplotlib.pyplot as plt
-from experiments.stability import CEILING, FEWEST_BAD
+from experiments.stability import CEILING, fails_enough
 from found import load
 from matplotlib.lines import Line2D
 
@@ -25,7 +25,7 @@ def draw_breaker(level, known, name, breaker):
         is_ceiling = method == CEILING
         level.plot(at, [f["psnr_db"] for f in figures], color=colour, linewidth=1.3, marker="" if is_ceiling else "o", markersize=3, linestyle=(0, (4, 3)) if is_ceiling else "-")
         if not is_ceiling:
-            told = [f["failing_recall"] if f["failing_share"] >= FEWEST_BAD else math.nan for f in figures]
+            told = [f["failing_recall"] if fails_enough(f) else math.nan for f in figures]
             known.plot(at, [100 * share for share in told], color=colour, linewidth=1.1, marker="o", markersize=2.5)
     level.set_title(name, loc="left", fontsize=9)
     level.set_xticks(at, [])
@@ -57,6 +57,6 @@ def draw_all(folder):
         handles.append(Line2D([], [], color="#333333", linestyle=(0, (4, 3)), label="ceiling: a sphere at each eye, turned"))
         figure.legend(handles=handles, loc="outside lower center", ncol=5, frameon=False, fontsize=8.5)
         looks.title(figure, "PSNR of 200x112 eyes, noise and all, by strength, harmless on the left. Below: of failing pixels (off by more than 10 of 255 beyond what the ceiling is off by around them) "
-                            "how many the reliability map flags, where there are 0.5 % of them.")
+                            "how many the reliability map flags, where there are 0.5 % of them and twice as many as by chance.")
         looks.save(figure, folder / "stability")
         plt.close(figure)

@@ -12,7 +12,7 @@ sys.path.insert(0, str(REPOSITORY / "tests/stability"))
 import run as breaking  # noqa: E402
 
 LOSSES_DB = (1, 3)
-CEILING, FEWEST_BAD = breaking.chains.CEILING, breaking.FEWEST_BAD
+CEILING, FEWEST_BAD, fails_enough = breaking.chains.CEILING, breaking.FEWEST_BAD, breaking.fails_enough
 
 
 def run(work):

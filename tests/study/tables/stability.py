@@ -1,12 +1,12 @@
 """Where each method falls below the ceiling, whether its map knew, and what a late server costs: sections of tables.md."""
 
-from experiments.stability import CEILING, FEWEST_BAD
+from experiments.stability import CEILING, FEWEST_BAD, fails_enough
 from pages import cell, table
 
 N = "Both eyes of one frame and one seed for each value; late motion and lost packets: of every refresh of one run."
 
 FAILING = ("Bad: off by more than 10 of 255. Failing: off by more than 10 beyond what the ceiling is off by within a pixel, so that what no sphere of so many columns has right does not count. "
-           "Precision: how many of the flagged pixels are bad.")
+           "Recall of failing where these are twice what chance has, the ceiling beside the method, and 0.5 %. Precision: how many of the flagged pixels are bad.")
 
 
 def methods_of(breakers):
@@ -26,10 +26,11 @@ def fall_rows(breakers, methods):
 
 
 def known_text(figures):
-    """In percent: recall of failing and of bad pixels, precision; - where fewer than FEWEST_BAD are so, or nothing is flagged."""
+    """In percent: recall of failing and of bad pixels, precision; - where too few are so, or nothing is flagged."""
     if figures is None:
         return ""
-    known = [figures[score] if figures[share] >= FEWEST_BAD else None for score, share in (("failing_recall", "failing_share"), ("flagged_recall", "bad_share"), ("flagged_precision", "bad_share"))]
+    is_bad = figures["bad_share"] >= FEWEST_BAD
+    known = [figures[score] if counts else None for score, counts in (("failing_recall", fails_enough(figures)), ("flagged_recall", is_bad), ("flagged_precision", is_bad))]
     return " / ".join("-" if share is None else f"{100 * share:.0f}" for share in known) + f" of {100 * figures['failing_share']:.1f} and {100 * figures['bad_share']:.1f}"
 
 
