@@ -15,6 +15,9 @@ import unittest
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "golden"), str(HERE.parent / "golden/viewer")]
 from display import Display  # noqa: E402
+from fitting.choice import Chosen  # noqa: E402
+from fitting.settings import sections_of, write_settings  # noqa: E402
+from fitting.work import Asked, Fill, Point  # noqa: E402
 from independent import Programs  # noqa: E402
 
 PROGRAMS = Programs(sys.argv.pop(1))
@@ -66,6 +69,16 @@ class Fit(unittest.TestCase):
         short = self.fit(self.scene, "--db", 70, *SMALL, "--out", "never.ini", code=1)
         self.assertRegex(short.stderr.splitlines()[-1], r"--db 70: not to be had; the most found is \d+\.\d+ \[")
         self.assertFalse((self.root / "never.ini").exists())
+
+    def test_programs_take_what_tells_of_mirrors(self):
+        asked, settings = Asked((160, 90), 90.0, 30, 30, 1, 1), self.root / "told.ini"
+        chosen = Chosen(Point(None, 512, 30, 0, 0, 0, 0), Fill(), 0, depth_share=0.1, told=True, samples=1)
+        write_settings(settings, ["told"], sections_of(chosen, asked, "h264"))
+        PROGRAMS.run("render", self.scene, "--settings", settings, "--frames", "30-30", "--out", self.root / "told")
+        report = json.loads(PROGRAMS.run("encode", self.root / "told", "--settings", settings, "--out", self.root / "told.mp4", "--json", "--progress", "none"))
+        self.assertIn("images", {track["name"] for track in report["tracks"]})
+        PROGRAMS.run("play", self.root / "told.mp4", "--settings", settings, "--out", self.root / "told-eyes", "--progress", "none")
+        self.assertEqual(json.loads((self.root / "told-eyes/report.json").read_text())["method"], "mesh")
 
     def look_around(self, stream, settings):
         display = Display()

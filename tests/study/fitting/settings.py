@@ -31,7 +31,7 @@ def sections_of(chosen, asked, codec):
     track = chosen.fill.track
     sees = {"fill": quoted(chosen.fill.rungs), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
-    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": (WITH_MIRRORS if chosen.told else DEPTH)[1], **RENDERED.get(track, {})},
+    return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
             "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream, **({"mirrors": "always"} if chosen.told else {})},
             "model": {"error-px": f"{chosen.model_px:g}", "focal": f"{asked.focal_px:g}"} if chosen.model_px else {},
             "play": {**client_words(chosen), **({"depth": "stream"} if chosen.depth_share else {}), **sees},
