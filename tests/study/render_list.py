@@ -67,8 +67,8 @@ def widest_sphere(preset, place, seed):
 
 
 def geometry(name, place, seed, width, small, options):
-    """Of the pixel centres of a sphere whose colours come from elsewhere (narrowed.py)."""
-    return Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small=small, options=options)
+    """Of the pixel centres of a sphere whose colours come from elsewhere (narrowed.py): without light."""
+    return Render(f"geometry-{name}", seed, 1, (width, width // 2), place, small=small, options=(*options, "--max-bounces", "0"))
 
 
 def eyes_geometry(preset):

@@ -229,8 +229,9 @@ def run(work):
         for width in widths_of(system, preset):
             entries += [player.score(system, width, coding, preset.timed) for coding in chosen]
     truths = [work.truth(seed) for seed in SEEDS]
-    for entry in entries:
-        entry["perceived"] = perceived(work.folder, entry["views"], truths, preset.focal_px)
+    seen = work.steps.side_by_side(lambda entry: perceived(work.folder, entry["views"], truths, preset.focal_px), entries)
+    for entry, figures in zip(entries, seen):
+        entry["perceived"] = figures
     return {"scene_info": work.info, "anaglyph": anaglyph(work, player, codings(preset)[1]), "baselines_ms": baselines(work, player, codings(preset)[1]), "flip_pictures": min(FLIP_PICTURES, preset.frames),
             "flip_pixels_a_degree": pixels_a_degree(preset.focal_px),
             "flip_ceiling": sum(flip(*(work.folder / truth / eye for truth in truths), pixels_a_degree(preset.focal_px)) for eye in EYES) / len(EYES),

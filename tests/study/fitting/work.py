@@ -17,8 +17,6 @@ from perceived import display, frames_of
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork
 
-NO_LIGHT = ("--max-bounces", "0")
-"""For AOVs alone."""
 RENDERED = {"small": "", "hidden": "--layers", "patches": "--patches"}
 """Track -> what `render` makes it by; a small eye has words of its own."""
 MULTIPLE = 16
@@ -120,9 +118,6 @@ class FitWork(SceneWork):
         """With what AOVs tell of mirrors and glass; of the width that matches the eyes unless told."""
         width = width or self.preset.matching_width
         return self.with_geometry(self.rendered_sphere(place, self.preset.rendered_width(width), seed), f"told-at-{width}", width, seed, render_list.WITH_MIRRORS)
-
-    def with_geometry(self, wide, suffix, width, seed, aovs):
-        return super().with_geometry(wide, suffix, width, seed, (*aovs, *NO_LIGHT))
 
     def with_tracks(self, way, width, seed):
         """Rendered as wide as it is, with the track that its fill takes; on trial the first frame, with all of them and few samples."""
