@@ -10,15 +10,15 @@ from drawing import rgb
 from PIL import Image
 
 EYE = "right"
-WIDTH, ANAGLYPH_WIDTH = 256, 480
+ANAGLYPH_QUALITY, ANAGLYPH_WIDTH = 60, 480
 DIFFERENCE_GAIN = 4
-QUALITIES, LARGEST = (60, 45, 35, 25, 15), 1_900_000
-"""Of WebP, the first with which all pictures of a page are no larger, characters: noise takes many."""
+LOOKS, LARGEST = ((60, 256), (45, 256), (35, 256), (25, 256), (15, 256), (15, 208), (15, 160)), 1_900_000
+"""Quality of WebP and columns, the first with which all pictures of a page are no larger, characters: noise takes many."""
 OTHER_SEED = 2
 """Of the truth: views are of the first, and none may share its noise."""
 
 
-def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
+def data_uri(pixels, width, resampling=Image.Resampling.BOX, **coding):
     """A picture of rows x columns x 3, or of gaps, rows x columns, as text."""
     image = Image.fromarray(pixels)
     height = round(image.height * width / image.width)
@@ -28,9 +28,9 @@ def data_uri(pixels, width=WIDTH, resampling=Image.Resampling.BOX, **coding):
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
-def amplified(difference):
+def amplified(difference, width):
     """A difference of -255 to 255, averaged over a small picture's pixels while it has its sign, so that what is noise alone fades."""
-    size = WIDTH, round(difference.shape[0] * WIDTH / difference.shape[1])
+    size = width, round(difference.shape[0] * width / difference.shape[1])
     small = [Image.fromarray(channel).resize(size, Image.Resampling.BOX) for channel in np.moveaxis(difference, -1, 0)]
     return np.clip(DIFFERENCE_GAIN * np.abs(np.stack(small, axis=-1)), 0, 255).astype(np.uint8)
 
@@ -48,26 +48,27 @@ class Pictures:
         frame = es.read_frame(file_of(work.folder / work.truth(OTHER_SEED) / EYE, self.number))
         self.truth = es.to_display(frame["colour"], frame.info.exposure)
 
-    def of(self, view, quality):
+    def of(self, view, quality, width):
         """What play wrote for the first seed."""
         folder = self.work.folder / view
         seen = rgb(file_of(folder / EYE, self.number))
-        found = {"seen": data_uri(seen, quality=quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth), quality=quality)}
+        found = {"seen": data_uri(seen, width, quality=quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth, width), width, quality=quality)}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
-            found["gaps"] = data_uri(mask, resampling=Image.Resampling.NEAREST, lossless=True)
+            found["gaps"] = data_uri(mask, width, resampling=Image.Resampling.NEAREST, lossless=True)
         return found
 
     def anaglyph(self, played):
         """What the first seed's `played`, frames with both eyes in one picture, shows of the same frame."""
-        return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH, quality=QUALITIES[0])
+        return data_uri(rgb(file_of(self.work.folder / played / "both", self.number)), ANAGLYPH_WIDTH, quality=ANAGLYPH_QUALITY)
 
     def all_of(self, entries, anaglyph):
-        for quality in QUALITIES:
-            found = self.all_with(quality, entries, anaglyph)
+        for quality, width in LOOKS:
+            found = self.all_with(quality, width, entries, anaglyph)
             if len(json.dumps(found)) <= LARGEST:
                 break
         return found
 
-    def all_with(self, quality, entries, anaglyph):
-        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth, quality=quality), "views": {entry["views"][0]: self.of(entry["views"][0], quality) for entry in entries}}
+    def all_with(self, quality, width, entries, anaglyph):
+        return {"anaglyph": self.anaglyph(anaglyph), "frame": self.number, "eye": EYE, "gain": DIFFERENCE_GAIN, "truth": data_uri(self.truth, width, quality=quality),
+                "views": {entry["views"][0]: self.of(entry["views"][0], quality, width) for entry in entries}}

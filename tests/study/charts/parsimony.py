@@ -43,10 +43,10 @@ def draw_depths(axes, result):
     points = [(entry["title"], db(entry)) for entry in result["draws"]]
     bars = axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
     axes.bar_label(bars, [f"{entry['depth_ms']:,.0f} ms" for entry in result["draws"]], fontsize=7.5)
-    axes.margins(y=0.12)
     axes.set_xticks(range(len(points)), [textwrap.fill(title, 14) for title, _ in points], fontsize=7)
-    axes.set_ylim(bottom=min(level for _, level in points) - 1)
-    axes.set_xlabel("whose draws the client's depth is of (OpenGL in software)", fontsize=8)
+    lowest, highest = min(level for _, level in points) - 1, max(level for _, level in points)
+    axes.set_ylim(lowest, highest + (highest - lowest) / 4)
+    axes.set_xlabel("whose draws the client's depth is of,\nmilliseconds a frame, OpenGL in software", fontsize=8)
 
 
 def draw_all(folder):
