@@ -13,7 +13,7 @@ EYE = "right"
 ANAGLYPH_QUALITY, ANAGLYPH_WIDTH = 60, 480
 DIFFERENCE_GAIN = 4
 LOOKS, LARGEST = ((60, 256), (45, 256), (35, 256), (25, 256), (15, 256), (15, 208), (15, 160)), 1_900_000
-"""Quality of WebP and columns, the first with which all pictures of a page are no larger, characters: noise takes many."""
+"""Quality of WebP and columns, the first with which all pictures of a page are no larger, characters, or else the last: noise takes many."""
 OTHER_SEED = 2
 """Of the truth: views are of the first, and none may share its noise."""
 

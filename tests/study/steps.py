@@ -90,6 +90,7 @@ class Steps:
                         done.result()
                 except BaseException:
                     self.stop()
+                    pool.shutdown(wait=False, cancel_futures=True)
                     raise
             return [done.result() for done in results]
         finally:
@@ -138,7 +139,7 @@ class Steps:
         self.running.add(process.pid)
         try:
             if self.stopped:
-                process.terminate()
+                os.kill(process.pid, signal.SIGTERM)
             _, status, usage = os.wait4(process.pid, 0)
         except KeyboardInterrupt:
             process.terminate()

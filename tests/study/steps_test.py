@@ -103,6 +103,18 @@ class BesideEachOther(unittest.TestCase):
     def test_what_fails_ends_what_runs_beside_it(self):
         self.assertIn("exit 3", str(self.ended("wait", "fail")))
 
+    def test_what_fails_ends_what_waits_for_its_turn(self):
+        begun = []
+
+        def fail(number):
+            begun.append(number)
+            time.sleep(0.05)
+            raise Failed(str(number))
+
+        with self.assertRaises(Failed):
+            self.steps.side_by_side(fail, range(1000))
+        self.assertLess(len(begun), 500)
+
     def test_what_interrupts_the_study_alone_ends_its_programs(self):
         def interrupt():
             while not self.steps.running:

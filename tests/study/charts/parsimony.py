@@ -39,7 +39,7 @@ def without(result, label):
 
 
 def draw_depths(axes, result):
-    """By rays, by our draws and by the paper's: what each of them sees, which is the same, and how long it takes."""
+    """By rays, by our draws and by the paper's: what each of them sees and how long it takes."""
     points = [(entry["title"], db(entry)) for entry in result["draws"]]
     bars = axes.bar(range(len(points)), [level for _, level in points], width=0.5, color="#145a32")
     axes.bar_label(bars, [f"{entry['depth_ms']:,.0f} ms" for entry in result["draws"]], fontsize=7.5)
