@@ -120,12 +120,15 @@ class Steps:
         errors.parent.mkdir(parents=True, exist_ok=True)
         start = time.monotonic()
         beside = self.beside > 0
-        with open(errors, "wb") as log, open(errors.with_suffix(".out"), "wb") as out:
+        output = errors.with_suffix(".out")
+        aside = output.with_name(output.name + ".unfinished")
+        with open(errors, "wb") as log, open(aside, "wb") as out:
             code, usage = self.waited_for(words, out, log)
         wall_s = time.monotonic() - start
         if code != 0:
             lines = errors.read_text(errors="replace").strip().splitlines()
             raise Failed(f"{command}: exit {code}: {lines[-1] if lines else 'no message'}")
+        os.replace(aside, output)
         record = {"command": command, "context": self.context, "wall_s": round(wall_s, 3), "resumed": resumed, **({"beside": True} if beside else {}),
                   "cpu_s": round(usage.ru_utime + usage.ru_stime, 3), "peak_memory_mib": round(usage.ru_maxrss / 1024, 1)}
         write_whole(file, json.dumps(record, indent=1) + "\n")

@@ -73,6 +73,15 @@ class SkippedSteps(unittest.TestCase):
         self.assertEqual((self.work / "runs").read_text().count("run"), 4)
 
 
+    def test_one_that_fails_leaves_what_was_said_before(self):
+        self.program.write_text('#!/bin/sh\n[ "$1" = do ] && echo said\n')
+        steps = Steps(self.work, self.work / "bin", {}, {})
+        steps.run("copy", "do")
+        with self.assertRaises(Failed):
+            steps.run("copy", "fail")
+        self.assertEqual(steps.output_of("copy"), "said\n")
+
+
 class BesideEachOther(unittest.TestCase):
     def setUp(self):
         holder = tempfile.TemporaryDirectory()
