@@ -15,16 +15,22 @@ PATIENCE_S = 20
 PROGRAM = '#!/bin/sh\ncp "$2" "$4" && echo run >> runs\n'
 
 
+def folder_with_program(test, text):
+    """A work folder, gone after the test, and bin/equistream in it."""
+    holder = tempfile.TemporaryDirectory()
+    test.addCleanup(holder.cleanup)
+    work = pathlib.Path(holder.name).resolve()
+    program = work / "bin/equistream"
+    program.parent.mkdir()
+    program.write_text(text)
+    program.chmod(0o755)
+    return work, program
+
+
 class SkippedSteps(unittest.TestCase):
     def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.work = pathlib.Path(holder.name).resolve()
-        (self.work / "bin").mkdir()
+        self.work, self.program = folder_with_program(self, PROGRAM)
         (self.work / "given").mkdir()
-        self.program = self.work / "bin/equistream"
-        self.program.write_text(PROGRAM)
-        self.program.chmod(0o755)
         self.write("given/a", "1", at=1000)
 
     def write(self, name, text, at):
@@ -84,14 +90,8 @@ class SkippedSteps(unittest.TestCase):
 
 class BesideEachOther(unittest.TestCase):
     def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.work = pathlib.Path(holder.name).resolve()
-        (self.work / "bin").mkdir()
-        program = self.work / "bin/equistream"
-        program.write_text(f'#!/bin/sh\n[ "$1" = fail ] && exit 3\nexec sleep {10 * PATIENCE_S}\n')
-        program.chmod(0o755)
-        self.steps = Steps(self.work, self.work / "bin", {}, {})
+        work, _ = folder_with_program(self, f'#!/bin/sh\n[ "$1" = fail ] && exit 3\nexec sleep {10 * PATIENCE_S}\n')
+        self.steps = Steps(work, work / "bin", {}, {})
         # Shells start what they run in the background with interrupts ignored.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
 
