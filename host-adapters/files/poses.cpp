@@ -1,4 +1,5 @@
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 #include <equistream_files/convert.h>
 
 #include <algorithm>
@@ -47,9 +48,8 @@ Pose pose_of_attribute(const ForeignExr& file, const SourceConventions& conventi
     }
     const glm::dmat3 world_from_camera = glm::transpose(turn);
     const Pose pose{-(world_from_camera * move), glm::normalize(glm::quat_cast(world_from_camera))};
-    for (int i = 0; i < 3; ++i)
-        if (!(std::abs(pose.position_m[i]) <= 1e9))
-            throw InputError(expected_found(where, "a position within 1e9 m", std::to_string(pose.position_m[i])));
+    if (const auto wrong = position_mismatch(pose.position_m))
+        throw InputError(expected_found(where, wrong->expected, wrong->found));
     return pose;
 }
 

@@ -6,6 +6,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/pose_limits.h>
 
 #include <cmath>
 #include <cstring>
@@ -32,9 +33,13 @@ void require(bool right, const char* field, const std::string& expected, const s
         throw InputError(expected_found(field, expected, found));
 }
 
-double checked_number(const char* field, double value, double lowest, double highest) {
-    require(value >= lowest && value <= highest, field, "from " + in_words(lowest) + " to " + in_words(highest),
-            in_words(value));
+void require(const std::optional<Mismatch>& mismatch, const std::string& field) {
+    if (mismatch)
+        throw InputError(expected_found(field, mismatch->expected, mismatch->found));
+}
+
+double checked_number(const char* field, double value, double min, double max) {
+    require(range_mismatch(value, min, max), field);
     return value;
 }
 
@@ -136,14 +141,11 @@ std::vector<PatchAtlas::Slot> checked_slots(const es_frame_settings& s) {
 Pose checked_pose(const char* field, const es_pose& pose) {
     const double* p = pose.position_m;
     const double* q = pose.orientation_wxyz;
-    const std::string position = in_words(p[0]) + " " + in_words(p[1]) + " " + in_words(p[2]);
-    require(std::abs(p[0]) <= 1e9 && std::abs(p[1]) <= 1e9 && std::abs(p[2]) <= 1e9,
-            (std::string(field) + ".position_m").c_str(), "numbers from -1e9 to 1e9", position);
+    const glm::dvec3 position_m(p[0], p[1], p[2]);
     const glm::dquat orientation(q[0], q[1], q[2], q[3]);
-    const double length = glm::length(orientation);
-    require(std::abs(length - 1) < 1e-3, (std::string(field) + ".orientation_wxyz").c_str(), "a unit quaternion",
-            "length " + in_words(length));
-    return {{p[0], p[1], p[2]}, orientation / length};
+    require(position_mismatch(position_m), std::string(field) + ".position_m");
+    require(orientation_mismatch(orientation), std::string(field) + ".orientation_wxyz");
+    return {position_m, orientation / glm::length(orientation)};
 }
 
 }  // namespace
@@ -174,8 +176,8 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.camera = checked_camera(s);
     info.eye = static_cast<Eye>(eye);
     info.lock = static_cast<AxisLock>(lock);
-    info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, 10);
-    info.lean_m = checked_number("lean_m", s.lean_m, 0, 1000);
+    info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, max_ipd_m);
+    info.lean_m = checked_number("lean_m", s.lean_m, 0, max_head_box_radius_m);
     info.frames_per_second = checked_number("frames_per_second", s.frames_per_second, 0.001, 1000);
     info.exposure = checked_number("exposure", s.exposure, 1e-12, 1e12);
     info.seed = s.seed;

@@ -1,3 +1,4 @@
+#include <equistream/pose_limits.h>
 #include <equistream/viewer_message.h>
 
 #include <algorithm>
@@ -28,15 +29,13 @@ static_assert(sizeof(Header) == 12);
 using PoseBody = std::array<double, 8>;
 static_assert(sizeof(PoseBody) == 64);
 
-constexpr double farthest_m = 1e9;
 constexpr double longest_off_unit = 1e-6;
 
 std::optional<ViewerPose> pose_of(const PoseBody& body) {
     ViewerPose pose{body[0], {{body[1], body[2], body[3]}, {body[4], body[5], body[6], body[7]}}};
     const bool finite = std::ranges::all_of(body, [](double value) { return std::isfinite(value); });
-    const bool near = std::ranges::all_of(std::array{body[1], body[2], body[3]},
-                                          [](double value) { return std::abs(value) <= farthest_m; });
-    if (!finite || !near || !(std::abs(glm::length(pose.head.orientation) - 1) <= longest_off_unit))
+    if (!finite || !is_position(pose.head.position_m) ||
+        !(std::abs(glm::length(pose.head.orientation) - 1) <= longest_off_unit))
         return std::nullopt;
     return pose;
 }

@@ -1,12 +1,12 @@
 #include "obj_document.h"
 
-#include "coordinates.h"
 #include "obj_files.h"
 #include "obj_lines.h"
 #include "polygon.h"
 #include "statement_stream.h"
 
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "coordinates.h"
 #include "file_bytes.h"
 
 #include <equistream_scene/scene.h>
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>

@@ -1,12 +1,12 @@
 #include <equistream_scene/scene.h>
 
-#include "coordinates.h"
 #include "description_json.h"
 #include "file_bytes.h"
 #include "fingerprint.h"
 
 #include <equistream/conventions.h>
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 
 #include <glm/gtc/quaternion.hpp>
 

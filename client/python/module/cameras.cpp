@@ -4,6 +4,7 @@
 #include <equistream/camera.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/pose_limits.h>
 #include <equistream_client/engine.h>
 
 #include <nanobind/stl/array.h>
@@ -22,16 +23,13 @@ using Pair = std::pair<double, double>;
 using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;  ///< one point a row
 
 Pose make_pose(const std::array<double, 3>& p, const std::array<double, 4>& q) {
-    const std::string position = in_words(p[0]) + " " + in_words(p[1]) + " " + in_words(p[2]);
-    for (const double coordinate : p)
-        if (!(std::abs(coordinate) <= 1e9))
-            throw InputError(expected_found("Pose: position_m", "numbers from -1e9 to 1e9", position));
+    const glm::dvec3 position_m(p[0], p[1], p[2]);
     const glm::dquat orientation(q[0], q[1], q[2], q[3]);
-    const double length = glm::length(orientation);
-    if (!(std::abs(length - 1) < 1e-3))
-        throw InputError(
-            expected_found("Pose: orientation", "a unit quaternion (w, x, y, z)", "length " + in_words(length)));
-    return {{p[0], p[1], p[2]}, orientation / length};
+    if (const auto wrong = position_mismatch(position_m))
+        throw InputError(expected_found("Pose: position_m", wrong->expected, wrong->found));
+    if (const auto wrong = orientation_mismatch(orientation))
+        throw InputError(expected_found("Pose: orientation", wrong->expected, wrong->found));
+    return {position_m, orientation / glm::length(orientation)};
 }
 
 Pose pose_from_rotation(const std::array<double, 3>& position, const std::array<std::array<double, 3>, 3>& rows) {

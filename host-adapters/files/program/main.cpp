@@ -1,6 +1,7 @@
 /// `equistream import`: other renderers' EXR sequences made our frames.
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 #include <equistream_cli/program.h>
 #include <equistream_files/import.h>
 
@@ -111,8 +112,9 @@ void complete(Arguments& a, const CLI::App& app) {
         require(a.fps >= 0.001 && a.fps <= 1000, "--fps", "0.001 to 1000", a.fps);
         s.frames_per_second = a.fps;
     }
-    require(s.info.ipd_m >= 0 && s.info.ipd_m <= 10, "--ipd", "metres from 0 to 10", s.info.ipd_m);
-    require(s.info.lean_m >= 0 && s.info.lean_m <= 1000, "--lean", "metres from 0 to 1000", s.info.lean_m);
+    require(s.info.ipd_m >= 0 && s.info.ipd_m <= max_ipd_m, "--ipd", "metres from 0 to 10", s.info.ipd_m);
+    require(s.info.lean_m >= 0 && s.info.lean_m <= max_head_box_radius_m, "--lean", "metres from 0 to 1000",
+            s.info.lean_m);
     require(s.info.exposure >= 1e-12 && s.info.exposure <= 1e12, "--exposure", "a number above 0", s.info.exposure);
     s.info.eye = one_of<Eye>("--eye", a.eye, {{"centre", Eye::centre}, {"left", Eye::left}, {"right", Eye::right}});
     s.info.lock = one_of<AxisLock>("--lock", a.lock, {{"path", AxisLock::path}, {"world", AxisLock::world}});

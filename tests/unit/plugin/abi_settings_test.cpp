@@ -54,10 +54,10 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::lock, stored<es_axis_lock>(2), "lock: expected ES_LOCK_WORLD or ES_LOCK_PATH, found 2");
     expect(&S::layer, stored<es_layer>(2), "layer: expected ES_LAYER_FIRST or ES_LAYER_HIDDEN, found 2");
     expect(&S::tile_side, -1, "tile_side: expected 0 to 32768, found -1");
-    expect(&S::ipd_m, nan, "ipd_m: expected from 0 to 10, found nan");
-    expect(&S::lean_m, -0.1, "lean_m: expected from 0 to 1000, found -0.1");
-    expect(&S::frames_per_second, 0.0, "frames_per_second: expected from 0.001 to 1000, found 0");
-    expect(&S::exposure, std::numeric_limits<double>::infinity(), "exposure: expected from 1e-12 to 1e+12, found inf");
+    expect(&S::ipd_m, nan, "ipd_m: expected a number from 0 to 10, found nan");
+    expect(&S::lean_m, -0.1, "lean_m: expected a number from 0 to 1000, found -0.1");
+    expect(&S::frames_per_second, 0.0, "frames_per_second: expected a number from 0.001 to 1000, found 0");
+    expect(&S::exposure, std::numeric_limits<double>::infinity(), "exposure: expected a number from 1e-12 to 1e+12, found inf");
     expect(&S::longitude_min, nan,
            "longitude_min, longitude_max: expected an ascending range in radians, at most 6.2831853071795862 wide, "
            "found nan to 0");
@@ -108,7 +108,7 @@ TEST_F(AbiSettings, wrong_combinations) {
     settings.latitude_max = -0.2;
     EXPECT_NE(refusal().find("latitude_min, latitude_max: expected an ascending range"), std::string::npos);
     settings.latitude_max = 2;
-    EXPECT_NE(refusal().find("latitude_max: expected from"), std::string::npos);
+    EXPECT_NE(refusal().find("latitude_max: expected a number from"), std::string::npos);
 }
 
 TEST_F(AbiSettings, null_pointers) {
@@ -168,10 +168,10 @@ TEST_F(AbiSettings, frame_settings) {
     expect(when, "time_s: expected a finite time, found nan");
     when = at(0);
     when.head.position_m[1] = std::nan("");
-    expect(when, "head.position_m: expected numbers from -1e9 to 1e9, found 0 nan 0");
+    expect(when, "head.position_m: expected coordinates from -1e9 to 1e9 metres, found 0 nan 0");
     when = at(0);
     when.head_next.orientation_wxyz[0] = 2;
-    expect(when, "head_next.orientation_wxyz: expected a unit quaternion, found length 2");
+    expect(when, "head_next.orientation_wxyz: expected a unit quaternion w x y z, found length 2");
     when = at(0);
     when.struct_size = 0;
     expect(when, "es_frame_settings.struct_size: expected at least 192, found 0");
