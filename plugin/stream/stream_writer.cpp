@@ -2,6 +2,7 @@
 #include "output.h"
 #include "track_encoder.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
 
@@ -237,6 +238,11 @@ WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo
     if (over)
         throw WorkError(target + ": has ended, nothing more can be written");
     WrittenTrack& track = track_of(role);
+    // A decoder refuses a picture whose data say otherwise.
+    if (is_depth(role) != info.depth_code.has_value())
+        throw WorkError(expected_found(target + ": " + track_name(role),
+                                       is_depth(role) ? "a depth code and its range" : "colours, without a depth code",
+                                       info.depth_code ? depth_code_name(info.depth_code->code) : "none"));
     if (!first_index)
         first_index = info.index;
     if (info.index < track.last_index.value_or(*first_index - 1) + 1)
@@ -278,8 +284,6 @@ void StreamWriter::write_pq(TrackRole role, ImageView<const float> rgb, const Fr
 
 void StreamWriter::write_depth(TrackRole role, ImageView<const float> depth_m, const FrameInfo& info) {
     WrittenTrack& track = state_->start_picture(role, info);
-    if (!info.depth_code)
-        throw WorkError(expected_found(state_->target + ": " + track_name(role), "a depth code and its range", "none"));
     FrameInfo counted = info;
     av::Frame picture = track.encoder.convert(depth_m, *counted.depth_code);
     state_->take(track, std::move(picture), counted);

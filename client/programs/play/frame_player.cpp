@@ -37,6 +37,15 @@ void require_tagged_size(const ReceivedPicture& picture, const std::string& sour
                                        std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
 }
 
+/// The same frame without what is true of its coded picture alone: an eye's picture is coded anew.
+FrameInfo without_coding(FrameInfo info) {
+    info.depth_code.reset();
+    info.crf.reset();
+    info.coding_loss.reset();
+    info.moving.clear();
+    return info;
+}
+
 /// Calls work(eye, figures) for both, side by side: what one thread does of an eye, another does of the other
 /// meanwhile.
 template <typename Work>
@@ -194,7 +203,7 @@ PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {
 }
 
 FrameInfo FramePlayer::eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh) const {
-    FrameInfo info = frame.main.info;
+    FrameInfo info = without_coding(frame.main.info);
     info.camera = eye_camera(frame.main.info);
     info.eye = eye;
     info.lock = AxisLock::path;

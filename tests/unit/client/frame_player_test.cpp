@@ -1,8 +1,10 @@
-/// How often play loads the scene's geometry: RayDepth and RayColour are the test's own here, and count.
+/// How often play loads the scene's geometry (RayDepth and RayColour are the test's own here, and count), and which of
+/// a stream's data its eyes keep.
 #include "fill_scene.h"
 #include "scenes/temporary_folder.h"
 
 #include "programs/play/frame_player.h"
+#include "programs/play/view_writer.h"
 
 #include <equistream_client/ray_colour.h>
 
@@ -146,6 +148,55 @@ TEST_F(GeometryLoads, WhereNoRungTakesColoursFromItOnlyDepthIsLoaded) {
     EXPECT_GT(filled(played, "small"), 0);
     EXPECT_EQ(loads.of_colours, 0);
     EXPECT_EQ(loads.of_depth, 1);
+}
+
+/// A frame as a stream with a depth track and with motion gives it.
+ReceivedFrame streamed_frame(std::int64_t index) {
+    ReceivedFrame frame;
+    frame.main.info.index = index;
+    frame.main.info.camera = EquirectCamera{256, 128, {}};
+    frame.main.info.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 0.5, false}, 0, false};
+    frame.main.info.crf = 30;
+    frame.main.info.coding_loss = CodingLoss{{1, 2, 3, 4, 5, 6, 7, 8}};
+    frame.main.info.moving = {{{}, 1, 2, {{100, 200, 250}}}};
+    auto rendered = test::render(test::ball_and_wall, test::red_and_smooth, frame.main.info.camera, {});
+    frame.main.rgb = std::move(rendered.rgb);
+    frame.main.depth_m = std::move(rendered.depth_m);
+    return frame;
+}
+
+using Eyes = test::TemporaryFolder;
+
+TEST_F(Eyes, VideosOfAStreamWithDepthAndMotionCanBeRead) {
+    Settings settings;
+    settings.source = "a stream of the test's own";
+    settings.depth = "stream";
+    settings.method = "mesh";
+    settings.fill = "pushpull";
+    settings.size = cli::Size{96, 64};
+    settings.format = Format::mp4;
+    settings.out = folder_;
+    FramePlayer player(settings);
+    Report report;
+    player.prepare(streamed_frame(0), report);
+    const auto eyes = make_eyes_writer(settings);
+    for (std::int64_t index = 0; index < 2; ++index) {
+        PlayedFrame played;
+        player.play(streamed_frame(index), played);
+        eyes->write({played.left.picture, {}, played.left.info}, {played.right.picture, {}, played.right.info});
+    }
+    eyes->finish();
+    StreamReader reader((folder_ / "right.mp4").string());
+    for (std::int64_t index = 0; index < 2; ++index) {
+        const auto picture = reader.next();
+        ASSERT_TRUE(picture && picture->info) << reader.truncation();
+        EXPECT_EQ(picture->info->index, index);
+        EXPECT_EQ(picture->info->eye, Eye::right);
+        EXPECT_FALSE(picture->info->depth_code);
+        EXPECT_FALSE(picture->info->coding_loss) << "the stream's, not this video's";
+        EXPECT_TRUE(picture->info->moving.empty()) << "regions of the sphere, not of this view";
+    }
+    EXPECT_EQ(reader.truncation(), "");
 }
 
 }  // namespace

@@ -102,6 +102,10 @@ TEST(DepthStreams, WritersRefuseWhatCannotBeCoded) {
     EXPECT_THROW(writer.write_depth(TrackRole::depth, depth_m.view(), info_of(1, DepthCodeId::w8)), WorkError);
     EXPECT_THROW(writer.write_depth(TrackRole::main, depth_m.view(), info_of(2, DepthCodeId::w10)), WorkError);
     EXPECT_THROW(writer.write(TrackRole::depth, synthetic::picture(width, height, 3).view(), info_of(3)), WorkError);
+    // No reader would take it.
+    EXPECT_THROW(
+        writer.write(TrackRole::main, synthetic::picture(width, height, 4).view(), info_of(4, DepthCodeId::w10)),
+        WorkError);
 }
 
 }  // namespace
