@@ -1,0 +1,42 @@
+"""Every link between the checkout's pages leads to a file, and to a heading where it names one; so does every
+docs/ page that a program's text or a comment names."""
+
+import re
+import subprocess
+import unittest
+
+from markdown import LINK, ROOT, headings, pages, without_code
+
+NAMED = re.compile(r"\bdocs/[\w./-]+\.md\b")
+
+
+class Links(unittest.TestCase):
+    def test_links_lead_somewhere(self):
+        broken = []
+        for page in pages():
+            for _, target in LINK.findall(without_code((ROOT / page).read_text())):
+                if re.match(r"[a-z]+:", target):
+                    continue
+                name, _, anchor = target.partition("#")
+                file = (ROOT / page).parent / name if name else ROOT / page
+                if not file.exists():
+                    broken.append(f"{page}: {target}: no such file")
+                elif anchor and file.suffix == ".md" and anchor not in headings(file.read_text()):
+                    broken.append(f"{page}: {target}: no such heading; there are {', '.join(sorted(headings(file.read_text())))}")
+        self.assertEqual([], broken, "\n" + "\n".join(broken))
+
+    def test_pages_named_in_code_are_there(self):
+        found = subprocess.run(["git", "-C", ROOT, "grep", "-InoE", r"\bdocs/[[:alnum:]_./-]+\.md\b", "--", ":!*.md", ":!*.json", ":!*.html"],
+                               text=True, capture_output=True)
+        if found.returncode > 1:
+            self.skipTest("not a git checkout")
+        broken = [line for line in found.stdout.splitlines() if not (ROOT / NAMED.search(line.split(":", 2)[2])[0]).exists()]
+        self.assertEqual([], broken, "\n" + "\n".join(broken))
+
+    def test_a_broken_link_would_be_found(self):
+        self.assertEqual({"a-b", "c", "c-1"}, headings("# A `b`\n## C\n```\n# no\n```\n## C\n"))
+        self.assertEqual([("x", "y.md#z")], LINK.findall("see [x](y.md#z)."))
+
+
+if __name__ == "__main__":
+    unittest.main()
