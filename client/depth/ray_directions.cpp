@@ -81,12 +81,4 @@ void RayDirections::square(int x, int y, DirectionPacket& out) const {
         normalise(out);
 }
 
-void RayDirections::pixels(const std::array<int, packet_size>& x, const std::array<int, packet_size>& y,
-                           DirectionPacket& out) const {
-    for (std::size_t lane = 0; lane < packet_size; ++lane)
-        write(int(lane), x[lane], y[lane], out);
-    if (!equirect_)
-        normalise(out);
-}
-
 }  // namespace equistream

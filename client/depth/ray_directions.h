@@ -4,7 +4,6 @@
 /// trigonometry and no double a pixel. Equal to Camera::direction within 2e-7. Concurrent reads are safe.
 #include <equistream/camera.h>
 
-#include <array>
 #include <vector>
 
 namespace equistream {
@@ -23,9 +22,6 @@ public:
 
     /// Of the pixels of a square, row by row, from its first pixel; pixels beyond the picture's edge repeat the last.
     void square(int x, int y, DirectionPacket& out) const;
-    /// Of any 16 pixels of the picture.
-    void pixels(const std::array<int, packet_size>& x, const std::array<int, packet_size>& y,
-                DirectionPacket& out) const;
 
 private:
     void write(int lane, int x, int y, DirectionPacket& out) const;

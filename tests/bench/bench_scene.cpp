@@ -48,9 +48,8 @@ std::optional<SceneDescription> bench_description(const std::string& name) {
 }
 
 BenchScene::BenchScene(const SceneDescription& scene)
-    : description(scene), depth(description), carried_depth(description, {.reuse = true}),
-      model(load_model(description.model, {.shading = false})), model_without_masks(without_masks(model)),
-      bvh(model, options_of(model, description)),
+    : description(scene), depth(description), model(load_model(description.model, {.shading = false})),
+      model_without_masks(without_masks(model)), bvh(model, options_of(model, description)),
       bvh_without_masks(model_without_masks, options_of(model_without_masks, description)) {}
 
 BenchScene* bench_scene(const std::string& name) {

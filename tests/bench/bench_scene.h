@@ -15,7 +15,6 @@ struct BenchScene {
 
     SceneDescription description;
     RayDepth depth;
-    RayDepth carried_depth;  ///< with reuse of the last frame
     SceneModel model;
     SceneModel model_without_masks;
     Bvh bvh;

@@ -1,8 +1,7 @@
 /// Depth along the pixel-centre rays of a 1920x960 sphere: the client's `ray` source against Embree's own
 /// rtcIntersect16 with coherent rays, on both the same geometry and the same without its alpha masks. All sides take
 /// the same squares of 4x4 rays and share them out alike; the peer's packets are made, and made anew after each round,
-/// outside the time that counts. Then the same along the scene's path, 30 frames a second, where the client carries on
-/// what it cast before.
+/// outside the time that counts.
 #include "bench_scene.h"
 
 #include <equistream/elapsed.h>
@@ -14,7 +13,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -50,20 +48,6 @@ std::vector<RayPacket> packets_of(const Pose& pose) {
                 glm::vec3(pose.orientation * camera.direction(x + 0.5, y + 0.5)));
         }
     return packets;
-}
-
-Pose pose_at(const BenchScene& scene, int frame) {
-    const PosePath& path = scene.description.camera_path;
-    const double time_s = std::fmod(frame / 30.0, std::max(path.duration_s(), 1 / 30.0));
-    return {path.at(time_s).position_m, {1, 0, 0, 0}};
-}
-
-void move_to(std::vector<RayPacket>& packets, const glm::dvec3& position_m) {
-    for (RayPacket& packet : packets) {
-        std::fill_n(packet.rays.ray.org_x, 16, float(position_m.x));
-        std::fill_n(packet.rays.ray.org_y, 16, float(position_m.y));
-        std::fill_n(packet.rays.ray.org_z, 16, float(position_m.z));
-    }
 }
 
 void intersect_coherent(RTCScene scene, RayPacket& packet) {
@@ -117,38 +101,6 @@ void embree(benchmark::State& state, const char* name, Bvh BenchScene::*geometry
     benchmark::DoNotOptimize(packets.data());
 }
 
-void ours_walking(benchmark::State& state, const char* name) {
-    BenchScene* scene = scene_or_skip(state, name);
-    if (scene == nullptr)
-        return;
-    FloatImage depth_m(width, height, 1);
-    const EquirectCamera sphere{width, height, {}};
-    int frame = 0;
-    scene->carried_depth.cast(sphere, pose_at(*scene, frame), depth_m.view());
-    for (auto _ : state) {
-        const Pose pose = pose_at(*scene, ++frame);
-        const auto start = Clock::now();
-        scene->carried_depth.cast(sphere, pose, depth_m.view());
-        state.SetIterationTime(milliseconds_since(start) / 1000);
-    }
-    benchmark::DoNotOptimize(depth_m.samples().data());
-}
-
-void embree_walking(benchmark::State& state, const char* name) {
-    const BenchScene* scene = scene_or_skip(state, name);
-    if (scene == nullptr)
-        return;
-    const std::vector<RayPacket> made = packets_of(pose_in(*scene));
-    std::vector<RayPacket> packets;
-    int frame = 0;
-    for (auto _ : state) {
-        packets = made;
-        move_to(packets, pose_at(*scene, ++frame).position_m);
-        state.SetIterationTime(intersect_all(scene->bvh.scene(), packets) / 1000);
-    }
-    benchmark::DoNotOptimize(packets.data());
-}
-
 template <typename... Arguments>
 void add(const std::string& name, Arguments... arguments) {
     benchmark::RegisterBenchmark(name.c_str(), arguments...)->UseManualTime()->Unit(benchmark::kMillisecond);
@@ -159,8 +111,6 @@ void add(const std::string& name, Arguments... arguments) {
         const std::string figure = std::string("depth_cast_") + scene;
         add(figure + "/ours", ours, scene);
         add(figure + "/rtcIntersect16", embree, scene, &BenchScene::bvh);
-        add("depth_walk_" + std::string(scene) + "/ours", ours_walking, scene);
-        add("depth_walk_" + std::string(scene) + "/rtcIntersect16", embree_walking, scene);
         add(figure + "/rtcIntersect16_unmasked", embree, scene, &BenchScene::bvh_without_masks);
     }
     return true;

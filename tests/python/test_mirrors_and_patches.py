@@ -151,7 +151,7 @@ def test_a_stream_whose_patches_play_casts(frames, pavilion, run, tmp_path):
     """play's rays and the renderer's differ by rounding: pixels on an edge may fall either way."""
     stream = pavilion / "for-those-with-the-scene.mkv"
     run("encode", frames, "--mirrors", "always", "--out", stream)
-    run("play", stream, "--scene", pavilion / "pavilion.json", "--depth-reuse", "off", *VIEW, "--out", tmp_path)
+    run("play", stream, "--scene", pavilion / "pavilion.json", *VIEW, "--out", tmp_path)
     knowing = {frame.main.info.index: Planes(frame) for frame in es.open_feed(frames, depth=True)}
 
     def received():
@@ -235,7 +235,7 @@ def test_gaps_beyond_a_source_at_the_eye_itself(root, pavilion, run, tmp_path):
     filled = {}
     for rung in ("small", "small-wide"):
         fill, target = f"{rung},pushpull", tmp_path / rung
-        run("play", out / "frames", "--scene", pavilion / "pavilion.json", "--depth-reuse", "off", *VIEW, "--fill", fill, "--out", target)
+        run("play", out / "frames", "--scene", pavilion / "pavilion.json", *VIEW, "--fill", fill, "--out", target)
         for eye, view, info in views(es.Reprojector(fill=fill), es.open_feed(out / "frames"), lambda frame: depth):
             assert (view.rgb != played(target, eye, info)).any(axis=2).mean() < 2e-3
             assert view.gaps.mean() > 0.1 and view.filled[rung] > 10

@@ -19,8 +19,9 @@ struct GlDepthOptions {
     /// as long as no surface lies within half a metre of the sphere's centre; NaN elsewhere. All samples where no eye's
     /// depth was cast, or that of more than four views.
     bool cube = false;
-    /// As in RayDepthOptions: a sphere's depth is interpolated where that is within the bound.
+    /// Of the head box that sizes the error; 0: the scene's around the head's centre, for eyes default_ipd_m apart.
     double box_radius_m = 0;
+    /// A sphere's depth is interpolated where that is within this error by the bound (bound.h).
     double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
 };
 

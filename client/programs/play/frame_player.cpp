@@ -147,11 +147,7 @@ void FramePlayer::make_depth_source(const FrameInfo& first, const std::string& d
     std::unique_ptr<RayDepth> ray;
     if (scene_) {
         const auto start = Clock::now();
-        const bool reuse = settings_.depth_reuse && std::holds_alternative<EquirectCamera>(first.camera);
-        ray = std::make_unique<RayDepth>(*scene_,
-                                         RayDepthOptions{.reuse = reuse, .box_radius_m = head_box_radius(first)});
-        ray_ = ray.get();
-        report.depth_reuse = reuse && depth == "ray";
+        ray = std::make_unique<RayDepth>(*scene_);
         report.scene_load_ms = milliseconds_since(start);
     }
     if (depth == "ray") {
@@ -361,8 +357,6 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
     played.parts.clear();
     for (int i = 0; i < settings_.repeat; ++i) {
         parts_ = parts_with_decoding(frame);
-        if (i > 0 && ray_ != nullptr)
-            ray_->take_back();
         const auto start = Clock::now();
         take_depths(frame, played);
         const double depth_ms = milliseconds_since(start);

@@ -90,7 +90,6 @@ private:
     std::vector<std::string> idle_rungs(TrackRoles came) const;
     /// Forgets all frames but this one, which was played before those to come.
     void begin_after(const ReceivedFrame* before);
-    void forget();
     /// What `geometry` fills from, where some ladder may have that rung.
     void make_geometry();
     void use_fill(const std::string& rungs);
@@ -135,7 +134,6 @@ private:
     std::optional<SceneDescription> scene_;
     std::unique_ptr<Engine> engine_;
     std::unique_ptr<DepthSource> depth_;
-    RayDepth* ray_ = nullptr;                                  ///< of depth_, where there is geometry
     ExactDepth* exact_ = nullptr;                              ///< depth_, where that is exact
     bool offers_depth_ = true;                                 ///< whether exact_ is given what came with the frames
     std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_; null: nothing to fill from

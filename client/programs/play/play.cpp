@@ -20,8 +20,8 @@ using namespace equistream;
 struct Arguments {
     play::Settings settings;
     HdrOptions hdr;
-    std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, depth_reuse = "on",
-                             mirrors = "images", rechoose = "on";
+    std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, mirrors = "images",
+                             rechoose = "on";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0, ipd_m = 0, refresh_hz = 90;
 };
@@ -35,6 +35,16 @@ void require(bool good, const char* option, const char* expected, const Value& f
 bool parse_switch(const char* option, const std::string& text) {
     require(text == "on" || text == "off", option, "on or off", "'" + text + "'");
     return text == "on";
+}
+
+/// An option of earlier versions, which help does not list: it is taken with its value, and says that it does nothing.
+void add_gone_option(CLI::App& app, const std::string& name, const std::string& instead) {
+    app.add_option_function<std::string>(name,
+                                         [name, instead](const std::string&) {
+                                             std::fprintf(stderr, "play: %s is gone and changes nothing: %s\n",
+                                                          name.c_str(), instead.c_str());
+                                         })
+        ->group("");
 }
 
 play::Format parse_format(const std::string& text) {
@@ -94,7 +104,6 @@ void complete(Arguments& arguments, const CLI::App& app) {
     constexpr std::array depths = {"ray", "gl", "gl-cube", "stream", "exact"};
     require(app.count("--depth") == 0 || std::ranges::find(depths, settings.depth) != depths.end(), "--depth",
             "ray, gl, gl-cube, stream or exact", "'" + settings.depth + "'");
-    settings.depth_reuse = parse_switch("--depth-reuse", arguments.depth_reuse);
     const bool by_budget = settings.method == "auto";
     require(app.count("--method") == 0 || by_budget || std::ranges::count(engine_names(), settings.method) > 0,
             "--method", accepted_methods().c_str(), "'" + settings.method + "'");
@@ -174,11 +183,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "ray (cast from the scene), gl (drawn from it by OpenGL, of a sphere only what the eyes may look up), gl-cube "
         "(the same, of a sphere all: six faces of a cube), stream (the stream's own depth track) or exact (a render "
         "folder's own, or a stream's that is lossless); default: ray with a scene, else what came, else none");
-    app.add_option(
-           "--depth-reuse", arguments->depth_reuse,
-           "on: where a sphere's depth is cast, rays go only where the last frame's does not give it within the "
-           "error bound; off: all are cast")
-        ->capture_default_str();
+    add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");

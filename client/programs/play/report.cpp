@@ -176,7 +176,6 @@ Json Report::json() const {
         json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};
     json["method"] = method;
     json["depth"] = depth;
-    json["depth_reuse"] = depth_reuse;
     if (!gl_driver.empty())
         json["gl_driver"] = gl_driver;
     json["fill"] = fill;
@@ -219,10 +218,7 @@ Json Report::json() const {
 
 std::string Report::table() const {
     std::string out = formatted("%zu %s, method %s, depth %s%s\n", frames.size(), viewing ? "refreshes" : "frames",
-                                method.c_str(), depth.c_str(),
-                                depth_reuse         ? ", the sphere's carried on from frame to frame"
-                                : gl_driver.empty() ? ""
-                                                    : (" by " + gl_driver).c_str());
+                                method.c_str(), depth.c_str(), gl_driver.empty() ? "" : (" by " + gl_driver).c_str());
     if (choice)
         out += "auto: " + choice->line() + "\n";
     for (const Change& change : changes)

@@ -50,7 +50,6 @@ struct Report {
     Settings settings;
     std::string method;            ///< as used, of --method auto at the start
     std::string depth;             ///< so too; "none" where nothing needed it
-    bool depth_reuse = false;      ///< whether depth of spheres is carried on from frame to frame
     std::string gl_driver;         ///< whose OpenGL draws depth; empty where nobody's does
     std::string fill;              ///< so too
     std::optional<Choice> choice;  ///< of --method auto, at the start

@@ -31,7 +31,6 @@ struct Settings {
     double budget_ms = 0;           ///< a frame, both eyes, decoding to filling; for auto
     bool rechoose = true;           ///< auto: chosen again while playing
     std::string depth;              ///< as in --depth; empty: the first there is of ray and what came
-    bool depth_reuse = true;        ///< spheres' cast depth is carried on from frame to frame (ray_depth.h)
     std::optional<cli::Size> size;  ///< nothing: the source's for perspective pictures, else default_size
     std::optional<double> fov_deg;  ///< nothing: the source's for perspective pictures, else 90
     std::optional<double> ipd_m;    ///< nothing: the one each picture is tagged with

@@ -59,11 +59,10 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     }
     settings_.repeat = repeat;
     use(plan);
-    forget();
+    fill_->forget();
     is_settled_ = true;
     report.method = plan.method;
     report.depth = plan.depth;
-    report.depth_reuse = report.depth_reuse && plan.depth == "ray";
     if (!is_drawn(plan.depth))
         report.gl_driver.clear();
     report.fill = plan.fill;
@@ -116,7 +115,7 @@ void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report&
 }
 
 void FramePlayer::begin_after(const ReceivedFrame* before) {
-    forget();
+    fill_->forget();
     if (before == nullptr)
         return;
     PlayedFrame played;
@@ -124,12 +123,6 @@ void FramePlayer::begin_after(const ReceivedFrame* before) {
     played.right.info = eye_info(*before, Eye::right);
     take_depths(*before, played);
     remember(ReceivedFrame(*before));
-}
-
-void FramePlayer::forget() {
-    if (ray_ != nullptr)
-        ray_->forget();
-    fill_->forget();
 }
 
 void FramePlayer::use(const Plan& plan) {

@@ -105,7 +105,7 @@ class Budget(unittest.TestCase):
             for i, key in enumerate(keys)))
 
         def play(budget_ms, *options):
-            table = PROGRAMS.run("play", frames, "--scene", self.scene, "--head", head, "--ipd", 0, "--depth-reuse", "off", "--method", "auto", "--budget-ms",
+            table = PROGRAMS.run("play", frames, "--scene", self.scene, "--head", head, "--ipd", 0, "--method", "auto", "--budget-ms",
                                  budget_ms, "--size", "320x180", "--out", self.root / "again", *options)
             return json.loads((self.root / "again/report.json").read_text()), table
 

@@ -114,60 +114,13 @@ class Playback(unittest.TestCase):
     def test_methods_are_listed_with_auto(self):
         self.assert_refused(self.plain, ["--method", "speher"], "--method: expected sphere, ", "or auto, found 'speher'")
 
-    # -- depth that is carried on from frame to frame
-
-    def depths(self, out, index):
-        return [read_frame(self.out / out / eye / f"frame.{index:04}.exr")["depth.Z"] for eye in ("left", "right")]
-
-    @staticmethod
-    def w(depth_m, box_m):
-        return box_m / (np.maximum(depth_m, 1.001 * box_m) - box_m)
-
-    @staticmethod
-    def extremes(image):
-        """Least and greatest of each pixel's eight neighbours and itself, as far as they are known."""
-        padded = np.pad(image, 1, mode="edge")
-        around = [padded[y:y + image.shape[0], x:x + image.shape[1]] for y in range(3) for x in range(3)]
-        return np.fmin.reduce(around), np.fmax.reduce(around)
-
-    def test_carried_depth_shows_what_cast_depth_does_within_the_bound(self):
-        """`mesh` finds the eyes' depth in the sphere's. Off is reuse's share of the budget and twice that of the mesh, except where what the
-        other found next to it brackets it: an edge, which may move by less than a pixel."""
-        words = ["--scene", self.scene, "--depth", "ray", "--method", "mesh", "--fill", "none", "--format", "exr"]
-        self.assertTrue(self.play(self.folder, *words, out="on")["depth_reuse"])
-        self.assertFalse(self.play(self.folder, *words, "--depth-reuse", "off", out="off")["depth_reuse"])
-        box_m, share = 0.063 / 2, 0.25 * 0.25 / 960
-        carried = 0
-        for index in range(3):
-            for on_m, off_m in zip(self.depths("on", index), self.depths("off", index)):
-                seen = np.isfinite(on_m) & np.isfinite(off_m) & (on_m > 0) & (off_m > 0)
-                on, off = self.w(on_m, box_m), self.w(off_m, box_m)
-                low, high = self.extremes(off)
-                inside = (on >= low - 3 * share) & (on <= high + 3 * share)
-                beyond = seen & (np.abs(on - off) > 3 * share)
-                other = seen & (on_m != off_m)
-                print(f"frame {index}: {np.mean(beyond):.5f} beyond, {np.mean(beyond & ~inside):.5f} not at an edge, {np.mean(other):.4f} differ")
-                self.assertLess(np.mean(beyond & ~inside), 1e-3)
-                self.assertLess(np.mean(beyond), 0.01)
-                carried += index > 0 and np.any(other)
-                if index == 0:
-                    np.testing.assert_array_equal(on_m, off_m)
-        self.assertEqual(carried, 4, "both eyes of the frames after the first")
-
-    def test_eyes_of_carried_depth_differ_at_edges_alone(self):
-        """`surface` casts the eyes' depth either way: only what an edge of the sphere's depth lets through or holds back may change."""
-        for reuse in ("on", "off"):
-            self.play(self.folder, "--scene", self.scene, "--fill", "none", "--format", "exr", "--depth-reuse", reuse, out=reuse)
-        for index in range(3):
-            for eye in ("left", "right"):
-                on, off = (read_frame(self.out / reuse / eye / f"frame.{index:04}.exr") for reuse in ("on", "off"))
-                np.testing.assert_array_equal(on["depth.Z"], off["depth.Z"])
-                other = np.any(colour_of(on) != colour_of(off), axis=-1)
-                print(f"{eye}, frame {index}: {np.mean(other):.5f} of the pixels differ")
-                self.assertLess(np.mean(other), 0.02)
+    def test_an_option_that_is_gone_says_so(self):
+        words = ["play", self.folder, *VIEW, "--scene", self.scene, "--depth-reuse", "on", "--out", self.out / "gone"]
+        result = subprocess.run([PROGRAMS.folder / "equistream", *map(str, words)], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("--depth-reuse is gone", result.stderr)
 
     def test_repetitions_time_the_same_frame_again(self):
-        """Each is carried on from the frame before, not from the repetition before, which would be no way at all."""
         for repeat in (1, 3):
             self.play(self.folder, "--scene", self.scene, "--repeat", repeat, out=f"repeat{repeat}")
         for eye in ("left", "right"):
@@ -192,7 +145,6 @@ class Playback(unittest.TestCase):
         self.assertNotIn("gl_driver", reports["ray"])
         for depth in ("gl", "gl-cube"):
             self.assertTrue(reports[depth]["gl_driver"])
-            self.assertFalse(reports[depth]["depth_reuse"])
             for eye in ("left", "right"):
                 found = 10 * np.log10(255**2 / np.mean((self.view(depth, eye) - self.view("ray", eye)) ** 2))
                 print(f"{depth}, {eye}: {found:.1f} dB")

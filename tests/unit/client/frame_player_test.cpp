@@ -23,7 +23,7 @@ struct Loads {
 
 struct RayDepth::State {};
 
-RayDepth::RayDepth(const SceneDescription&, const RayDepthOptions&) {
+RayDepth::RayDepth(const SceneDescription&) {
     ++loads.of_depth;
 }
 RayDepth::~RayDepth() = default;
@@ -34,8 +34,6 @@ void RayDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> dep
 bool RayDepth::cast_patches(const PatchAtlas&, const Pose&, ImageView<float>) {
     return false;
 }
-void RayDepth::take_back() {}
-void RayDepth::forget() {}
 
 /// As ray_colour.h says: loaded by the first cast, if not before that.
 struct RayColour::State {
