@@ -4,6 +4,7 @@
 #include "struct_size.h"
 
 #include <equistream/aov_groups.h>
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/pose_limits.h>
@@ -50,22 +51,19 @@ std::string checked_text(const char* field, const char* text, std::size_t longes
     return value;
 }
 
-std::pair<double, double> checked_range(const char* field, double from, double to, double limit) {
-    if (from == 0 && to == 0)
-        return {-limit, limit};
-    const bool right =
-        from < to && std::abs(from) <= 2 * limit && std::abs(to) <= 2 * limit && to - from <= 2 * limit * (1 + 1e-12);
-    require(right, field, "an ascending range in radians, at most " + in_words(2 * limit) + " wide",
-            in_words(from) + " to " + in_words(to));
-    return {from, to};
-}
-
 LongitudeLatitudeRange checked_ranges(const es_sequence_settings& s) {
-    const auto [west, east] = checked_range("longitude_min, longitude_max", s.longitude_min, s.longitude_max, pi);
-    const auto [south, north] = checked_range("latitude_min, latitude_max", s.latitude_min, s.latitude_max, pi / 2);
-    checked_number("latitude_min", south, -pi / 2, pi / 2);
-    checked_number("latitude_max", north, -pi / 2, pi / 2);
-    return {west, east, south, north};
+    LongitudeLatitudeRange range;
+    if (s.longitude_min != 0 || s.longitude_max != 0) {
+        range.longitude_min = s.longitude_min;
+        range.longitude_max = s.longitude_max;
+    }
+    if (s.latitude_min != 0 || s.latitude_max != 0) {
+        range.latitude_min = s.latitude_min;
+        range.latitude_max = s.latitude_max;
+    }
+    require(longitudes_mismatch(range.longitude_min, range.longitude_max), "longitude_min, longitude_max");
+    require(latitudes_mismatch(range.latitude_min, range.latitude_max), "latitude_min, latitude_max");
+    return range;
 }
 
 Camera checked_camera(const es_sequence_settings& s) {
@@ -79,8 +77,7 @@ Camera checked_camera(const es_sequence_settings& s) {
     if (kind == ES_EQUIRECT)
         return EquirectCamera{s.width, s.height, checked_ranges(s)};
     require(kind == ES_PERSPECTIVE, "camera", "ES_EQUIRECT or ES_PERSPECTIVE", std::to_string(kind));
-    require(s.fov_x_rad > 0.001 && s.fov_x_rad < pi - 0.001, "fov_x_rad", "above 0.001 and below pi - 0.001",
-            in_words(s.fov_x_rad));
+    require(fov_mismatch(s.fov_x_rad), "fov_x_rad");
     return PerspectiveCamera{s.width, s.height, s.fov_x_rad};
 }
 

@@ -1,7 +1,9 @@
 #include "motion_table.h"
 #include "patch_table.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 #include <equistream/stream.h>
 
 #include <algorithm>
@@ -59,6 +61,11 @@ private:
     throw WorkError(expected_found(payload_place, expected, found));
 }
 
+void require(const std::string& what, const std::optional<Mismatch>& mismatch) {
+    if (mismatch)
+        damaged(what + ": " + mismatch->expected, mismatch->found);
+}
+
 class Reader {
 public:
     explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -82,6 +89,12 @@ public:
         const auto value = get<double>();
         if (!std::isfinite(value))
             damaged(std::string(what) + " to be finite", std::to_string(value));
+        return value;
+    }
+
+    double get_number(const char* what, double min, double max) {
+        const auto value = get<double>();
+        require(what, range_mismatch(value, min, max));
         return value;
     }
 
@@ -117,12 +130,10 @@ public:
     Pose get_pose(const char* what) {
         Pose pose;
         for (int i = 0; i < 3; ++i)
-            pose.position_m[i] = get_finite(what);
+            pose.position_m[i] = get<double>();
         for (double* q : {&pose.orientation.w, &pose.orientation.x, &pose.orientation.y, &pose.orientation.z})
-            *q = get_finite(what);
-        if (std::abs(glm::length(pose.orientation) - 1) > 1e-3)
-            damaged(std::string(what) + " with a unit quaternion",
-                    "length " + std::to_string(glm::length(pose.orientation)));
+            *q = get<double>();
+        require(what, pose_mismatch(pose));
         return pose;
     }
 
@@ -149,15 +160,14 @@ std::array<double, 4> camera_numbers(const Camera& camera) {
 }
 
 Camera make_camera(CameraKind kind, int width, int height, const std::array<double, 4>& numbers) {
-    if (kind == CameraKind::perspective) {
-        if (!(numbers[0] > 0 && numbers[0] < pi))
-            damaged("a field of view between 0 and pi", std::to_string(numbers[0]));
-        return PerspectiveCamera{width, height, numbers[0]};
-    }
-    const LongitudeLatitudeRange range{numbers[0], numbers[1], numbers[2], numbers[3]};
-    if (!(range.longitude_span() > 0 && range.latitude_span() > 0))
-        damaged("ascending longitude and latitude ranges", "an empty or backward one");
-    return EquirectCamera{width, height, range};
+    if (std::int64_t{width} * height > max_image_pixels)
+        damaged("a camera of at most " + std::to_string(max_image_pixels) + " pixels",
+                std::to_string(width) + "x" + std::to_string(height));
+    const Camera camera = kind == CameraKind::perspective
+                              ? Camera(PerspectiveCamera{width, height, numbers[0]})
+                              : Camera(EquirectCamera{width, height, {numbers[0], numbers[1], numbers[2], numbers[3]}});
+    require("camera", camera_mismatch(camera));
+    return camera;
 }
 
 /// A byte that says whether there is one, then the fields.
@@ -249,15 +259,15 @@ TaggedFrameInfo read_fields(Reader& in) {
     tagged.position.count = in.get<std::uint32_t>();
     info.index = in.get<std::int64_t>();
     info.time_s = in.get_finite("time");
-    info.frames_per_second = in.get_positive("frames per second");
+    info.frames_per_second = in.get_number("frames per second", 1e-6, 1e6);
     std::array<double, 4> numbers;
     for (double& number : numbers)
         number = in.get_finite("camera");
     info.camera = make_camera(kind, width, height, numbers);
     info.camera_pose = in.get_pose("camera pose");
     info.head = in.get_pose("head pose");
-    info.ipd_m = in.get_finite("interpupillary distance");
-    info.lean_m = in.get_finite("lean");
+    info.ipd_m = in.get_number("interpupillary distance", 0, max_ipd_m);
+    info.lean_m = in.get_number("head box radius", 0, max_head_box_radius_m);
     info.exposure = in.get_positive("exposure");
     info.seed = in.get<std::uint64_t>();
     info.samples_per_pixel = in.get<std::uint32_t>();

@@ -1,10 +1,9 @@
 #include "arrays.h"
 #include "parts.h"
 
-#include <equistream/camera.h>
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream/pose_limits.h>
 #include <equistream_client/engine.h>
 
 #include <nanobind/stl/array.h>
@@ -22,13 +21,16 @@ namespace {
 using Pair = std::pair<double, double>;
 using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;  ///< one point a row
 
+void require(const char* what, const std::optional<Mismatch>& mismatch) {
+    if (mismatch)
+        throw InputError(expected_found(what, mismatch->expected, mismatch->found));
+}
+
 Pose make_pose(const std::array<double, 3>& p, const std::array<double, 4>& q) {
     const glm::dvec3 position_m(p[0], p[1], p[2]);
     const glm::dquat orientation(q[0], q[1], q[2], q[3]);
-    if (const auto wrong = position_mismatch(position_m))
-        throw InputError(expected_found("Pose: position_m", wrong->expected, wrong->found));
-    if (const auto wrong = orientation_mismatch(orientation))
-        throw InputError(expected_found("Pose: orientation", wrong->expected, wrong->found));
+    require("Pose: position_m", position_mismatch(position_m));
+    require("Pose: orientation", orientation_mismatch(orientation));
     return {position_m, orientation / glm::length(orientation)};
 }
 
@@ -66,30 +68,16 @@ void require_size(const char* who, int width, int height) {
                                         size_text(width, height)));
 }
 
-void require_range(const char* what, Pair range, double limit) {
-    const bool right = range.first < range.second && std::abs(range.first) <= 2 * limit &&
-                       std::abs(range.second) <= 2 * limit && range.second - range.first <= 2 * limit * (1 + 1e-12);
-    if (!right)
-        throw InputError(expected_found(std::string("EquirectCamera: ") + what,
-                                        "an ascending range in radians, at most " + in_words(2 * limit) + " wide",
-                                        in_words(range.first) + " to " + in_words(range.second)));
-}
-
 EquirectCamera make_equirect(int width, int height, Pair longitudes, Pair latitudes) {
     require_size("EquirectCamera", width, height);
-    require_range("longitudes", longitudes, pi);
-    require_range("latitudes", latitudes, pi / 2);
-    if (latitudes.first < -pi / 2 || latitudes.second > pi / 2)
-        throw InputError(expected_found("EquirectCamera: latitudes", "from -pi/2 to pi/2",
-                                        in_words(latitudes.first) + " to " + in_words(latitudes.second)));
+    require("EquirectCamera: longitudes", longitudes_mismatch(longitudes.first, longitudes.second));
+    require("EquirectCamera: latitudes", latitudes_mismatch(latitudes.first, latitudes.second));
     return {width, height, {longitudes.first, longitudes.second, latitudes.first, latitudes.second}};
 }
 
 PerspectiveCamera make_perspective(int width, int height, double fov_x_rad) {
     require_size("PerspectiveCamera", width, height);
-    if (!(fov_x_rad > 0.001 && fov_x_rad < pi - 0.001))
-        throw InputError(expected_found("PerspectiveCamera: fov_x_rad", "radians above 0.001 and below pi - 0.001",
-                                        in_words(fov_x_rad)));
+    require("PerspectiveCamera: fov_x_rad", fov_mismatch(fov_x_rad));
     return {width, height, fov_x_rad};
 }
 

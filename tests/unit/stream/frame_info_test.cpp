@@ -269,10 +269,36 @@ TEST(FrameInfoPayload, HostileValuesAreErrors) {
     damaged_by(48, nan);                                       // time
     damaged_by(56, 0.0);                                       // frames per second
     damaged_by(64, 3.5);                                       // longitude range backward
+    damaged_by(64, 3.0 - 1e-9);                                // of almost nothing
+    damaged_by(72, 1e19);                                      // longitude
+    damaged_by(88, 1.6);                                       // beyond the pole
     damaged_by(96, nan);                                       // camera position
+    damaged_by(96, 1e19);                                      // farther than single precision can square
+    damaged_by(104, -1.01e9);                                  // the same
     damaged_by(120, 7.0);                                      // camera quaternion
     damaged_by(152, std::numeric_limits<double>::infinity());  // head position
+    damaged_by(160, 1e19);                                     // the same
+    damaged_by(208, 1e19);                                     // IPD
+    damaged_by(208, -0.06);                                    // the same
+    damaged_by(216, 1e4);                                      // head box
     damaged_by(224, -1.0);                                     // exposure
+}
+
+TEST(FrameInfoPayload, ACameraHasNoMorePixelsThanAPictureMay) {
+    auto payload = full_payload();
+    overwrite(payload, 24, std::uint32_t{max_image_side});
+    overwrite(payload, 28, std::uint32_t{max_image_side});
+    EXPECT_THROW(decode_frame_info(payload), WorkError);
+}
+
+TEST(FrameInfoPayload, PosesUpToTheLimitAreTaken) {
+    FrameInfo info = full_info();
+    info.camera_pose.position_m = info.head.position_m = {1e9, -1e9, 0};
+    info.ipd_m = 10;
+    info.lean_m = 1000;
+    const auto tagged = decode_frame_info(encode_frame_info(TrackRole::small, info));
+    ASSERT_TRUE(tagged);
+    expect_same_info(tagged->info, info);
 }
 
 TEST(FrameInfoPayload, RandomDamageNeverDoesMoreThanThrow) {
