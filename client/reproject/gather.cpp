@@ -130,7 +130,8 @@ public:
     TileSearch(const FindingTask& task, const EyeRays& rays, const Lookup& lookup)
         : rays_(rays), same_surface_(task.same_surface), found_{task.same_surface.box_radius_m, task.share},
           surface_(task.lattice, lookup, task.same_surface), eye_square_(dot(rays.eye(), rays.eye())),
-          pixel_rad_(pixel_angle(task.source.camera)) {}
+          pixel_rad_(pixel_angle(task.source.camera)),
+          max_arc_px_(4 * float(task.lattice.width() + task.lattice.height())) {}
 
     void search(PixelBox box, float nearest_inverse_m, float farthest_inverse_m, FloatImage& inverse_planar) const {
         for (int y = box.y0; y < box.y1; ++y) {
@@ -179,12 +180,13 @@ private:
         return before == nearest ? nearest : scan(ray, span, before, arc(ray, span.far, before));
     }
 
-    /// Pixels of the source between two points of a ray: never fewer than there are.
+    /// Pixels of the source between two points of a ray, never fewer than lie in its picture: most of a long way round
+    /// a narrow picture lies beside it.
     float arc(const Ray& ray, float s, float other) const {
         const Vec3f a = ray.at(s), b = ray.at(other);
         const Vec3f cross{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
         const float sine = std::sqrt(dot(cross, cross));
-        return fast_atan2(sine, dot(a, b)) / pixel_rad_;
+        return std::min(fast_atan2(sine, dot(a, b)) / pixel_rad_, max_arc_px_);
     }
 
     /// The fixed point of s -> where the ray leaves the sphere that the surface in the direction of s lies on, with
@@ -261,7 +263,7 @@ private:
     const EyeRays& rays_;
     DepthAgreement same_surface_, found_;
     Surface<Lookup> surface_;
-    float eye_square_ = 0, pixel_rad_ = 1;
+    float eye_square_ = 0, pixel_rad_ = 1, max_arc_px_ = 0;
 };
 
 /// Halves boxes of the eye, and the list of what may be seen through them, down to tiles.

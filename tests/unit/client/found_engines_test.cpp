@@ -128,6 +128,17 @@ TEST_P(FoundEngines, NoColourIsDisplacedByMoreThanTheBudget) {
     }
 }
 
+/// From beside it the way from the nearest to the farthest depth leads past many million of such pixels.
+TEST_P(FoundEngines, APictureOfAlmostNoAngleEnds) {
+    const Distance dotted = [](const dvec3&, const dvec3& d) {
+        return int(std::floor(2e6 * d.x)) % 2 == 0 ? 0.033 : 9;
+    };
+    const Rendered source = render(dotted, smooth_colour, EquirectCamera{256, 256, {-1e-6, 1e-6, -1e-6, 1e-6}}, Pose{});
+    const PerspectiveCamera view{64, 64, pi / 2};
+    const EyePicture picture = seen_by(GetParam(), source.source(box_m), {view, {{box_m, 0, 0}, {1, 0, 0, 0}}});
+    EXPECT_GT(picture.count(PixelOrigin::gap), 64 * 64 / 2);
+}
+
 /// What the eye sees in closed form, where the picture shows something.
 double worst_colour(const EyePicture& picture, const EyeView& eye, const Distance& distance) {
     double worst = 0;
