@@ -6,6 +6,7 @@
 #include <equistream/aov.h>
 #include <equistream/bound.h>
 #include <equistream/plane_values.h>
+#include <equistream/pose_limits.h>
 
 #include <cmath>
 #include <cstring>
@@ -20,6 +21,8 @@ FrameInfo frame_info(const SequenceWriter& sequence, const FrameSettings& settin
     info.time_s = settings.time_s;
     info.head = settings.head;
     info.camera_pose = camera;
+    if (const auto wrong = position_mismatch(camera.position_m))
+        throw InputError(expected_found("es_frame_settings.head: the eye's position", wrong->expected, wrong->found));
     if (!info.patches) {
         if (!settings.slots.empty())
             throw InputError(expected_found("patch_count", "0 in a sequence that is no atlas of patches",

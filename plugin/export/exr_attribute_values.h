@@ -5,10 +5,12 @@
 
 #include <equistream/camera.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream/pose_limits.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
-#include <cmath>
-#include <cstdio>
 #include <string>
 
 namespace equistream {
@@ -39,9 +41,7 @@ public:
         position.z = pose.position_m.z;
         check(exr_attr_set_v3d(session_.context(), part_, position_name, &position), position_name);
         const glm::dquat& q = pose.orientation;
-        char quaternion[128];
-        std::snprintf(quaternion, sizeof quaternion, "%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z);
-        text(orientation_name, quaternion);
+        text(orientation_name, formatted("%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z));
     }
     void check(exr_result_t result, const char* name) { session_.check(result, name); }
     exr_context_t context() const { return session_.context(); }
@@ -74,12 +74,10 @@ public:
             refuse(name, "at most 255 bytes", std::to_string(value.size()));
         return value;
     }
-    double number(const char* name, double lowest, double highest) const {
+    double number(const char* name, double min, double max) const {
         double value = 0;
         require(exr_attr_get_double(session_.context(), 0, name, &value), name, "a double");
-        if (!(value >= lowest && value <= highest))
-            refuse(name, "a number from " + std::to_string(lowest) + " to " + std::to_string(highest),
-                   std::to_string(value));
+        require(range_mismatch(value, min, max), name);
         return value;
     }
     std::int32_t integer(const char* name) const {
@@ -108,20 +106,16 @@ public:
         exr_attr_v2d_t value{};
         require(exr_attr_get_v2d(session_.context(), 0, name, &value), name, "a v2d");
         if (!(value.x < value.y && value.x >= -limit && value.y <= limit))
-            refuse(name, "an ascending range in radians", std::to_string(value.x) + " " + std::to_string(value.y));
+            refuse(name, "an ascending range in radians", in_words(value.x) + " " + in_words(value.y));
         return value;
     }
     Pose pose(const char* position_name, const char* orientation_name) const {
         exr_attr_v3d_t position{};
         require(exr_attr_get_v3d(session_.context(), 0, position_name, &position), position_name, "a v3d");
-        if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
-            refuse(position_name, "a finite position", "NaN or infinity");
-        const std::string words = text(orientation_name);
-        glm::dquat q{1, 0, 0, 0};
-        const int found = std::sscanf(words.c_str(), "%lf %lf %lf %lf", &q.w, &q.x, &q.y, &q.z);
-        if (found != 4 || !(std::abs(glm::length(q) - 1) < 1e-3))
-            refuse(orientation_name, "a unit quaternion w x y z", "\"" + words.substr(0, 80) + "\"");
-        return {{position.x, position.y, position.z}, q};
+        const Pose pose{{position.x, position.y, position.z}, quaternion(orientation_name)};
+        require(position_mismatch(pose.position_m), position_name);
+        require(orientation_mismatch(pose.orientation), orientation_name);
+        return pose;
     }
     std::string file() const { return session_.file().string(); }
     [[noreturn]] void refuse(const char* name, const std::string& expected, const std::string& found) const {
@@ -129,6 +123,25 @@ public:
     }
 
 private:
+    /// Four numbers between spaces.
+    glm::dquat quaternion(const char* name) const {
+        const std::string words = text(name);
+        std::array<double, 4> wxyz{};
+        std::string_view left = words;
+        for (std::size_t i = 0; i < wxyz.size(); ++i) {
+            const std::size_t end = i + 1 < wxyz.size() ? left.find(' ') : left.size();
+            const std::optional<double> number = parsed_number(left.substr(0, end));
+            if (!number || end == std::string_view::npos)
+                refuse(name, "four numbers w x y z", "\"" + words.substr(0, 80) + "\"");
+            wxyz[i] = *number;
+            left.remove_prefix(std::min(end + 1, left.size()));
+        }
+        return {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+    }
+    void require(const std::optional<Mismatch>& mismatch, const char* name) const {
+        if (mismatch)
+            refuse(name, mismatch->expected, mismatch->found);
+    }
     void require(exr_result_t result, const char* name, const char* kind) const {
         if (result == EXR_ERR_SUCCESS)
             return;

@@ -118,9 +118,9 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.camera_pose = in.pose("equistream:position", "equistream:orientation");
     info.head = in.pose("equistream:headPosition", "equistream:headOrientation");
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
-    info.ipd_m = in.number("equistream:ipd", 0, 1e3);
+    info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
-    info.lean_m = in.number("equistream:headBoxRadius", 0, 1e6);
+    info.lean_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);
     info.seed = in.decimal<std::uint64_t>("equistream:seed");
     info.samples_per_pixel = in.decimal<std::uint32_t>("equistream:spp");

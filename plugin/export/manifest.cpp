@@ -1,6 +1,7 @@
 #include "frame_json.h"
 
 #include <equistream/error.h>
+#include <equistream/pose_limits.h>
 #include <equistream/sequence.h>
 
 #include <nlohmann/json.hpp>
@@ -37,6 +38,15 @@ public:
         if (!value.is_number() || !std::isfinite(value.get<double>()))
             refuse(key, "a number");
         return value.get<double>();
+    }
+    double number(const char* key, double min, double max) const {
+        const double value = number(key);
+        require(range_mismatch(value, min, max), key);
+        return value;
+    }
+    void require(const std::optional<Mismatch>& mismatch, const char* key) const {
+        if (mismatch)
+            refuse(key, mismatch->expected);
     }
     /// `lowest` is not negative.
     template <typename T>
@@ -93,8 +103,8 @@ Pose pose_from_json(const Section& in) {
     const auto p = in.numbers<3>("position_m");
     const auto q = in.numbers<4>("orientation_wxyz");
     const Pose pose{{p[0], p[1], p[2]}, glm::dquat(q[0], q[1], q[2], q[3])};
-    if (!(std::abs(glm::length(pose.orientation) - 1) < 1e-3))
-        in.refuse("orientation_wxyz", "a unit quaternion");
+    in.require(position_mismatch(pose.position_m), "position_m");
+    in.require(orientation_mismatch(pose.orientation), "orientation_wxyz");
     return pose;
 }
 
@@ -103,7 +113,7 @@ Camera camera_from_json(const Section& in) {
     const int width = in.whole<int>("width", 1, max_image_side);
     const int height = in.whole<int>("height", 1, max_image_side);
     if (in.choice("kind", kinds) == 1)
-        return PerspectiveCamera{width, height, in.number("fov_x_rad")};
+        return PerspectiveCamera{width, height, in.number("fov_x_rad", 1e-6, pi - 1e-6)};
     const auto longitudes = in.numbers<2>("longitudes_rad");
     const auto latitudes = in.numbers<2>("latitudes_rad");
     return EquirectCamera{width, height, {longitudes[0], longitudes[1], latitudes[0], latitudes[1]}};
@@ -182,12 +192,12 @@ Manifest from_json(const json& document, const std::string& where) {
     info.time_s = first.number("time_s");
     info.camera_pose = pose_from_json(first.section("camera_pose"));
     info.head = pose_from_json(first.section("head"));
-    info.frames_per_second = in.number("frames_per_second");
+    info.frames_per_second = in.number("frames_per_second", 1e-6, 1e6);
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
-    info.ipd_m = in.number("ipd_m");
+    info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
-    info.lean_m = in.number("lean_m");
-    info.exposure = in.number("exposure");
+    info.lean_m = in.number("lean_m", 0, max_head_box_radius_m);
+    info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
     info.seed = in.whole<std::uint64_t>("seed", 0, std::numeric_limits<std::uint64_t>::max());
     info.samples_per_pixel = in.whole<std::uint32_t>("samples_per_pixel", 0, 0xffffffffu);
     info.scene = in.text("scene");

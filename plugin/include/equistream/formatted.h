@@ -1,15 +1,39 @@
 #pragma once
-/// Text with numbers in it.
+/// Text with numbers in it. Numbers are written and read as in the "C" locale, with a decimal point, whatever locale
+/// the host or a Python script has set: files, shaders and messages read the same everywhere.
+#include <charconv>
+#include <clocale>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <cstdlib>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 namespace equistream {
 
+/// While it lives, C functions of this thread format and parse numbers as in the "C" locale. Other threads keep theirs.
+/// For libraries that parse the text of an option: what this project writes and reads itself goes by formatted() and
+/// parsed_number().
+class PlainNumbers {
+public:
+    PlainNumbers() : before_(uselocale(plain())) {}
+    ~PlainNumbers() { uselocale(before_); }
+    PlainNumbers(const PlainNumbers&) = delete;
+    PlainNumbers& operator=(const PlainNumbers&) = delete;
+
+private:
+    static locale_t plain() {
+        static const locale_t locale = newlocale(LC_ALL_MASK, "C", locale_t{});
+        return locale;
+    }
+    locale_t before_;
+};
+
 /// printf into a string, however long.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
+    const PlainNumbers plain;
     va_list arguments, again;
     va_start(arguments, format);
     va_copy(again, arguments);
@@ -20,10 +44,19 @@ namespace equistream {
     return text;
 }
 
+/// The whole text as a number: "-0.5", "1e9", "inf", "nan". Nothing if anything else stands in it.
+inline std::optional<double> parsed_number(std::string_view text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+        return std::nullopt;
+    return value;
+}
+
 /// As short as reads back the same.
 inline std::string in_words(double value) {
     const std::string shorter = formatted("%g", value);
-    return std::strtod(shorter.c_str(), nullptr) == value || std::isnan(value) ? shorter : formatted("%.17g", value);
+    return parsed_number(shorter) == value || std::isnan(value) ? shorter : formatted("%.17g", value);
 }
 
 /// "960x480"

@@ -1,6 +1,8 @@
 // Frames appear whole or not at all; a sequence resumes only with the settings it was begun with.
 #include "abi_fixture.h"
 
+#include <comma_locale.h>
+
 namespace equistream::testing {
 namespace {
 
@@ -245,6 +247,35 @@ TEST_F(AbiSequence, single_part_files_when_asked) {
     es_sequence_close(sequence);
     const std::string bytes = file_bytes(output + "/frame.0000.exr");
     EXPECT_EQ(bytes[5] & 0x10, 0) << "the multi-part bit of the version field";
+}
+
+TEST_F(AbiSequence, a_host_in_a_locale_with_a_decimal_comma_writes_what_any_other_writes) {
+    const Pose turned{{0.25, 1.5, -1e9 / 7}, glm::normalize(glm::dquat(0.3, 0.1, -0.9, 0.2))};
+    const auto write = [&] {
+        es_sequence* sequence = open();
+        for (const std::int64_t index : {0, 1})
+            if (es_frame* frame = begin(sequence, at(index, turned, turned, turned))) {
+                fill(frame, miss, black);
+                end(frame);
+            }
+        es_sequence_close(sequence);
+    };
+    write();
+    const std::string plain = file_bytes(output + "/frame.0001.exr");
+    std::filesystem::remove(output + "/frame.0001.exr");
+    {
+        const CommaLocale locale;
+        es_sequence* sequence = open();  // the same fingerprint: the sequence goes on
+        ASSERT_NE(sequence, nullptr);
+        EXPECT_EQ(es_sequence_has_frame(sequence, 0), 1);
+        es_frame* frame = begin(sequence, at(1, turned, turned, turned));
+        fill(frame, miss, black);
+        end(frame);
+        es_sequence_close(sequence);
+    }
+    EXPECT_TRUE(file_bytes(output + "/frame.0001.exr") == plain);
+    const glm::dquat read = read_exr_info(output + "/frame.0001.exr").head.orientation;
+    EXPECT_NEAR(read.y, turned.orientation.y, 1e-15);
 }
 
 }  // namespace

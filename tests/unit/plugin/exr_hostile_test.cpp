@@ -6,6 +6,8 @@
 
 #include <csignal>
 #include <fcntl.h>
+#include <functional>
+#include <limits>
 #include <random>
 #include <sys/file.h>
 #include <sys/resource.h>
@@ -93,6 +95,63 @@ TEST_F(ExrHostile, a_small_file_that_claims_a_large_image_allocates_nothing) {
     }
     put_bytes(file, bytes);
     EXPECT_FALSE(reads(file));
+}
+
+TEST_F(ExrHostile, poses_beyond_the_limits_are_refused_by_name) {
+    const double inf = std::numeric_limits<double>::infinity();
+    const auto file = folder / "far.exr";
+    const auto refusal = [&](const std::function<void(FrameInfo&)>& change) {
+        Frame frame = test_frame(16, 8);
+        change(frame.info);
+        write_exr(file, frame);
+        try {
+            read_exr_info(file);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string("taken");
+    };
+    const std::string at = file.string() + ": equistream:", metres = "coordinates from -1e9 to 1e9 metres";
+    EXPECT_EQ(refusal([](FrameInfo&) {}), "taken");
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.head.position_m.y = -1e9; }), "taken");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.head.position_m = {1e19, 0, 0};
+              }),
+              at + "headPosition: expected " + metres + ", found 1e+19 0 0");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.camera_pose.position_m = {0, 0, -1.1e9};
+              }),
+              at + "position: expected " + metres + ", found 0 0 -1.1e+09");
+    EXPECT_EQ(refusal([&](FrameInfo& info) {
+                  info.head.position_m = {0, inf, 0};
+              }),
+              at + "headPosition: expected " + metres + ", found 0 inf 0");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.head.orientation = {2, 0, 0, 0};
+              }),
+              at + "headOrientation: expected a unit quaternion w x y z, found length 2");
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.ipd_m = 1e19; }),
+              at + "ipd: expected a number from 0 to 10, found 1e+19");
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.lean_m = 5000; }),
+              at + "headBoxRadius: expected a number from 0 to 1000, found 5000");
+}
+
+TEST_F(ExrHostile, quaternions_are_four_numbers) {
+    const auto file = folder / "turned.exr";
+    Frame frame = test_frame(16, 8);
+    frame.info.camera_pose.orientation = {0, -1, 0, 0};
+    write_exr(file, frame);
+    const std::string bytes = file_bytes(file), written = "0 -1 0 0";
+    const std::size_t begin = bytes.find(written);
+    ASSERT_NE(begin, std::string::npos);
+    for (const std::string wrong :
+         {"0,-1,0,0", "0 -1 0 ,", "0 -1 0  ", "0 -1 0 x", " 0 -1 0 ", "0 -1 0.0", "nan -1 0"}) {
+        std::string copy = bytes;
+        put_bytes(file, copy.replace(begin, written.size(), wrong));
+        EXPECT_FALSE(reads(file)) << wrong;
+    }
+    put_bytes(file, bytes);
+    EXPECT_TRUE(reads(file));
 }
 
 TEST_F(ExrHostile, not_an_exr_at_all) {

@@ -147,6 +147,9 @@ TEST_F(ManifestFile, wrong_values_are_named) {
     EXPECT_EQ(with("\"width\": 960", "\"width\": 0"),
               file + ": camera: width: expected a whole number from 1 to 32768, found 0");
     EXPECT_EQ(with("\"version\": 1", "\"version\": 2"), file + ": version: expected 1, found 2");
+    EXPECT_EQ(with("\"ipd_m\": 0.0631", "\"ipd_m\": 1e19"),
+              file + ": ipd_m: expected a number from 0 to 10, found 1e+19");
+    EXPECT_EQ(with("-5.0", "1e19").find(file + ": first_frame: head: position_m: expected coordinates"), 0u);
     EXPECT_EQ(with("\"seed\": ", "\"sead\": "), file + ": expected key \"seed\", found none");
 }
 
