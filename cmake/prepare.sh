@@ -1,9 +1,12 @@
 #!/usr/bin/env bash
-# Makes everything ./demo, ./test and ./bench need: packages, the Python environment of the tests, the build.
-# Sourced with the preset's name as $1; sets BUILD and, where the real scenes lie beside the checkout, EQUISTREAM_SCENES.
-# A preset may need packages of its own: packages.PRESET.txt. What is there already is left alone, so a second run starts in seconds.
+# Makes what ./demo, ./test and ./bench need: packages, the Python environment of the tests, the build.
+# Sourced with the preset's name as $1 and a target to build as $2, `programs` say (unless given: all).
+# Sets BUILD and, where the real scenes lie beside the checkout, EQUISTREAM_SCENES.
+# A preset may need packages of its own: packages.PRESET.txt. What is there already is left alone, so a second run starts
+# in seconds. ccache keeps what was compiled, also for other checkouts of the same sources.
 
 preset=$1
+target=${2:-}
 BUILD=$PWD/build/$preset
 export CCACHE_DIR=${CCACHE_DIR:-${HOME:-$PWD/build}/.cache/equistream-ccache}
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1 # another checkout of the same sources hits the cache
@@ -33,13 +36,30 @@ make_python_environment() {
     sha256sum tests/requirements.txt >"$stamp"
 }
 
+# "3 min 20 s"
+duration() {
+    if [ "$1" -lt 60 ]; then echo "$1 s"; else echo "$(($1 / 60)) min $(($1 % 60)) s"; fi
+}
+
+# A file takes 4 s of a processor on average; one that ccache has takes almost none.
+say_how_long() {
+    local files
+    ninja -C "$BUILD" build.ninja >/dev/null # configures again if need be: a dry run would count nothing else
+    files=$(cmake --build --preset "$preset" ${target:+--target "$target"} -- -n | grep -c 'Building C' || true)
+    [ "$files" -eq 0 ] ||
+        echo "building ${target:-everything}: $files files to compile: $(duration $((files * 4 / $(nproc)))) on $(nproc) idle processors, less what the compiler cache holds"
+}
+
 build() {
+    local begin=$SECONDS
     [ -f "$BUILD/build.ninja" ] && [ -z "${EQUISTREAM_CMAKE_OPTIONS:-}" ] ||
         cmake --preset "$preset" "-DEQUISTREAM_PYTHON=$PWD/build/venv/bin/python3" ${EQUISTREAM_CMAKE_OPTIONS:-} >"$BUILD.configure.log" ||
         { cat "$BUILD.configure.log"; return 1; }
+    say_how_long
     local quiet=(--quiet)
-    if [ -t 1 ]; then quiet=(); else echo "building (some ten minutes on two cores the first time)"; fi
-    cmake --build --preset "$preset" -- "${quiet[@]}"
+    if [ -t 1 ]; then quiet=(); fi
+    cmake --build --preset "$preset" ${target:+--target "$target"} -- "${quiet[@]}"
+    echo "built ${target:-everything} in $(duration $((SECONDS - begin)))"
 }
 
 install_packages
