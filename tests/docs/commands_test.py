@@ -17,7 +17,7 @@ import unittest
 
 from markdown import ROOT, blocks, commands, commands_of, pages
 
-RUN = ("README.md",)
+RUN = ("README.md", "docs/guide/tutorial.md")
 NESTED = {"scene": {"generate", "info", "convert", "placements"}}
 NOT_RUN = {"view", "serve"}
 # Each program that is not part of every build.
@@ -76,6 +76,12 @@ class Documents(unittest.TestCase):
                     faults.append(f"{page}: {' '.join(words)}: {found}")
         self.assertEqual([], faults, "\n" + "\n".join(faults))
         self.assertGreater(count, 40)
+
+    def test_python_is_python(self):
+        for page in pages():
+            for language, block in blocks((ROOT / page).read_text()):
+                if language == "python":
+                    compile(block, str(page), "exec")
 
     def test_pages_run(self):
         for page in RUN:

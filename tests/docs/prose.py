@@ -17,7 +17,7 @@ from markdown import LINK, ROOT, pages, sentences, without_code
 AVERAGE, LONGEST, COLUMNS = 18, 40, 100
 # Pages that were written before the limits. Take a page out once it keeps to them; put none in.
 NOT_YET = set("""
-docs/compare.md docs/contributing.md docs/conventions.md docs/demo/README.md docs/guide.md docs/import.md
+docs/compare.md docs/contributing.md docs/conventions.md docs/demo/README.md  docs/import.md
 docs/mitsuba.md docs/python.md docs/scenes.md docs/stream-format.md
 docs/decisions/0001-display-view.md docs/decisions/0002-one-process-one-role.md
 docs/decisions/0003-mitsuba-embedded.md docs/decisions/0004-what-fills-gaps.md
@@ -26,7 +26,7 @@ docs/results/README.md docs/results/latency.md docs/results/mitsuba.md docs/resu
 docs/results/reproject.md docs/results/reproject/depth_codes.md docs/results/reproject/reliability.md
 docs/results/study.md docs/results/viewer.md
 """.split())
-GENERATED = {"docs/results/study/tables.md"}
+GENERATED = ("docs/results/study/tables.md", "docs/guide/reference/")
 
 
 def figures(path):
@@ -52,7 +52,7 @@ def faults(path):
 
 def held():
     here = (path for path in map(pathlib.Path.as_posix, pages()) if path == "README.md" or path.startswith("docs/"))
-    return [path for path in here if path not in GENERATED]
+    return [path for path in here if not path.startswith(GENERATED)]
 
 
 def main():
