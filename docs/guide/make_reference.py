@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/guide/reference/COMMAND.md, a page for each command, from what the programs' --help prints.
+"""Writes docs/guide/reference, a page for each command, from what the programs' --help prints.
 
     make_reference.py --bin build/release/bin [--check]
 

@@ -10,6 +10,7 @@ README.md or docs/ does not keep to that, but for the pages of NOT_YET. --long p
 
 import argparse
 import pathlib
+import re
 import sys
 
 from markdown import LINK, ROOT, pages, sentences, without_code
@@ -36,7 +37,7 @@ def figures(path):
 
 def long_lines(path):
     text = LINK.sub(lambda match: match[1], without_code((ROOT / path).read_text()))
-    return [line for line in text.splitlines() if len(line) > COLUMNS and not line.lstrip().startswith("|")]
+    return [line for line in text.splitlines() if len(line) > COLUMNS and not re.match(r" {4}| *\|", line)]
 
 
 def faults(path):
