@@ -83,11 +83,15 @@ public:
         const int rows = (height_ + block_side - 1) / block_side;
         const int columns = (width_ + block_side - 1) / block_side;
         tbb::parallel_for(tbb::blocked_range<int>(0, rows), [&](const tbb::blocked_range<int>& range) {
-            for (int row = range.begin(); row < range.end(); ++row)
+            for (int row = range.begin(); row < range.end(); ++row) {
+                // Of a sphere that patches are of, most rows hold none.
+                if (!grid_.holds_any(0, row * block_side, width_, block_side))
+                    continue;
                 for (int column = 0; column < columns; ++column)
-                    if (grid_.holds_block(column * block_side, row * block_side, block_side) &&
+                    if (grid_.holds_any(column * block_side, row * block_side, block_side, block_side) &&
                         may_show(column * block_side, row * block_side))
                         draw_block(column * block_side, row * block_side);
+            }
         });
     }
 

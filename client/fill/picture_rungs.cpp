@@ -130,19 +130,19 @@ std::int64_t EarlierRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
 
 void PatchesRung::set_frame(const FillInputs& inputs) {
     inputs_ = inputs;
-    index_.reset();
+    slots_.reset();
     if (inputs.patches != nullptr && inputs.patches->depth_m.data != nullptr)
-        index_.emplace(*inputs.patches->atlas);
+        slots_.emplace(*inputs.patches->atlas);
 }
 
 std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (!index_ || gaps.empty())
+    if (!slots_ || gaps.empty())
         return 0;
     const PatchesView& patches = *inputs_.patches;
     const double budget_px = inputs_.error_budget_px;
     std::vector<std::unique_ptr<PatchGrid>> grids;
     for (std::size_t offset = 0; offset < patches.atlas->offsets_m.size(); ++offset)
-        grids.push_back(std::make_unique<PatchGrid>(patches, *index_, int(offset)));
+        grids.push_back(std::make_unique<PatchGrid>(patches, *slots_, int(offset)));
     // What the eye sees is seen most alike from the sphere that is nearest to it.
     std::ranges::sort(grids, {},
                       [&](const auto& grid) { return glm::distance(grid->pose().position_m, eye.pose.position_m); });

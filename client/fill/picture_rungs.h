@@ -2,7 +2,7 @@
 /// Rungs that look gap pixels up in pictures that were rendered elsewhere.
 #include "seen_points.h"
 
-#include <equistream/patches.h>
+#include <equistream/patch_slots.h>
 #include <equistream_client/fill.h>
 
 #include <optional>
@@ -64,7 +64,7 @@ public:
 
 private:
     FillInputs inputs_;
-    std::optional<PatchIndex> index_;  ///< of their atlas
+    std::optional<PatchSlots> slots_;  ///< of their atlas
     mutable Spares<SeenPoints> spares_;
 };
 

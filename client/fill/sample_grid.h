@@ -39,8 +39,8 @@ public:
     }
     float depth_m(SamplePlace p) const { return view_.depth_m.pixel(p.x, p.y)[0]; }
     Vec3f colour(SamplePlace p) const { return sample_colour(view_.rgb, view_.yuv, p.x, p.y); }
-    /// Whether a square of samples may hold any.
-    bool holds_block(int, int, int) const { return true; }
+    /// Whether a rectangle of samples may hold any.
+    bool holds_any(int, int, int, int) const { return true; }
 
 private:
     const SourceView& view_;

@@ -11,6 +11,10 @@ inline TrackRoles asked_to_leave_out(const FeedOptions& options) {
     return options.left_out ? options.left_out() : TrackRoles{};
 }
 
+/// Throws WorkError unless the frame's patches, where it has some, are of a sphere as its main picture is: the client
+/// allocates and looks up by that sphere's size.
+void require_patches_of_main(const std::string& source, const ReceivedFrame& frame);
+
 /// Either of them, FeedOptions::frames_ahead of who asks.
 std::unique_ptr<FrameFeed> open_feed_ahead(const std::string& source, const FeedOptions& options);
 

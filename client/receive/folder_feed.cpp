@@ -50,6 +50,7 @@ public:
              {std::pair{"small", &frame.small}, {"hidden", &frame.hidden}, {"patches", &frame.patches}})
             if (wants(role_of(view)) && fs::exists(file(view, index)))
                 *picture = read(view, index, true);
+        require_patches_of_main(folder_.string(), frame);
         for (const char* view : {".", "centre", "left", "right"})
             if (wants_depth_of(view) && view != main_ && fs::exists(file(view, index)))
                 frame.depth_views.push_back(read(view, index, false));

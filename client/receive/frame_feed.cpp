@@ -1,10 +1,25 @@
 #include "feeds.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream_client/engine.h>
 
 #include <filesystem>
 
 namespace equistream {
+
+void require_patches_of_main(const std::string& source, const ReceivedFrame& frame) {
+    if (!frame.patches || !frame.patches->info.patches)
+        return;
+    const Camera sphere = frame.patches->info.patches->sphere();
+    const ReceivedPicture& main = frame.main;
+    if (same_camera(sphere, main.info.camera) && main.width() == width_of(sphere) && main.height() == height_of(sphere))
+        return;
+    const bool same_size = main.width() == width_of(sphere) && main.height() == height_of(sphere);
+    throw WorkError(expected_found(source + ": frame " + std::to_string(main.info.index) + " of patches",
+                                   "the sphere of its main picture, " + size_text(main.width(), main.height()),
+                                   same_size ? "another range" : size_text(width_of(sphere), height_of(sphere))));
+}
 
 std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options) {
     if (options.frames_ahead > 0)

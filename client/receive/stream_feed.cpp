@@ -279,6 +279,7 @@ private:
             frame.small = give(partial, TrackRole::small);
             frame.hidden = give(partial, TrackRole::hidden);
             frame.patches = give(partial, TrackRole::patches);
+            require_patches_of_main(source_, frame);
         }
         return frame;
     }

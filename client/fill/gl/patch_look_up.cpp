@@ -51,7 +51,7 @@ void PatchTextures::upload(const PatchesView& patches, const PqView& pq) {
     }
     const std::size_t of_sphere = std::size_t(blocks.width) * std::size_t(blocks.height);
     slot_numbers_.assign(of_sphere * std::size_t(offsets), -1);
-    // Of a block that is in two slots the first counts (PatchIndex).
+    // Of a block that is in two slots the first counts (PatchSlots).
     for (std::size_t i = atlas.slots.size(); i-- > 0;)
         if (const PatchAtlas::Slot& slot = atlas.slots[i]; slot.used)
             slot_numbers_[slot.offset_index * of_sphere + std::size_t(slot.block_y) * std::size_t(blocks.width) +

@@ -1,4 +1,5 @@
 /// Streams as a client meets them: to their very last frame, and with tracks that are not ours or not of one recording.
+#include <equistream/error.h>
 #include <equistream/stream.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/receive.h>
@@ -159,6 +160,40 @@ TEST_F(StreamFeeds, JumpsInForeignVideoCountOn) {
         }
         EXPECT_FALSE(feed->next());
         EXPECT_EQ(feed->truncation(), "");
+    }
+}
+
+TEST_F(StreamFeeds, PatchesAreOfMainsSphere) {
+    for (const int sphere_width : {128, 16384}) {
+        SCOPED_TRACE(sphere_width);
+        const fs::path file = folder_ / "patches.mkv";
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::patches, 64, 64}};
+        StreamWriter writer(file.string(), settings);
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), info(first_index, 128, 64));
+        FrameInfo atlas = info(first_index, sphere_width, sphere_width / 2);
+        atlas.patches.emplace();
+        atlas.patches->sphere_width = sphere_width;
+        atlas.patches->sphere_height = sphere_width / 2;
+        atlas.patches->offsets_m = {{0.02, 0, 0}};
+        atlas.patches->columns = atlas.patches->rows = 4;
+        atlas.patches->slots.assign(16, {0, 3, 2, true});
+        writer.write(TrackRole::patches, ByteImage(64, 64, 3, 99).view(), atlas);
+        writer.finish();
+        const auto feed = open_feed(file.string());
+        if (sphere_width == 128) {
+            EXPECT_TRUE(feed->next()->patches);
+            continue;
+        }
+        try {
+            feed->next();
+            ADD_FAILURE() << "would be looked up in a sphere of a size that no picture has";
+        } catch (const WorkError& error) {
+            EXPECT_EQ(std::string(error.what()), file.string() + ": frame " + std::to_string(first_index) +
+                                                     " of patches: expected the sphere of its main picture, 128x64, "
+                                                     "found 16384x8192");
+        }
     }
 }
 

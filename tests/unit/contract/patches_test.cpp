@@ -1,7 +1,7 @@
 // The atlas of patches: where its pixels look from and to, the way back, and what is refused.
 #include "../atlas_fixture.h"
 
-#include <equistream/patches.h>
+#include <equistream/patch_slots.h>
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(Patches, APixelLooksAlongItsAuxiliarySphere) {
 
 TEST(Patches, TheWayBackIsThatOfASearch) {
     const PatchAtlas atlas = testing::random_atlas(17, 11, 2);
-    const PatchIndex index(atlas);
+    const PatchSlots index(atlas);
     std::map<std::tuple<int, int, int>, int> first;
     for (std::size_t i = 0; i < atlas.slots.size(); ++i)
         if (const Slot& s = atlas.slots[i]; s.used)

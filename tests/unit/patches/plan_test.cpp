@@ -1,5 +1,6 @@
 // A room with furniture, all boxes: what eyes that the planner has not seen uncover is in the patches.
 #include <equistream/error.h>
+#include <equistream/patch_slots.h>
 #include <equistream_patches/planner.h>
 
 #include <gtest/gtest.h>
@@ -81,7 +82,7 @@ struct Uncovered {
 Uncovered look_around(const PatchAtlas& atlas, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> side(-1, 1);
-    const PatchIndex index(atlas);
+    const PatchSlots index(atlas);
     Uncovered found;
     for (int i = 0; i < 400000; ++i) {
         glm::dvec3 eye, towards;
