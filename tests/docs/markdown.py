@@ -22,6 +22,7 @@ def blocks(text):
 
 def without_code(text):
     text = re.sub(r"^```.*?^```[^\n]*$", "", text, flags=re.M | re.S)
+    text = re.sub(r"<!-- table .*?<!-- end -->", "", text, flags=re.S)  # what programs write between their markers
     return re.sub(r"<!--.*?-->", "", text, flags=re.S)
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/reproject.md and of reproject/depth_codes.md, between their markers, from the JSON files of
-docs/results/reproject and nothing else. Noise-free figures are on linear values, in brackets those on display values.
+"""Writes the tables of docs/results/reproject.md and of the pages beside its JSON (tables.md, speed.md, depth_codes.md), between their
+markers, from the JSON files of docs/results/reproject and nothing else. A table without a marker is added to tables.md. Noise-free figures are on linear values, in brackets those on display values.
 
     report.py [--results FOLDER] [--page FILE]
 """
@@ -222,38 +222,51 @@ def depth_codes(found):
     return table(["scene", "asked for", "code", "codec", "size", "depth's CRF by seed", "% of the colour's bits", "% of pixels within e", *(f"dB lost, {method}" for method in reference)], rows)
 
 
+class Pages:
+    """Files with markers: a table goes to the page that has its marker, else to the last."""
+
+    def __init__(self, *files):
+        self.texts = {file: file.read_text() if file.exists() else "# Tables\n" for file in files}
+
+    def place(self, name, scene, text):
+        marked = [file for file, page in self.texts.items() if f"<!-- table {name} {scene} -->" in page]
+        file = marked[0] if marked else list(self.texts)[-1]
+        self.texts[file] = place(self.texts[file], name, scene, text)
+
+    def write(self):
+        for file, text in self.texts.items():
+            file.write_text(text)
+            print(file)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=pathlib.Path, default=results.RESULTS)
     parser.add_argument("--page", type=pathlib.Path, default=results.RESULTS.parent / "reproject.md")
     options = parser.parse_args()
-    page = options.page.read_text() if options.page.exists() else "# Reprojection against the path-traced eye\n"
+    pages = Pages(options.page, *(options.results / name for name in ("speed.md", "depth_codes.md", "tables.md")))
     found = results.load("accuracy", options.results)
     for head in HEAD_NAMES:
-        page = place(page, f"summary-{head}", "all", summary(found, head))
-        page = place(page, f"ladders-{head}", "all", ladders(found, head))
-    page = place(page, "ahead", "all", ahead(found))
-    page = place(page, "coded", "all", coded(found))
+        pages.place(f"summary-{head}", "all", summary(found, head))
+        pages.place(f"ladders-{head}", "all", ladders(found, head))
+    pages.place("ahead", "all", ahead(found))
+    pages.place("coded", "all", coded(found))
     if mirrored := {scene: result for scene, result in found.items() if results.tells_of_mirrors(result)}:
-        page = place(page, "mirrors", "all", mirrors(mirrored))
+        pages.place("mirrors", "all", mirrors(mirrored))
     for kind, tabled in {"shift": shift, "model": model, "patches": patches, "hidden-layer": hidden}.items():
         if measured := results.load(kind, options.results):
-            page = place(page, kind, "all", tabled(measured))
+            pages.place(kind, "all", tabled(measured))
     for name in ("speed", "speed-other-processor"):
         if (file := options.results / f"{name}.json").exists():
-            page = place(page, name, "all", speed(json.loads(file.read_text())))
+            pages.place(name, "all", speed(json.loads(file.read_text())))
     for scene, result in found.items():
         for head in HEAD_NAMES:
-            page = place(page, f"accuracy-{head}", scene, accuracy(result, head))
+            pages.place(f"accuracy-{head}", scene, accuracy(result, head))
         if "rungs" in result:
-            page = place(page, "rungs", scene, rungs(result))
-    options.page.write_text(page)
-    print(options.page)
+            pages.place("rungs", scene, rungs(result))
     if codes := results.load("depth_codes", options.results):
-        codes_page = options.results / "depth_codes.md"
-        text = codes_page.read_text() if codes_page.exists() else "# Streamed depth\n"
-        codes_page.write_text(place(text, "depth-codes", "all", depth_codes(codes)))
-        print(codes_page)
+        pages.place("depth-codes", "all", depth_codes(codes))
+    pages.write()
 
 
 if __name__ == "__main__":
