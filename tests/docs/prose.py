@@ -24,7 +24,6 @@ docs/decisions/0001-display-view.md docs/decisions/0002-one-process-one-role.md
 docs/decisions/0003-mitsuba-embedded.md docs/decisions/0004-what-fills-gaps.md
 docs/decisions/0005-hdr-display.md
 docs/results/mitsuba.md
-
 """.split())
 GENERATED = ("docs/results/study/tables.md", "docs/guide/reference/")
 
