@@ -1,10 +1,11 @@
-"""The page of one scene: one HTML file with everything in it, where a point of a chart shows its command and its pictures."""
+"""The page of one scene, where a point of a chart shows its command and its pictures: an HTML file and, beside it, pictures/SCENE.js."""
 
 import html
 import json
 import pathlib
 
 from found import all_bytes, ceiling_psnr, coding_name, db, error, ms, psnr
+from kept import lean
 from render_list import EYES
 from steps import write_whole
 from tables.systems import flicker_db
@@ -22,13 +23,11 @@ def point(entry, titles):
             "view": entry["views"][0]}
 
 
-def write_page(result, pictures, colours, file):
-    """`pictures` as Pictures.all_of has them."""
+def write_page(result, colours, file):
     data = {"scene": result["scene"], "settings": result["settings"], "machine": result["machine"], "versions": result["versions"], "made": result["made"],
-            "ceiling": ceiling_psnr(result), "colours": colours, "points": [point(entry, result["titles"]) for entry in result["systems"]],
-            "pictures": pictures}
+            "ceiling": ceiling_psnr(result), "colours": colours, "points": [point(entry, result["titles"]) for entry in result["systems"]]}
     # What is in a script element ends at the first "</".
-    text = json.dumps(data).replace("</", "<\\/")
-    page = TEMPLATE.read_text().replace("@TITLE@", html.escape(f"equistream study: {result['scene']}")).replace("@DATA@", text)
+    text = json.dumps(lean(data), separators=(",", ":")).replace("</", "<\\/")
+    page = TEMPLATE.read_text().replace("@TITLE@", html.escape(f"equistream study: {result['scene']}")).replace("@SCENE@", html.escape(result["scene"])).replace("@DATA@", text)
     write_whole(file, page)
     print(file)

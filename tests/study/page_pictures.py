@@ -12,20 +12,20 @@ from PIL import Image
 EYE = "right"
 ANAGLYPH_QUALITY, ANAGLYPH_WIDTH = 60, 480
 DIFFERENCE_GAIN = 4
-LOOKS, LARGEST = ((60, 256), (45, 256), (35, 256), (25, 256), (15, 256), (15, 208), (15, 160)), 1_900_000
-"""Quality of WebP and columns, the first with which all pictures of a page are no larger, characters, or else the last: noise takes many."""
+LOOKS, LARGEST = ((60, 256), (45, 256), (35, 256), (25, 256), (20, 256), (20, 208), (20, 160)), 500_000
+"""Quality of AVIF and columns, the first with which all pictures of a page are no larger, characters, or else the last: noise takes many."""
 OTHER_SEED = 2
 """Of the truth: views are of the first, and none may share its noise."""
 
 
-def data_uri(pixels, width, resampling=Image.Resampling.BOX, **coding):
+def data_uri(pixels, width, resampling=Image.Resampling.BOX, kind="avif", **coding):
     """A picture of rows x columns x 3, or of gaps, rows x columns, as text."""
     image = Image.fromarray(pixels)
     height = round(image.height * width / image.width)
     image = image.resize((width, height), resampling)
     data = io.BytesIO()
-    image.save(data, "WEBP", method=6, **coding)
-    return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
+    image.save(data, kind.upper(), **coding)
+    return f"data:image/{kind};base64," + base64.b64encode(data.getvalue()).decode()
 
 
 def amplified(difference, width):
@@ -55,7 +55,7 @@ class Pictures:
         found = {"seen": data_uri(seen, width, quality=quality), "difference": data_uri(amplified(seen.astype(np.float32) - self.truth, width), width, quality=quality)}
         gaps = folder / "gaps" / EYE
         if gaps.exists() and (mask := np.asarray(Image.open(file_of(gaps, self.number)).convert("L"))).any():
-            found["gaps"] = data_uri(mask, width, resampling=Image.Resampling.NEAREST, lossless=True)
+            found["gaps"] = data_uri(mask, width, resampling=Image.Resampling.NEAREST, kind="webp", lossless=True, method=6)
         return found
 
     def anaglyph(self, played):

@@ -27,6 +27,7 @@ import plan  # noqa: E402
 from charts.looks import COLOURS  # noqa: E402
 from experiments import EXPERIMENTS, OF_SCENES  # noqa: E402
 from found import load  # noqa: E402
+from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures  # noqa: E402
 from page import write_page  # noqa: E402
 from page_pictures import Pictures  # noqa: E402
 from presets import PRESETS, SEEDS  # noqa: E402
@@ -82,7 +83,7 @@ class Study:
         if self.options.again or not file.exists():
             return False
         found = read_json(file)["settings"]
-        wanted = json.loads(json.dumps(settings(self.preset)))
+        wanted = json.loads(result_text(settings(self.preset)))
         # What a preset says more by now, nothing that was measured hangs on.
         if differing := ", ".join(key for key in found if found[key] != wanted.get(key)):
             raise Failed(f"{file}: expected a result of preset {self.preset.name} as it is now, found another {differing}; --again measures it anew")
@@ -107,8 +108,8 @@ class Study:
         result["took_s"] = round(time.monotonic() - began, 1)
         result["measuring_cpu_s"] = round(work.measuring_cpu_s(), 1)
         if experiment == "systems":
-            write_whole(self.options.out / "pictures" / file.name, json.dumps(Pictures(work).all_of(result["systems"], result["anaglyph"]["view"]), indent=1) + "\n")
-        write_whole(file, json.dumps(result, indent=1) + "\n")
+            write_pictures(self.options.out, scene, Pictures(work).all_of(result["systems"], result["anaglyph"]["view"]))
+        write_whole(file, result_text(lean(result, LEFT_OUT.get(experiment, ()))))
         print(f"{file}: {result['took_s']:.0f} s", flush=True)
 
     def run(self):
@@ -139,10 +140,9 @@ class Study:
         for chart in (charts.accuracy, charts.paper, charts.where, charts.moved, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)
-        pictures = load(self.options.out, "pictures")
-        for scene, result in load(self.options.out, "systems").items():
-            if scene in pictures:
-                write_page(result, pictures[scene], COLOURS, self.options.out / f"{scene}.html")
+        systems = load(self.options.out, "systems")
+        for scene in all_pictures(self.options.out, systems):
+            write_page(systems[scene], COLOURS, self.options.out / f"{scene}.html")
 
 
 def main():

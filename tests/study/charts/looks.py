@@ -1,11 +1,14 @@
 """How systems, codings and levels look on every chart of the study."""
 
+import io
 import textwrap
 
 from drawing import STYLE, plain_number  # noqa: F401
 from found import coding_name
+from kept import lean_svg
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from steps import write_whole
 
 COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-told": "#d81b60", "centre-mesh": "#28b463",
            "centre-turned": "#7f8c8d", "centre-plain-mesh": "#b9770e", "centre-gather": "#45b39d", "centre-splat": "#76d7c4", "centre-lean": "#aab7b8"}
@@ -74,8 +77,9 @@ def title(figure, text):
 
 
 def save(figure, file):
-    figure.savefig(file.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(file.with_suffix(".png"), dpi=100)
+    drawn = io.StringIO()
+    figure.savefig(drawn, format="svg", metadata={"Date": None})
+    write_whole(file.with_suffix(".svg"), lean_svg(drawn.getvalue()))
     print(file.with_suffix(".svg"))
 
 

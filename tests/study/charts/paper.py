@@ -9,6 +9,7 @@ import io
 import matplotlib.pyplot as plt
 import numpy as np
 from found import ceiling_psnr, db, load, psnr
+from kept import all_pictures
 from PIL import Image
 from render_list import EYES
 
@@ -129,9 +130,9 @@ def draw_anaglyphs(pictures, file):
 
 def draw_all(folder):
     plt.rcParams.update(looks.STYLE)
-    if pictures := load(folder, "pictures"):
-        draw_anaglyphs(pictures, folder / "paper-anaglyph")
     if systems := load(folder, "systems"):
+        if pictures := all_pictures(folder, systems):
+            draw_anaglyphs(pictures, folder / "paper-anaglyph")
         draw_quality(systems, folder / "paper-quality")
         draw_times(systems, folder / "paper-times")
     if sizes := load(folder, "sizes"):

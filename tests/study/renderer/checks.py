@@ -5,13 +5,13 @@
 """
 
 import argparse
-import json
 import pathlib
 import re
 import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from kept import result_text  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -46,7 +46,7 @@ def main():
     options = parser.parse_args()
     result = {"command": f"./test -V -R '{TESTS}'", "versions": versions(options.build / "bin/equistream", REPOSITORY), "machine": machine(),
               "printed": printed(options.build)}
-    write_whole(options.out, json.dumps(result, indent=1) + "\n")
+    write_whole(options.out, result_text(result))
     print(options.out)
 
 

@@ -12,6 +12,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from kept import result_text  # noqa: E402
 from steps import machine, versions, write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -35,7 +36,7 @@ def main():
     options = parser.parse_args()
     for scene, frame in FRAMES.items():
         file = options.out / f"{scene}.json"
-        write_whole(file, json.dumps(profile(options.bin.resolve() / "equistream", scene, frame), indent=1) + "\n")
+        write_whole(file, result_text(profile(options.bin.resolve() / "equistream", scene, frame)))
         print(file)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws docs/results/reproject/accuracy-time.svg and .png from the JSON files of docs/results/reproject/accuracy and nothing else.
+"""Draws docs/results/reproject/accuracy-time.svg from the JSON files of docs/results/reproject/accuracy and nothing else.
 
     charts.py [--results FOLDER]
 """
@@ -11,6 +11,7 @@ import sys
 import results
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from charts.looks import save  # noqa: E402
 from drawing import STYLE, pareto, plain_number  # noqa: E402
 
 import matplotlib.pyplot as plt  # noqa: E402
@@ -73,9 +74,7 @@ def main():
                     fontsize=10, x=0.005, ha="left")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncol=5, frameon=False, fontsize=9)
-    figure.savefig(folder / "accuracy-time.svg", metadata={"Date": None})
-    figure.savefig(folder / "accuracy-time.png", dpi=100)
-    print(folder / "accuracy-time.svg")
+    save(figure, folder / "accuracy-time")
 
 
 if __name__ == "__main__":

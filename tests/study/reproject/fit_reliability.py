@@ -15,7 +15,6 @@ others give: docs/results/reproject/reliability.json; so is a fit to pixels with
 """
 
 import argparse
-import json
 import pathlib
 import subprocess
 import sys
@@ -29,6 +28,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from reliability_model import COEFFICIENTS, FEWEST_IN_BIN, REPOSITORY, calibration, fit_group, formatted, header, shipped  # noqa: E402
 from reliability_pairs import BREAKERS  # noqa: E402
 from reliability_samples import CRFS, NO_STREAM, NOISE_SHARE, Samples  # noqa: E402
+from kept import result_text  # noqa: E402
 from steps import Failed, machine, run_as_program, write_whole  # noqa: E402
 
 RESULTS = REPOSITORY / "docs/results/reproject/reliability.json"
@@ -123,7 +123,7 @@ def main():
               "tolerance_255": RELIABILITY_TOLERANCE, "noise_share": NOISE_SHARE, "fewest_in_bin": FEWEST_IN_BIN, "left_out": left_out, "uncoded_fit": uncoded_fit,
               "path_traced": path_traced,
               "weights": {name: dict(zip(RISKS, (round(float(w), 4) for w in model.weights))) for name, model in zip(RISK_GROUPS, models)}}
-    write_whole(options.out, json.dumps(result, indent=1) + "\n")
+    write_whole(options.out, result_text(result))
     print(options.out)
     if options.write:
         provenance = f"{sum(note['pixels'] for note in samples.notes.values())} pixels of {', '.join(samples.scenes)}."

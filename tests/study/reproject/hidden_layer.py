@@ -20,6 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
 from independent import equirect_direction, equirect_pixel, pixel_centres, read_frame  # noqa: E402
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
+from kept import result_text  # noqa: E402
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 BUDGET = 1 / (4 * 960)
@@ -123,7 +124,7 @@ def main():
         result = {"scene": scene, "frame": FRAMES[scene], "command": command,
                   "n": {"eyes": options.eyes, "seed": options.seed}, "measured": measured,
                   **provenance(options.bin, REPOSITORY)}
-        write_whole(options.out / f"{scene}.json", json.dumps(result, indent=1) + "\n")
+        write_whole(options.out / f"{scene}.json", result_text(result))
         print(options.out / f"{scene}.json", flush=True)
 
 

@@ -72,9 +72,9 @@ def weights_table(weights):
     return table(["risk", *weights], [[risk] + [cell(weights[group][risk]) for group in weights] for risk in risks])
 
 
-def main():
-    result = json.loads((FOLDER / "reliability.json").read_text())
-    file = FOLDER / "reliability.md"
+def main(folder=FOLDER):
+    result = json.loads((folder / "reliability.json").read_text())
+    file = folder / "reliability.md"
     page = file.read_text()
     left_out = result["left_out"]
     for name, text in (("scenes", scenes_table(left_out)), ("coded", coded_table(left_out)), ("fits", fits_table(left_out, result["uncoded_fit"])),
@@ -88,4 +88,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(pathlib.Path, sys.argv[1:]))

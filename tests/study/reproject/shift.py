@@ -15,6 +15,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from model import ModelStudy  # noqa: E402
 from renders import FRAMES, LEAN_M, REPOSITORY, scene_parser  # noqa: E402
+from kept import result_text  # noqa: E402
 from steps import digest, measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
 MODEL_PX = 0.25
@@ -58,7 +59,7 @@ def main():
     for scene in options.scenes:
         shifts = Shifts(options, scene)
         result = {"scene": scene, "runs": [shifts.measured(**run) for run in RUNS], **provenance(options.bin, REPOSITORY)}
-        write_whole(options.out / f"{scene}.json", json.dumps(result, indent=1) + "\n")
+        write_whole(options.out / f"{scene}.json", result_text(result))
         print(options.out / f"{scene}.json", flush=True)
 
 

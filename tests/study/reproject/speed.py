@@ -14,6 +14,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from bench_figures import bench_result  # noqa: E402
 from renders import REPOSITORY  # noqa: E402
+from kept import result_text  # noqa: E402
 from steps import run_as_program, write_whole  # noqa: E402
 
 FIGURES = "^(rotate|two_eyes|fill_1080p|play|depth_|reliability|surface|splat|mesh|gather)"
@@ -25,7 +26,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/speed.json")
     options = parser.parse_args()
     result = bench_result(options.bin, REPOSITORY, FIGURES)
-    write_whole(options.out, json.dumps(result, indent=1) + "\n")
+    write_whole(options.out, result_text(result))
     print(f"{options.out}: {len(result['figures'])} figures")
 
 

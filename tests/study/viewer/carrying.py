@@ -19,6 +19,7 @@ from PIL import Image
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), str(REPOSITORY / "tests/golden")]
 from independent import colour_of, read_frame, srgb  # noqa: E402
+from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
 from steps import Steps, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -129,18 +130,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders and streams")
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
     if options.bin:
-        write_whole(RESULT, json.dumps(measure(options.bin, options.work.resolve()), indent=1) + "\n")
+        write_whole(RESULT, result_text(measure(options.bin, options.work.resolve())))
     result = json.loads(RESULT.read_text())
     motion = result["motion"]
-    page = place(PAGE.read_text(), "bytes", "motion", table(["bodies", "frames", "motion, bytes a frame", "of colour's, %", "moved in 0.2 s, px", "error left, px", "95 %, worst frame, px"], [[
+    page = place(options.page.read_text(), "bytes", "motion", table(["bodies", "frames", "motion, bytes a frame", "of colour's, %", "moved in 0.2 s, px", "error left, px", "95 %, worst frame, px"], [[
         str(motion["most_regions"]), str(motion["frames"]), cell(motion["bytes"] / motion["frames"], 0), cell(100 * motion["share_of_colour"], 2),
         cell(motion["mean_motion_px"], 1), cell(motion["mean_error_px"], 3), cell(motion["worst_p95_error_px"], 3)]]))
     page = place(page, "carrying", "motion", table(["network", "age of frames, ms", "carried on, ms", "what moves: held, dB", "carried, dB", "all: held, dB", "carried, dB",
                                                     "largest step: held", "carried"], list(rows(result))))
-    write_whole(PAGE, page)
-    print(f"{PAGE}: {len(result['runs'])} runs")
+    write_whole(options.page, page)
+    print(f"{options.page}: {len(result['runs'])} runs")
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ import sys
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1]), *(str(REPOSITORY / "tests/golden" / room) for room in ("", "viewer"))]
 from display import Display  # noqa: E402
+from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
 from steps import Failed, Steps, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -93,19 +94,20 @@ def main():
     parser.add_argument("--sphere", default="1920x960", help="size of what refreshes show (default: %(default)s)")
     parser.add_argument("--large", default="3840x1920", help="size of what is uploaded (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=30, help="of each view")
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
     if options.bin:
         if not options.work:
             parser.error("--work: expected a folder, found nothing")
-        write_whole(RESULT, json.dumps(measure(options.bin.resolve(), options), indent=1) + "\n")
+        write_whole(RESULT, result_text(measure(options.bin.resolve(), options)))
     result = json.loads(RESULT.read_text())
-    page = PAGE.read_text()
+    page = options.page.read_text()
     rows = [[run["name"], *(cell(run["stages_ms"][stage], 1) for stage in STAGES), cell(sum(run["stages_ms"].values()), 1), str(run["refreshes"])] for run in result["refreshes"]]
     page = place(page, "refresh", "all", table(["what is drawn", *STAGES, "all, ms", "refreshes"], rows, labels=1))
     page = place(page, "upload", "all", table(["decoded pictures", "upload of a frame, ms", "waited for the decoder, ms", "frames", "frames/s"], list(upload_rows(result)), labels=1))
     page = place(page, "hardware", "all", table(["target", "wanted", "found"], [[*row, "not measured: no GPU could be had"] for row in NOT_MEASURED], labels=3))
-    write_whole(PAGE, page)
-    print(f"{PAGE}: {len(result['refreshes'])} refreshes, {len(result['uploads'])} uploads")
+    write_whole(options.page, page)
+    print(f"{options.page}: {len(result['refreshes'])} refreshes, {len(result['uploads'])} uploads")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from bench_figures import bench_result  # noqa: E402
+from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
 from steps import run_as_program, write_whole  # noqa: E402
 
@@ -46,17 +47,18 @@ def depth_rows(result):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", type=pathlib.Path, help="folder of the built programs")
+    parser.add_argument("--page", type=pathlib.Path, default=PAGE, help="whose tables are made")
     options = parser.parse_args()
     if options.bin:
-        write_whole(RESULT, json.dumps(bench_result(options.bin, REPOSITORY, FIGURES), indent=1) + "\n")
+        write_whole(RESULT, result_text(bench_result(options.bin, REPOSITORY, FIGURES)))
     result = json.loads(RESULT.read_text())
-    page = PAGE.read_text()
+    page = options.page.read_text()
     page = place(page, "depth", "all", table(["scene", "triangles", "a sphere's samples that an eye looks up, ms (triangles)", "an eye", "both eyes", "paper: 1 draw, an eye",
                                               "paper: 7 draws, a sphere", "sphere / eye", "7 draws / ours"], list(depth_rows(result))))
     eyes = [[f["name"], f["peer"], cell(f["ms"], 1), cell(f["ratio"], 2)] for f in result["figures"] if f["name"].startswith("gl_eyes")]
     page = place(page, "eyes", "all", table(["figure", "peer", "ours, ms", "peer / ours"], eyes))
-    write_whole(PAGE, page)
-    print(f"{PAGE}: {len(result['figures'])} figures")
+    write_whole(options.page, page)
+    print(f"{options.page}: {len(result['figures'])} figures")
 
 
 if __name__ == "__main__":

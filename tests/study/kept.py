@@ -1,0 +1,114 @@
+"""What results, charts and pictures keep of what was measured: enough for every table, chart and page, in few bytes.
+
+Numbers have ten digits, so that bytes at equal dB, which are interpolated, come out the same to a byte; a row of a list stands in one line, so that a change of one row is a change of one line.
+"""
+
+import json
+import pathlib
+import re
+import xml.etree.ElementTree as ElementTree
+
+from steps import write_whole
+
+DIGITS = 10
+INTERVAL = ("mean_square", "mean_square_low", "mean_square_high", "db", "db_low", "db_high", "only_bounded")
+OF_PICTURES = ("width", "height", "frames", "identical", "psnr_mean_of_frames_db")
+"""What `compare` says of pictures that every result says once, or that no table shows."""
+SCORES = ("gaps", "noise_free_worst_percent", "milliseconds", "views")
+"""Beside the noise-free error: what stands in one experiment, `systems`, and is not repeated."""
+LEFT_OUT = {"systems": (), "parity": (*SCORES, "renders", "commands"), "moved": (*SCORES, "against_other_seed", "renders"), "where": ("renders",), "sizes": ("renders",),
+            "parsimony": (*SCORES, "renders"), "related": ("noise_free_worst_percent", "renders")}
+"""Experiment -> what its results do not keep. Renders stand in `systems`."""
+
+
+def lean(value, left_out=()):
+    """A result without `left_out`, at any depth, and without what no table or chart reads."""
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, (list, tuple)):
+        return [lean(each, left_out) for each in value]
+    if not isinstance(value, dict):
+        return value
+    if "mean_square_low" in value:
+        return {key: lean(value[key]) for key in INTERVAL if key in value}
+    dropped = (*left_out, *(OF_PICTURES if "identical" in value else ()))
+    return {key: lean(each, left_out) for key, each in value.items() if key not in dropped}
+
+
+def result_text(result, lines=2):
+    """JSON: the outer `lines` levels a line each, what is inside them without spaces."""
+    def text(value, level):
+        if level == lines or not isinstance(value, (dict, list, tuple)) or not value:
+            return json.dumps(value, separators=(",", ":"))
+        keys = [f"{json.dumps(str(key))}: " for key in value] if isinstance(value, dict) else [""] * len(value)
+        rows = [f"\n{' ' * (level + 1)}{key}{text(each, level + 1)}" for key, each in zip(keys, value.values() if isinstance(value, dict) else value)]
+        start, end = "{}" if isinstance(value, dict) else "[]"
+        return f"{start}{','.join(rows)}\n{' ' * level}{end}"
+
+    return text(lean(result), 0) + "\n"
+
+
+def pictures_file(folder, scene):
+    """A script and not JSON, since a page that is opened from a disk may load no other text."""
+    return pathlib.Path(folder) / f"pictures/{scene}.js"
+
+
+def write_pictures(folder, scene, pictures):
+    """`pictures` as Pictures.all_of has them."""
+    write_whole(pictures_file(folder, scene), "const pictures = " + json.dumps(pictures, indent=0).replace("</", "<\\/") + ";\n")
+
+
+def read_pictures(folder, scene):
+    """None where none were written."""
+    file = pictures_file(folder, scene)
+    return json.loads(file.read_text().removeprefix("const pictures = ").rstrip(";\n")) if file.exists() else None
+
+
+def all_pictures(folder, scenes):
+    """{scene: pictures} of those that have some."""
+    return {scene: found for scene in scenes if (found := read_pictures(folder, scene))}
+
+
+SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
+LONG_NUMBER = re.compile(r"-?\d+\.\d{2,}")
+COORDINATES = ("d", "x", "y", "width", "height", "transform", "points")
+
+
+def lean_svg(text):
+    """A chart of matplotlib's without groups that say nothing, metadata and digits below a tenth of a hundredth of an inch; looks become classes."""
+    ElementTree.register_namespace("", SVG)
+    ElementTree.register_namespace("xlink", XLINK)
+    root = ElementTree.fromstring(text)
+    named = set(re.findall(r'(?:url\(|href=")#([^)"]+)', text))
+    looks = {}
+    for element in root.iter():
+        if element.tag == f"{{{SVG}}}g" or element.get("id") not in named:
+            element.attrib.pop("id", None)
+        for key in COORDINATES:
+            if key in element.attrib:
+                element.set(key, LONG_NUMBER.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), " ".join(element.get(key).split())))
+        if element is not root and "style" in element.attrib:
+            element.set("class", looks.setdefault(element.attrib.pop("style"), f"a{len(looks)}"))
+    unwrap(root)
+    for element in root.iter():
+        if element.tag != f"{{{SVG}}}text" and not (element.text or "").strip():
+            element.text = None
+        element.tail = "\n" if element.tag in (f"{{{SVG}}}{kind}" for kind in ("g", "path", "use", "text", "defs")) else None
+    style = ElementTree.Element(f"{{{SVG}}}style")
+    style.text = "*{stroke-linejoin:round;stroke-linecap:butt}" + "".join(f".{name}{{{look.replace(': ', ':').replace('; ', ';')}}}" for look, name in looks.items())
+    root.insert(0, style)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def unwrap(parent):
+    """Groups without attributes give way to what they hold; metadata and matplotlib's own style go."""
+    kept = []
+    for child in list(parent):
+        unwrap(child)
+        if child.tag == f"{{{SVG}}}g" and not child.attrib:
+            kept += list(child)
+        elif child.tag == f"{{{SVG}}}metadata" or (child.tag == f"{{{SVG}}}defs" and (not len(child) or all(each.tag == f"{{{SVG}}}style" for each in child))):
+            continue
+        else:
+            kept.append(child)
+    parent[:] = kept
