@@ -18,8 +18,7 @@ from markdown import LINK, ROOT, pages, sentences, without_code
 AVERAGE, LONGEST, COLUMNS = 18, 40, 100
 # Pages that were written before the limits. Take a page out once it keeps to them; put none in.
 NOT_YET = set("""
-docs/compare.md docs/contributing.md docs/conventions.md docs/import.md
-docs/mitsuba.md docs/python.md docs/scenes.md docs/stream-format.md
+docs/conventions.md docs/python.md docs/scenes.md docs/stream-format.md
 docs/decisions/0001-display-view.md docs/decisions/0002-one-process-one-role.md
 docs/decisions/0003-mitsuba-embedded.md docs/decisions/0004-what-fills-gaps.md
 docs/decisions/0005-hdr-display.md
@@ -35,7 +34,7 @@ def figures(path):
 
 def long_lines(path):
     text = LINK.sub(lambda match: match[1], without_code((ROOT / path).read_text()))
-    return [line for line in text.splitlines() if len(line) > COLUMNS and not re.match(r" {4}| *\|", line)]
+    return [line for line in text.splitlines() if len(line) > COLUMNS and not re.match(r" {4}| *\|| *`[^`]+`[.,;:]?$", line)]
 
 
 def faults(path):
