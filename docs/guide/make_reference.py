@@ -72,9 +72,37 @@ def cell(meaning):
     return text
 
 
+KINDS = {"TEXT": "", "FLOAT": "number", "INT": "whole number", "UINT": "whole number", "FILE": "file", "DIR": "folder"}
+
+
+def value_and_default(value):
+    """What CLI11 prints behind an option's name, such as `FLOAT:FLOAT in [0 - 1]=0.063`, as two cells."""
+    default = "required" if re.search(r"\bREQUIRED\b", value) else ""
+    value = re.sub(r"\s*\b(REQUIRED|Excludes: \S+)", "", value)
+    if match := re.match(r"([^=]*?)=(\S*)$", value):
+        value, default = match[1], match[2]
+    if match := re.match(r"(\w+):(?:\w+ in )?(.*)$", value):
+        kind, limits = match.groups()
+        if choices := re.match(r"\{(.*)\}$", limits):
+            value = ", ".join(choices[1].split(","))
+        elif span := re.match(r"\[(\S+) - (\S+)\]$", limits):
+            value = f"{KINDS.get(kind, kind)}, {span[1]} to {span[2]}"
+        else:
+            value = KINDS.get(limits, limits)
+    if choices := re.match(r"\{(.*)\}$", value):
+        value = ", ".join(choices[1].split(","))
+    value = " ".join(KINDS.get(word, word) for word in value.split()).strip()
+    return value.replace("...", "one or more"), default
+
+
 def table(lines):
-    out = ["| | |", "|---|---|"]
-    out += [f"| `{name.replace('|', chr(92) + '|')}` | {cell(meaning)} |" for name, meaning in rows(lines)]
+    found = [(*re.match(r"(-\S+, -\S+|\S+) ?(.*)$", name).groups(), cell(meaning)) for name, meaning in rows(lines)]
+    if not any(name.startswith("-") for name, _, _ in found) and not any(value for _, value, _ in found):
+        return ["| | |", "|---|---|", *(f"| `{name}` | {meaning} |" for name, _, meaning in found)]
+    out = ["| option | value | default | |" if any(name.startswith("-") for name, _, _ in found) else "| argument | value | default | |", "|---|---|---|---|"]
+    for name, value, meaning in found:
+        kind, default = value_and_default(value)
+        out.append(f"| `{name}` | {escaped(kind)} | {f'`{default}`' if default not in ('', 'required') else default} | {meaning} |")
     return out
 
 
