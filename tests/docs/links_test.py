@@ -7,6 +7,7 @@ import unittest
 
 from markdown import LINK, ROOT, headings, pages, without_code
 
+SOURCES = re.compile(r"(?<![\w./-])(?:plugin|client|host-adapters|tests|docs|programs|cmake)/[\w./-]+\.(?:py|h|cpp|c|md|sh|json|cmake|txt|svg)\b")
 NAMED = re.compile(r"\bdocs/[\w./-]+\.md\b")
 
 
@@ -31,6 +32,11 @@ class Links(unittest.TestCase):
         if found.returncode > 1:
             self.skipTest("not a git checkout")
         broken = [line for line in found.stdout.splitlines() if not (ROOT / NAMED.search(line.split(":", 2)[2])[0]).exists()]
+        self.assertEqual([], broken, "\n" + "\n".join(broken))
+
+    def test_files_named_in_pages_are_there(self):
+        broken = [f"{page}: {name}" for page in pages() for name in SOURCES.findall((ROOT / page).read_text())
+                  if not (ROOT / name).exists() and not re.search("[A-Z]{3}", name)]
         self.assertEqual([], broken, "\n" + "\n".join(broken))
 
     def test_a_broken_link_would_be_found(self):
