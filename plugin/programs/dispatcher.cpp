@@ -98,8 +98,7 @@ int main(int argc, char** argv) {
         arguments[0] = typed.data();
         arguments.push_back(nullptr);
         execv(program.c_str(), arguments.data());
-        std::fprintf(stderr, "equistream: %s: %s%s\n", program.c_str(), std::strerror(errno),
-                     name == "study" ? "; it comes with a build of the repository, not with an installation" : "");
+        std::fprintf(stderr, "equistream: %s: %s\n", program.c_str(), std::strerror(errno));
         return exit_failed;
     }
     if (name.empty())

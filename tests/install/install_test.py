@@ -17,7 +17,7 @@ HEADERS = {  # each with the languages it promises to be
     "bound.h": ["c++17"],
     "aov.h": ["c++20"],
 }
-COMMANDS = ["render", "encode", "play", "compare", "info", "scene"]
+COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "study", "fit"]
 USES_THE_CATALOGUE = '''
 #include <equistream/aov.h>
 static_assert(equistream::find_aov("depth")->unit == "m");
@@ -51,6 +51,24 @@ def check_programs(prefix):
     libraries = run("ldd", prefix / "bin" / "equistream-render-embree").splitlines()
     ours = [line.split()[2] for line in libraries if "libequistream" in line]
     assert len(ours) == 1 and Path(ours[0]).resolve().is_relative_to(prefix.resolve()), libraries
+
+
+def check_study(prefix, scratch):
+    """Python in share/, which says what it needs and, where it has it, runs; left out where the build has no Python package."""
+    dispatcher = prefix / "bin/equistream"
+    bare = {**os.environ, "EQUISTREAM_PYTHON": scratch / "bare/bin/python3"}
+    run(sys.executable, "-m", "venv", "--without-pip", scratch / "bare")
+    for words in (["study", "--preset", "smoke", "--out", scratch / "study"], ["fit", scratch / "fit/sphere.json", "--db", "20"]):
+        run(dispatcher, "scene", "generate", "sphere", "--out", scratch / "fit")
+        refused = subprocess.run([dispatcher, *words], env=bare, text=True, capture_output=True)
+        said = refused.stderr.splitlines()
+        assert refused.returncode == 1 and len(said) == 1, refused.stderr
+        assert said[0].startswith(f"equistream {words[0]}: ") and "pip install numpy==" in said[0], said[0]
+    if not list(prefix.rglob("equistream/python/equistream/_core.*.so")):
+        return
+    own = {**os.environ, "EQUISTREAM_PYTHON": sys.executable}
+    planned = subprocess.run([dispatcher, "study", "--plan", "--out", scratch / "study"], env=own, text=True, capture_output=True)
+    assert planned.returncode == 1 and "expected a measured result" in planned.stderr, planned.stderr
 
 
 def check_mitsuba(prefix, scratch):
@@ -106,6 +124,7 @@ def main():
         scratch = Path(folder).resolve()
         prefix = install_and_move(cmake, build, scratch)
         check_programs(prefix)
+        check_study(prefix, scratch)
         check_mitsuba(prefix, scratch)
         library_dir = next(prefix.rglob("libequistream.so")).parent
         packages = {**os.environ, "PKG_CONFIG_PATH": str(library_dir / "pkgconfig")}

@@ -21,7 +21,7 @@ import agreement
 import hosts
 from independent import srgb
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from steps import machine, versions  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]

@@ -22,7 +22,7 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from steps import Steps, machine, run_as_program, versions, write_whole  # noqa: E402
 
 SEEDS = (1, 2)

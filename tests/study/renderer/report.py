@@ -11,7 +11,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from pages import cell, place, table  # noqa: E402
 
 RESULTS = pathlib.Path(__file__).resolve().parents[3] / "docs/results/renderer"

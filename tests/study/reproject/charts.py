@@ -10,7 +10,7 @@ import sys
 
 import results
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from charts.looks import save  # noqa: E402
 from drawing import STYLE, pareto, plain_number  # noqa: E402
 

@@ -14,7 +14,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from renders import EYE, LEAN_M, REPOSITORY, SEEDS, SPHERES, SceneRenders, scene_parser  # noqa: E402
 from steps import provenance, run_as_program, write_whole  # noqa: E402
 

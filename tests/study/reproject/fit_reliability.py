@@ -24,7 +24,7 @@ import equistream as es
 import numpy as np
 from equistream.reprojection import RELIABILITY_TOLERANCE, RISK_GROUPS, RISKS
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from reliability_model import COEFFICIENTS, FEWEST_IN_BIN, REPOSITORY, calibration, fit_group, formatted, header, shipped  # noqa: E402
 from reliability_pairs import BREAKERS  # noqa: E402
 from reliability_samples import CRFS, NO_STREAM, NOISE_SHARE, Samples  # noqa: E402

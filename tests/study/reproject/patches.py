@@ -13,7 +13,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
 from steps import measured_json, provenance, run_as_program, write_whole  # noqa: E402
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import results
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from drawing import rgb, truth  # noqa: E402
 from pages import noise_free_short  # noqa: E402
 from renders import FRAMES, HEADS, scene_parser  # noqa: E402

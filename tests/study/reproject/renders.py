@@ -15,7 +15,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from standing_head import path_text  # noqa: E402
 from steps import Failed, Steps, run_as_program, write_if_other  # noqa: E402
 

@@ -12,7 +12,7 @@ import sys
 
 import results
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from pages import both_scales, cell, noise_free_short, noise_free_text, place, table  # noqa: E402
 
 HEAD_NAMES = {"stereo": "63 mm stereo", "moved": "head moved 0.25 m"}

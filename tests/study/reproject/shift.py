@@ -12,7 +12,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from model import ModelStudy  # noqa: E402
 from renders import FRAMES, LEAN_M, REPOSITORY, scene_parser  # noqa: E402
 from kept import result_text  # noqa: E402

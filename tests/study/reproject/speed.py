@@ -11,7 +11,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from bench_figures import bench_result  # noqa: E402
 from renders import REPOSITORY  # noqa: E402
 from kept import result_text  # noqa: E402

@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from bench_figures import bench_result  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402

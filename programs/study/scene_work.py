@@ -12,9 +12,10 @@ import equistream as es
 import render_list
 from narrowed import made_once, merge_sequences, narrow_sequence
 from presets import SEEDS
-from steps import Failed, Steps
+from steps import HERE, REPOSITORY, Failed, Steps
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stability") if folder.is_dir())
+"""Scenes that break reprojection, and how they are played and scored."""
 
 
 class SceneWork:

@@ -5,10 +5,10 @@ A method falls at the first value, from harmless to hard, at which it is 1 or 3 
 
 import sys
 
-from scene_work import REPOSITORY
+from scene_work import STRESS
 from steps import Failed, digest
 
-sys.path.insert(0, str(REPOSITORY / "tests/stability"))
+sys.path.insert(0, str(STRESS))
 import run as breaking  # noqa: E402
 
 LOSSES_DB = (1, 3)
@@ -19,7 +19,7 @@ def run(work):
     preset = work.preset
     breakers = breaking.chosen(preset.breakers)
     # Of these programs and this code, so that what was interrupted goes on and nothing older is taken for it.
-    made_by = f"{digest(work.steps.program.parent)[:12]}-{digest(REPOSITORY / 'tests/stability', '*.py')[:12]}"
+    made_by = f"{digest(work.steps.program.parent)[:12]}-{digest(STRESS, '*.py')[:12]}"
     folder, kept = work.folder / "runs" / made_by, work.folder / "values" / made_by
     for needed in (folder, kept):
         needed.mkdir(parents=True, exist_ok=True)

@@ -12,7 +12,7 @@ import math
 
 import found
 import render_list
-from experiments import OF_SCENES, OF_THEIR_OWN
+from presets import OF_SCENES, OF_THEIR_OWN
 from steps import Failed, read_json, write_whole
 
 JOB_S = 3600

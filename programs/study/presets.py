@@ -9,6 +9,10 @@ import math
 
 REAL_SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 BUNDLED_SCENES = ("pavilion",)
+OF_SCENES = ("systems", "parity", "sizes", "parsimony", "where", "moved", "related")
+OF_THEIR_OWN = ("stability", "latency")
+EXPERIMENTS = (*OF_SCENES, *OF_THEIR_OWN)
+"""Each a module of experiments/, of every scene or of scenes of its own."""
 SEEDS = (1, 2)
 # Scene -> the middle of the frames that are studied. san-miguel's branch hangs before the left eye there (tests/study/reproject/renders.py).
 MIDDLE_FRAMES = {"kitchen": 30, "san-miguel": 41, "sibenik": 30, "sponza-crytek": 62, "voxel-city": 30, "pavilion": 30}

@@ -16,6 +16,12 @@ import sys
 import time
 
 
+HERE = pathlib.Path(__file__).resolve().parent
+REPOSITORY = next(folder for folder in (HERE.parents[1], HERE.parent) if (folder / "scenes/descriptions").is_dir() or folder == HERE.parent)
+"""The checkout; of an installation the folder with its scenes' descriptions."""
+RESULTS = REPOSITORY / "docs/results/study"
+
+
 class Failed(Exception):
     pass
 
@@ -178,9 +184,9 @@ def measured_json(program, words, folder):
     return json.loads(done.stdout)
 
 
-def run_as_program(main):
-    """One clear line for what failed, under the script's name."""
-    name = pathlib.Path(sys.argv[0]).name
+def run_as_program(main, name=None):
+    """One clear line for what failed, under the command's name or the script's."""
+    name = name or pathlib.Path(sys.argv[0]).name
     try:
         main()
     except Failed as failure:

@@ -11,10 +11,10 @@ import math
 import sys
 
 from found import together_psnr
-from scene_work import REPOSITORY
+from scene_work import STRESS
 from steps import write_if_other
 
-sys.path.insert(0, str(REPOSITORY / "tests/stability"))
+sys.path.insert(0, str(STRESS))
 from late import head_path  # noqa: E402
 
 SPHERE, EYES, FOV_DEG = "480x240", "200x112", 90

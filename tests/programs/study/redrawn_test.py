@@ -13,19 +13,18 @@ import sys
 import tempfile
 import unittest
 
-HERE = pathlib.Path(__file__).resolve().parent
-REPOSITORY = HERE.parents[1]
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RESULTS = REPOSITORY / "docs/results"
 LARGEST_MB = 20
 DRAWN = {
-    "study": ["study.py", "--bin", "unused", "--charts", "only", "--out", "study"],
-    "reproject": ["reproject/report.py", "--results", "reproject", "--page", "reproject.md"],
-    "reliability": ["reproject/reliability_page.py", "reproject"],
-    "renderer": ["renderer/report.py", "--results", "renderer", "--page", "renderer.md"],
-    "mitsuba": ["hosts/report.py", "--results", "mitsuba", "--page", "mitsuba.md"],
-    "viewer, speed": ["viewer/speed.py", "--page", "viewer.md"],
-    "viewer, refresh": ["viewer/refresh.py", "--page", "viewer.md"],
-    "latency": ["viewer/carrying.py", "--page", "latency.md"],
+    "study": ["programs/study/study.py", "--bin", "unused", "--charts", "only", "--out", "study"],
+    "reproject": ["tests/study/reproject/report.py", "--results", "reproject", "--page", "reproject.md"],
+    "reliability": ["tests/study/reproject/reliability_page.py", "reproject"],
+    "renderer": ["tests/study/renderer/report.py", "--results", "renderer", "--page", "renderer.md"],
+    "mitsuba": ["tests/study/hosts/report.py", "--results", "mitsuba", "--page", "mitsuba.md"],
+    "viewer, speed": ["tests/study/viewer/speed.py", "--page", "viewer.md"],
+    "viewer, refresh": ["tests/study/viewer/refresh.py", "--page", "viewer.md"],
+    "latency": ["tests/study/viewer/carrying.py", "--page", "latency.md"],
 }
 
 
@@ -47,7 +46,7 @@ class Redrawn(unittest.TestCase):
 
     def test_tables_and_pages_are_those_of_their_json(self):
         for name, (script, *words) in DRAWN.items():
-            done = subprocess.run([sys.executable, "-B", HERE / script, *words], cwd=self.copy, capture_output=True, text=True)
+            done = subprocess.run([sys.executable, "-B", REPOSITORY / script, *words], cwd=self.copy, capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, f"{name}: {done.stderr}")
         drawn = [*RESULTS.rglob("*.md"), *RESULTS.glob("study/*.html")]
         self.assertGreater(len(drawn), 10)

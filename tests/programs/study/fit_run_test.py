@@ -12,8 +12,8 @@ import sys
 import tempfile
 import unittest
 
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "golden"), str(HERE.parent / "golden/viewer")]
+TESTS = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS / "golden"), str(TESTS / "golden/viewer")]
 from display import Display  # noqa: E402
 from fitting.choice import Chosen  # noqa: E402
 from fitting.settings import sections_of, write_settings  # noqa: E402

@@ -18,10 +18,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from fitting.choice import Fit, Unreachable  # noqa: E402
-from fitting.report import chosen_text, n_text, report, times_text, unreachable_text  # noqa: E402
-from fitting.settings import sections_of, write_settings  # noqa: E402
-from fitting.work import Asked, FitWork  # noqa: E402
+from needed import expect_packages  # noqa: E402
 from steps import Failed, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64
@@ -108,6 +105,11 @@ def keep_model(chosen, work, out):
 
 def main():
     options = arguments()
+    expect_packages("fit")
+    from fitting.choice import Fit, Unreachable  # what needs these packages
+    from fitting.report import chosen_text, n_text, report, times_text, unreachable_text
+    from fitting.settings import sections_of, write_settings
+    from fitting.work import Asked, FitWork
     began = time.time()
     asked = Asked(options.eye_size, options.fov, *options.frames, options.spp, options.widest)
     with contextlib.redirect_stdout(sys.stderr):
@@ -130,4 +132,4 @@ def main():
 
 
 if __name__ == "__main__":
-    run_as_program(main)
+    run_as_program(main, "equistream fit")

@@ -12,12 +12,12 @@ from narrowed import made_once
 from PIL import Image
 from presets import SEEDS
 from render_list import EYES, noisy_sphere
-from scene_work import REPOSITORY
+from scene_work import STRESS
 
 from .related_cells import count_cells
 from .systems import stage_ms
 
-sys.path.insert(0, str(REPOSITORY / "tests/stability"))
+sys.path.insert(0, str(STRESS))
 from breakers import coarse  # noqa: E402
 
 BITS = (3, 4, 5, 6, 7, 8, 10, 12)

@@ -1,68 +1,28 @@
-#!/usr/bin/env python3
-"""The study: every method on every scene, speed against accuracy, and where each breaks.
+"""A study: measures what is missing, then draws. See study.py."""
 
-    equistream study [--preset smoke|small|paper] [--scenes A,B] [--experiments A,B] --out DIR
-
-Each experiment of each scene leaves DIR/EXPERIMENT/SCENE.json; what is there already is not measured again (--again), and what was interrupted goes on
-where it stopped. Renders, streams and views stay in the work folder. In the end charts and a page for each scene are drawn from what DIR holds.
-"""
-
-import argparse
 import json
-import pathlib
-import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import charts.accuracy  # noqa: E402
-import charts.latency  # noqa: E402
-import charts.moved  # noqa: E402
-import charts.paper  # noqa: E402
-import charts.parity  # noqa: E402
-import charts.parsimony  # noqa: E402
-import charts.related  # noqa: E402
-import charts.stability  # noqa: E402
-import charts.where  # noqa: E402
-import plan  # noqa: E402
-from charts.looks import COLOURS  # noqa: E402
-from experiments import EXPERIMENTS, OF_SCENES  # noqa: E402
-from found import load  # noqa: E402
-from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures  # noqa: E402
-from page import write_page  # noqa: E402
-from page_pictures import Pictures  # noqa: E402
-from presets import PRESETS, SEEDS  # noqa: E402
-from scene_work import REPOSITORY, SceneWork  # noqa: E402
-from steps import Failed, provenance, read_json, run_as_program, write_whole  # noqa: E402
-from tables import write_tables  # noqa: E402
-
-
-def names_of(known):
-    def chosen(text):
-        names = text.split(",")
-        for name in names:
-            if name not in known:
-                raise argparse.ArgumentTypeError(f"expected some of {', '.join(known)}, found '{name}'")
-        return names
-    return chosen
-
-
-def arguments():
-    parser = argparse.ArgumentParser(prog="equistream study", description=__doc__.splitlines()[0],
-                                     epilog="example: equistream study --preset smoke --out study-out")
-    parser.add_argument("--preset", choices=PRESETS, default="smoke",
-                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
-    parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
-    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved and related of smoke")
-    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
-    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
-    parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
-    parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that --plan listed in the folder of --out, and nothing else")
-    parser.add_argument("--measured", type=pathlib.Path, default=REPOSITORY / "docs/results/study", help="results that --plan tells times from; default: the committed ones")
-    parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
-                        help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
-    parser.add_argument("--again", action="store_true", help="measure what is there already, too")
-    parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
-    return parser.parse_args()
+import charts.accuracy
+import charts.latency
+import charts.moved
+import charts.paper
+import charts.parity
+import charts.parsimony
+import charts.related
+import charts.stability
+import charts.where
+import plan
+from charts.looks import COLOURS
+from experiments import EXPERIMENTS
+from found import load
+from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures
+from page import write_page
+from page_pictures import Pictures
+from presets import OF_SCENES, PRESETS, SEEDS
+from scene_work import REPOSITORY, SceneWork
+from steps import Failed, provenance, read_json, write_whole
+from tables import write_tables
 
 
 def settings(preset):
@@ -143,11 +103,3 @@ class Study:
         systems = load(self.options.out, "systems")
         for scene in all_pictures(self.options.out, systems):
             write_page(systems[scene], COLOURS, self.options.out / f"{scene}.html")
-
-
-def main():
-    Study(arguments()).run()
-
-
-if __name__ == "__main__":
-    run_as_program(main)

@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""The study: every method on every scene, speed against accuracy, and where each breaks.
+
+    equistream study [--preset smoke|small|paper] [--scenes A,B] [--experiments A,B] --out DIR
+
+Each experiment of each scene leaves DIR/EXPERIMENT/SCENE.json; what is there already is not measured again (--again), and what was interrupted goes on
+where it stopped. Renders, streams and views stay in the work folder. In the end charts and a page for each scene are drawn from what DIR holds.
+"""
+
+import argparse
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from needed import expect_packages  # noqa: E402
+from presets import EXPERIMENTS, PRESETS  # noqa: E402
+from steps import RESULTS, run_as_program  # noqa: E402
+
+
+def names_of(known):
+    def chosen(text):
+        names = text.split(",")
+        for name in names:
+            if name not in known:
+                raise argparse.ArgumentTypeError(f"expected some of {', '.join(known)}, found '{name}'")
+        return names
+    return chosen
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="equistream study", description=__doc__.splitlines()[0],
+                                     epilog="example: equistream study --preset smoke --out study-out")
+    parser.add_argument("--preset", choices=PRESETS, default="smoke",
+                        help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
+    parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")
+    parser.add_argument("--experiments", type=names_of(EXPERIMENTS), help=f"a comma-separated list of {', '.join(EXPERIMENTS)}; default: the preset's, all but where, moved and related of smoke")
+    parser.add_argument("--out", type=pathlib.Path, required=True, help="folder for EXPERIMENT/SCENE.json, charts and pages")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders, streams and views; default: DIR/work")
+    parser.add_argument("--plan", action="store_true", help="measure nothing: write job arrays for Slurm and the Open Job Description, and tell what they would take")
+    parser.add_argument("--job", type=int, metavar="N", help="one of the render jobs that --plan listed in the folder of --out, and nothing else")
+    parser.add_argument("--measured", type=pathlib.Path, default=RESULTS, help="results that --plan tells times from; default: the repository's")
+    parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
+                        help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
+    parser.add_argument("--again", action="store_true", help="measure what is there already, too")
+    parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def main():
+    options = arguments()
+    expect_packages("study")
+    from study_run import Study  # what needs these packages
+    Study(options).run()
+
+
+if __name__ == "__main__":
+    run_as_program(main, "equistream study")
