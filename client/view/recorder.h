@@ -1,5 +1,5 @@
 #pragma once
-/// What a viewer keeps: single pictures, the view as numbered pictures, and the head's path as CSV (docs/guide.md,
+/// What a viewer keeps: single pictures, the view as numbered pictures, and the head's path as CSV (docs/scenes.md,
 /// "Paths"), which play and render take. Nothing that is there is written over: names count up.
 #include <equistream/camera.h>
 #include <equistream/image.h>

@@ -1,5 +1,6 @@
 #pragma once
-/// Which method and whose depth a run uses, from what was asked for and what there is (docs/guide.md, "Play it").
+/// Which method and whose depth a run uses, from what was asked for and what there is (docs/guide/play.md, "Which
+/// method").
 #include "plan.h"
 #include "settings.h"
 

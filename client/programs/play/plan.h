@@ -1,5 +1,5 @@
 #pragma once
-/// Ways to play a frame, for `--method auto` (docs/guide.md, "Choosing by time").
+/// Ways to play a frame, for `--method auto` (docs/guide/play.md, "Which method").
 #include <equistream/stream.h>
 #include <equistream_client/engine.h>
 

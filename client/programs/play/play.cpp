@@ -167,7 +167,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "that a live one makes each frame for where the head will be then");
     app.add_option(
         "--method", settings.method,
-        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide.md says "
+        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide/play.md "
+        "says "
         "what each is for); default: surface where the eyes' depth is known, mesh where the source's alone is, else "
         "sphere");
     app.add_option(
@@ -189,7 +190,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
     app.add_option("--fill", settings.fill,
                    "Rungs in order, of hidden, patches, earlier, small, small-wide, geometry, pushpull and spread "
-                   "(docs/guide.md); those "
+                   "(docs/guide/play.md); those "
                    "with nothing to fill from are passed over; or none")
         ->capture_default_str();
     app.add_option(

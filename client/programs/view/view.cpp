@@ -210,7 +210,7 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
     app.add_option("--out", settings.out, "Folder for pictures, recordings and paths")->capture_default_str();
-    app.add_flag("--json", arguments->json, "Print figures as JSON at the end (docs/guide.md)");
+    app.add_flag("--json", arguments->json, "Print figures as JSON at the end (docs/guide/view.md)");
     app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
     return [arguments, &app] { run(*arguments, app); };
 }

@@ -20,7 +20,7 @@ AnyPicture = Union[Frame, FeedPicture, Picture]
 AnySource = Union[AnyPicture, FeedFrame]
 
 METHODS: tuple[str, ...] = tuple(_core.METHODS)
-"""The names that Reprojector takes; docs/guide.md says what each is for."""
+"""The names that Reprojector takes; docs/guide/play.md says what each is for."""
 
 FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
 """The rungs of the fill ladder, in the order in which they are best run."""
