@@ -147,7 +147,7 @@ def shift(found):
         for run, entry in [(run, entry) for run in result["runs"] for entry in run["engines"]]:
             coloured, smooth, sampled = entry["coloured"], entry["smooth"], entry["sampled"]
             eyes = f"{run['n']['eyes']} of {run['size']}" + (", the client's model" if "model" in run else "")
-            rows.append([scene, eyes, entry["engine"], of(coloured, entry["pixels"]), share(coloured, 2), of(smooth, coloured["pixels"]), share(smooth),
+            rows.append([scene, eyes, results.ENGINES.get(entry["engine"], entry["engine"]), of(coloured, entry["pixels"]), share(coloured, 2), of(smooth, coloured["pixels"]), share(smooth),
                          share(entry.get("added", {})), of(sampled, coloured["pixels"]), share(sampled), share(sampled, within="within_twice_budget"),
                          cell(sampled["p999_px"], 3) if sampled["pixels"] else "-"])
     return table(["scene", "eyes", "engine", "coloured %", "within e, %", "of the coloured smooth %", "within e, %", "added within e, %",

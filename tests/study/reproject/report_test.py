@@ -90,7 +90,7 @@ class Tables(unittest.TestCase):
         runs = [{"run": "eyes", "size": "8x4", "n": {"eyes": 3}, "engines": [engine]},
                 {"run": "eyes, the client's model", "size": "8x4", "n": {"eyes": 2}, "model": {}, "engines": [engine]}]
         text = report.shift({"scene": {"runs": runs}})
-        self.assertEqual(row_of(text, "scene | 3 of 8x4")[2:], ["surface", "50.0", "50.00", "50.0", "75.000", "87.500", "0.0", "-", "-", "-"])
+        self.assertEqual(row_of(text, "scene | 3 of 8x4")[2:], ["eye-depth", "50.0", "50.00", "50.0", "75.000", "87.500", "0.0", "-", "-", "-"])
         self.assertIn("2 of 8x4, the client's model", text)
 
     def test_the_worst_pixels_are_noise_free_where_all_systems_have_them(self):

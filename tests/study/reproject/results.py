@@ -13,14 +13,14 @@ SCENES = ("sponza-crytek", "sibenik", "voxel-city", "kitchen", "san-miguel")
 EYES = ("left", "right")
 SCALES = ("linear", "display")
 NAMES = {
-    "sphere": "rotation only", "lean": "leaning without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
-    "mesh-plain": "plain mesh of every cell", "surface": "surface", "paper": "the paper's method", "ours": "ours: surface, the whole ladder",
+    "sphere": "rotation only", "lean": "proxy sphere, without depth", "splat": "splat", "gather": "gather", "mesh": "mesh, cut and adaptive",
+    "mesh-plain": "plain mesh of every cell", "surface": "eye-depth", "paper": "the paper's method", "ours": "ours: eye-depth, the whole fill chain",
     "ours-left": "ours, with the sphere at the left eye",
     "paper-gaps": "the paper's method, mirrors as gaps", "paper-images": "the paper's method, mirrors by images",
     "ours-gaps": "ours, mirrors as gaps", "ours-surface": "ours, mirrors on their surface",
     "ours-left-gaps": "ours, with the sphere at the left eye, mirrors as gaps",
     "ours-left-surface": "ours, with the sphere at the left eye, mirrors on their surface",
-    "surface-3840": "surface, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
+    "surface-3840": "eye-depth, 3,840 wide", "gather-3840": "gather, 3,840 wide", "mesh-3840": "mesh, 3,840 wide", "sphere-3840": "rotation only, 3,840 wide",
     "splat-3840": "splat, 3,840 wide", "mesh-plain-3840": "plain mesh of every cell, 3,840 wide", "paper-3840": "the paper's method, 3,840 wide",
     "paper-coded": "the paper's method, coded", "paper-gaps-coded": "the paper's method, coded, mirrors as gaps", "ours-coded-none": "ours, coded, no track for gaps",
     "ours-coded-small": "ours, coded, small stream", "ours-coded-hidden": "ours, coded, hidden layer", "ours-coded-patches": "ours, coded, patches",
@@ -29,9 +29,12 @@ NAMES = {
     "ours-left-coded-patches": "ours at the left eye, coded, patches",
 }
 
+# Engines whose results were measured under another name.
+ENGINES = {"surface": "eye-depth", "sphere": "rotation", "lean": "proxy-sphere"}
+
 CODED = [name for name in NAMES if "-coded" in name]
 
-# Who -> what becomes of mirrors and glass (`play --mirrors`) -> the system. The paper's sphere does not tell of any.
+# Who -> what becomes of mirrors and glass (`play --mirrors`) -> the system. The paper's sphere has no reflection data.
 MIRRORS = {"paper": {"surface": "paper", "gaps": "paper-gaps", "images": "paper-images"},
            "ours": {"surface": "ours-surface", "gaps": "ours-gaps", "images": "ours"},
            "ours-left": {"surface": "ours-left-surface", "gaps": "ours-left-gaps", "images": "ours-left"}}
