@@ -164,6 +164,8 @@ private:
         if (!settings_.path.empty()) {
             plan_.path = read_path_csv(settings_.path);
             say(settings_.path.string(), std::to_string(plan_.path.keys().size()) + " poses of the head", "--path");
+            if (const std::string note = clock_note(plan_.path, settings_.path.string()); !note.empty())
+                plan_.notes.push_back(note);
             return;
         }
         if (!file().world_to_camera()) {

@@ -16,8 +16,10 @@ void SequenceRenderer::run() {
         std::fprintf(stderr, "equistream render: %lld of %lld frames are finished and kept\n",
                      static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
     const auto start = Clock::now();
-    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index)
+    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
+        require_uninterrupted();
         render_index(index);
+    }
     start_writing();
     finish_writing();
     report_.render_s = seconds_since(start);
@@ -30,14 +32,22 @@ std::int64_t SequenceRenderer::frames_in_all() const {
 
 std::uint64_t SequenceRenderer::count_paths() {
     std::uint64_t paths = 0;
-    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index)
+    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
+        require_uninterrupted();
         for (const Stream& stream : job_.streams)
             if (es_sequence_has_frame(stream.sequence.get(), index))
                 ++report_.frames_kept;
             else if (stream.settings.layer == ES_LAYER_FIRST && !stream.settings.patches)
                 // how little of the others there is shows when they are rendered
                 paths += stream.settings.pixels() * job_.options.spp;
+    }
     return paths;
+}
+
+void SequenceRenderer::require_uninterrupted() const {
+    if (job_.interrupted)
+        throw WorkError("interrupted: " + std::to_string(report_.frames_rendered + report_.frames_kept) + " of " +
+                        std::to_string(frames_in_all()) + " frames are finished; the same command goes on there");
 }
 
 void SequenceRenderer::render_index(std::int64_t index) {
@@ -68,9 +78,7 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     start_writing();
     host_.render(task);
     finish_writing();
-    if (job_.interrupted)
-        throw WorkError("interrupted: " + std::to_string(report_.frames_rendered + report_.frames_kept) + " of " +
-                        std::to_string(frames_in_all()) + " frames are finished; the same command goes on there");
+    require_uninterrupted();
     rendered_ = std::move(frame);
     note_ = stream.settings.name + " frame " + std::to_string(index);
 }

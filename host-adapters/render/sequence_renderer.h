@@ -29,6 +29,7 @@ public:
 private:
     std::int64_t frames_in_all() const;
     std::uint64_t count_paths();
+    void require_uninterrupted() const;
     void render_index(std::int64_t index);
     void render_frame(const Stream& stream, std::int64_t index);
     std::vector<PatchAtlas::Slot> plan(const Stream& stream, const FrameTask& task);

@@ -3,6 +3,7 @@
 #include <equistream/error.h>
 
 #include <cmath>
+#include <cstdio>
 
 namespace equistream::render_command {
 
@@ -12,11 +13,24 @@ FrameTimes Timeline::times(std::int64_t index) const {
     return {index, time_s(previous), time_s(index), time_s(next)};
 }
 
+namespace {
+
+void note_clock(const PosePath& path, const std::string& name) {
+    const std::string note = clock_note(path, name);
+    if (!note.empty())
+        std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
+}
+
+}  // namespace
+
 Timeline make_timeline(const RenderOptions& options, const SceneDescription& scene) {
     Timeline t;
     t.path = options.path.empty() ? scene.camera_path : read_path_csv(options.path);
     if (t.path.empty())
         throw InputError(expected_found(scene.file.string(), "a camera path (or --path)", "none"));
+    note_clock(t.path, options.path.empty() ? "the camera path of " + scene.file.string() : options.path.string());
+    for (const MovingObject& moving : scene.moving)
+        note_clock(moving.path, "the path of " + moving.object);
     t.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
     // The small term keeps a last key that falls on a frame from being lost to rounding.
     t.path_frames = static_cast<std::int64_t>(std::floor(t.path.duration_s() * t.frames_per_second + 1e-6)) + 1;

@@ -4,6 +4,7 @@
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/pose_limits.h>
 #include <equistream/sequence.h>
 
@@ -20,6 +21,8 @@ namespace equistream {
 namespace {
 
 constexpr std::uint64_t csv_size_limit = 64 << 20;
+/// Epoch seconds beyond this (the year 2286) are milliseconds or finer.
+constexpr double max_epoch_s = 1e10;
 constexpr std::array<const char*, 8> columns{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
 
 bool finite(const PosePath::Key& key) {
@@ -98,6 +101,33 @@ PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std:
     }
 }
 
+PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& where) {
+    PosePath path(std::move(keys), where);
+    if (path.empty())
+        return path;
+    const double first_s = path.keys_.front().time_s, last_s = path.keys_.back().time_s;
+    const std::string expected = "times in seconds that span a day (86400 s) at most";
+    if (!(std::abs(first_s) <= max_epoch_s && std::abs(last_s) <= max_epoch_s))
+        throw InputError(expected_found(
+            where, expected,
+            formatted("%.17g: milliseconds or nanoseconds?", std::abs(last_s) > max_epoch_s ? last_s : first_s)));
+    if (last_s < 0 || first_s > max_path_s) {
+        path.clock_start_s_ = first_s;
+        // Doubles of epoch seconds are 0.24 us apart: a last key must not miss its frame for that.
+        for (Key& key : path.keys_)
+            key.time_s = std::round((key.time_s - first_s) * 1e6) / 1e6;
+    }
+    if (path.duration_s() > max_path_s)
+        throw InputError(expected_found(where, expected, formatted("times from %.17g to %.17g", first_s, last_s)));
+    return path;
+}
+
+std::string clock_note(const PosePath& path, const std::string& name) {
+    if (path.clock_start_s() == 0)
+        return "";
+    return formatted("%s begins at %.17g s; its times count from its first sample", name.c_str(), path.clock_start_s());
+}
+
 Pose PosePath::at(double time_s) const {
     assert(!keys_.empty());
     if (!(time_s > keys_.front().time_s))
@@ -142,7 +172,7 @@ PosePath read_path_csv(const std::filesystem::path& file) {
     }
     if (keys.empty())
         throw InputError(expected_found(file.string(), "at least one key", "none"));
-    return PosePath(std::move(keys), file.string());
+    return PosePath::on_frame_clock(std::move(keys), file.string());
 }
 
 void write_path_csv(const std::filesystem::path& file, const PosePath& path) {

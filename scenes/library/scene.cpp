@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <unordered_set>
 
 namespace equistream {
 
@@ -101,7 +102,7 @@ PosePath read_path(const JsonReader& json, const fs::path& folder, ContentHash& 
     }
     if (keys.empty())
         json["keys"].fail("at least one key");
-    return PosePath(std::move(keys), json["keys"].where());
+    return PosePath::on_frame_clock(std::move(keys), json["keys"].where());
 }
 
 /// A large file that a description shares with others: the model, the sky's image.
@@ -157,6 +158,13 @@ double read_unit(const JsonReader& json) {
     return unit_m;
 }
 
+double read_frames_per_second(const JsonReader& json) {
+    const double rate = json.number_above(0);
+    if (rate > 1000)
+        json.fail("a number of at most 1000");
+    return rate;
+}
+
 std::string read_fingerprint(const JsonReader& json) {
     std::string text = json.text();
     if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
@@ -175,14 +183,14 @@ std::string read_name(const JsonReader& json, const fs::path& file) {
 
 std::vector<MovingObject> read_moving(const JsonReader& json, const fs::path& folder, ContentHash& hash) {
     std::vector<MovingObject> moving;
+    std::unordered_set<std::string> names;
     for (const JsonReader& item : json.array()) {
         item.accept_keys({"object", "keys", "path"});
         MovingObject object;
         object.object = item["object"].text();
         object.path = read_path(item, folder, hash);
-        for (const MovingObject& other : moving)
-            if (other.object == object.object)
-                item["object"].fail("each object once");
+        if (!names.insert(object.object).second)
+            item["object"].fail("each object once");
         moving.push_back(std::move(object));
     }
     return moving;
@@ -217,7 +225,7 @@ SceneDescription load_scene(const fs::path& file) {
     if (json.has("exposure"))
         scene.exposure = json["exposure"].number_above(0);
     if (json.has("frames_per_second"))
-        scene.frames_per_second = json["frames_per_second"].number_above(0);
+        scene.frames_per_second = read_frames_per_second(json["frames_per_second"]);
     if (json.has("moving"))
         scene.moving = read_moving(json["moving"], folder, hash);
     scene.model = find_file(json["model"], folder, "model");

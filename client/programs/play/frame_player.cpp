@@ -72,6 +72,8 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     if (scene_ && first.posed)
         check_scene(first.main.info, report);
     check_size(first);
+    if (const std::string note = clock_note(head_path_, settings_.head); !note.empty())
+        report.notes.push_back(note);
     const DepthOffer offered = offer(first);
     DepthChoice choice = choose_depth(settings_, offered);
     std::ranges::move(choice.notes, std::back_inserter(report.notes));

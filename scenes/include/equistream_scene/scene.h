@@ -12,6 +12,9 @@
 
 namespace equistream {
 
+/// The longest path, a day: more is a slip of the unit, as of nanoseconds taken for seconds.
+inline constexpr double max_path_s = 86400;
+
 /// Poses over time: linear in position, slerp in orientation, held before the first and after the last key.
 class PosePath {
 public:
@@ -22,18 +25,27 @@ public:
     PosePath() = default;
     /// Keys must ascend strictly in time and be finite; throws InputError with `where` otherwise.
     PosePath(std::vector<Key> keys, const std::string& where);
+    /// Of keys on any clock in seconds. Frames begin at time 0: where every key is before it or more than max_path_s
+    /// after it (epoch seconds), times count from the first key. Throws InputError for longer paths and other units.
+    static PosePath on_frame_clock(std::vector<Key> keys, const std::string& where);
 
     bool empty() const { return keys_.empty(); }
     double duration_s() const { return keys_.empty() ? 0 : keys_.back().time_s; }
     Pose at(double time_s) const;
     const std::vector<Key>& keys() const { return keys_; }
+    /// What on_frame_clock subtracted from all times; 0 where they are as they were.
+    double clock_start_s() const { return clock_start_s_; }
 
 private:
     std::vector<Key> keys_;
+    double clock_start_s_ = 0;
 };
 
-/// CSV: time_s, position x y z in metres, orientation quaternion w x y z; a header line is allowed. Errors carry
-/// file:line.
+/// One sentence for the user where a path's times count from its first key; else empty.
+std::string clock_note(const PosePath& path, const std::string& name);
+
+/// CSV: time_s, position x y z in metres, orientation quaternion w x y z; a header line is allowed. Times are put on
+/// the frames' clock. Errors carry file:line.
 PosePath read_path_csv(const std::filesystem::path& file);
 void write_path_csv(const std::filesystem::path& file, const PosePath& path);
 

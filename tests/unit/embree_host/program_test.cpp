@@ -262,6 +262,54 @@ TEST_F(RenderProgram, AnInterruptLeavesWholeFramesOnly) {
     }
 }
 
+TEST_F(RenderProgram, APathInEpochSecondsBeginsAtItsFirstSample) {
+    const auto path = [this](const char* name, const std::string& first, const std::string& last) {
+        std::ofstream(folder_ / name) << first << ",1,0,0,1,0,0,0\n" << last << ",2,0,0,1,0,0,0\n";
+        return "--aovs none --path " + (folder_ / name).string() + " ";
+    };
+    const Outcome epoch = run(path("epoch.csv", "1763958000", "1763958000.1") + out("epoch"));
+    ASSERT_EQ(epoch.exit_code, 0) << epoch.error;
+    EXPECT_NE(epoch.error.find("note: " + (folder_ / "epoch.csv").string() + " begins at 1763958000 s; its times"),
+              std::string::npos)
+        << epoch.error;
+    EXPECT_EQ(list_frames(folder_ / "epoch/centre").size(), 4u);
+    EXPECT_EQ(read_exr_info(folder_ / "epoch/centre/frame.0003.exr").head.position_m.x, 2);
+    const Outcome ns = run(path("ns.csv", "1763958000000000000", "1763958000100000000") + out("ns"));
+    EXPECT_EQ(ns.exit_code, 2);
+    EXPECT_NE(ns.error.find("ns.csv: expected times in seconds"), std::string::npos) << ns.error;
+}
+
+TEST_F(RenderProgram, ALongPathCanBeInterruptedBeforeItsFirstFrame) {
+    std::ofstream(folder_ / "day.csv") << "0,0,0,0,1,0,0,0\n86400,1,0,0,1,0,0,0\n";
+    const pid_t child = fork();
+    if (child == 0) {
+        const std::string line =
+            "exec " +
+            command("--spp 1 --size 32x16 --fps 1000 --path " + (folder_ / "day.csv").string() + " " + out("day")) +
+            " >/dev/null 2>" + (folder_ / "day.txt").string();
+        execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+        _exit(127);
+    }
+    for (int i = 0; i < 600 && !fs::exists(folder_ / "day/centre"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    kill(child, SIGTERM);
+    int status = 0;
+    pid_t ended = 0;
+    for (int i = 0; i < 100 && ended == 0; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        ended = waitpid(child, &status, WNOHANG);
+    }
+    if (ended == 0) {
+        kill(child, SIGKILL);
+        waitpid(child, &status, 0);
+    }
+    ASSERT_TRUE(WIFEXITED(status)) << "10 seconds after SIGTERM";
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+    EXPECT_NE(text_of(folder_ / "day.txt").find("interrupted: 0 of 86400001 frames"), std::string::npos)
+        << text_of(folder_ / "day.txt");
+}
+
 TEST_F(RenderProgram, BadUsageIsOneLineAndExitTwo) {
     for (const char* bad :
          {"--frames 5-3", "--frames 0-99999", "--frames x", "--size 0x4", "--spp 0", "--eye top", "--host mitsuba",

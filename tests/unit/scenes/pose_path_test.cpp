@@ -96,6 +96,34 @@ TEST_F(PosePathTest, CsvErrorsNameTheLine) {
     expect_contains(input_error([&] { read_path_csv(folder_ / "none.csv"); }), "no such file");
 }
 
+TEST_F(PosePathTest, EpochSecondsCountFromTheFirstSample) {
+    const PosePath path =
+        read_path_csv(write("epoch.csv", "1763958000.25,0,0,0,1,0,0,0\n1763958002.25,4,0,0,1,0,0,0\n"));
+    EXPECT_EQ(path.clock_start_s(), 1763958000.25);
+    EXPECT_EQ(path.duration_s(), 2);
+    EXPECT_EQ(path.at(1).position_m.x, 2);
+    EXPECT_EQ(clock_note(path, "epoch.csv"),
+              "epoch.csv begins at 1763958000.25 s; its times count from its first sample");
+    const PosePath before = read_path_csv(write("before.csv", "-3,0,0,0,1,0,0,0\n-1,4,0,0,1,0,0,0\n"));
+    EXPECT_EQ(before.duration_s(), 2) << "no frame is before time 0";
+    const PosePath own = read_path_csv(write("own.csv", "-1,0,0,0,1,0,0,0\n3,4,0,0,1,0,0,0\n"));
+    EXPECT_EQ(own.duration_s(), 3);
+    EXPECT_EQ(clock_note(own, "own.csv"), "");
+}
+
+TEST_F(PosePathTest, RefusesUnitsThatAreNotSeconds) {
+    const auto error = [this](const std::string& first, const std::string& last) {
+        const std::string rest = ",0,0,0,1,0,0,0\n";
+        const std::filesystem::path file = write("unit.csv", first + rest + last + rest);
+        return input_error([&] { read_path_csv(file); });
+    };
+    const std::string expected = "unit.csv: expected times in seconds that span a day (86400 s) at most, found ";
+    expect_contains(error("1763958000000000000", "1763958002000000000"), expected + "1.763958002e+18: millisec");
+    expect_contains(error("1763958000000", "1763958002000"), expected + "1763958002000: millisec");
+    expect_contains(error("0", "2000000000"), expected + "times from 0 to 2000000000");
+    expect_contains(error("-9e300", "0"), expected);
+}
+
 TEST(PosePath, AnotherPathHasAnotherFingerprint) {
     const std::vector<PosePath::Key> keys{{0, {{1, 2, 3}, {1, 0, 0, 0}}}, {1, {{1, 2, 4}, {1, 0, 0, 0}}}};
     const std::string whole = path_fingerprint(PosePath(keys, "test"));
