@@ -3,7 +3,7 @@
 #include "png_bytes.h"
 #include "temporary_folder.h"
 
-#include <equistream_scene/model.h>
+#include <equistream_scene/scene.h>
 
 #include <random>
 
@@ -102,6 +102,26 @@ TEST_F(HostileModelTest, NotFinite) {
     builder = GltfBuilder::triangle();
     builder.json["nodes"][0]["translation"] = {1e300, 0, 0};
     expect_contains(refusal(builder), "finite");
+}
+
+TEST_F(HostileModelTest, BeyondTheLimitOfCoordinates) {
+    const auto vertex_at = [](float x) {
+        GltfBuilder builder = GltfBuilder::triangle();
+        std::memcpy(builder.buffer.data(), &x, 4);
+        return builder;
+    };
+    EXPECT_NO_THROW(load_model(write("far.glb", vertex_at(1e9f).glb())));
+    expect_contains(refusal(vertex_at(1e19f)), "coordinates from -1e9 to 1e9, found (1e+19, ");
+    expect_contains(refusal(vertex_at(-1.1e9f)), "coordinates from -1e9 to 1e9, found (-1.1e+09, ");
+    GltfBuilder placed = vertex_at(1e5f);
+    placed.json["nodes"][0]["scale"] = {1e5, 1, 1};
+    expect_contains(refusal(placed), "in metres: expected coordinates from -1e9 to 1e9, found (1e+10, ");
+    placed.json["nodes"][0]["scale"] = {1e3, 1, 1};
+    SceneDescription scene;
+    scene.model = write("unit.glb", placed.glb());
+    EXPECT_NO_THROW(load_model(scene));
+    scene.model_unit_m = 100;
+    expect_contains(input_error([&] { load_model(scene); }), "in metres: expected coordinates from -1e9 to 1e9");
 }
 
 TEST_F(HostileModelTest, UnknownRequiredExtension) {
