@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <unordered_map>
 
 namespace equistream {
 
@@ -75,12 +76,11 @@ public:
     bool end_array() override { return close(); }
 
     bool key(string_t& value) override {
-        std::vector<JsonMember>& members = open_.back()->members;
-        for (const JsonMember& member : members)
-            if (member.key == value)
-                throw InputError(expected_found(place(), "each key once",
-                                                "\"" + value + "\" again after line " + std::to_string(member.line)));
-        members.push_back({value, line(), {}});
+        const auto [first, is_new] = keys_.back().emplace(value, line());
+        if (!is_new)
+            throw InputError(expected_found(place(), "each key once",
+                                            "\"" + value + "\" again after line " + std::to_string(first->second)));
+        open_.back()->members.push_back({value, line(), {}});
         return true;
     }
 
@@ -127,10 +127,12 @@ private:
             throw InputError(
                 expected_found(place(), "at most " + std::to_string(nesting_limit) + " levels of nesting", "more"));
         open_.push_back(add(kind));
+        keys_.emplace_back();
         return true;
     }
     bool close() {
         open_.pop_back();
+        keys_.pop_back();
         return true;
     }
 
@@ -142,6 +144,7 @@ private:
     JsonValue root_;
     /// Pointers stay good: a parent's lists do not grow while a child of it is open.
     std::vector<JsonValue*> open_;
+    std::vector<std::unordered_map<std::string, int>> keys_;  ///< of each in open_, with their lines
 };
 
 std::string describe(const JsonValue& value) {

@@ -5,8 +5,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <cmath>
-#include <optional>
+#include <string_view>
 #include <unordered_map>
+#include <vector>
 
 namespace equistream {
 
@@ -22,33 +23,51 @@ glm::dvec3 scale_of(const glm::dmat4& m) {
 
 /// For each moving entry the object it names.
 std::unordered_map<std::uint32_t, std::size_t> moving_objects(const SceneModel& model, const SceneDescription& scene) {
+    std::unordered_map<std::string_view, std::vector<std::uint32_t>> named;
+    for (const MovingObject& moving : scene.moving)
+        named[moving.object];
+    for (std::uint32_t object = 0; object < model.objects.size(); ++object)
+        if (const auto entry = named.find(model.objects[object].name); entry != named.end())
+            entry->second.push_back(object);
     std::unordered_map<std::uint32_t, std::size_t> entry_of_object;
     for (std::size_t entry = 0; entry < scene.moving.size(); ++entry) {
         const std::string& name = scene.moving[entry].object;
-        std::optional<std::uint32_t> found;
-        for (std::uint32_t object = 0; object < model.objects.size(); ++object)
-            if (model.objects[object].name == name) {
-                if (found)
-                    throw InputError(
-                        expected_found(scene.file.string(), "one node named \"" + name + "\" in the model", "several"));
-                found = object;
-            }
-        if (!found)
-            throw InputError(expected_found(scene.file.string(), "a node named \"" + name + "\" in the model", "none"));
-        if (!std::isnormal(glm::determinant(glm::mat3(model.objects[*found].world_from_object))))
+        const std::vector<std::uint32_t>& found = named[name];
+        if (found.size() != 1)
+            throw InputError(expected_found(scene.file.string(), "one node named \"" + name + "\" in the model",
+                                            found.empty() ? "none" : "several"));
+        if (!std::isnormal(glm::determinant(glm::mat3(model.objects[found.front()].world_from_object))))
             throw InputError(expected_found(scene.file.string(), "a node of some volume to move", "\"" + name + "\""));
-        entry_of_object[*found] = entry;
+        entry_of_object[found.front()] = entry;
     }
     return entry_of_object;
 }
 
-/// The nearest of an object and its parents that moves by itself; no_index if none does.
-std::uint32_t mover_of(const SceneModel& model, std::uint32_t object,
-                       const std::unordered_map<std::uint32_t, std::size_t>& moving) {
-    for (int o = static_cast<int>(object); o >= 0; o = model.objects[static_cast<std::size_t>(o)].parent)
-        if (moving.contains(static_cast<std::uint32_t>(o)))
-            return static_cast<std::uint32_t>(o);
-    return no_index;
+/// For each object the nearest of it and its parents that moves by itself; no_index where none does.
+std::vector<std::uint32_t> movers(const SceneModel& model,
+                                  const std::unordered_map<std::uint32_t, std::size_t>& moving) {
+    constexpr std::uint32_t unknown = no_index - 1;
+    std::vector<std::uint32_t> mover_of_object(model.objects.size(), unknown);
+    std::vector<std::uint32_t> chain;  // up to an object whose mover is known
+    for (std::uint32_t object = 0; object < model.objects.size(); ++object) {
+        std::uint32_t mover = no_index;
+        for (int o = static_cast<int>(object); o >= 0; o = model.objects[static_cast<std::size_t>(o)].parent) {
+            const auto index = static_cast<std::uint32_t>(o);
+            if (mover_of_object[index] != unknown) {
+                mover = mover_of_object[index];
+                break;
+            }
+            chain.push_back(index);
+            if (moving.contains(index)) {
+                mover = index;
+                break;
+            }
+        }
+        for (const std::uint32_t one : chain)
+            mover_of_object[one] = mover;
+        chain.clear();
+    }
+    return mover_of_object;
 }
 
 }  // namespace
@@ -58,25 +77,27 @@ std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const 
     std::vector<std::uint32_t> instances;
     if (moving.empty())
         return instances;
+    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
     for (std::uint32_t i = 0; i < model.instances.size(); ++i)
-        if (mover_of(model, model.instances[i].object, moving) != no_index)
+        if (mover_of_object[model.instances[i].object] != no_index)
             instances.push_back(i);
     return instances;
 }
 
 MovedInstances::MovedInstances(const SceneModel& model, const SceneDescription& scene) {
     const auto moving = moving_objects(model, scene);
-    std::unordered_map<std::uint32_t, std::size_t> mover_of_object;
+    std::unordered_map<std::uint32_t, std::size_t> place_of_mover;
     for (const auto& [object, entry] : moving) {
         const glm::dmat4 rest(model.objects[object].world_from_object);
-        mover_of_object[object] = movers_.size();
+        place_of_mover[object] = movers_.size();
         movers_.push_back({scene.moving[entry].path, scale_of(rest), glm::inverse(rest)});
     }
+    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
     for (const Instance& instance : model.instances) {
-        const std::uint32_t mover = moving.empty() ? no_index : mover_of(model, instance.object, moving);
+        const std::uint32_t mover = mover_of_object[instance.object];
         if (mover != no_index)
             moving_.push_back(
-                {world_from_object_.size(), mover_of_object[mover], glm::dmat4(instance.world_from_object)});
+                {world_from_object_.size(), place_of_mover[mover], glm::dmat4(instance.world_from_object)});
         world_from_object_.push_back(instance.world_from_object);
     }
 }

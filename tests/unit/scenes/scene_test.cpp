@@ -3,6 +3,8 @@
 
 #include <equistream_scene/scene.h>
 
+#include <equistream/elapsed.h>
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
@@ -95,6 +97,40 @@ TEST_F(SceneTest, UnknownAndRepeatedKeysNameTheirLine) {
     expect_contains(
         key_error(R"({"time_s": 0, "position": [0, 0, 0]})"),
         "scene.json:3: expected one of time_s, position_m, look_at_m, orientation_wxyz, found \"position\"");
+}
+
+TEST_F(SceneTest, ManyKeysTakeNoTime) {
+    std::string text = "{";
+    for (int i = 0; i < 300000; ++i)
+        text += "\"k" + std::to_string(i) + "\":0,";
+    const auto start = Clock::now();
+    expect_contains(error(text + "\"k\":0}"), "found \"k0\"");
+    expect_contains(error(text + "\"k7\":0}"), "expected each key once, found \"k7\" again");
+    EXPECT_LT(seconds_since(start), 10);
+}
+
+TEST_F(SceneTest, ManyPartsOfAMovingObjectTakeNoTime) {
+    SceneModel model;
+    SceneDescription scene;
+    constexpr int count = 50000;  // each the child of the one before
+    for (int i = 0; i < count; ++i) {
+        model.objects.push_back({"node " + std::to_string(i), i - 1, glm::mat4(1)});
+        model.instances.push_back({0, static_cast<std::uint32_t>(i), glm::mat4(1)});
+    }
+    scene.moving = {{"node 1", PosePath({{0, {}}}, "here")}, {"node 40000", PosePath({{0, {{1, 0, 0}}}}, "here")}};
+    const auto start = Clock::now();
+    EXPECT_EQ(find_moving_instances(model, scene).size(), std::size_t{count - 1});
+    const std::vector<glm::mat4> placed = instance_transforms(model, scene, 0);
+    EXPECT_LT(seconds_since(start), 5);
+    EXPECT_EQ(placed[39999][3].x, 0);
+    EXPECT_EQ(placed[40000][3].x, 1);
+    EXPECT_EQ(placed.back()[3].x, 1);
+}
+
+TEST_F(SceneTest, RatesThatNoRenderTakesAreRefused) {
+    const std::string rest =
+        ", \"model\": \"model.glb\", \"camera\": {\"keys\": [{\"time_s\": 0, \"position_m\": [0,0,0]}]}}";
+    expect_contains(error("{\"frames_per_second\": 1e300" + rest), "expected a number of at most 1000 as frames_per");
 }
 
 TEST_F(SceneTest, WrongValuesNameTheirLine) {
