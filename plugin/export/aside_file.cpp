@@ -32,7 +32,7 @@ AsideFile::AsideFile(std::filesystem::path file) : file_(std::move(file)) {
     if (descriptor_ < 0 && errno == EWOULDBLOCK)
         throw WorkError(file_.string() + ": is being written by another process");
     if (descriptor_ < 0)
-        fail("cannot be written", errno);
+        throw WorkError(file_.string() + ": cannot be written: " + lock_problem(aside_, errno));
     if (ftruncate(descriptor_, 0) != 0) {
         const int error_number = errno;
         close(descriptor_);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 
 namespace equistream {
 namespace {
@@ -19,18 +20,25 @@ bool is_locked_elsewhere(int descriptor) {
 bool still_named(int descriptor, const std::filesystem::path& name) {
     struct stat opened {};
     struct stat named {};
-    return fstat(descriptor, &opened) == 0 && stat(name.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+    return fstat(descriptor, &opened) == 0 && lstat(name.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
            opened.st_dev == named.st_dev;
 }
 
 }  // namespace
 
 int open_locked_file(const std::filesystem::path& file, IfMissing if_missing) {
-    const int flags = O_WRONLY | O_CLOEXEC | (if_missing == IfMissing::make ? O_CREAT : 0);
+    // A pipe that nobody reads must not be waited for.
+    const int flags = O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | (if_missing == IfMissing::make ? O_CREAT : 0);
     for (;;) {
         const int descriptor = open(file.c_str(), flags, 0666);
         if (descriptor < 0)
             return -1;
+        struct stat status {};
+        if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+            close(descriptor);
+            errno = EINVAL;
+            return -1;
+        }
         const bool elsewhere = is_locked_elsewhere(descriptor);
         if (!elsewhere && still_named(descriptor, file))
             return descriptor;
@@ -40,6 +48,14 @@ int open_locked_file(const std::filesystem::path& file, IfMissing if_missing) {
             return -1;
         }
     }
+}
+
+std::string lock_problem(const std::filesystem::path& file, int error_number) {
+    if (error_number == ELOOP)
+        return file.string() + ", a symbolic link, there";
+    if (error_number == EINVAL || error_number == ENXIO)
+        return file.string() + ", which is no file, there";
+    return std::strerror(error_number);
 }
 
 FolderLock::FolderLock(const std::filesystem::path& folder)

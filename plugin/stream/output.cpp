@@ -97,7 +97,8 @@ Output::Output(const std::string& target, std::optional<StreamTap> tap) : target
     else
         open_aside();
     if (file_ < 0)
-        throw InputError(expected_found(target_, "a place that can be written", std::strerror(errno)));
+        throw InputError(expected_found(target_, "a place that can be written",
+                                        aside_.empty() ? std::strerror(errno) : lock_problem(aside_, errno)));
     make_io();
 }
 

@@ -102,6 +102,8 @@ AssetFolder::AssetFolder(const fs::path& scene_file, bool overwrite) : folder_(f
     fs::create_directory(aside_, error);
     if (error)
         fail(aside_, error.message());
+    if (!fs::is_directory(fs::symlink_status(aside_)))
+        throw InputError(expected_found(aside_.string(), "a folder of an earlier conversion", "a symbolic link"));
     lock_.emplace(aside_);
     earlier_ = parent / ("." + folder_.filename().string() + ".earlier.aside");
     // Of a run that was killed between two names.

@@ -3,6 +3,8 @@
 #include <equistream/error.h>
 #include <equistream/locks.h>
 
+#include <sys/stat.h>
+
 #include <cerrno>
 
 namespace equistream::testing {
@@ -54,6 +56,22 @@ TEST_F(Locks, unfinished_files_that_are_being_written_stay) {
     EXPECT_TRUE(std::filesystem::exists(folder / ".frame.0001.exr.aside"));
     EXPECT_FALSE(std::filesystem::exists(folder / ".frame.0002.exr.aside"));
     close(writing);
+}
+
+TEST_F(Locks, no_symbolic_link_is_followed_and_no_pipe_waited_for) {
+    put_bytes(folder / "victim", "mine");
+    std::filesystem::create_symlink(folder / "victim", folder / ".a.json.aside");
+    EXPECT_EQ(open_locked_file(folder / ".a.json.aside"), -1);
+    try {
+        write_file_atomically(folder / "a.json", "{}");
+        ADD_FAILURE() << "a symbolic link was followed";
+    } catch (const WorkError& error) {
+        EXPECT_EQ(error.what(), (folder / "a.json").string() + ": cannot be written: " +
+                                    (folder / ".a.json.aside").string() + ", a symbolic link, there");
+    }
+    EXPECT_EQ(file_bytes(folder / "victim"), "mine");
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    EXPECT_EQ(open_locked_file(folder / "pipe"), -1);
 }
 
 }  // namespace

@@ -306,6 +306,21 @@ TEST(StreamFaults, AnEarlierFileStaysUntilTheNewOneIsWhole) {
     EXPECT_GT(bytes_of(file).size(), 1000u);
 }
 
+TEST(StreamFaults, TheUnfinishedFileIsNoSymbolicLink) {
+    synthetic::Folder folder;
+    const std::string file = (folder / "a.mkv").string();
+    put_bytes(folder / "victim", "mine");
+    std::filesystem::create_symlink(folder / "victim", file + ".part");
+    try {
+        StreamWriter writer(file, synthetic::small_stream(Codec::h264, false).settings);
+        ADD_FAILURE() << "a symbolic link was followed";
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.what(),
+                  file + ": expected a place that can be written, found " + file + ".part, a symbolic link, there");
+    }
+    EXPECT_EQ(bytes_of(folder / "victim"), "mine");
+}
+
 TEST(StreamFaults, TwoWritersNeverMixInOneFile) {
     synthetic::Folder folder;
     const std::string file = (folder / "a.mkv").string();
