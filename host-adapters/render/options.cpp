@@ -139,7 +139,7 @@ void add_frame_options(CLI::App& app, Typed& t) {
 
 void add_quality_options(CLI::App& app, Typed& t) {
     app.add_option("--spp", t.options.spp, "Samples per pixel")->check(CLI::Range(1u, 1048576u))->capture_default_str();
-    app.add_option("--seed", t.options.seed, "Other seeds give independent noise")->capture_default_str();
+    cli::add_seed_option(app, t.options.seed, "Other seeds give independent noise");
     app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids,specular,virtual, all or none")
         ->capture_default_str();
 }

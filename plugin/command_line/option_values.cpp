@@ -54,6 +54,20 @@ CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames,
         "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
 }
 
+CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description) {
+    return app
+        .add_option_function<std::string>(
+            "--seed",
+            [&seed](const std::string& text) {
+                if (!read_whole(text, seed))
+                    throw InputError(
+                        expected_found("--seed", "a whole number from 0 to 18446744073709551615", in_quotes(text)));
+            },
+            description)
+        ->type_name("UINT")
+        ->default_str(std::to_string(seed));
+}
+
 std::string quoted_command(int argc, char** argv) {
     const std::string program = argc > 0 ? argv[0] : "";
     std::string command = program.substr(program.rfind('/') + 1);

@@ -4,6 +4,7 @@
 #include <equistream_cli/child_failed.h>
 #include <equistream_cli/program.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -31,6 +32,7 @@ int report(const std::string& name, const std::string& message, int code) {
 int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CLI::App&)>& setup) {
     const std::string& name = text.name;
+    std::signal(SIGXFSZ, SIG_IGN);  // write() then says why
     CLI::App app(text.summary, "equistream " + name);
     app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
     app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)")

@@ -5,6 +5,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_cli/program.h>
 
 #include <unistd.h>
@@ -31,6 +32,8 @@ void require_writable(const std::filesystem::path& file) {
     if (file.extension() != ".json")
         throw InputError(
             expected_found("--out", "a file NAME.json (the geometry goes beside it, NAME.glb)", file.string()));
+    if (!is_utf8(file.filename().string()))
+        throw InputError(expected_found("--out " + file.string(), "a name in UTF-8, as its JSON needs", "other bytes"));
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error) || access(folder.c_str(), W_OK | X_OK) != 0)
@@ -103,7 +106,7 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
     app.add_option("--rays", r.check_rays, "Rays in each round of checking")->capture_default_str();
     app.add_option("--quantile", r.quantile, "Part of the rays that must keep the bound")->capture_default_str();
     app.add_option("--rounds", r.rounds, "Rounds of checking and restoring, at most")->capture_default_str();
-    app.add_option("--seed", r.seed, "Of all random rays")->capture_default_str();
+    cli::add_seed_option(app, r.seed, "Of all random rays");
     app.add_flag("--json", arguments->json, "Print the figures as JSON");
     app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
     return [arguments] { run(*arguments); };

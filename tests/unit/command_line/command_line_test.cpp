@@ -1,10 +1,18 @@
 #include <equistream/error.h>
 #include <equistream_cli/program.h>
+#include <equistream_cli/scratch_folder.h>
 
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <limits>
+#include <sstream>
 #include <vector>
 
 namespace equistream::cli {
@@ -30,6 +38,21 @@ TEST(Frames, ReadsRangesAndSingles) {
 TEST(Frames, RefusesEmptyBackwardAndNegativeRanges) {
     for (const char* bad : {"", "5-4", "-3", "-3-4", "3-", "a-b", "1-2-3", "0-99999999999"})
         EXPECT_THROW(parse_frames(bad), InputError) << bad;
+}
+
+TEST(Seed, IsTakenExactlyOrRefused) {
+    const auto parse = [](std::vector<std::string> words) {
+        CLI::App app;
+        std::uint64_t seed = 1;
+        add_seed_option(app, seed, "A seed");
+        app.parse(words);
+        return seed;
+    };
+    EXPECT_EQ(parse({}), 1u);
+    EXPECT_EQ(parse({"18446744073709551615", "--seed"}), std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(parse({"0", "--seed"}), 0u);
+    for (const char* bad : {"18446744073709551616", "99999999999999999999", "-1", "1e3", "0x10", " 1", "", "1.5"})
+        EXPECT_THROW(parse({bad, "--seed"}), InputError) << bad;
 }
 
 TEST(Progress, RefusesUnknownStyles) {
@@ -103,6 +126,50 @@ TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
     EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
     EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
 }
+
+TEST(Program, AFileBeyondTheLimitOfSizesIsAnErrorAndNotTheEnd) {
+    const auto before = std::signal(SIGXFSZ, SIG_DFL);
+    int n = 0;
+    std::string errors;
+    EXPECT_EQ(run({"p"}, n, errors), exit_done);
+    EXPECT_EQ(std::signal(SIGXFSZ, before), SIG_IGN);
+}
+
+/// The folder that a process makes, fills and leaves to a signal.
+class InterruptedScratch : public testing::TestWithParam<int> {};
+
+TEST_P(InterruptedScratch, IsRemovedAndTheSignalEndsTheProcess) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        const ScratchFolder folder("test"), another("test");
+        std::filesystem::create_directory(folder.path() / "inner");
+        std::ofstream(folder.file("inner/a")) << "bytes";
+        const std::string names = folder.path().string() + "\n" + another.path().string() + "\n";
+        if (write(ends[1], names.data(), names.size()) != static_cast<ssize_t>(names.size()))
+            _exit(1);
+        for (;;)
+            pause();
+    }
+    std::string names;
+    while (std::count(names.begin(), names.end(), '\n') < 2) {
+        char c = 0;
+        ASSERT_EQ(read(ends[0], &c, 1), 1);
+        names += c;
+    }
+    close(ends[0]);
+    close(ends[1]);
+    kill(child, GetParam());
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == GetParam()) << status;
+    std::istringstream lines(names);
+    for (std::string name; std::getline(lines, name);)
+        EXPECT_FALSE(std::filesystem::exists(name)) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptedScratch, testing::Values(SIGINT, SIGTERM, SIGHUP));
 
 }  // namespace
 }  // namespace equistream::cli

@@ -24,7 +24,8 @@ struct ProgramText {
 
 /// Parses, runs and turns exceptions into one line on stderr ("equistream render: ...") and an exit code:
 /// InputError and CLI errors 2, anything else 1. `setup` adds options to the app and returns what to run.
-/// Adds --settings FILE (TOML/INI as CLI11 reads it), --help, --version.
+/// Adds --settings FILE (TOML/INI as CLI11 reads it), --help, --version. A file that grows beyond the limit of its size
+/// (ulimit -f) is an error where it is written, not the end of the process by SIGXFSZ.
 int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CLI::App&)>& setup);
 
@@ -43,6 +44,9 @@ parse_frames(const std::string& text);  ///< "0-149" or "7"; empty, negative or 
 
 /// Adds --frames, which sets `frames` when it is given.
 CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description);
+
+/// Adds --seed: a whole number from 0 to 2^64 - 1, exactly; anything else is refused.
+CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description);
 
 /// The command line as one shell-quoted string, for manifests and reports; the program without its folder.
 std::string quoted_command(int argc, char** argv);

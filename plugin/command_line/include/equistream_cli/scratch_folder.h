@@ -1,5 +1,6 @@
 #pragma once
-/// Where files lie that only this process needs. The folder and all in it go with the object.
+/// Where files lie that only this process needs. The folder and all in it go with the object, or where SIGINT, SIGTERM
+/// or SIGHUP ends the process. A program that handles these signals itself does so before it makes the first folder.
 #include <filesystem>
 #include <string>
 
