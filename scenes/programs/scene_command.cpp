@@ -4,8 +4,10 @@
 #include "summary.h"
 
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream_cli/program.h>
 #include <equistream_generate/generate.h>
+#include <equistream_mitsuba_xml/old_scene.h>
 
 #include <cstdio>
 
@@ -56,7 +58,20 @@ void generate(const GenerateArguments& arguments) {
     print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
 }
 
+/// Of a scene in Mitsuba's XML: what keeps Mitsuba 3 from reading it.
+void info_of_xml(const InfoArguments& arguments) {
+    const std::vector<std::string> changes = mitsuba_xml::changes_for_mitsuba3(arguments.scene);
+    if (arguments.json)
+        return print(json_text(nlohmann::json{{"must_change", changes}}, 2) + "\n");
+    for (const std::string& change : changes)
+        print(change + "\n");
+    print(changes.empty() ? arguments.scene + ": nothing of Mitsuba 0.6; render --host mitsuba renders it\n"
+                          : std::to_string(changes.size()) + " things must change for Mitsuba 3\n");
+}
+
 void info(const InfoArguments& arguments) {
+    if (std::filesystem::path(arguments.scene).extension() == ".xml")
+        return info_of_xml(arguments);
     const SceneDescription scene = load_scene(arguments.scene);
     const SceneModel model = load_model(scene);
     for (const std::string& note : model.notes)
@@ -85,7 +100,10 @@ std::function<void()> set_up(CLI::App& app) {
     generate_command->add_flag("--list", generating->list, "list the scenes and their options");
     CLI::App* info_command = app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
     info_command->footer("Example:\n  equistream scene info scenes/pavilion.json");
-    info_command->add_option("SCENE", informing->scene, "scene description (JSON)")->required();
+    info_command
+        ->add_option("SCENE", informing->scene,
+                     "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
+        ->required();
     info_command->add_flag("--json", informing->json, "as JSON");
     const ConvertCommand converting = add_convert_command(app);
     auto placing = std::make_shared<std::string>();

@@ -1,5 +1,6 @@
 #include "xml_scene.h"
 
+#include "child_process.h"
 #include "geometry_model.h"
 
 #include <equistream/bound.h>
@@ -7,6 +8,8 @@
 #include <equistream/formatted.h>
 #include <equistream/sequence.h>
 #include <equistream_scene/write_glb.h>
+
+#include <nlohmann/json.hpp>
 
 #include <unistd.h>
 
@@ -25,6 +28,26 @@ std::string parameters_text(const HostOptions& host) {
     return text;
 }
 
+/// Mitsuba stops at the first thing that it does not know: of a scene for Mitsuba 0.6 all are said.
+std::unique_ptr<EmbeddedScene> load(const Engine& engine, const SceneRequest& request) {
+    try {
+        return EmbeddedScene::load(engine, request);
+    } catch (const InputError& problem) {
+        std::vector<std::string> changes;
+        try {
+            const std::string answer = run_beside("equistream-scene", {"info", request.xml.string(), "--json"});
+            changes = nlohmann::json::parse(answer).at("must_change").get<std::vector<std::string>>();
+        } catch (const std::exception&) {  // what Mitsuba says is all there is
+        }
+        if (changes.empty())
+            throw;
+        for (const std::string& change : changes)
+            std::fprintf(stderr, "equistream render: note: %s\n", change.c_str());
+        throw InputError(std::string(problem.what()) + "; for Mitsuba 3 " + std::to_string(changes.size()) +
+                         " things must change, listed above");
+    }
+}
+
 constexpr const char* model_name = "scene.glb";
 constexpr const char* description_name = "scene.json";
 
@@ -39,7 +62,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     request.sensors = context.sensors;
     if (context.host.max_bounces)
         request.max_depth = static_cast<int>(*context.host.max_bounces) + 1;
-    scene_ = EmbeddedScene::load(context.engine, request);
+    scene_ = load(context.engine, request);
     const XmlSensor& sensor = scene_->xml_sensor();
     const std::string up = context.host.up == "auto" ? nearest_up(sensor.to_world) : context.host.up;
     if (context.host.up == "auto" && up != "y")

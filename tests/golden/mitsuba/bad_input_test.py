@@ -68,6 +68,14 @@ class BadInput(unittest.TestCase):
     def test_an_unknown_plugin(self):
         self.assert_refused(self.render(scene(PATH, SENSOR, '<shape type="spere"/>')), "spere")
 
+    def test_a_scene_of_mitsuba_06_is_told_all_that_must_change(self):
+        result = self.render('<scene version="0.6.0"><integrator type="bdpt"/>' + BALL.replace("diffuse", "phong") + "\n"
+                             '<texture type="bitmap" id="t"><string name="filterType" value="trilinear"/></texture></scene>')
+        self.assert_refused(result, "scene.xml", "3 things must change")
+        for line, change in ((1, "the integrator path in place of bdpt"), (1, "the bsdf roughplastic in place of phong"),
+                             (2, "the filterType bilinear in place of trilinear")):
+            self.assertIn(f"render: note: {self.root}/scene.xml:{line}: write {change}\n", result.stderr)
+
     def test_an_unknown_parameter(self):
         self.assert_refused(self.render(scene(PATH, SENSOR, BALL), "-D", "nothing=1"), "nothing")
         self.assert_refused(self.render(scene(PATH, SENSOR, BALL), "-D", "nothing"), "name=value")
