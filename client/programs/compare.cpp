@@ -1,6 +1,7 @@
 /// `equistream compare`: scores pictures against the truth.
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream_cli/program.h>
 #include <equistream_compare/comparison_report.h>
@@ -91,7 +92,7 @@ void compare(Arguments& arguments) {
         for (const EyePairs& eye : eyes)
             scores.push_back(compare_eye(eye, arguments.comparison, [&] { progress.set(++done); }));
     }
-    const std::string json = report(arguments, scores).dump(2) + "\n";
+    const std::string json = json_text(report(arguments, scores), 2) + "\n";
     if (!arguments.out.empty())
         write_file_atomically(arguments.out, json);
     if (arguments.json)

@@ -4,6 +4,7 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/sequence.h>
 
 #include <nlohmann/json.hpp>
@@ -58,7 +59,7 @@ Order parse_order(const std::string& line, std::int64_t after) {
 }
 
 void answer(const json& line) {
-    std::printf("%s\n", line.dump().c_str());
+    std::printf("%s\n", json_text(line).c_str());
     if (std::fflush(stdout) != 0)
         throw WorkError("standard output: could not be written");
 }

@@ -1,5 +1,7 @@
 #include "report.h"
 
+#include <equistream/json_text.h>
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -46,7 +48,7 @@ void print_report(const RenderReport& r, const RenderHost& host, bool json) {
     const HostFigures figures = host.figures(r.render_s, report);
     report["left_out_samples"] = figures.left_out_samples;
     if (json) {
-        std::printf("%s\n", report.dump(2).c_str());
+        std::printf("%s\n", json_text(report, 2).c_str());
         return;
     }
     std::printf("%lld frames rendered, %lld kept\n", static_cast<long long>(r.frames_rendered),

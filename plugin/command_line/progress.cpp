@@ -1,5 +1,6 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream_cli/program.h>
 
 #include <nlohmann/json.hpp>
@@ -101,7 +102,7 @@ void Progress::step(double done, const std::string& note) {
                                  {"note", note},
                                  {"seconds", seconds_since(state_->start)},
                                  {"seconds_left", state_->seconds_left(done)}};
-    std::fprintf(stderr, "%s\n", line.dump().c_str());
+    std::fprintf(stderr, "%s\n", json_text(line).c_str());
 }
 
 }  // namespace equistream::cli

@@ -1,6 +1,7 @@
 #include "frame_json.h"
 
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/pose_limits.h>
 #include <equistream/sequence.h>
 
@@ -89,9 +90,7 @@ public:
         refuse(key, std::string("one of ") + names[0] + " ... " + names[N - 1]);
     }
     [[noreturn]] void refuse(const char* key, const std::string& expected) const {
-        const json::error_handler_t replace = json::error_handler_t::replace;
-        throw InputError(
-            expected_found(where_ + ": " + key, expected, at(key).dump(-1, ' ', false, replace).substr(0, 80)));
+        throw InputError(expected_found(where_ + ": " + key, expected, json_text(at(key)).substr(0, 80)));
     }
 
 private:
@@ -252,9 +251,7 @@ Manifest read_manifest(const std::filesystem::path& folder) {
 }
 
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest) {
-    // A command line may hold bytes that are not UTF-8; they are replaced rather than refused.
-    write_file_atomically(folder / "manifest.json",
-                          to_json(manifest).dump(4, ' ', false, json::error_handler_t::replace) + "\n");
+    write_file_atomically(folder / "manifest.json", json_text(to_json(manifest), 4) + "\n");
 }
 
 }  // namespace equistream

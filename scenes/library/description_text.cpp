@@ -1,5 +1,8 @@
 #include <equistream_scene/scene.h>
 
+#include <equistream/error.h>
+#include <equistream/json_text.h>
+
 #include <nlohmann/json.hpp>
 
 namespace equistream {
@@ -11,6 +14,13 @@ Json vector3(const glm::dvec3& v) {
     return Json::array({v.x, v.y, v.z});
 }
 
+/// As a JSON string that reads back as the same bytes.
+std::string exact(const std::string& name) {
+    if (!is_utf8(name))
+        throw InputError(expected_found(name, "a name in UTF-8, as a scene's JSON needs", "other bytes"));
+    return json_text(Json(name));
+}
+
 /// One key a line, so that a path can be read and edited.
 std::string key_lines(const PosePath& path, const std::string& indent) {
     std::string text;
@@ -20,7 +30,7 @@ std::string key_lines(const PosePath& path, const std::string& indent) {
         json["time_s"] = key.time_s;
         json["position_m"] = vector3(key.pose.position_m);
         json["orientation_wxyz"] = Json::array({q.w, q.x, q.y, q.z});
-        text += (text.empty() ? "" : ",\n") + indent + json.dump();
+        text += (text.empty() ? "" : ",\n") + indent + json_text(json);
     }
     return text;
 }
@@ -28,7 +38,7 @@ std::string key_lines(const PosePath& path, const std::string& indent) {
 std::string moving_text(const std::vector<MovingObject>& moving) {
     std::string text;
     for (const MovingObject& object : moving)
-        text += (text.empty() ? "" : ",\n") + std::string("    {\"object\": ") + Json(object.object).dump() +
+        text += (text.empty() ? "" : ",\n") + std::string("    {\"object\": ") + exact(object.object) +
                 ", \"keys\": [\n" + key_lines(object.path, "      ") + "\n    ]}";
     return text;
 }
@@ -36,11 +46,12 @@ std::string moving_text(const std::vector<MovingObject>& moving) {
 }  // namespace
 
 std::string description_text(const SceneDescription& description) {
-    std::string text = "{\n  \"name\": " + Json(description.name).dump();
+    const std::string model =
+        description.model.empty() ? description.name + ".glb" : description.model.filename().string();
+    std::string text = "{\n  \"name\": " + json_text(Json(description.name)) + ",\n  \"model\": " + exact(model);
     const auto add = [&](const std::string& key, const Json& value) {
-        text += ",\n  \"" + key + "\": " + value.dump();
+        text += ",\n  \"" + key + "\": " + json_text(value);
     };
-    add("model", description.model.empty() ? description.name + ".glb" : description.model.filename().string());
     if (description.sun)
         add("sun", {{"towards", vector3(description.sun->towards)},
                     {"irradiance", vector3(description.sun->irradiance)},

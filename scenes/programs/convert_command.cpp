@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_mitsuba_xml/convert.h>
 
 #include <nlohmann/json.hpp>
@@ -28,7 +29,7 @@ void print_json(const MitsubaReport& report, const std::vector<std::string>& not
     json["images"] = report.images;
     json["bytes"] = report.bytes;
     json["notes"] = notes;
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", json_text(json, 2).c_str());
 }
 
 void convert(const ConvertArguments& arguments) {

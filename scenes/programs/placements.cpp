@@ -1,5 +1,7 @@
 #include "placements.h"
 
+#include <equistream/json_text.h>
+
 #include <glm/gtc/type_ptr.hpp>
 #include <nlohmann/json.hpp>
 
@@ -30,7 +32,7 @@ std::string placements_json(const SceneModel& model) {
                                      {"material", std::min(model.meshes[instance.mesh].material, last)},
                                      {"world_from_object", numbers(instance.world_from_object)}});
     // Names come from files and need not be UTF-8.
-    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    return json_text(json) + "\n";
 }
 
 }  // namespace equistream

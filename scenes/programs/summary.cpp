@@ -3,6 +3,7 @@
 #include <equistream/bound.h>
 #include <equistream/camera.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_scene/triangle_distance.h>
 
 #include <nlohmann/json.hpp>
@@ -199,7 +200,7 @@ std::string summary_json(const SceneSummary& s) {
     json["box_radius_m"] = s.box_radius_m;
     json["sphere_width"] = s.sphere_width;
     json["depth_levels"] = finite_or_null(s.depth_levels);
-    return json.dump(2) + "\n";
+    return json_text(json, 2) + "\n";
 }
 
 }  // namespace equistream

@@ -1,6 +1,7 @@
 #include "figures.h"
 
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 
 #include <nlohmann/json.hpp>
 
@@ -53,7 +54,7 @@ std::string Figures::json() const {
                      {"failing", c.failing},
                      {"displacement_px", quantiles(c.displacement_rad, request.focal_px)},
                      {"edge_shift_px", quantiles(c.edge_shift_rad, request.focal_px)}};
-    return json.dump(2) + "\n";
+    return json_text(json, 2) + "\n";
 }
 
 std::string Figures::text() const {

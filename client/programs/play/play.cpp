@@ -5,6 +5,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_client/engine.h>
 #include <equistream_client/fill.h>
 
@@ -146,7 +147,7 @@ void run(Arguments& arguments, const CLI::App& app) {
     complete(arguments, app);
     const play::Report report = play::play(arguments.settings);
     if (arguments.settings.json)
-        std::puts(report.json().dump(1).c_str());
+        std::puts(json_text(report.json(), 1).c_str());
     else
         std::fputs(report.table().c_str(), stdout);
     if (!report.truncation.empty())

@@ -7,6 +7,7 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
@@ -280,7 +281,7 @@ private:
             report_.viewing->report = report_viewing(report_.viewing->refreshes, *report_.settings.refresh_hz);
             viewing_->add_figures(report_.viewing->report);
         }
-        write_file_atomically(report_.settings.out / "report.json", report_.json().dump(1) + "\n");
+        write_file_atomically(report_.settings.out / "report.json", json_text(report_.json(), 1) + "\n");
     }
 
     Report report_;

@@ -6,6 +6,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_client/fill.h>
 
 #include <nlohmann/json.hpp>
@@ -150,7 +151,7 @@ void run(Arguments& arguments, const CLI::App& app) {
     Viewer viewer(arguments.settings);
     const ViewerReport report = viewer.run();
     if (arguments.json)
-        std::printf("%s\n", json_of(report).dump(2).c_str());
+        std::printf("%s\n", json_text(json_of(report), 2).c_str());
 }
 
 std::function<void()> set_up(CLI::App& app) {

@@ -7,6 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/hdr_display.h>
+#include <equistream/json_text.h>
 
 #include <nlohmann/json.hpp>
 
@@ -310,7 +311,7 @@ void run(const Options& options) {
     }
     std::FILE* out = is_standard_output(request.target) ? stderr : stdout;
     if (options.json)
-        std::fprintf(out, "%s\n", as_json(request, options, report).dump(2).c_str());
+        std::fprintf(out, "%s\n", json_text(as_json(request, options, report), 2).c_str());
     else
         print_text(request, options, report, out);
 }

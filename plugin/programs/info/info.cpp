@@ -3,6 +3,7 @@
 #include "pictures.h"
 
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/stream.h>
 #include <equistream_cli/program.h>
 
@@ -49,10 +50,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         if (!options.pictures.empty())
             write_pictures(options.source, options.pictures);
         const Description description = describe(options);
-        std::fputs(options.json
-                       ? (description.json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str()
-                       : description.text.c_str(),
-                   stdout);
+        std::fputs(options.json ? (json_text(description.json, 2) + "\n").c_str() : description.text.c_str(), stdout);
     };
 }
 

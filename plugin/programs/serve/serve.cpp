@@ -7,6 +7,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream/json_text.h>
 #include <equistream_cli/program.h>
 #include <equistream_cli/scratch_folder.h>
 
@@ -47,7 +48,7 @@ void check(const Options& options) {
 
 /// For scripts that wait for it.
 void say_listening(const std::string& url, bool json) {
-    std::printf("%s\n", json ? nlohmann::json{{"listening", url}}.dump().c_str() : ("listening on " + url).c_str());
+    std::printf("%s\n", json ? json_text(nlohmann::json{{"listening", url}}).c_str() : ("listening on " + url).c_str());
     if (std::fflush(stdout) != 0)
         throw WorkError("standard output: could not be written");
 }
@@ -61,7 +62,7 @@ nlohmann::json as_json(const ServerFigures& figures) {
 
 void report(const ServerFigures& figures, bool json) {
     if (json)
-        std::printf("%s\n", as_json(figures).dump().c_str());
+        std::printf("%s\n", json_text(as_json(figures)).c_str());
     else
         std::printf("viewers served %d, refused %d, dropped %d; %lld bytes sent\n", figures.viewers, figures.refused,
                     figures.dropped, static_cast<long long>(figures.bytes_sent));
@@ -74,7 +75,7 @@ void report(const LiveFigures& figures, bool json) {
                         {"spp", figures.spp},         {"render_s", figures.render_s},
                         {"write_s", figures.write_s}, {"encode_s", figures.encode_s},
                         {"age_s", figures.age_s},     {"poses", figures.poses}};
-        std::printf("%s\n", line.dump().c_str());
+        std::printf("%s\n", json_text(line).c_str());
         return;
     }
     report(figures.server, false);

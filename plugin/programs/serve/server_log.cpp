@@ -1,5 +1,7 @@
 #include "server_log.h"
 
+#include <equistream/json_text.h>
+
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
@@ -11,12 +13,11 @@ void log_event(cli::ProgressStyle style, const ViewerEvent& event) {
         return;
     std::string line;
     if (style == cli::ProgressStyle::json) {
-        line = nlohmann::json{{"event", event.what},
-                              {"viewer", event.viewer},
-                              {"address", event.address},
-                              {"bytes", event.bytes},
-                              {"detail", event.detail}}
-                   .dump();
+        line = json_text(nlohmann::json{{"event", event.what},
+                                        {"viewer", event.viewer},
+                                        {"address", event.address},
+                                        {"bytes", event.bytes},
+                                        {"detail", event.detail}});
     } else {
         line = "equistream serve: viewer " + (event.viewer > 0 ? std::to_string(event.viewer) + " " : "") + "from " +
                event.address + " " + event.what;
@@ -32,7 +33,7 @@ void log_note(cli::ProgressStyle style, const std::string& text) {
     if (style == cli::ProgressStyle::none)
         return;
     const std::string line = style == cli::ProgressStyle::json
-                                 ? nlohmann::json{{"event", "note"}, {"detail", text}}.dump()
+                                 ? json_text(nlohmann::json{{"event", "note"}, {"detail", text}})
                                  : "equistream serve: " + text;
     std::fputs((line + "\n").c_str(), stderr);
 }

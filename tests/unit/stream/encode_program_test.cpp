@@ -6,8 +6,6 @@
 
 #include <sys/resource.h>
 
-#include <csignal>
-
 namespace equistream::test {
 namespace {
 
@@ -199,14 +197,23 @@ TEST_F(Programs, AFullDiskIsOneLine) {
     rlimit before{};
     ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
     const rlimit small{32 * 1024, before.rlim_max};
-    const auto on_signal = std::signal(SIGXFSZ, SIG_IGN);  // inherited: writing fails in place of ending the program
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     const Ran ran = run("encode '" + path("r") + "' --crf 0 --out '" + path("a.mkv") + "'");
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
-    std::signal(SIGXFSZ, on_signal);
     expect_failure(ran, 1, "File too large; what was coded so far is kept in");
     EXPECT_FALSE(fs::exists(folder / "a.mkv"));
     EXPECT_GT(fs::file_size(folder / "a.mkv.part"), 0u);
+}
+
+/// JSON holds UTF-8 alone; a folder's name may be any bytes.
+TEST_F(Programs, ANameThatIsNotUtf8IsReported) {
+    const std::string name = "r\xff";
+    render(name, 96, 64, 0, 1);
+    const Ran ran =
+        run("encode '" + path(name) + "' --preset ultrafast --json --progress json --out '" + path("a\xff.mkv") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_NE(nlohmann::json::parse(ran.output).dump().find("a\xef\xbf\xbd.mkv"), std::string::npos) << ran.output;
+    EXPECT_TRUE(fs::exists(path("a\xff.mkv")));
 }
 
 }  // namespace
