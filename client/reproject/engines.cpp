@@ -1,23 +1,16 @@
-#include "found_depth_engine.h"
 #include "look_up.h"
+#include "look_up_engine.h"
 #include "reference/reference.h"
 
 #include <equistream/bound.h>
-#include <equistream/comma_list.h>
-#include <equistream/error.h>
 #include <equistream_client/engine.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <string>
 
 namespace equistream {
 
 namespace {
-
-constexpr std::array<std::string_view, 7> names = {"sphere", "lean", "surface",   "splat",
-                                                   "gather", "mesh", "mesh-plain"};
 
 void copy(const SourceView& source, EyePicture& picture) {
     for (int y = 0; y < picture.rgba.height(); ++y)
@@ -31,13 +24,13 @@ void copy(const SourceView& source, EyePicture& picture) {
     std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
 }
 
-class FastEngine : public Engine {
+class LookUpEngine : public Engine {
 public:
-    FastEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
+    LookUpEngine(bool by_depth, const EngineOptions& options) : by_depth_(by_depth), options_(options) {}
 
-    std::string_view name() const override { return surface_ ? "surface" : "sphere"; }
+    std::string_view name() const override { return by_depth_ ? "eye-depth" : "rotation"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
-        const bool moved = surface_ && !same_position(source, eye);
+        const bool moved = by_depth_ && !same_position(source, eye);
         return {.source = moved, .eye = moved};
     }
     void set_source(const SourceView& source) override { source_ = source; }
@@ -55,7 +48,7 @@ public:
     }
 
 private:
-    bool surface_;
+    bool by_depth_;
     EngineOptions options_;
     SourceView source_;
 };
@@ -89,21 +82,12 @@ std::int64_t EyePicture::count(PixelOrigin which) const {
     return std::ranges::count(origin.samples(), std::uint8_t(which));
 }
 
-std::span<const std::string_view> engine_names() {
-    return names;
-}
-
-std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
-    const auto found = std::ranges::find(names, name);
-    if (found == names.end())
-        throw InputError(expected_found("--method", in_a_sentence(names, " or "), "'" + std::string(name) + "'"));
-    const bool surface = name == "surface";
-    if (!surface && name != "sphere")
-        return options.reference ? make_reference_found_engine(*found, options)
-                                 : make_found_depth_engine(*found, options);
+std::unique_ptr<Engine> make_look_up_engine(std::string_view name, const EngineOptions& options) {
+    const bool by_depth = name == "eye-depth";
+    assert(by_depth || name == "rotation");
     if (options.reference)
-        return make_reference_engine(surface, options);
-    return std::make_unique<FastEngine>(surface, options);
+        return make_reference_engine(by_depth, options);
+    return std::make_unique<LookUpEngine>(by_depth, options);
 }
 
 bool same_position(const Pose& a, const Pose& b) {

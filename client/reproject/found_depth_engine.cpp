@@ -3,6 +3,7 @@
 #include "depth_finder.h"
 #include "lean.h"
 #include "look_up.h"
+#include "reference/reference.h"
 
 #include <equistream/bound.h>
 
@@ -22,7 +23,7 @@ std::unique_ptr<DepthFinder> make_finder(std::string_view name) {
         return make_splat_finder();
     if (name == "gather")
         return make_gather_finder();
-    if (name == "lean")
+    if (name == "proxy-sphere")
         return nullptr;
     return make_mesh_finder(name == "mesh-plain");
 }
@@ -71,7 +72,7 @@ private:
 
     /// From the source's own position every distance looks the same.
     void turn(const EyeView& eye, EyePicture& picture) const {
-        const auto turned = make_engine("sphere", options_);
+        const auto turned = make_engine("rotation", options_);
         turned->set_source(source_);
         turned->reproject(eye, picture);
     }
@@ -125,6 +126,8 @@ private:
 }  // namespace
 
 std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options) {
+    if (options.reference)
+        return make_reference_found_engine(name, options);
     return std::make_unique<FoundDepthEngine>(name, options);
 }
 

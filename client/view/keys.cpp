@@ -40,7 +40,7 @@ constexpr auto bindings = std::to_array<KeyBinding>({
      "left eye, right eye, side by side, anaglyph, headset, the sphere itself"},
     {GLFW_KEY_V, shift, "shift v", Action::next_anaglyph, shown, "the next kind of anaglyph"},
     {GLFW_KEY_O, 0, "o", Action::next_overlay, shown, "overlay: none, depth, gaps, reliability, motion"},
-    {GLFW_KEY_M, 0, "m", Action::next_method, shown, "method: surface, sphere (rotation only)"},
+    {GLFW_KEY_M, 0, "m", Action::next_method, shown, "method: by depth, rotation alone"},
     {GLFW_KEY_F, 0, "f", Action::fill, shown, "fill gaps, or leave them black"},
     {GLFW_KEY_MINUS, 0, "-", Action::darker, shown, "HDR: a quarter of a stop darker"},
     {GLFW_KEY_EQUAL, 0, "=", Action::brighter, shown, "HDR: a quarter of a stop brighter"},

@@ -97,7 +97,7 @@ void Presenter::act(Action action) {
             settings_.overlay = after(settings_.overlay, gl::overlay_names);
             break;
         case Action::next_method:
-            settings_.surface = !settings_.surface;
+            settings_.by_depth = !settings_.by_depth;
             break;
         case Action::fill:
             settings_.fill = !settings_.fill;

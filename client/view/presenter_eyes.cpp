@@ -13,7 +13,8 @@ namespace equistream {
 
 double Presenter::wanted_later_s(double until_seen_s) const {
     // The truth is of the frames' own times.
-    const bool is_carried = settings_.carry_s > 0 && truth_ == nullptr && settings_.surface && renderer_.can_carry_on();
+    const bool is_carried =
+        settings_.carry_s > 0 && truth_ == nullptr && settings_.by_depth && renderer_.can_carry_on();
     return is_carried ? playback_.later_s(settings_.carry_s, until_seen_s) : 0;
 }
 
@@ -46,7 +47,7 @@ double Presenter::beyond_head_box() const {
 }
 
 gl::RefreshOptions Presenter::refresh_options() const {
-    return {.surface = settings_.surface,
+    return {.surface = settings_.by_depth,
             .fill = settings_.fill,
             .reliability = settings_.overlay == gl::Overlay::reliability,
             .motion = settings_.overlay == gl::Overlay::motion,
@@ -66,10 +67,10 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
                                 {eye_position(head, right ? Eye::right : Eye::left, ipd_m()), head.orientation}};
     }
     renderer_.carry_on(later_s_);
-    renderer_.look({eyes.data(), std::size_t(count)}, settings_.surface || splits, times_);
+    renderer_.look({eyes.data(), std::size_t(count)}, settings_.by_depth || splits, times_);
     renderer_.draw(refresh_options(), targets_, times_);
     if (splits)
-        renderer_.draw({.surface = !settings_.surface, .fill = settings_.fill, .mirrors = settings_.mirrors},
+        renderer_.draw({.surface = !settings_.by_depth, .fill = settings_.fill, .mirrors = settings_.mirrors},
                        other_targets_, times_);
 }
 

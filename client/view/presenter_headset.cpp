@@ -58,7 +58,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
     latency_.measured(seen.until_seen_s);
     later_s_ = wanted_later_s(seen.until_seen_s);
     renderer_.carry_on(later_s_);
-    renderer_.look(eyes, settings_.surface, times_);
+    renderer_.look(eyes, settings_.by_depth, times_);
     renderer_.draw(refresh_options(), targets_, times_);
     glBindFramebuffer(GL_FRAMEBUFFER, headset_->framebuffer());
     display_.draw(

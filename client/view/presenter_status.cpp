@@ -36,9 +36,9 @@ StatusLine Presenter::status() const {
         playback_.is_paused() ? "paused" : "playing", static_cast<long long>(info.index), info.time_s,
         followed_.is_followed() ? ", the server follows" : "", in_words(is_worn_ ? seen_head_ : motion_.head()).c_str(),
         int(layout.size()), layout.data(), headset_ && !is_worn_ ? " (nobody wears the headset)" : "",
-        !settings_.surface || !renderer_.has_depth() ? "sphere"
-        : renderer_.has_geometry()                   ? "surface"
-                                                     : settings_.finding_engine.c_str(),
+        !settings_.by_depth || !renderer_.has_depth() ? "rotation"
+        : renderer_.has_geometry()                    ? "eye-depth"
+                                                      : settings_.finding_engine.c_str(),
         settings_.fill ? "" : ", gaps open", settings_.overlay == gl::Overlay::none ? "" : ", overlay ",
         settings_.overlay == gl::Overlay::none ? 0 : int(overlay.size()), overlay.data());
     if (settings_.overlay == gl::Overlay::motion && settings_.layout != gl::DisplayLayout::sphere)

@@ -33,9 +33,9 @@ struct ViewerSettings {
     /// Nothing: the truth's, else as the defaults are.
     std::optional<gl::Size> size;
     std::optional<double> fov_deg;
-    std::optional<double> ipd_m;                              ///< nothing: what the frames are tagged with
-    std::string finding_engine{gl::finding_engines.front()};  ///< by which depth is found without a scene
-    bool surface = true, fill = true, loop = true, paused = false, times = false;
+    std::optional<double> ipd_m;                             ///< nothing: what the frames are tagged with
+    std::string finding_engine{gl::default_finding_engine};  ///< by which depth is found without a scene
+    bool by_depth = true, fill = true, loop = true, paused = false, times = false;
     std::vector<gl::Rung> rungs;  ///< that gaps are filled by, where they are
     MirrorTreatment mirrors = MirrorTreatment::images;
     /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.

@@ -1,8 +1,8 @@
 /// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
 /// a renderer's libraries and the client's never meet.
 #include <equistream_cli/commands.h>
+#include <equistream_cli/hosts.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -17,6 +17,7 @@ namespace {
 
 using equistream::cli::Command;
 using equistream::cli::commands;
+using equistream::cli::Host;
 
 constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
@@ -35,12 +36,6 @@ std::string names_of_commands() {
     return names;
 }
 
-constexpr std::array hosts = {
-    Command{"embree", "equistream-render-embree", ""},
-    Command{"mitsuba", "equistream-render-mitsuba",
-            "pip install mitsuba==3.9.1 nanobind==2.14.0, configure again and build (docs/mitsuba.md)"},
-};
-
 /// The value of `--host` among render's arguments, which decides what program runs; the program reads it too.
 std::string_view host_of(const std::vector<char*>& arguments) {
     for (std::size_t i = 2; i < arguments.size(); ++i) {
@@ -50,23 +45,21 @@ std::string_view host_of(const std::vector<char*>& arguments) {
         if (word.starts_with("--host="))
             return word.substr(std::strlen("--host="));
     }
-    return hosts[0].name;
+    return equistream::cli::hosts.front().name;
 }
 
 /// Null, and said why, for a host that this build does not have.
-const Command* find_host(std::string_view name, const std::filesystem::path& folder) {
-    for (const Command& host : hosts) {
-        if (host.name != name)
-            continue;
-        std::error_code error;
-        if (std::filesystem::exists(folder / host.program, error))
-            return &host;
-        std::fprintf(stderr, "equistream render: --host %s: expected %s, found none%s%s\n", host.name.data(),
-                     (folder / host.program).c_str(), host.summary.empty() ? "" : "; to get it: ", host.summary.data());
-        return nullptr;
-    }
-    std::fprintf(stderr, "equistream render: --host: expected embree or mitsuba, found '%.*s'\n",
-                 static_cast<int>(name.size()), name.data());
+const Host* host_there(std::string_view name, const std::filesystem::path& folder) {
+    const Host* host = equistream::cli::find_host(name);
+    std::error_code error;
+    if (host == nullptr)
+        std::fprintf(stderr, "equistream render: --host: expected %s, found '%.*s'\n",
+                     equistream::cli::host_names().c_str(), static_cast<int>(name.size()), name.data());
+    else if (!std::filesystem::exists(folder / host->program, error))
+        std::fprintf(stderr, "equistream render: --host %s: expected %s, found none; to get it: %s\n",
+                     host->name.data(), (folder / host->program).c_str(), host->how_to_get_it.data());
+    else
+        return host;
     return nullptr;
 }
 
@@ -88,10 +81,14 @@ int main(int argc, char** argv) {
         std::vector<char*> arguments(argv, argv + argc);
         std::error_code error;
         const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-        const Command* chosen = name == "render" ? find_host(host_of(arguments), folder) : &command;
-        if (chosen == nullptr)
-            return exit_usage;
-        const std::string program = (folder / chosen->program).string();
+        std::string_view beside = command.program;
+        if (name == "render") {
+            const Host* host = host_there(host_of(arguments), folder);
+            if (host == nullptr)
+                return exit_usage;
+            beside = host->program;
+        }
+        const std::string program = (folder / beside).string();
         // What was typed, for the records that programs keep of their command.
         std::string typed = "equistream " + std::string(name);
         arguments.erase(arguments.begin());

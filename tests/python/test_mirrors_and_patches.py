@@ -284,8 +284,8 @@ def test_reliability_knows_how_coarsely_colours_were_coded(frames, run, tmp_path
     """What the stream says of itself: play and the package trust it alike, and less than they would without its word."""
     stream = tmp_path / "coarse.mkv"
     run("encode", frames, "--frames", 40, "--fill", "none", "--mirrors", "none", "--depth", "none", "--crf", 30, "--out", stream)
-    run("play", stream, "--method", "sphere", *VIEW, "--fill", "none", "--reliability", "--out", tmp_path / "eyes")
-    engine = es.Reprojector("sphere", fill="none")
+    run("play", stream, "--method", "rotation", *VIEW, "--fill", "none", "--reliability", "--out", tmp_path / "eyes")
+    engine = es.Reprojector("rotation", fill="none")
     for eye, view, info in views(engine, es.open_feed(stream), reliability=True):
         assert info.crf == 30
         assert (view.reliability == played(tmp_path / "eyes", eye, info, "reliability")).all(), eye

@@ -40,7 +40,7 @@ def eyes(poles):
             yield source, es.read_frame(poles / f"eyes/{eye}/frame.{index:04d}.exr")
 
 
-def picture_of(source, truth, method="surface", fill="pushpull", **options):
+def picture_of(source, truth, method="eye-depth", fill="pushpull", **options):
     depths = {frame.info.camera_pose.position_m.tobytes(): frame["depth"] for frame in (source, truth)}
     return es.Reprojector(method, fill=fill)(source, truth.info.camera, truth.info.camera_pose,
                                              depth=lambda camera, pose: depths[pose.position_m.tobytes()], **options)
@@ -69,7 +69,7 @@ def judged(views, method, fill):
     return predicted, good
 
 
-@pytest.mark.parametrize("method, fill", [("surface", "pushpull"), ("splat", "spread")])
+@pytest.mark.parametrize("method, fill", [("eye-depth", "pushpull"), ("splat", "spread")])
 def test_it_promises_what_is_measured(seam, method, fill):
     """Within five points on a scene that it was not fitted to; a map some points off would be outside."""
     eyes = [es.read_frame(seam / f"eyes/{eye}/frame.0000.exr") for eye in ("left", "right")]
@@ -84,7 +84,7 @@ def test_it_promises_what_is_measured(seam, method, fill):
 
 def test_towards_the_poles_it_does_not_promise_more_than_is_measured(poles):
     """It promises less there: a sphere's columns draw together, which the model knows only by the mean of rows and columns."""
-    predicted, good = judged(eyes(poles), "surface", "pushpull")
+    predicted, good = judged(eyes(poles), "eye-depth", "pushpull")
     entry = np.minimum(predicted * 10, 9).astype(int)
     beyond = sum(max(0, predicted[entry == i].mean() - good[entry == i].mean()) * (entry == i).mean() for i in range(10) if (entry == i).any())
     assert beyond <= 0.05
@@ -97,7 +97,7 @@ def test_towards_the_poles_it_does_not_promise_more_than_is_measured(poles):
 
 def test_the_source_itself_is_certain_and_a_gap_is_not(poles):
     source, truth = next(eyes(poles))
-    same = es.Reprojector("sphere", fill="none")(truth, truth.info.camera, truth.info.camera_pose, reliability=True)
+    same = es.Reprojector("rotation", fill="none")(truth, truth.info.camera, truth.info.camera_pose, reliability=True)
     assert (same.reliability == 255).all()
     gaps = 0
     for source, truth in eyes(poles):

@@ -38,7 +38,7 @@ def picture(file):
 
 def test_equals_play_with_exact_depth(eyes, run, tmp_path):
     run("play", eyes, "--depth", "exact", "--size", "96x64", "--fov", 80, "--out", tmp_path)
-    reproject = es.Reprojector("surface")
+    reproject = es.Reprojector("eye-depth")
     filled, by_earlier, earlier = 0, 0, []
     for frame in es.open_feed(eyes, depth=True):
         for eye, pose in eye_poses(frame.main.info).items():
@@ -60,7 +60,7 @@ def test_rungs_know_the_error_budget(eyes):
     off = es.FeedPicture(first.main.info, first.main.rgb, first.main.depth_m * 1.3)
     filled = {}
     for budget_px in (0.25, 8):
-        view = es.Reprojector("surface", fill="earlier", error_budget_px=budget_px)(second, CAMERA, pose, earlier=[off])
+        view = es.Reprojector("eye-depth", fill="earlier", error_budget_px=budget_px)(second, CAMERA, pose, earlier=[off])
         filled[budget_px] = view.filled["earlier"] / view.gaps.sum()
     assert filled[0.25] < 0.1 and filled[8] > 0.5
 
@@ -108,7 +108,7 @@ def test_layers_and_patches_may_be_planes(stream):
         hidden = es.FeedPicture(picture.info, picture.rgb, depth + 1, yuv=picture.yuv)
         pose = es.Pose(picture.info.camera_pose.position_m + [0.05, 0, 0], picture.info.camera_pose.orientation)
         eye_depth = np.full((64, 96), 3.0, np.float32)  # behind what the source saw: all of it is a gap
-        filled.append(es.Reprojector("surface", fill="hidden")(es.FeedFrame(picture, hidden=hidden), CAMERA, pose,
+        filled.append(es.Reprojector("eye-depth", fill="hidden")(es.FeedFrame(picture, hidden=hidden), CAMERA, pose,
                                                                depth=lambda c, p: eye_depth if c == CAMERA else depth))
     assert filled[0].filled["hidden"] > 0
     np.testing.assert_array_equal(filled[0].rgba, filled[1].rgba)
@@ -142,7 +142,7 @@ def test_methods_that_find_the_eyes_depth(eyes):
     frame = next(es.open_feed(eyes, depth=True))
     source = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m)  # nobody has the eye's
     pose = eye_poses(frame.main.info)["right"]
-    true = es.Reprojector("surface", fill="none")(frame, CAMERA, pose)
+    true = es.Reprojector("eye-depth", fill="none")(frame, CAMERA, pose)
     for method in ("splat", "gather", "mesh"):
         reproject = es.Reprojector(method, fill="none")
         needs = reproject.needs_depth(source.info.camera_pose, pose)
@@ -154,10 +154,10 @@ def test_methods_that_find_the_eyes_depth(eyes):
         with np.errstate(divide="ignore"):
             difference = np.abs(1 / view.depth_m[both] - 1 / true.depth_m[both])
         assert (difference * 0.25 > 2 / 57).mean() < 0.03  # two pixels, at the edges of things
-    assert set(es.METHODS) >= {"sphere", "lean", "surface", "splat", "gather", "mesh"}
-    leaning = es.Reprojector("lean", fill="none")(es.FeedPicture(frame.main.info, frame.main.rgb), CAMERA, pose)
+    assert set(es.METHODS) >= {"rotation", "proxy-sphere", "eye-depth", "splat", "gather", "mesh"}
+    leaning = es.Reprojector("proxy-sphere", fill="none")(es.FeedPicture(frame.main.info, frame.main.rgb), CAMERA, pose)
     assert not leaning.gaps.any() and leaning.depth_m is None
-    turned = es.Reprojector("sphere", fill="none")(frame, CAMERA, pose)
+    turned = es.Reprojector("rotation", fill="none")(frame, CAMERA, pose)
     assert (leaning.rgb != turned.rgb).any()
 
 
@@ -206,7 +206,7 @@ def test_a_second_thread_is_refused(eyes):
     """It works without Python's lock: two threads in one engine would write one picture."""
     frame = next(es.open_feed(eyes, depth=True))
     wide = es.PerspectiveCamera(1024, 1024)
-    reproject = es.Reprojector("sphere", fill="none", reference=True)
+    reproject = es.Reprojector("rotation", fill="none", reference=True)
     problems = refusals_of_four_threads(lambda: reproject(frame, wide, frame.main.info.camera_pose))
     assert problems == ["Reprojector: expected one thread at a time, found a second one"] * len(problems) and problems
     assert reproject(frame, wide, frame.main.info.camera_pose).rgb.mean() > 0

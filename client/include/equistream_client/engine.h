@@ -1,16 +1,16 @@
 #pragma once
 /// Reprojection engines: a source picture turned into what an eye sees. Each resamples colour once.
 ///
-/// `sphere`   rotation only: the eye's pixel takes the colour of its direction; the eye's position is ignored.
-/// `surface`  the eye's own depth gives the point that the pixel sees; its direction from the source's centre gives
+/// `rotation` rotation only: the eye's pixel takes the colour of its direction; the eye's position is ignored.
+/// `eye-depth` the eye's own depth gives the point that the pixel sees; its direction from the source's centre gives
 ///            the colour. Of the four samples around it those whose own depth shows another surface are left out
 ///            (equistream/depth_agreement.h has the tolerance); where none is left the source did not see the point: a
-///            gap. From the source's own position this is `sphere`; for the source's very view it returns its input.
+///            gap. From the source's own position this is `rotation`; for the source's very view it returns its input.
 ///
-/// `lean`     no depth: the pictures lie on a sphere of one radius, and the eye moves inside it, as in the paper.
+/// `proxy-sphere` no depth: the pictures lie on a sphere of one radius, and the eye moves inside it, as in the paper.
 ///
 /// The others need the source's depth only and find the eye's themselves, so they fill EyePicture::depth_m (unless the
-/// eye is at the source's position, where nothing needs it); the colour of what they find is looked up as `surface`
+/// eye is at the source's position, where nothing needs it); the colour of what they find is looked up as `eye-depth`
 /// does.
 ///
 /// `splat`    forward: each sample of the source is drawn as the parallelogram of the eye's pixels that it covers, in
@@ -39,8 +39,8 @@ struct EngineOptions {
     /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and
     /// codec and geometry.
     double mesh_share = default_budget_share;
-    /// For `lean`: the radius of its sphere of pictures; 0: the median of the source's depths where it has some, else 3
-    /// m.
+    /// For `proxy-sphere`: the radius of its sphere of pictures; 0: the median of the source's depths where it has
+    /// some, else 3 m.
     double lean_radius_m = 0;
     /// The slow, plain implementation in double precision, which tests compare the fast one with.
     bool reference = false;
@@ -66,10 +66,7 @@ public:
     virtual void reproject(const EyeView& eye, EyePicture& picture) const = 0;
 };
 
-/// Names that make_engine accepts.
-std::span<const std::string_view> engine_names();
-
-/// Throws InputError naming the accepted ones.
+/// `name`: of a row of engine_stages() (stages.h). Throws InputError naming the accepted ones.
 std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options = {});
 
 /// Same place to within a nanometre.

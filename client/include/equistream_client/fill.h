@@ -91,14 +91,11 @@ FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture&
 /// The same, timed: each rung's milliseconds go into `rung_ms`, one for each rung.
 FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture, std::span<double> rung_ms);
 
-/// In the order in which they are best run.
-std::span<const std::string_view> fill_rung_names();
-/// Of them, those that take their colours from the small second-eye view.
-std::span<const std::string_view> small_rung_names();
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
 inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
 
-/// Rungs of a comma-separated list; "none" alone is an empty ladder. Throws InputError naming the accepted words.
+/// Rungs of a comma-separated list of names of fill_stages() (stages.h); "none" alone is an empty ladder. Throws
+/// InputError naming the accepted words.
 FillLadder make_fill_ladder(const std::string& list);
 
 }  // namespace equistream

@@ -2,6 +2,7 @@
 
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
+#include <equistream_client/stages.h>
 
 namespace equistream::play {
 
@@ -24,10 +25,11 @@ void require_kind(const Settings& settings, const DepthOffer& offer, bool used) 
         if (!good)
             throw InputError(expected_found("--depth " + settings.depth, expected, described(settings, offer) + hint));
     };
-    if (settings.depth == "ray" && !offer.scene)
-        throw InputError(expected_found("--depth ray", "--scene S or --model M, to cast rays into", "neither"));
-    if (is_drawn(settings.depth) && !offer.scene)
-        throw InputError(expected_found("--depth " + settings.depth, "--scene S or --model M, to draw", "neither"));
+    if (is_cast(settings.depth) && !offer.scene)
+        throw InputError(expected_found("--depth " + settings.depth,
+                                        std::string("--scene S or --model M, to ") +
+                                            (is_drawn(settings.depth) ? "draw" : "cast rays into"),
+                                        "neither"));
     if (settings.depth == "stream")
         require(!offer.folder && (offer.plane || !used), "a stream with a depth track (encode --depth auto)",
                 offer.folder && offer.plane ? " (--depth exact takes theirs)" : "");
@@ -50,18 +52,18 @@ std::string default_depth(const DepthOffer& offer) {
 DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
     DepthChoice choice{.method = settings.method, .depth = settings.depth, .notes = {}};
     const bool by_budget = settings.method == "auto";
-    const DepthNeeds needs =
-        settings.method.empty() || by_budget ? DepthNeeds{} : needs_when_moved(*make_engine(settings.method));
+    const DepthNeeds needs = settings.method.empty() || by_budget ? DepthNeeds{} : find_engine(settings.method).needs;
     require_kind(settings, offer, needs.any() || settings.method.empty());
     if (choice.depth.empty())
         choice.depth = default_depth(offer);
     const bool eyes_depth = offer.scene || (choice.depth == "exact" && !offer.eye_without_plane);
     if (choice.method.empty()) {
-        choice.method = choice.depth == "none" ? "sphere" : eyes_depth ? "surface" : "mesh";
+        choice.method = choice.depth == "none" ? "rotation" : eyes_depth ? "eye-depth" : "mesh";
         if (choice.depth == "none")
-            choice.notes.push_back("no scene, and no depth in " + settings.source +
-                                   ": method sphere (rotation only); --scene S gives parallax, and so does a stream "
-                                   "with depth (encode --depth auto)");
+            choice.notes.push_back(
+                "no scene, and no depth in " + settings.source +
+                ": method rotation (the eye only turns); --scene S gives parallax, and so does a stream "
+                "with depth (encode --depth auto)");
         else if (settings.depth.empty() && !offer.scene)
             choice.notes.push_back("no scene: depth is " +
                                    std::string(choice.depth == "exact" ? "the render's own" : "the stream's own") +
@@ -69,10 +71,10 @@ DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
     }
     if (by_budget)
         return choice;
-    if (!offer.posed && choice.method != "sphere")
+    if (!offer.posed && choice.method != "rotation")
         throw InputError(expected_found(settings.source,
                                         "pictures tagged with their pose, for --method " + choice.method,
-                                        "ordinary video (--method sphere turns it)"));
+                                        "ordinary video (--method rotation turns it)"));
     if (needs.any() && choice.depth == "none")
         throw InputError(expected_found("--method " + choice.method,
                                         "--scene S, or a source with depth of its own, to have depth",

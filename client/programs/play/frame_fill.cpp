@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/patches.h>
 #include <equistream_client/received_view.h>
+#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <utility>
@@ -55,7 +56,8 @@ std::vector<std::string> FrameFill::names() const {
 }
 
 bool FrameFill::takes_small() const {
-    return std::ranges::any_of(small_rung_names(), [&](std::string_view rung) { return has(rung); });
+    return std::ranges::any_of(
+        ladder_, [](const auto& rung) { return find_fill(rung->name()).reads[std::size_t(TrackRole::small)]; });
 }
 
 bool FrameFill::wants_depth() const {

@@ -81,7 +81,7 @@ void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     report.method = choice.method;
     plan_ = {.method = choice.method, .depth = choice.depth, .fill = settings_.fill};
     if (plan_.method == "auto")  // until it is settled
-        plan_.method = scene_ ? "surface" : choice.depth != "none" ? "mesh" : "sphere";
+        plan_.method = scene_ ? "eye-depth" : choice.depth != "none" ? "mesh" : "rotation";
     engine_ = make_engine(plan_.method);
     make_geometry();
     use_fill(plan_.fill);
@@ -104,14 +104,14 @@ DepthOffer FramePlayer::offer(const ReceivedFrame& first) const {
 }
 
 std::optional<Eye> FramePlayer::eye_without_plane(const ReceivedFrame& first) const {
-    const auto surface = make_engine("surface");
+    const auto by_eye = make_engine("eye-depth");
     for (const Eye eye : {Eye::left, Eye::right}) {
         const FrameInfo view = eye_info(first, eye);
         const auto is_view = [&](const ReceivedPicture& other) {
             return !other.depth_m.empty() && same_camera(other.info.camera, view.camera) &&
                    same_pose(other.info.camera_pose, view.camera_pose);
         };
-        if (surface->needs_depth(first.main.info.camera_pose, view.camera_pose).eye && !is_view(first.main) &&
+        if (by_eye->needs_depth(first.main.info.camera_pose, view.camera_pose).eye && !is_view(first.main) &&
             std::ranges::none_of(first.depth_views, is_view))
             return eye;
     }

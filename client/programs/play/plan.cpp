@@ -2,7 +2,7 @@
 
 #include <equistream/comma_list.h>
 #include <equistream/formatted.h>
-#include <equistream_client/fill.h>
+#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <span>
@@ -11,19 +11,10 @@ namespace equistream::play {
 
 namespace {
 
-/// The ladder's cheapest end: what fills everything that is left.
-std::string last_rung(const std::string& ladder) {
-    return ladder == "none" ? ladder : std::string(split_at_commas(ladder).back());
-}
-
-/// From what is worth least.
-constexpr std::array<std::string_view, 8> rungs_by_worth = {"spread",   "pushpull", "small",   "small-wide",
-                                                            "geometry", "earlier",  "patches", "hidden"};
-
-/// How many rungs of a ladder fill with what is truly there: 2 dB and more in the gaps.
+/// How many rungs of a ladder fill with what is truly there.
 std::ptrdiff_t rungs_of_worth(const std::string& ladder, const std::vector<std::string>& idle_rungs) {
-    return std::ranges::count_if(split_at_commas(ladder), [&](std::string_view rung) {
-        return (rung == "hidden" || rung == "patches") && std::ranges::count(idle_rungs, rung) == 0;
+    return std::ranges::count_if(parse_fills(ladder), [&](const FillStage* stage) {
+        return stage->shows_truth && std::ranges::count(idle_rungs, stage->name) == 0;
     });
 }
 
@@ -36,8 +27,14 @@ std::string joined(const std::vector<std::string_view>& rungs) {
 
 /// Of a ladder, what fills without any depth from anything but the picture itself: its last rung or nothing.
 std::string rung_without_depth(const std::string& ladder) {
-    const std::string last = last_rung(ladder);
-    return last == "pushpull" || last == "spread" ? last : "none";
+    const std::vector<const FillStage*> stages = parse_fills(ladder);
+    return !stages.empty() && stages.back()->invents ? std::string(stages.back()->name) : "none";
+}
+
+/// Null: no depth at all.
+const DepthStage* depth_stage(std::string_view name) {
+    const auto found = std::ranges::find(depth_stages(), name, &DepthStage::name);
+    return found == depth_stages().end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -50,34 +47,30 @@ std::string Plan::words() const {
 }
 
 bool is_drawn(std::string_view depth) {
-    return depth == "gl" || depth == "gl-cube";
+    const DepthStage* stage = depth_stage(depth);
+    return stage != nullptr && stage->giver == DepthGiver::opengl;
 }
 
 bool is_cast(std::string_view depth) {
-    return depth == "ray" || is_drawn(depth);
-}
-
-DepthNeeds needs_when_moved(const Engine& engine) {
-    return engine.needs_depth(Pose{}, Pose{{1, 0, 0}, {1, 0, 0, 0}});
+    const DepthStage* stage = depth_stage(depth);
+    return stage != nullptr && stage->needs_scene();
 }
 
 TrackRoles unneeded_roles(const Plan& plan) {
-    const bool with_depth = needs_when_moved(*make_engine(plan.method)).any();
-    const std::vector<std::string_view> rungs = split_at_commas(plan.fill);
-    TrackRoles unneeded;
-    const auto leave_out = [&](TrackRole role, bool needed) { unneeded[std::size_t(role)] = !needed; };
-    const auto fills = [&](std::string_view rung) { return std::ranges::count(rungs, rung) > 0; };
-    const auto looks_points_up = [](const auto& rung) { return rung->wants_depth(); };
-    leave_out(TrackRole::small, std::ranges::any_of(small_rung_names(), fills));
+    const bool with_depth = find_engine(plan.method).needs.any();
+    TrackRoles needed;
+    const auto need = [&](TrackRole role, bool is_needed) { needed[std::size_t(role)] = is_needed; };
+    need(TrackRole::main, true);
+    bool looks_points_up = false;
+    for (const FillStage* stage : parse_fills(plan.fill)) {
+        if (with_depth || !stage->needs_depth)
+            needed |= stage->reads;
+        looks_points_up = looks_points_up || stage->make()->wants_depth();
+    }
     // All others are looked up by the eye's depth, mirrors too.
-    leave_out(TrackRole::depth, with_depth && !is_cast(plan.depth));
-    leave_out(TrackRole::images,
-              with_depth && (plan.mirrors || std::ranges::any_of(make_fill_ladder(plan.fill), looks_points_up)));
-    leave_out(TrackRole::hidden, with_depth && fills("hidden"));
-    leave_out(TrackRole::hidden_depth, with_depth && fills("hidden"));
-    leave_out(TrackRole::patches, with_depth && fills("patches"));
-    leave_out(TrackRole::patches_depth, with_depth && fills("patches"));
-    return unneeded;
+    need(TrackRole::depth, with_depth && !is_cast(plan.depth));
+    need(TrackRole::images, with_depth && (plan.mirrors || looks_points_up));
+    return ~needed;
 }
 
 std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, TrackRoles came) {
@@ -94,7 +87,7 @@ std::vector<std::string> shorter_ladders(const std::string& ladder, const std::v
     const std::string_view last = rungs.back();
     rungs.pop_back();
     std::erase_if(rungs, [&](std::string_view rung) { return std::ranges::count(idle_rungs, rung) > 0; });
-    const auto worth = [](std::string_view rung) { return std::ranges::find(rungs_by_worth, rung); };
+    const auto worth = [](std::string_view rung) { return find_fill(rung).left_out; };
     while (!rungs.empty()) {
         rungs.erase(std::ranges::min_element(rungs, {}, worth));
         rungs.push_back(last);
@@ -122,7 +115,7 @@ std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
     if (inputs.geometry)  // the eyes' own depth
         for (const std::string& fill : ladders)
-            add("surface", any_share, fill);
+            add("eye-depth", any_share, fill);
     for (auto first = ladders.begin(); first != ladders.end();) {
         const auto last = std::ranges::find_if(first, ladders.end(), [&](const std::string& ladder) {
             return rungs_of_worth(ladder, inputs.idle_rungs) != rungs_of_worth(*first, inputs.idle_rungs);
@@ -137,10 +130,10 @@ std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs) {
     }
     const std::string alone = rung_without_depth(inputs.fill);
     if (inputs.poses)
-        plans.push_back({"lean", any_share[0], "none", alone});
-    plans.push_back({"sphere", any_share[0], "none", alone});
+        plans.push_back({"proxy-sphere", any_share[0], "none", alone});
+    plans.push_back({"rotation", any_share[0], "none", alone});
     if (alone != "none")
-        plans.push_back({"sphere", any_share[0], "none", "none"});
+        plans.push_back({"rotation", any_share[0], "none", "none"});
     for (Plan& plan : plans)
         plan.mirrors = inputs.mirrors;
     return plans;

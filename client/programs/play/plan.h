@@ -43,9 +43,6 @@ struct PlanInputs {
 /// (plan_test.cpp measures both).
 inline constexpr std::array mesh_shares = {default_budget_share, 0.5, 1.0, 2.0};
 
-/// Whose depth a method cannot do without once the eye moves.
-DepthNeeds needs_when_moved(const Engine& engine);
-
 /// What of a source a way to play it has no use for.
 TrackRoles unneeded_roles(const Plan& plan);
 
@@ -59,9 +56,10 @@ std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, Track
 /// recovers"). Rungs that are idle cost nothing, so they go along with the first other one that is left out.
 std::vector<std::string> shorter_ladders(const std::string& ladder, const std::vector<std::string>& idle_rungs);
 
-/// From the most accurate down; the last one is `sphere`. Never empty. That the eyes' own depth comes before any ladder
-/// without it rests on five real scenes (docs/results/reproject.md: with push-pull alone `surface` is ahead of `mesh`
-/// by 0.1 to 1.4 dB once the head has moved, and the whole ladder adds 0.0 to 1.0 dB); plan_test.cpp measures the rest.
+/// From the most accurate down; the last one is `rotation`. Never empty. That the eyes' own depth comes before any
+/// ladder without it rests on five real scenes (docs/results/reproject.md: with push-pull alone `eye-depth` is ahead of
+/// `mesh` by 0.1 to 1.4 dB once the head has moved, and the whole ladder adds 0.0 to 1.0 dB); plan_test.cpp measures
+/// the rest.
 std::vector<Plan> plans_by_accuracy(const PlanInputs& inputs);
 
 }  // namespace equistream::play

@@ -2,12 +2,11 @@
 #include "player.h"
 
 #include <hdr_options.h>
+#include <stage_names.h>
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/json_text.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
 
 #include <algorithm>
 #include <array>
@@ -57,11 +56,14 @@ play::Format parse_format(const std::string& text) {
     return play::Format::mp4;
 }
 
-std::string accepted_methods() {
-    std::string text;
-    for (const std::string_view name : engine_names())
-        text += std::string(name) + ", ";
-    return text.erase(text.size() - 2) + " or auto";
+/// Names of today for those of earlier versions.
+void use_current_names(play::Settings& settings, const CLI::App& app) {
+    if (app.count("--method") > 0 && settings.method != "auto") {
+        const EngineStage& engine = find_engine(settings.method, "--method", "auto");
+        settings.method = current_name("play", "--method", engine, settings.method);
+    }
+    if (app.count("--depth") > 0)
+        settings.depth = current_name("play", "--depth", find_depth(settings.depth), settings.depth);
 }
 
 void choose_layout(Arguments& arguments, const CLI::App& app) {
@@ -102,12 +104,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.progress = cli::parse_progress(arguments.progress);
     choose_layout(arguments, app);
     choose_refreshes(arguments, app);
-    constexpr std::array depths = {"ray", "gl", "gl-cube", "stream", "exact"};
-    require(app.count("--depth") == 0 || std::ranges::find(depths, settings.depth) != depths.end(), "--depth",
-            "ray, gl, gl-cube, stream or exact", "'" + settings.depth + "'");
+    use_current_names(settings, app);
     const bool by_budget = settings.method == "auto";
-    require(app.count("--method") == 0 || by_budget || std::ranges::count(engine_names(), settings.method) > 0,
-            "--method", accepted_methods().c_str(), "'" + settings.method + "'");
     if (by_budget)
         require(settings.budget_ms > 0 && settings.budget_ms <= 1e6, "--budget-ms",
                 "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
@@ -117,7 +115,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     require(by_budget || app.count("--rechoose") == 0, "--rechoose", "--method auto beside it",
             settings.method.empty() ? "none" : settings.method);
     settings.rechoose = parse_switch("--rechoose", arguments.rechoose);
-    make_fill_ladder(settings.fill);
+    parse_fills(settings.fill);
     settings.hdr_display = arguments.hdr.display();
     require(settings.format != play::Format::exr || !settings.hdr_display, "--format exr",
             "no display, view or exposure beside it: linear light is what it keeps", "one of them");
@@ -168,10 +166,9 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "that a live one makes each frame for where the head will be then");
     app.add_option(
         "--method", settings.method,
-        "sphere (rotation only), lean (no depth), surface, splat, gather, mesh, mesh-plain or auto (docs/guide/play.md "
-        "says "
-        "what each is for); default: surface where the eyes' depth is known, mesh where the source's alone is, else "
-        "sphere");
+        described(engine_stages()) +
+            ", or auto (what --budget-ms allows); default: eye-depth where the eyes' depth is known, mesh where the "
+            "source's alone is, else rotation");
     app.add_option(
         "--budget-ms", settings.budget_ms,
         "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
@@ -180,19 +177,15 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
                    "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
                    "again where there is room; off: the first choice stays")
         ->capture_default_str();
-    app.add_option(
-        "--depth", settings.depth,
-        "ray (cast from the scene), gl (drawn from it by OpenGL, of a sphere only what the eyes may look up), gl-cube "
-        "(the same, of a sphere all: six faces of a cube), stream (the stream's own depth track) or exact (a render "
-        "folder's own, or a stream's that is lossless); default: ray with a scene, else what came, else none");
+    app.add_option("--depth", settings.depth,
+                   described(depth_stages()) + "; default: ray with a scene, else what came, else none");
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
     app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
     app.add_option("--fill", settings.fill,
-                   "Rungs in order, of hidden, patches, earlier, small, small-wide, geometry, pushpull and spread "
-                   "(docs/guide/play.md); those "
-                   "with nothing to fill from are passed over; or none")
+                   "Passes in order, of " + described(fill_stages()) +
+                       "; those with nothing to fill from are passed over; or none")
         ->capture_default_str();
     app.add_option(
            "--mirrors", arguments->mirrors,

@@ -82,7 +82,7 @@ private:
 Plan widest_plan(const Settings& settings) {
     const bool by_budget = settings.method == "auto";
     const bool casts = is_cast(settings.depth) || (settings.depth.empty() && !settings.scene.empty());
-    return {.method = settings.method.empty() || by_budget ? "surface" : settings.method,
+    return {.method = settings.method.empty() || by_budget ? "eye-depth" : settings.method,
             .depth = casts && !by_budget ? "ray" : "stream",
             .fill = settings.fill,
             .mirrors = settings.asks_for_mirrors()};

@@ -1,12 +1,22 @@
 /// FramePlayer's choice by time: frames are played as they would be, each way after the same frame.
 #include "frame_player.h"
 
+#include <equistream_client/stages.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace equistream::play {
 
 namespace {
+
+/// Passes look points up by depth that is cast where none came.
+const TrackRoles depth_roles = [] {
+    TrackRoles roles;
+    for (const TrackRole role : {TrackRole::hidden_depth, TrackRole::patches_depth})
+        roles.set(std::size_t(role));
+    return roles;
+}();
 
 /// What of a source came with a frame.
 TrackRoles roles_of(const ReceivedFrame& frame) {
@@ -90,15 +100,11 @@ Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const 
 
 std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
     std::vector<std::string> idle;
-    const auto add_unless = [&](bool has_input, std::string_view rung) {
-        if (!has_input)
-            idle.emplace_back(rung);
-    };
-    for (const std::string_view rung : small_rung_names())
-        add_unless(came[std::size_t(TrackRole::small)], rung);
-    add_unless(came[std::size_t(TrackRole::hidden)], "hidden");
-    add_unless(came[std::size_t(TrackRole::patches)], "patches");
-    add_unless(geometry_ != nullptr, "geometry");
+    for (const FillStage& stage : fill_stages()) {
+        const TrackRoles colours = stage.reads & ~depth_roles;
+        if ((colours & ~came).any() || (stage.name == "geometry" && geometry_ == nullptr))
+            idle.emplace_back(stage.name);
+    }
     return idle;
 }
 

@@ -1,13 +1,13 @@
 /// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
 #include <equistream_cli/program.h>
 #include <hdr_options.h>
+#include <stage_names.h>
 #include <view/viewer.h>
 #include <view/xr/headset.h>
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/json_text.h>
-#include <equistream_client/fill.h>
 
 #include <nlohmann/json.hpp>
 
@@ -27,8 +27,8 @@ struct Arguments {
     ViewerSettings settings;
     HdrOptions hdr;
     std::filesystem::path scene, model;
-    std::string size, layout = "left", anaglyph, overlay = "none", method = "surface", fill = "on", loop = "on",
-                      mirrors = "images", decode = "auto", upload = "auto", predict = "auto";
+    std::string size, layout = "left", anaglyph, overlay = "none", method, fill = "on", loop = "on", mirrors = "images",
+                      decode = "auto", upload = "auto", predict = "auto";
     double fov_deg = default_view_fov_deg, ipd_m = 0;
     bool keys = false, json = false;
 };
@@ -46,9 +46,6 @@ Enum parse_word(const char* option, const std::string& word, const std::array<st
 }
 
 constexpr std::array<std::string_view, 2> switches = {"off", "on"}, decoders = {"software", "auto"};
-/// By depth from `surface` on: of geometry, else found by an engine.
-constexpr std::array<std::string_view, 7> methods = {"sphere", "surface",    "mesh", "splat",
-                                                     "gather", "mesh-plain", "lean"};
 /// As PictureUpload has them.
 constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
 
@@ -68,20 +65,35 @@ std::optional<double> parse_prediction(const std::string& text) {
     return 1e-3 * ms;
 }
 
+/// As play: unless told otherwise by the eye's own depth where geometry gives it, else by the stream's.
+void choose_method(Arguments& arguments, const CLI::App& app) {
+    ViewerSettings& settings = arguments.settings;
+    if (app.count("--method") == 0)
+        return;
+    const EngineStage& engine = find_engine(arguments.method);
+    const std::string method = current_name("view", "--method", engine, arguments.method);
+    if (!engine.on_gpu)
+        throw InputError(expected_found("--method " + method, "an engine that the viewer has", "one of play alone"));
+    const std::string geometry = app.count("--scene") > 0   ? "--scene " + arguments.scene.string()
+                                 : app.count("--model") > 0 ? "--model " + arguments.model.string()
+                                                            : "";
+    if (engine.finds_depth && !geometry.empty())
+        throw InputError(expected_found("--method " + method,
+                                        "the stream alone (depth of geometry goes by --method eye-depth)", geometry));
+    if (engine.needs.eye && geometry.empty())
+        throw InputError(expected_found("--method " + method,
+                                        "--scene S or --model M, for the eyes' own depth (mesh and splat need none)",
+                                        "neither"));
+    settings.by_depth = engine.finds_depth || engine.needs.any();
+    if (engine.finds_depth)
+        settings.finding_engine = method;
+}
+
 void complete(Arguments& arguments, const CLI::App& app) {
     ViewerSettings& settings = arguments.settings;
     settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
-    settings.surface = parse_word<int>("--method", arguments.method, methods) > 0;
-    if (std::ranges::find(gl::finding_engines, arguments.method) != gl::finding_engines.end()) {
-        for (const auto& [option, file] :
-             {std::pair("--scene", &arguments.scene), std::pair("--model", &arguments.model)})
-            if (app.count(option) > 0)
-                throw InputError(expected_found("--method " + arguments.method,
-                                                "the stream alone (depth of geometry goes by --method surface)",
-                                                option + (" " + file->string())));
-        settings.finding_engine = arguments.method;
-    }
+    choose_method(arguments, app);
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.fill = arguments.fill != "off";
     settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
@@ -163,10 +175,9 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
         ->excludes(scene);
     app.add_option("--method", arguments->method,
-                   "surface (by depth: of --scene or --model, else the stream's own by mesh), sphere (rotation only), "
-                   "by the stream's own depth mesh, splat, gather or mesh-plain (no surface ends, a baseline), or lean "
-                   "(no depth: things lie on a sphere)")
-        ->capture_default_str();
+                   described(engine_stages(), true) +
+                       "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else "
+                       "rotation");
     app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
         ->capture_default_str();
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
@@ -177,9 +188,8 @@ std::function<void()> set_up(CLI::App& app) {
            "(as if painted on it)")
         ->capture_default_str();
     app.add_option("--fill", arguments->fill,
-                   "Rungs that fill gaps, as of play: a list of hidden, patches, earlier, small, small-wide, geometry, "
-                   "pushpull and spread; on: " +
-                       std::string(default_fill) + "; off: gaps stay black")
+                   "Passes that fill gaps, in order, of " + described(fill_stages(), true) + "; on: " + default_fill +
+                       "; off: gaps stay black")
         ->capture_default_str();
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
     app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from typing import Any, Iterable, Optional, Union
 
@@ -161,7 +162,7 @@ def _covers_all(info: FrameInfo) -> bool:
 class Reprojector:
     """A method and a fill ladder, to be used for many frames and eyes.
 
-    `method`: one of METHODS. 'sphere' turns the source only, 'lean' moves the eye inside a sphere of one radius; 'surface' moves it
+    `method`: one of METHODS. 'rotation' turns the source only, 'proxy-sphere' moves the eye inside a sphere of one radius; 'eye-depth' moves it
     by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
     `error_budget_px`: share of an eye's pixel by which engine, mirrors and rungs may displace colour.
@@ -171,10 +172,13 @@ class Reprojector:
     precision, of engine, mirrors and reliability. One thread at a time.
     """
 
-    def __init__(self, method: str = "surface", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: str = "images",
+    def __init__(self, method: str = "eye-depth", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: str = "images",
                  reference: bool = False) -> None:
         if not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
+        given, method = method, _core.method_of_today(method)
+        if given != method:
+            warnings.warn(f"method '{given}' is now called '{method}'", FutureWarning, stacklevel=2)
         self._core = _core.Reprojector(method, fill, error_budget_px, mirrors, reference)
         self.method, self.fill, self.mirrors = method, fill, mirrors
 
@@ -246,9 +250,9 @@ class Reprojector:
 def reproject(source: AnySource, camera: PerspectiveCamera, pose: Pose, *, depth: Optional[DepthFunction] = None,
               small: Optional[AnyPicture] = None, method: Optional[str] = None, fill: str = DEFAULT_FILL,
               reliability: bool = False) -> EyePicture:
-    """What an eye sees of a source, in one call; see Reprojector. `method` is 'surface' where there is depth, else 'sphere'."""
+    """What an eye sees of a source, in one call; see Reprojector. `method` is 'eye-depth' where there is depth, else 'rotation'."""
     if method is None:
         picture = source.main if isinstance(source, FeedFrame) else source
         own = picture.planes.get("depth") if isinstance(picture, Frame) else getattr(picture, "depth_m", None)
-        method = "surface" if depth is not None or own is not None else "sphere"
+        method = "eye-depth" if depth is not None or own is not None else "rotation"
     return Reprojector(method, fill=fill)(source, camera, pose, depth=depth, small=small, reliability=reliability)

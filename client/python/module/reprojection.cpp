@@ -9,6 +9,7 @@
 #include <equistream_client/fill.h>
 #include <equistream_client/reliability.h>
 #include <equistream_client/specular.h>
+#include <equistream_client/stages.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -206,15 +207,22 @@ private:
 }  // namespace
 
 void bind_reprojection(nb::module_& m) {
-    const auto tuple_of = [](std::span<const std::string_view> names) {
+    const auto tuple_of = [](const auto& names) {
         nb::list list;
         for (const std::string_view name : names)
             list.append(std::string(name));
         return nb::tuple(list);
     };
-    m.attr("METHODS") = tuple_of(engine_names());
-    m.attr("FILL_RUNGS") = tuple_of(fill_rung_names());
-    m.attr("SMALL_RUNGS") = tuple_of(small_rung_names());
+    m.attr("METHODS") = tuple_of(names_of(engine_stages()));
+    m.attr("FILL_RUNGS") = tuple_of(names_of(fill_stages()));
+    std::vector<std::string_view> of_small;
+    for (const FillStage& stage : fill_stages())
+        if (stage.reads[std::size_t(TrackRole::small)])
+            of_small.push_back(stage.name);
+    m.attr("SMALL_RUNGS") = tuple_of(of_small);
+    m.def(
+        "method_of_today", [](const std::string& name) { return std::string(find_engine(name, "method").name); },
+        nb::arg("name"));
     m.attr("MIRRORS") = tuple_of(mirror_treatment_names());
     m.attr("DEFAULT_FILL") = default_fill;
     m.attr("RISKS") = tuple_of(risk_names);

@@ -5,6 +5,8 @@
 #include "mesh_depth.h"
 #include "splat_depth.h"
 
+#include <equistream_client/stages.h>
+
 #include <cassert>
 
 namespace equistream::gl {
@@ -19,14 +21,15 @@ void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, 
 }
 
 std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
-    if (engine == "splat")
+    const std::string_view name = find_engine(engine).name;
+    if (name == "splat")
         return std::make_unique<SplatDepth>(options);
-    if (engine == "gather")
+    if (name == "gather")
         return std::make_unique<GatherDepth>(options);
-    if (engine == "lean")
+    if (name == "proxy-sphere")
         return std::make_unique<LeanDepth>(options);
-    assert(engine == "mesh" || engine == "mesh-plain");
-    return std::make_unique<MeshDepth>(options, engine == "mesh-plain");
+    assert(name == "mesh" || name == "mesh-plain");
+    return std::make_unique<MeshDepth>(options, name == "mesh-plain");
 }
 
 }  // namespace equistream::gl

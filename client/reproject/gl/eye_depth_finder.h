@@ -8,7 +8,6 @@
 
 #include <equistream_client/engine.h>
 
-#include <array>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -53,8 +52,9 @@ protected:
     EyeDepthLayers layers_;
 };
 
-/// As engine.h has them: the first is what is taken where nobody says otherwise.
-inline constexpr std::array<std::string_view, 5> finding_engines = {"mesh", "splat", "gather", "mesh-plain", "lean"};
+/// What is taken unless told otherwise.
+inline constexpr std::string_view default_finding_engine = "mesh";
+/// `engine`: of engine_stages(), one that finds depth.
 std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options = {});
 
 }  // namespace equistream::gl

@@ -42,7 +42,7 @@ public:
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
-        return {.source = name_ != "lean" && !same_position(source, eye)};
+        return {.source = name_ != "proxy-sphere" && !same_position(source, eye)};
     }
     void set_source(const SourceView& source) override { source_ = source; }
 
@@ -54,14 +54,14 @@ public:
             return;
         }
         const FloatImage depth_m = found(eye);
-        if (name_ == "lean" || name_ == "mesh-plain") {
+        if (name_ == "proxy-sphere" || name_ == "mesh-plain") {
             colour_everything(eye, depth_m, picture);
         } else {
             const auto by_depth = make_reference_engine(true, options_);
             by_depth->set_source(source_);
             by_depth->reproject({eye.camera, eye.pose, depth_m.view()}, picture);
         }
-        if (name_ == "lean")
+        if (name_ == "proxy-sphere")
             return;
         picture.depth_m = depth_m;
         for (int y = 0; y < eye.camera.height; ++y)
@@ -78,7 +78,7 @@ private:
             find_by_splat(task, inverse_planar);
         else if (name_ == "gather")
             find_by_gather(task, inverse_planar);
-        else if (name_ == "lean")
+        else if (name_ == "proxy-sphere")
             find_by_lean(task, inverse_planar);
         else
             find_by_mesh(task, name_ == "mesh-plain", inverse_planar);

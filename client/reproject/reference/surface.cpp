@@ -59,7 +59,7 @@ class ReferenceEngine : public Engine {
 public:
     ReferenceEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
-    std::string_view name() const override { return surface_ ? "surface" : "sphere"; }
+    std::string_view name() const override { return surface_ ? "eye-depth" : "rotation"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
         const bool moved = surface_ && !same_position(source, eye);
         return {.source = moved, .eye = moved};

@@ -1,6 +1,6 @@
 #pragma once
 /// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry (engine `surface`) or by the frame's own or without (one of finding_engines), engine, mirrors, gaps
+/// scene's geometry (engine `eye-depth`) or by the frame's own or without (one that finds it), engine, mirrors, gaps
 /// and reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for
 /// and is kept. The context it was made in is current in every call.
 #include "frame_textures.h"
@@ -48,7 +48,7 @@ public:
     /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `rungs` fill gaps, in this order; a
     /// client's model has no colours for `geometry`.
     EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs = parse_rungs(default_fill),
-                std::string_view finding_engine = finding_engines.front());
+                std::string_view finding_engine = default_finding_engine);
     ~EyeRenderer();
 
     /// From now on this frame is shown; the one before it stays for gaps.

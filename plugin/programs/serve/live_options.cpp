@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>
+#include <equistream_cli/hosts.h>
 #include <equistream_cli/own_folder.h>
 
 #include <algorithm>
@@ -14,19 +15,10 @@ namespace {
 constexpr double slowest = 0.01, quickest = 1000;
 constexpr std::uint32_t most_samples = 1 << 20;
 
-struct Host {
-    std::string_view name, program, how_to_get_it;
-};
-constexpr Host hosts[] = {
-    {"embree", "equistream-render-embree", "configure with it and build"},
-    {"mitsuba", "equistream-render-mitsuba",
-     "pip install mitsuba==3.9.1 nanobind==2.14.0, configure again and build (docs/mitsuba.md)"},
-};
-
 std::string program_of(const std::string& name) {
-    const auto* host = std::ranges::find(hosts, name, &Host::name);
-    if (host == std::end(hosts))
-        throw InputError(expected_found("--host", "embree or mitsuba", "'" + name + "'"));
+    const cli::Host* host = cli::find_host(name);
+    if (host == nullptr)
+        throw InputError(expected_found("--host", cli::host_names(), "'" + name + "'"));
     const auto program = cli::own_folder() / host->program;
     if (!std::filesystem::exists(program))
         throw InputError(
@@ -42,10 +34,10 @@ bool is_scene(const std::string& source) {
 
 void add_live_options(CLI::App& app, LiveOptions& o) {
     const std::string group = "For a scene, rendered while it is watched";
-    const auto add = [&](const char* name, auto& value, const char* text) {
+    const auto add = [&](const char* name, auto& value, const std::string& text) {
         return app.add_option(name, value, text)->group(group);
     };
-    add("--host", o.host, "Renderer: embree or mitsuba")->capture_default_str();
+    add("--host", o.host, "Renderer: " + cli::host_names())->capture_default_str();
     add("--size", o.size, "Of the spheres, WxH")->capture_default_str();
     add("--spp", o.spp, "Samples per pixel, at most: fewer where that keeps up with --rate")->capture_default_str();
     add("--rate", o.rate, "Spheres a second to keep up with; more where there is time")->capture_default_str();

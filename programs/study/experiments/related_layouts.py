@@ -171,7 +171,7 @@ def v360_words(sphere, camera, pose):
 def check(work, frame, eye):
     """Our lookup of the wide sphere, and v360's, beside the client's own: dB."""
     picture = display(frame)
-    theirs = es.Reprojector("sphere", fill="none")(frame, eye.camera, eye.camera_pose).rgb
+    theirs = es.Reprojector("rotation", fill="none")(frame, eye.camera, eye.camera_pose).rgb
     wide = Equirect(picture.shape[1])
     ours = look_up(picture, seen_points(wide, frame.info.camera_pose, eye.camera, eye.camera_pose), wide.closes)
     agreement = together_psnr([np.mean((ours - theirs) ** 2)])

@@ -175,7 +175,7 @@ class BadInput(unittest.TestCase):
             result = run("encode", self.root / "good", "--out", f"{folder}/a.mp4")
             self.assertIn(result.returncode, (1, 2))
             self.assert_refused(result, result.returncode, folder)
-            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", folder), 2, folder)
+            self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", folder), 2, folder)
 
     def test_truncated_frame(self):
         folder = self.out / "frames"
@@ -202,7 +202,7 @@ class BadInput(unittest.TestCase):
         data = stream.read_bytes()
         self.assertEqual(data.count(uuid + b"\x01\x00"), 6)
         stream.write_bytes(data.replace(uuid + b"\x01", uuid + b"\x09"))
-        for words in (["info", stream], ["play", stream, "--method", "sphere", "--out", self.out / "x"]):
+        for words in (["info", stream], ["play", stream, "--method", "rotation", "--out", self.out / "x"]):
             self.assert_refused(run(*words), 2, stream, "version 1", "version 9")
 
     def test_cut_streams_play_up_to_the_cut_and_say_so(self):
@@ -213,7 +213,7 @@ class BadInput(unittest.TestCase):
             cut = self.out / f"cut.{extension}"
             cut.write_bytes(stream.read_bytes()[: int(stream.stat().st_size * 0.6)])
             views = self.out / f"views_{extension}"
-            result = run("play", cut, "--method", "sphere", "--size", "64x36", "--out", views)
+            result = run("play", cut, "--method", "rotation", "--size", "64x36", "--out", views)
             self.assert_refused(result, 1, cut.name)
             played = len(list((views / "left").glob("frame.*.png")))
             self.assertGreaterEqual(played, 2, extension)
@@ -271,7 +271,7 @@ class BadInput(unittest.TestCase):
             self.assertIn("not whole", told.stdout)
 
     def test_full_disk_keeps_the_views_that_were_played(self):
-        words = ["play", self.root / "good", "--method", "sphere", "--size", "320x180"]
+        words = ["play", self.root / "good", "--method", "rotation", "--size", "320x180"]
         self.assertEqual(run(*words, "--out", self.out / "whole").returncode, 0)
         needed = sum(path.stat().st_size for path in (self.out / "whole").rglob("*.png"))
         with self.small_disk("4m") as disk:
@@ -302,12 +302,12 @@ class BadInput(unittest.TestCase):
         folder = os.open(views, os.O_RDONLY)
         try:
             fcntl.flock(folder, fcntl.LOCK_EX)
-            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", views), 2, views, "no other process")
+            self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", views), 2, views, "no other process")
             self.assertEqual(list(views.iterdir()), [])
         finally:
             os.close(folder)
         self.assertEqual(run("encode", self.root / "good", "--out", self.out / "a.mkv").returncode, 0)
-        self.assertEqual(run("play", self.root / "good", "--method", "sphere", "--size", "64x36", "--out", views).returncode, 0)
+        self.assertEqual(run("play", self.root / "good", "--method", "rotation", "--size", "64x36", "--out", views).returncode, 0)
 
     def test_another_scene_of_the_same_name_is_refused(self):
         scene = self.scene_with(lambda text: text, "motion.json")
@@ -332,7 +332,7 @@ class BadInput(unittest.TestCase):
 
     def test_a_damaged_picture_is_one_line(self):
         views = self.out / "views"
-        self.assertEqual(run("play", self.root / "good", "--method", "sphere", "--frames", "0", "--size", "64x64", "--out", views).returncode, 0)
+        self.assertEqual(run("play", self.root / "good", "--method", "rotation", "--frames", "0", "--size", "64x64", "--out", views).returncode, 0)
         whole = views / "left" / "frame.0000.png"
         data = bytearray(whole.read_bytes())
         data[data.index(b"IDAT") + 20] ^= 0x55
@@ -378,11 +378,11 @@ class BadInput(unittest.TestCase):
                    "--aovs", "none", "--out", flat)
         self.assertEqual(made.returncode, 0, made.stderr)
         before = {path: path.read_bytes() for path in flat.rglob("*.exr")}
-        self.assert_refused(run("play", flat, "--method", "sphere", "--format", "exr", "--out", flat), 2, flat)
+        self.assert_refused(run("play", flat, "--method", "rotation", "--format", "exr", "--out", flat), 2, flat)
         self.assertEqual(before, {path: path.read_bytes() for path in flat.rglob("*.exr")})
         views = self.out / "views"
-        self.assertEqual(run("play", flat, "--method", "sphere", "--out", views).returncode, 0)
-        self.assertEqual(run("play", flat, "--method", "sphere", "--frames", "1", "--size", "32x32", "--out", views).returncode, 0)
+        self.assertEqual(run("play", flat, "--method", "rotation", "--out", views).returncode, 0)
+        self.assertEqual(run("play", flat, "--method", "rotation", "--frames", "1", "--size", "32x32", "--out", views).returncode, 0)
         self.assertEqual(sorted(path.name for path in (views / "left").iterdir()), ["frame.0001.png"])
 
     def test_play_writes_into_no_folder_of_a_render(self):
@@ -391,11 +391,11 @@ class BadInput(unittest.TestCase):
         self.assertEqual(made.returncode, 0, made.stderr)
         before = sorted(render.rglob("*"))
         for folder in (render, render / "centre", render / "small"):
-            self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", folder), 2,
+            self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", folder), 2,
                                 f"--out {folder}: expected a folder without rendered frames, found", "manifest.json")
         self.assertEqual(sorted(render.rglob("*")), before)
         shutil.rmtree(render / "centre")
-        self.assert_refused(run("play", self.root / "good", "--method", "sphere", "--out", render), 2,
+        self.assert_refused(run("play", self.root / "good", "--method", "rotation", "--out", render), 2,
                             f"found {render}/small/manifest.json")
 
     def test_a_render_in_a_folder_of_another_one_under_way_is_refused(self):
@@ -416,13 +416,13 @@ class BadInput(unittest.TestCase):
         self.assertEqual(run("encode", self.root / "good", "--gop", "1", "--out", stream).returncode, 0)
         cut = self.out / "cut.mkv"
         cut.write_bytes(stream.read_bytes()[: int(stream.stat().st_size * 0.8)])
-        result = run("play", cut, "--method", "sphere", "--size", "64x64", "--frames", "0-1", "--out", self.out / "views")
+        result = run("play", cut, "--method", "rotation", "--size", "64x64", "--frames", "0-1", "--out", self.out / "views")
         self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_nothing_to_play_is_told_with_the_range_only_where_one_was_asked_for(self):
         empty = self.out / "empty" / "centre"
         empty.mkdir(parents=True)
-        words = ["play", "--method", "sphere", "--out", self.out / "views"]
+        words = ["play", "--method", "rotation", "--out", self.out / "views"]
         self.assert_refused(run(*words, empty.parent), 2, f"{empty}: expected rendered frames, found none")
         self.assert_refused(run(*words, self.root / "good", "--frames", "90-91"), 2, "expected rendered frames in the range asked for")
 

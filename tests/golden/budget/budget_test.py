@@ -52,13 +52,13 @@ class Budget(unittest.TestCase):
         self.assertFalse(tiny["choice"]["fits"])
         self.assertEqual(self.chosen(tiny)["milliseconds"], min(plan["milliseconds"] for plan in tried))
         self.assertIn("nothing fits", tiny["choice"]["line"])
-        self.assertIn(tiny["method"], ("sphere", "lean"))
+        self.assertIn(tiny["method"], ("rotation", "proxy-sphere"))
         passed = tiny["choice"]["passed_over"]
         self.assertTrue(all(plan["estimate_ms"] > 0.001 for plan in passed))
         self.assertGreater(len(passed), len(tried))
         # A slow start bars nothing but tracks that came and are left out, here none but depth, which casting does without.
         known = tried + tiny["choice"]["surveyed"]
-        self.assertLessEqual({"surface", "mesh", "splat"}, {plan["method"] for plan in known if "ray" == plan["depth"]})
+        self.assertLessEqual({"eye-depth", "mesh", "splat"}, {plan["method"] for plan in known if "ray" == plan["depth"]})
 
         # Where time does not matter it is the first of them, and no other is tried.
         generous = self.play(1e6, "--scene", self.scene)

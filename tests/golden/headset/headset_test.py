@@ -47,7 +47,7 @@ class Pictures(Worn):
 
     def test_eyes_are_where_the_head_path_has_them(self):
         heads = [(0.1, 0.05, -0.1, *turn(25, (0, 1, 0))), (-0.12, 0, 0.08, *turn(-20, (1, 0, 0)))]
-        for method, least_db in (("sphere", 50), ("surface", 40)):
+        for method, least_db in (("rotation", 50), ("eye-depth", 40)):
             frames, _, _ = self.worn([*heads, "exit"], "--method", method)
             for number, head in enumerate(heads):
                 played = self.play_of(self.in_the_world(head), frames[number]["views"][0], method)
@@ -67,7 +67,7 @@ class Pictures(Worn):
 
     def test_eyes_that_look_apart(self):
         cant = 10
-        for method, most_different in (("sphere", 0.01), ("surface", 0.25)):
+        for method, most_different in (("rotation", 0.01), ("eye-depth", 0.25)):
             frames, _, _ = self.worn([f"cant {cant}", STILL, "exit"], "--method", method)
             for eye, view in enumerate(frames[0]["views"]):
                 side = 1 if eye else -1
@@ -81,7 +81,7 @@ class Pictures(Worn):
                 self.assertLess(different.mean(), most_different, (method, eye))
 
     def test_fields_of_view_that_change(self):
-        frames, log, _ = self.worn([STILL, "fov 20 15 13 19", STILL, STILL, "fov 17 13 14 18", STILL, "exit"], "--method", "sphere")
+        frames, log, _ = self.worn([STILL, "fov 20 15 13 19", STILL, STILL, "fov 17 13 14 18", STILL, "exit"], "--method", "rotation")
         self.assertEqual(log.end["swapchains"], 3)
         for number, tangents in ((0, (17, 13, 14, 18)), (1, (20, 15, 13, 19)), (3, (17, 13, 14, 18))):
             views = frames[number]["views"]
@@ -100,7 +100,7 @@ class Pictures(Worn):
     def test_beyond_the_head_box_is_where_the_headsets_eyes_are(self):
         # 40 cm to lean: a head 35 cm aside is within, and so are eyes 6 cm apart; those of a giant are not.
         aside = (0.35, 0, 0, 1, 0, 0, 0)
-        frames, _, _ = self.worn([aside, "ipd 0.6", aside, "exit"], "--method", "sphere")
+        frames, _, _ = self.worn([aside, "ipd 0.6", aside, "exit"], "--method", "rotation")
         within, beyond = (frames[number]["views"][1]["picture"] for number in (0, 1))
         self.assertLess(beyond.std(), 0.8 * within.std())
 

@@ -29,7 +29,7 @@ class Sessions(Worn):
         self.assertEqual((log.end["begun_sessions"], log.end["running"], result.stderr), (3, False, ""))
 
     def test_who_closes_the_window_ends_it(self):
-        viewer = WornViewer(self, [STILL, "until closed", "exit"], "--paused", "--method", "sphere")
+        viewer = WornViewer(self, [STILL, "until closed", "exit"], "--paused", "--method", "rotation")
         viewer.wait_for_frame(0)
         viewer.press("Escape")
         self.assertEqual(viewer.end(), (0, ""))
@@ -68,7 +68,7 @@ class Spaces(Worn):
         self.assertLess(np.abs(np.array(view["position"]) - eye).max(), 1e-5)
 
     def test_a_key_centres_the_space_where_the_head_is(self):
-        viewer = WornViewer(self, [HEAD, "until centred", "exit"], "--paused", "--method", "sphere")
+        viewer = WornViewer(self, [HEAD, "until centred", "exit"], "--paused", "--method", "rotation")
         viewer.wait_for_frame(0)
         self.assert_at(viewer.log().frames[0], HEAD)
         viewer.press("c")
@@ -81,7 +81,7 @@ class Spaces(Worn):
 
     def test_where_the_runtime_centres_its_space_ours_is_centred(self):
         # Said two frames before it is so.
-        viewer = WornViewer(self, [HEAD, "until centred", HEAD, "recentre 2", HEAD, STILL, HEAD, "exit"], "--paused", "--method", "sphere")
+        viewer = WornViewer(self, [HEAD, "until centred", HEAD, "recentre 2", HEAD, STILL, HEAD, "exit"], "--paused", "--method", "rotation")
         viewer.wait_for_frame(0)
         viewer.press("c")
         wait_for(lambda: viewer.log().frames[-1]["views"][0]["orientation"][0] > 0.9999, "a head that looks ahead")
@@ -115,7 +115,7 @@ class Time(Worn):
         self.assertGreaterEqual(report["moved_on_ms"], 999)  # as far as it may
 
     def test_what_is_kept_is_written_between_frames(self):
-        viewer = WornViewer(self, [STILL, "until recorded", "exit"], "--paused", "--method", "sphere")
+        viewer = WornViewer(self, [STILL, "until recorded", "exit"], "--paused", "--method", "rotation")
         viewer.wait_for_frame(0)
         viewer.press("r")
         wait_for((viewer.folder / "recording.0001" / "frame.0005.png").exists, "a recording")
@@ -168,7 +168,7 @@ class Server(Worn):
         server = live_server.LiveServer(PROGRAMS.folder / "equistream", scene, self.scripted([]), "--size", "128x64", "--spp", 1, "--json")
         self.addCleanup(server.close)
         walked = (0.2, 0.05, -0.1, *turn(15, (0, 1, 0)))
-        viewer = WornViewer(self, [STILL, "until walking", walked, "until followed", "exit"], "--method", "sphere", source=server.url)
+        viewer = WornViewer(self, [STILL, "until walking", walked, "until followed", "exit"], "--method", "rotation", source=server.url)
         viewer.wait_for_frame(0)
         watcher = live_server.Viewer(server)
         watcher.wait_for_more(2)

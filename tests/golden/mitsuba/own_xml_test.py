@@ -76,15 +76,15 @@ class OwnXml(unittest.TestCase):
         # A wide head is the test's: nothing about a 30 cm one is coded in the stream.
         (self.root / "head.csv").write_text(self.head(-0.15))
         scores = {}
-        for method in ("surface", "sphere"):
+        for method in ("eye-depth", "rotation"):
             PROGRAMS.run("play", video, "--scene", self.root / "out/scene.json", "--method", method, "--head", self.root / "head.csv",
                          *flat, "--out", self.root / method)
             view = next((self.root / method / "left").glob("*.png"))
             truth = picture(next((self.root / "look").glob("*colour.png")))
             scores[method] = decibels(picture(view)[8:-8, 8:-8], truth[8:-8, 8:-8])
         print("played back:", scores, file=sys.stderr)
-        self.assertGreater(scores["surface"], scores["sphere"] + 4)
-        self.assertGreater(scores["surface"], 20)
+        self.assertGreater(scores["eye-depth"], scores["rotation"] + 4)
+        self.assertGreater(scores["eye-depth"], 20)
 
     def head(self, aside):
         """The XML's head, moved so that play's left eye is where the truth's is."""

@@ -64,7 +64,7 @@ class Playback(unittest.TestCase):
                             "a folder of rendered frames", "--depth exact")
         self.assert_refused(self.folder, ["--depth", "stream", "--scene", self.scene], "--depth stream", self.folder)
         self.assert_refused(self.folder, ["--depth", "ray", "--method", "mesh"], "--depth ray", "--scene S")
-        self.assert_refused(self.coded, ["--method", "surface"], "--method surface", "--scene S")
+        self.assert_refused(self.coded, ["--method", "eye-depth"], "--method eye-depth", "--scene S")
 
     def test_a_lossless_stream_has_exact_depth(self):
         """Its planes are the folder's bit for bit: so is the depth that is found in them."""
@@ -75,21 +75,21 @@ class Playback(unittest.TestCase):
         np.testing.assert_array_equal(found["stream"], found["folder"])
 
     def test_depth_and_method_are_by_what_there_is(self):
-        self.assert_way(self.play(self.plain, "--scene", self.scene), "surface", "ray")
-        self.assert_way(self.play(self.coded, "--scene", self.scene), "surface", "ray")
+        self.assert_way(self.play(self.plain, "--scene", self.scene), "eye-depth", "ray")
+        self.assert_way(self.play(self.coded, "--scene", self.scene), "eye-depth", "ray")
         for source, depth, whose in ((self.coded, "stream", "the stream's own"), (self.lossless, "stream", "the stream's own"),
                                      (self.folder, "exact", "the render's own")):
             report = self.play(source)
             self.assert_way(report, "mesh", depth)
             self.assertTrue([note for note in report["notes"] if whose in note and "method mesh" in note], report["notes"])
         report = self.play(self.plain)
-        self.assert_way(report, "sphere", "none")
-        self.assertTrue([note for note in report["notes"] if str(self.plain) in note and "rotation only" in note], report["notes"])
+        self.assert_way(report, "rotation", "none")
+        self.assertTrue([note for note in report["notes"] if str(self.plain) in note and "rotation (the eye only turns)" in note], report["notes"])
         # What was asked for is taken as it was, and not remarked on.
         self.assert_way(self.play(self.coded, "--depth", "stream"), "mesh", "stream")
         self.assert_way(self.play(self.coded, "--method", "splat"), "splat", "stream")
-        report = self.play(self.coded, "--method", "sphere")
-        self.assert_way(report, "sphere", "none")
+        report = self.play(self.coded, "--method", "rotation")
+        self.assert_way(report, "rotation", "none")
         self.assertEqual(report["notes"], [])
 
     def test_the_default_shows_what_the_same_by_name_does(self):
@@ -112,7 +112,7 @@ class Playback(unittest.TestCase):
         self.assertGreater(of_scene["eyes"]["left"]["filled"]["geometry"], 0)
 
     def test_methods_are_listed_with_auto(self):
-        self.assert_refused(self.plain, ["--method", "speher"], "--method: expected sphere, ", "or auto, found 'speher'")
+        self.assert_refused(self.plain, ["--method", "speher"], "--method: expected rotation, ", "or auto, found 'speher'")
 
     def test_an_option_that_is_gone_says_so(self):
         words = ["play", self.folder, *VIEW, "--scene", self.scene, "--depth-reuse", "on", "--out", self.out / "gone"]
@@ -141,7 +141,7 @@ class Playback(unittest.TestCase):
         for depth in ("ray", "gl", "gl-cube"):
             PROGRAMS.run("play", clean, "--scene", self.scene, "--depth", depth, "--size", "240x136", "--progress", "none", "--out", self.out / depth)
             reports[depth] = json.loads((self.out / depth / "report.json").read_text())
-            self.assert_way(reports[depth], "surface", depth)
+            self.assert_way(reports[depth], "eye-depth", depth)
         self.assertNotIn("gl_driver", reports["ray"])
         for depth in ("gl", "gl-cube"):
             self.assertTrue(reports[depth]["gl_driver"])
@@ -157,12 +157,12 @@ class Playback(unittest.TestCase):
 
     def test_drawn_depth_may_be_chosen_by_time(self):
         report = self.auto(self.coded, 1e6, "--scene", self.scene, "--depth", "gl", "--fill", "pushpull")
-        self.assert_way(report, "surface", "gl")
+        self.assert_way(report, "eye-depth", "gl")
         self.assertTrue(report["gl_driver"])
         choice = report["choice"]
         self.assertEqual({plan["depth"] for plan in choice["tried"]}, {"gl"})
         cheapest = self.auto(self.coded, 1e-3, "--scene", self.scene, "--depth", "gl", "--fill", "none", out="cheapest")
-        self.assert_way(cheapest, "sphere", "none")
+        self.assert_way(cheapest, "rotation", "none")
         self.assertNotIn("gl_driver", cheapest)
 
     # -- choosing by time
@@ -203,15 +203,15 @@ class Playback(unittest.TestCase):
         part = self.root / "part"
         PROGRAMS.run("render", self.scene, "--frames", "0-1", "--size", "128x64", "--range", "180,90", "--spp", 1, "--aovs", "none", "--out", part)
         report = self.auto(part, 1e6, "--fov", 120)
-        self.assertEqual((report["method"], report["depth"], report["fill"]), ("lean", "none", "pushpull"))
+        self.assertEqual((report["method"], report["depth"], report["fill"]), ("proxy-sphere", "none", "pushpull"))
         for eye in report["eyes"].values():
             self.assertGreater(eye["filled"]["pushpull"], 0)
             self.assertEqual(eye["gap_fraction_after"]["pushpull"], 0)
         # The same for what only turns.
         choice = self.auto(part, 1e-3, "--fov", 120)["choice"]
         ways = [(plan["method"], plan["fill"]) for plan in choice["tried"] + choice["passed_over"]]
-        self.assertEqual(sorted(ways), [("lean", "pushpull"), ("sphere", "none"), ("sphere", "pushpull")])
-        self.assertEqual(ways[0], ("lean", "pushpull"))
+        self.assertEqual(sorted(ways), [("proxy-sphere", "pushpull"), ("rotation", "none"), ("rotation", "pushpull")])
+        self.assertEqual(ways[0], ("proxy-sphere", "pushpull"))
 
     # -- mirrors and glass
 
@@ -250,9 +250,9 @@ class Playback(unittest.TestCase):
                      "ultrafast", "--progress", "none")
         hidden, patches = {"hidden", "hidden-depth"}, {"patches", "patches-depth"}
         with_depth = {"main", "depth", "images"}
-        for options, used in ((["--method", "sphere", "--fill", "none"], {"main"}),
-                              (["--method", "sphere"], {"main"}),
-                              (["--method", "lean", "--fill", "small,pushpull"], {"main", "small"}),
+        for options, used in ((["--method", "rotation", "--fill", "none"], {"main"}),
+                              (["--method", "rotation"], {"main"}),
+                              (["--method", "proxy-sphere", "--fill", "small,pushpull"], {"main", "small"}),
                               (["--fill", "none"], with_depth),
                               (["--fill", "hidden,pushpull"], with_depth | hidden),
                               (["--fill", "patches,small"], with_depth | patches | {"small"}),
@@ -273,7 +273,7 @@ class Playback(unittest.TestCase):
         for eye in ("left", "right"):
             for name in ("frame.0000.png", "frame.0001.png"):
                 self.assertEqual((self.out / "judged" / eye / name).read_bytes(), (self.out / "unjudged" / eye / name).read_bytes())
-        self.assertEqual(self.tracks(everything, "--method", "sphere", "--fill", "none"), {"centre"})
+        self.assertEqual(self.tracks(everything, "--method", "rotation", "--fill", "none"), {"centre"})
         self.assertEqual(self.tracks(everything, "--fill", "hidden"), {"centre", "hidden"})
 
     def test_what_the_choice_does_not_use_is_left_out_from_then_on(self):
@@ -282,7 +282,7 @@ class Playback(unittest.TestCase):
         PROGRAMS.run("render", self.scene, "--frames", "0-23", "--size", "128x64", "--spp", 1, "--aovs", "depth", "--out", long)
         PROGRAMS.run("encode", long, "--out", stream, "--depth", "w10", "--preset", "ultrafast", "--gop", 4, "--progress", "none")
         report = self.auto(stream, 1e6, "--scene", self.scene)
-        self.assert_way(report, "surface", "ray")
+        self.assert_way(report, "eye-depth", "ray")
         tracks = report["bytes"]["input"]
         self.assertEqual(tracks["main"]["pictures"], 24)
         self.assertLess(tracks["depth"]["pictures"], 24)

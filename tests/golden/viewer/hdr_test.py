@@ -49,13 +49,13 @@ class Hdr(unittest.TestCase):
 
     def played(self, *words, transfer="pq"):
         out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
-        PROGRAMS.run("play", self.streams[transfer], "--method", "sphere", "--fill", "none", "--size", "{}x{}".format(*SIZE), "--frames", "0", *words,
+        PROGRAMS.run("play", self.streams[transfer], "--method", "rotation", "--fill", "none", "--size", "{}x{}".format(*SIZE), "--frames", "0", *words,
                      "--progress", "none", "--out", out)
         return np.asarray(Image.open(out / "left" / "frame.0000.png").convert("RGB")).astype(float)
 
     def view(self, *words):
         out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", out, self.streams["pq"], "--method", "sphere", "--fill", "off", "--paused",
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", out, self.streams["pq"], "--method", "rotation", "--fill", "off", "--paused",
                                "--size", "{}x{}".format(*SIZE), *words)
         self.addCleanup(viewer.close)
         return viewer

@@ -126,7 +126,7 @@ class Program(Viewing):
         self.assertTrue((press_until_it_changes("shift+Right") == seen[1]).all())
 
     def test_the_wheel_zooms_and_a_key_takes_it_back(self):
-        viewer = self.view("--method", "sphere")
+        viewer = self.view("--method", "rotation")
         first = viewer.picture()
         for _ in range(3):
             self.display.tool("click", 4)
@@ -135,7 +135,7 @@ class Program(Viewing):
         wait_for(lambda: (viewer.picture() == first).all(), "the first picture")
 
     def test_a_key_of_a_jump_does_not_turn_the_head_when_shift_is_let_go_first(self):
-        viewer = self.view("--method", "sphere")
+        viewer = self.view("--method", "rotation")
         first = viewer.picture()
         for what, key in (("keydown", "shift"), ("keydown", "Left"), ("keyup", "shift")):
             self.display.tool(what, key)
@@ -176,10 +176,10 @@ class Program(Viewing):
         self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
         self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
-        self.assertIn("--method: expected sphere, surface, mesh, splat, gather, mesh-plain, lean, found 'warp'", self.refused(here, self.stream, "--method", "warp"))
+        self.assertIn("--method: expected rotation, proxy-sphere, eye-depth, splat, gather, mesh or mesh-plain, found 'warp'", self.refused(here, self.stream, "--method", "warp"))
         for option in ("--scene", "--model"):
             refusal = self.refused(here, self.stream, option, self.scene, "--method", "mesh")
-            self.assertIn("--method mesh: expected the stream alone (depth of geometry goes by --method surface)", refusal)
+            self.assertIn("--method mesh: expected the stream alone (depth of geometry goes by --method eye-depth)", refusal)
             self.assertIn(f"found {option} {self.scene}", refusal)
         self.assertIn("a stream or a folder", self.refused(here))
         empty = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}

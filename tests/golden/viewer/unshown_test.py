@@ -102,11 +102,11 @@ class Unshown(unittest.TestCase):
         truth = self.truth()
         (truth / "left" / "frame.0001.exr").write_bytes(b"no picture")
         out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
-        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", out, self.streams["srgb"], "--paused", "--truth", truth, "--method", "sphere")
+        viewer = ViewerProcess(self.display, PROGRAMS.folder / "equistream", out, self.streams["srgb"], "--paused", "--truth", truth, "--method", "rotation")
         self.addCleanup(viewer.close)
         width = int(SIZE.split("x")[0])
         played = self.root / "played"
-        PROGRAMS.run("play", self.streams["srgb"], "--method", "sphere", "--size", SIZE, "--frames", "0-2", "--progress", "none", "--out", played)
+        PROGRAMS.run("play", self.streams["srgb"], "--method", "rotation", "--size", SIZE, "--frames", "0-2", "--progress", "none", "--out", played)
 
         def plain(frame):
             return np.asarray(Image.open(played / "left" / f"frame.{frame:04}.png").convert("RGB")).astype(float)

@@ -70,7 +70,7 @@ class Viewer(Viewing):
         self.assertEqual(still["frames"], 1)
         # Drawn when it comes up, and again where the display asks for that; two seconds have a hundred refreshes.
         self.assertLessEqual(still["refreshes"], 6)
-        viewer = self.view("--json", "--method", "sphere", size="64x48")
+        viewer = self.view("--json", "--method", "rotation", size="64x48")
         self.display.tool("keydown", "Left")
         seen = set()
         wait_for(lambda: seen.add(viewer.picture().tobytes()) or len(seen) >= 9, "nine views while it turns")
@@ -147,7 +147,7 @@ class Viewer(Viewing):
         self.assertLess(psnr(viewer.picture(), still), 30)  # ... `surface` does
 
     def test_beyond_the_head_box_the_picture_fades(self):
-        viewer = self.by_geometry("--method", "sphere")
+        viewer = self.by_geometry("--method", "rotation")
         inside = viewer.picture()
         viewer.hold("w", 7)
         outside = viewer.picture()

@@ -108,7 +108,7 @@ class Layouts(unittest.TestCase):
 
     def test_each_looks_up_what_the_client_does(self):
         frame = smooth_frame()
-        theirs = es.Reprojector("sphere", fill="none")(frame, EYE, TURNED).rgb
+        theirs = es.Reprojector("rotation", fill="none")(frame, EYE, TURNED).rgb
         up = np.abs(frame.info.camera_pose.to_camera(TURNED.to_world(EYE.directions()))[..., 1])
         on_cylinder = up < math.sin(math.radians(related_layouts.CYLINDER_DEG - 1))
         for layout in LAYOUTS:
@@ -120,7 +120,7 @@ class Layouts(unittest.TestCase):
 
     def test_v360_is_turned_as_the_client_is(self):
         frame = smooth_frame()
-        theirs = es.Reprojector("sphere", fill="none")(frame, EYE, TURNED).rgb
+        theirs = es.Reprojector("rotation", fill="none")(frame, EYE, TURNED).rgb
         with tempfile.TemporaryDirectory() as folder:
             Image.fromarray(related_layouts.display(frame)).save(f"{folder}/sphere.png")
             words = related_layouts.v360_words(frame.info.camera_pose, EYE, TURNED)

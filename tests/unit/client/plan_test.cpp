@@ -29,7 +29,7 @@ TEST(Plans, AskOnlyForWhatIsThere) {
             EXPECT_EQ(plan.depth != "none", needs.any());
             EXPECT_TRUE(inputs.geometry || !(needs.eye || plan.depth == "ray"));
             EXPECT_TRUE(inputs.streamed_depth || plan.depth != "stream");
-            EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "lean"));
+            EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "proxy-sphere"));
             const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
             EXPECT_TRUE(std::ranges::count(ladders, plan.fill) > 0 || plan.fill == "none" || plan.fill == "pushpull")
                 << plan.fill;
@@ -69,7 +69,7 @@ TEST(Plans, CastDepthAsTheyAreTold) {
     EXPECT_EQ(plans_by_accuracy(drawn), expected);
     for (const char* depth : {"ray", "gl", "gl-cube"})
         EXPECT_TRUE(
-            unneeded_roles({.method = "surface", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
+            unneeded_roles({.method = "eye-depth", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
     EXPECT_FALSE(unneeded_roles({.method = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
 }
 
@@ -94,7 +94,7 @@ TEST(Plans, AreBarredOnlyByTracksThatCame) {
         EXPECT_EQ(plan.depth, "none") << plan.words();
     came = {};
     came.set(std::size_t(TrackRole::hidden));
-    const Plan without_hidden{.method = "surface", .depth = "ray", .fill = "pushpull"};
+    const Plan without_hidden{.method = "eye-depth", .depth = "ray", .fill = "pushpull"};
     for (const Plan& plan : plans_after(plans, without_hidden, came))
         EXPECT_FALSE(plan.fill.starts_with("hidden") && plan.depth != "none") << plan.words();
 }
@@ -107,7 +107,7 @@ TEST(Plans, NeedToKnowOfMirrorsOnlyWhereSomethingAsksForThem) {
         EXPECT_FALSE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise, .mirrors = false}));
         EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise}));
     }
-    EXPECT_FALSE(needs_images({.method = "lean", .depth = "none", .fill = "small"})) << "nothing has depth";
+    EXPECT_FALSE(needs_images({.method = "proxy-sphere", .depth = "none", .fill = "small"})) << "nothing has depth";
     for (const bool mirrors : {false, true})
         for (const Plan& plan :
              plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "pushpull", .mirrors = mirrors}))
@@ -195,7 +195,7 @@ TEST(Plans, ComeInTheOrderOfWhatTheyMeasure) {
     std::map<std::string, double> by_surface_db;
     for (const Plan& plan :
          plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})) {
-        const bool by_surface = plan.method == "surface";
+        const bool by_surface = plan.method == "eye-depth";
         const double db = accuracy.psnr_db(plan);
         double& worst_yet_db = by_surface ? worst_by_surface_db : worst_without_db;
         EXPECT_LE(db, worst_yet_db + as_good_db) << plan.words();
