@@ -64,13 +64,10 @@ std::string made() {
     d.add_bits("UNKNOWN", 0x7fc00000u);
     d.add_bits("INFINITE", 0x7f800000u);
     d.add("ATAN_COEFFICIENTS", atan_coefficients);
-    d.add("BEYOND_SAMPLES", beyond_samples);
     d.add("EDGE_ROUNDING_PX", edge_rounding_px);
     d.add("FAR_DISTANCE_M", far_distance_m);
     d.add("FARTHEST_CARRIED_M", farthest_carried_m);
-    d.add("FOOTPRINT_OVERLAP", footprint_overlap);
     d.add("LARGEST_HALF_HEIGHT", largest_half_height);
-    d.add("LARGEST_HALF_SIDE", largest_half_side);
     d.add("LEAST_REACH_SHARE", least_reach_share);
     d.add("LEAST_WEIGHT", least_weight);
     d.add("LEAST_BEHIND", least_behind);
@@ -78,7 +75,6 @@ std::string made() {
     d.add("SAME_SURFACE_LIKENESS", same_surface_likeness);
     d.add("LIKENESS_STEEPNESS", likeness_steepness);
     d.add("LEAST_LIKENESS", least_likeness);
-    d.add("NEAREST_S", nearest_s);
     d.add_whole("MOST_EYES", most_eyes);
     d.add_whole("POSITION_BITS", position_bits);
     d.add_whole("POSITION_ONE", position_one);

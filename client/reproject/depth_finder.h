@@ -29,10 +29,6 @@ inline constexpr float largest_half_side = 32;
 /// Of `splat`: a pixel of the source more on either side, against cracks from rounding and from the parallelogram being
 /// one.
 inline constexpr float footprint_overlap = 0.05f;
-/// Of `gather`: nothing nearer than this to the eye's plane is looked for, one over metres.
-inline constexpr float nearest_s = 1e3f;
-/// Of `gather`: the share of their distance by which surfaces go on beyond their samples.
-inline constexpr float beyond_samples = 0.02f;
 
 class DepthFinder {
 public:
@@ -42,7 +38,6 @@ public:
 };
 
 std::unique_ptr<DepthFinder> make_splat_finder();
-std::unique_ptr<DepthFinder> make_gather_finder();
 /// `plain`: every cell of the lattice, joined to its neighbours whatever lies between.
 std::unique_ptr<DepthFinder> make_mesh_finder(bool plain);
 

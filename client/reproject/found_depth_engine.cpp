@@ -21,8 +21,6 @@ namespace {
 std::unique_ptr<DepthFinder> make_finder(std::string_view name) {
     if (name == "splat")
         return make_splat_finder();
-    if (name == "gather")
-        return make_gather_finder();
     if (name == "proxy-sphere")
         return nullptr;
     return make_mesh_finder(name == "mesh-plain");

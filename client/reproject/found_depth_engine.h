@@ -4,7 +4,7 @@
 
 namespace equistream {
 
-/// `name`: splat, gather, mesh, mesh-plain or proxy-sphere.
+/// `name`: splat, mesh, mesh-plain or proxy-sphere.
 std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options);
 
 }  // namespace equistream

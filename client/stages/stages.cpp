@@ -28,10 +28,11 @@ constexpr std::array engines = {
                 false,
                 make_look_up_engine},
     EngineStage{
-        {"splat", "", "forward: samples drawn back to front", true}, source_depth, true, make_found_depth_engine},
-    EngineStage{{"gather", "", "backward: a search along each ray", true}, source_depth, true, make_found_depth_engine},
-    EngineStage{
         {"mesh", "", "an adaptive mesh, cut at depth edges", true}, source_depth, true, make_found_depth_engine},
+    EngineStage{{"splat", "", "forward: samples drawn back to front; without OpenGL the fastest", false},
+                source_depth,
+                true,
+                make_found_depth_engine},
     EngineStage{{"mesh-plain", "", "a mesh never cut, a baseline", true}, source_depth, true, make_found_depth_engine},
 };
 
@@ -109,8 +110,8 @@ const Row& find(std::span<const Row> rows, std::string_view name, std::string_vi
     std::vector<std::string_view> words = names_of(rows);
     if (!also.empty())
         words.push_back(also);
-    throw InputError(expected_found(std::string(option), before + in_a_sentence(words, " or "),
-                                    "'" + std::string(name) + "'"));
+    throw InputError(
+        expected_found(std::string(option), before + in_a_sentence(words, " or "), "'" + std::string(name) + "'"));
 }
 
 }  // namespace

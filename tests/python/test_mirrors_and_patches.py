@@ -88,9 +88,9 @@ def test_a_stream_with_mirrors_equals_play(frames, pavilion, run, tmp_path, yuv)
     stream = pavilion / "lossless.mkv"
     if not stream.exists():
         run("encode", frames, "--depth", "lossless", "--mirrors", "always", "--out", stream)
-    run("play", stream, "--method", "gather", "--depth", "stream", *VIEW, "--out", tmp_path)
+    run("play", stream, "--method", "splat", "--depth", "stream", *VIEW, "--out", tmp_path)
     reworked = 0
-    for eye, view, info in views(es.Reprojector("gather"), es.open_feed(stream, depth=True, yuv=yuv)):
+    for eye, view, info in views(es.Reprojector("splat"), es.open_feed(stream, depth=True, yuv=yuv)):
         np.testing.assert_array_equal(view.rgb, played(tmp_path, eye, info))
         np.testing.assert_array_equal(view.gaps, played(tmp_path, eye, info, "gaps") > 0)
         reworked += view.mirrors["by_image"]

@@ -143,7 +143,7 @@ def test_methods_that_find_the_eyes_depth(eyes):
     source = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m)  # nobody has the eye's
     pose = eye_poses(frame.main.info)["right"]
     true = es.Reprojector("eye-depth", fill="none")(frame, CAMERA, pose)
-    for method in ("splat", "gather", "mesh"):
+    for method in ("splat", "mesh"):
         reproject = es.Reprojector(method, fill="none")
         needs = reproject.needs_depth(source.info.camera_pose, pose)
         assert needs.source and not needs.eye
@@ -154,7 +154,7 @@ def test_methods_that_find_the_eyes_depth(eyes):
         with np.errstate(divide="ignore"):
             difference = np.abs(1 / view.depth_m[both] - 1 / true.depth_m[both])
         assert (difference * 0.25 > 2 / 57).mean() < 0.03  # two pixels, at the edges of things
-    assert set(es.METHODS) >= {"rotation", "proxy-sphere", "eye-depth", "splat", "gather", "mesh"}
+    assert set(es.METHODS) >= {"rotation", "proxy-sphere", "eye-depth", "splat", "mesh"}
     leaning = es.Reprojector("proxy-sphere", fill="none")(es.FeedPicture(frame.main.info, frame.main.rgb), CAMERA, pose)
     assert not leaning.gaps.any() and leaning.depth_m is None
     turned = es.Reprojector("rotation", fill="none")(frame, CAMERA, pose)

@@ -15,9 +15,6 @@
 ///
 /// `splat`    forward: each sample of the source is drawn as the parallelogram of the eye's pixels that it covers, in
 ///            the order of McMillan 1995 that needs no buffer of depths.
-/// `gather`   backward: each ray of the eye looks for the first place where it goes in through the source's surface: by
-///            fixed point from the neighbours' solutions, one seed for each surface among them, and by a walk along
-///            the ray where all fail or something may lie before the nearest. Past an edge is a gap.
 /// `mesh`     the source's depth as cells as large as keep w within `mesh_share` of the budget, cut where w jumps more
 ///            than a surface's slope explains; drawn with a buffer of depths.
 /// `mesh-plain`  every cell of the source's depth, never cut, each point coloured whether the source saw it or not: the
@@ -36,7 +33,7 @@ namespace equistream {
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
     double error_budget_px = default_error_budget_px;
-    /// Of that budget, what `mesh` and `gather` may use up for their own approximation; the rest is for depth codes and
+    /// Of that budget, what `mesh` may use up for its own approximation; the rest is for depth codes and
     /// codec and geometry.
     double mesh_share = default_budget_share;
     /// For `proxy-sphere`: the radius of its sphere of pictures; 0: the median of the source's depths where it has

@@ -87,7 +87,7 @@ DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
                                         "neither"));
     if (needs.eye && !eyes_depth)
         throw InputError(expected_found("--method " + choice.method,
-                                        "--scene S, for the eyes' own depth, which no stream has (gather, mesh and "
+                                        "--scene S, for the eyes' own depth, which no stream has (mesh and "
                                         "splat need none)",
                                         "--depth " + choice.depth + " alone"));
     if (!needs.any() && !settings.method.empty())

@@ -163,7 +163,7 @@ class Reprojector:
     """A method and a fill ladder, to be used for many frames and eyes.
 
     `method`: one of METHODS. 'rotation' turns the source only, 'proxy-sphere' moves the eye inside a sphere of one radius; 'eye-depth' moves it
-    by the eye's own depth and the source's; 'splat', 'gather' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
+    by the eye's own depth and the source's; 'splat' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
     FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
     `error_budget_px`: share of an eye's pixel by which engine, mirrors and rungs may displace colour.
     `mirrors`: pixels of mirrors and glass that would be displaced by more, where the source brings the planes `specular` and

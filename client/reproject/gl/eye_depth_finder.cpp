@@ -1,9 +1,7 @@
 #include "eye_depth_finder.h"
 
-#include "gather_depth.h"
 #include "lean_depth.h"
 #include "mesh_depth.h"
-#include "splat_depth.h"
 
 #include <equistream_client/stages.h>
 
@@ -22,10 +20,6 @@ void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, 
 
 std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
     const std::string_view name = find_engine(engine).name;
-    if (name == "splat")
-        return std::make_unique<SplatDepth>(options);
-    if (name == "gather")
-        return std::make_unique<GatherDepth>(options);
     if (name == "proxy-sphere")
         return std::make_unique<LeanDepth>(options);
     assert(name == "mesh" || name == "mesh-plain");

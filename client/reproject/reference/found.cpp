@@ -76,8 +76,6 @@ private:
         const PlainTask task{source_, eye, options_};
         if (name_ == "splat")
             find_by_splat(task, inverse_planar);
-        else if (name_ == "gather")
-            find_by_gather(task, inverse_planar);
         else if (name_ == "proxy-sphere")
             find_by_lean(task, inverse_planar);
         else

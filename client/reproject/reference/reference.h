@@ -9,7 +9,7 @@ namespace equistream {
 /// `sphere` or `surface`.
 std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options);
 
-/// `splat`, `gather`, `mesh`, `mesh-plain` or `lean`.
+/// `splat`, `mesh`, `mesh-plain` or `lean`.
 std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options);
 
 /// A sample of the source, 0 to 255. Of planes as RGB in 8 bits, from the real-valued formula (yuv.h): chroma between
@@ -29,7 +29,6 @@ struct PlainTask {
 
 /// Fills 1 / planar depth of every pixel of the eye, negative where nothing is found.
 void find_by_splat(const PlainTask& task, Image<double>& inverse_planar);
-void find_by_gather(const PlainTask& task, Image<double>& inverse_planar);
 void find_by_mesh(const PlainTask& task, bool plain, Image<double>& inverse_planar);
 void find_by_lean(const PlainTask& task, Image<double>& inverse_planar);
 

@@ -176,7 +176,8 @@ class Program(Viewing):
         self.assertIn("a folder left or right of eyes", self.refused(here, self.stream, "--truth", self.root / "frames"))
         self.assertIn("--carry: expected 0 to 1 s", self.refused(here, self.stream, "--carry", "2"))
         self.assertIn("--fov", self.refused(here, self.stream, "--fov", "5"))
-        self.assertIn("--method: expected rotation, proxy-sphere, eye-depth, splat, gather, mesh or mesh-plain, found 'warp'", self.refused(here, self.stream, "--method", "warp"))
+        self.assertIn("--method: expected rotation, proxy-sphere, eye-depth, mesh, splat or mesh-plain, found 'warp'", self.refused(here, self.stream, "--method", "warp"))
+        self.assertIn("--method splat: expected an engine that the viewer has", self.refused(here, self.stream, "--method", "splat"))
         for option in ("--scene", "--model"):
             refusal = self.refused(here, self.stream, option, self.scene, "--method", "mesh")
             self.assertIn("--method mesh: expected the stream alone (depth of geometry goes by --method eye-depth)", refusal)

@@ -40,7 +40,7 @@ double difference_of_depth(const EyePicture& a, const EyePicture& b, double eye_
 
 class FoundEngines : public testing::TestWithParam<const char*> {};
 
-INSTANTIATE_TEST_SUITE_P(Client, FoundEngines, testing::Values("splat", "gather", "mesh"),
+INSTANTIATE_TEST_SUITE_P(Client, FoundEngines, testing::Values("splat", "mesh"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST_P(FoundEngines, FastEqualsReference) {

@@ -51,8 +51,7 @@ struct Expected {
 class FoundPictures : public testing::TestWithParam<Expected> {};
 
 INSTANTIATE_TEST_SUITE_P(Client, FoundPictures,
-                         testing::Values(Expected{"splat", 60, 0.97}, Expected{"gather", 48, 0.85},
-                                         Expected{"mesh", 60, 0.97}),
+                         testing::Values(Expected{"splat", 60, 0.97}, Expected{"mesh", 60, 0.97}),
                          [](const auto& test) { return std::string(test.param.engine); });
 
 /// Depth alone would not tell whose colours a silhouette's pixels take.

@@ -131,8 +131,8 @@ TEST_P(GlRefreshByEngine, ShowsWhatTheCpuMakesOfTheFrame) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Client, GlRefreshByEngine,
-                         testing::Values(std::tuple("splat", true), std::tuple("mesh-plain", true),
-                                         std::tuple("lean", true), std::tuple("lean", false)));
+                         testing::Values(std::tuple("mesh-plain", true), std::tuple("lean", true),
+                                         std::tuple("lean", false)));
 
 /// Of foreign stereo video; and of a frame after it without a second eye.
 TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
@@ -227,7 +227,7 @@ INSTANTIATE_TEST_SUITE_P(
                     std::tuple(by_geometry, false, Mirror::wall), std::tuple(by_geometry, false, Mirror::ball),
                     std::tuple("mesh", false, Mirror::none), std::tuple("mesh", true, Mirror::none),
                     std::tuple("mesh", false, Mirror::wall), std::tuple("mesh", false, Mirror::ball),
-                    std::tuple("splat", true, Mirror::none), std::tuple("gather", false, Mirror::none)));
+                    std::tuple("mesh-plain", true, Mirror::none)));
 
 /// As on the CPU: it would see what has moved where it was, too.
 TEST_F(GlEyeRenderer, CarriesNothingOnForAnEyeAtTheSource) {

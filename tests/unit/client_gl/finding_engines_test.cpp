@@ -20,7 +20,6 @@
 namespace equistream::test {
 namespace {
 
-/// Small: the plain reference of gather walks every ray in quarters of the source's pixels.
 const PerspectiveCamera eye_camera{120, 75, pi / 2};
 constexpr int source_width = 360;
 
@@ -35,11 +34,8 @@ struct Expected {
 
 class GlFindingEngines : public Gl, public testing::WithParamInterface<Expected> {};
 
-/// Fixed points and steps along a ray part at silhouettes, of which smaller pictures have more for their size.
 INSTANTIATE_TEST_SUITE_P(Client, GlFindingEngines,
-                         testing::Values(Expected{"splat", 55, 1}, Expected{"gather", 46, 25},
-                                         Expected{"mesh-plain", 50, 1}, Expected{"lean", 50, 8}),
-                         [](const auto& test) {
+                         testing::Values(Expected{"mesh-plain", 50, 1}, Expected{"lean", 50, 8}), [](const auto& test) {
                              std::string name = test.param.engine;
                              std::erase(name, '-');
                              return name;
@@ -84,11 +80,10 @@ TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
     }
 }
 
-/// Where samples are few or unknown: `splat` on the CPU, which draws what overlaps in another order, and `gather`'s
-/// plain reference, which walks every ray, part from what both have in common with the GPU's.
+/// The CPU's own engine, where samples are few or unknown.
 void expect_the_cpus(const std::string& engine, gl::EyeDepthFinder& finder, const SourceView& view,
                      const EyeView& eye) {
-    const auto cpu = make_engine(engine, {.reference = engine == "splat"});
+    const auto cpu = make_engine(engine);
     cpu->set_source(view);
     EyePicture expected;
     cpu->reproject(eye, expected);
