@@ -134,7 +134,7 @@ TEST(Engines, UnknownNamesListTheKnownOnes) {
         FAIL();
     } catch (const InputError& e) {
         EXPECT_NE(std::string(e.what()).find("sphere"), std::string::npos);
-        EXPECT_NE(std::string(e.what()).find("surface"), std::string::npos);
+        EXPECT_NE(std::string(e.what()).find("eye-depth"), std::string::npos);
         EXPECT_NE(std::string(e.what()).find("'spere'"), std::string::npos);
     }
 }
