@@ -19,7 +19,8 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from needed import expect_packages  # noqa: E402
-from steps import Failed, run_as_program  # noqa: E402
+from options import Progress, add_common, parse  # noqa: E402
+from steps import REPOSITORY, Failed, provenance, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64
 
@@ -66,8 +67,9 @@ def arguments():
     parser.add_argument("--codec", choices=("h264", "h265"), default="h264")
     parser.add_argument("--widest", type=in_range(0.5, 8), default=2 ** 0.5, metavar="TIMES",
                         help="the widest sphere tried, in 2 pi f columns (1.41); narrower ones are filtered from it or from the next")
+    add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
-    options = parser.parse_args()
+    options = parse(parser, "fit")
     options.info = scene_info(parser, options)
     last = path_frames(options) - 1
     middle = max(0, last // 2)
@@ -113,18 +115,25 @@ def main():
     began = time.time()
     asked = Asked(options.eye_size, options.fov, *options.frames, options.spp, options.widest)
     with contextlib.redirect_stdout(sys.stderr):
-        work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked)
+        work = FitWork(options.work or pathlib.Path(f"{options.scene.stem}-fit"), options.bin, options.scene, asked, Progress("fit", options.progress))
         fit = Fit(work, asked, options.codec, options.db, path_frames(options))
         try:
             chosen = fit.run()
         except Unreachable as short:
             raise Failed(unreachable_text(short.best, fit)) from None
-    print("\n".join(report(fit, chosen)))
-    print(times_text(work, began, time.time()))
+    said = "\n".join([*report(fit, chosen), times_text(work, began, time.time())])
     if chosen.model_px:
         chosen.geometry_file = keep_model(chosen, work, options.out)
     remarks = [f"equistream fit {options.scene} --db {options.db:g}, measured {time.strftime('%Y-%m-%d', time.gmtime())}", chosen_text(chosen, fit), n_text(asked)]
     write_settings(options.out, remarks, sections_of(chosen, asked, options.codec))
+    if options.json:
+        point = chosen.point
+        print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width,
+                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.rungs, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
+                          "reflections": chosen.told, "why": fit.why, "seconds": round(time.time() - began, 1),
+                          "command": f"equistream fit {options.scene.name} --db {options.db:g}", **provenance(options.bin, REPOSITORY)}, indent=1))
+        return
+    print(said)
     print(f"\nwritten: {options.out}\n"
           f"  equistream render {options.scene} --settings {options.out} --out frames\n"
           f"  equistream encode frames --settings {options.out} --out {options.scene.stem}.mp4\n"

@@ -25,7 +25,7 @@ def point(entry, titles):
 
 def write_page(result, colours, file):
     data = {"scene": result["scene"], "settings": result["settings"], "machine": result["machine"], "versions": result["versions"], "made": result["made"],
-            "ceiling": ceiling_psnr(result), "colours": colours, "points": [point(entry, result["titles"]) for entry in result["systems"]]}
+            "ceiling": ceiling_psnr(result), "colours": {name: colour for name, colour in colours.items() if name in result["titles"]}, "points": [point(entry, result["titles"]) for entry in result["systems"]]}
     # What is in a script element ends at the first "</".
     text = json.dumps(lean(data), separators=(",", ":")).replace("</", "<\\/")
     page = TEMPLATE.read_text().replace("@TITLE@", html.escape(f"equistream study: {result['scene']}")).replace("@SCENE@", html.escape(result["scene"])).replace("@DATA@", text)

@@ -80,6 +80,8 @@ class Preset:
     fov_deg: float = 90
     timed: bool = True
     """What is charted in milliseconds runs alone."""
+    steps: int = 0
+    """Programs that it runs in all, as it comes: what is left is told by it. 0: not counted."""
     left_out: tuple = ()
     """Experiments that are measured only where --experiments names them."""
 
@@ -96,12 +98,13 @@ class Preset:
         return first, first + self.frames - 1
 
 
+SMOKE_STEPS = 0
 PRESETS = {preset.name: preset for preset in (
     # As small as small streams allow, which are a quarter as high and coded at 64 pixels or more.
     Preset("smoke", BUNDLED_SCENES, frames=2, eye=(448, 256), sphere_width=1024, widths=(512, 1024), system_widths=(512,), eye_samples=2, sphere_samples=1,
            bytes_samples=2, eye_bytes_samples=4, widest=Widest(1024, 2, 1), codecs=("h264",), crfs=(24,), curve_crfs=(16, 20, 24, 28), coarse_crfs=(), repeat=1, budgets_px=(1 / 4, 4),
            model_rounds=2, samples_swept=(1, 2), breakers=("near",), every_value=False,
-           latency_seconds=2, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related")),
+           latency_seconds=2, steps=SMOKE_STEPS, model_words=("--visibility-rays", 2 ** 22, "--rays", 2 ** 18), timed=False, left_out=("where", "moved", "related")),
     Preset("small", REAL_SCENES, frames=4, eye=(640, 360), sphere_width=1920, widths=(640, 960, 1280, 1920), system_widths=(960, 1920), eye_samples=16, sphere_samples=16, bytes_samples=64, eye_bytes_samples=256,
            widest=Widest(3840, 1, 16), codecs=("h264", "h265"), crfs=(16, 24), curve_crfs=(12, 16, 20, 24, 28), coarse_crfs=(34, 40), repeat=2, budgets_px=(1 / 16, 1 / 4, 1, 4, 16),
            model_rounds=40, samples_swept=(1, 2, 4, 8, 16, 32), breakers=(), every_value=True, latency_seconds=7),

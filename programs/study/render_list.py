@@ -9,6 +9,10 @@ PLACES = ("left", "centre", "right")
 BYTES_SEED, SAMPLES_SEED = 3, 11
 LOCK_SAMPLES = 16
 """A pixel: two streams are compared with each other alone."""
+UNBIASED = ("--unbiased",)
+"""What eyes are compared with leaves nothing out of the light; what is streamed is rendered as users do."""
+WHOLE = ("--layers", "--patches")
+"""Beside render's own planes: the tracks that `play` fills gaps from unless told otherwise."""
 DEPTH, WITH_MIRRORS = ("--aovs", "depth"), ("--aovs", "depth,specular,virtual")
 
 
@@ -39,6 +43,16 @@ class Render:
     def samples_a_frame(self):
         pixels = self.size[0] * self.size[1] * (17 / 16 if self.small else 1)
         return pixels * self.samples
+
+
+def truth(preset, seed):
+    """Both eyes, which everything is compared with."""
+    return Render(f"truth-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=(*DEPTH, *UNBIASED))
+
+
+def whole_sphere(preset, place, seed):
+    """With all that render's defaults and its tracks for gaps give: what the default way of playing takes."""
+    return Render(f"whole-{place}-{seed}", seed, preset.sphere_samples, (preset.sphere_width, preset.sphere_width // 2), place, options=WHOLE)
 
 
 def perspective(preset, seed, samples=None, name=None):
@@ -78,7 +92,7 @@ def eyes_geometry(preset):
 
 def moved_eyes(preset, name, seed, path):
     """Both eyes of a head that follows another path."""
-    return Render(f"eyes-{name}-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=("--path", path, "--aovs", "none"))
+    return Render(f"eyes-{name}-{seed}", seed, preset.eye_samples, preset.eye, "both", fov_deg=preset.fov_deg, options=("--path", path, "--aovs", "none", *UNBIASED))
 
 
 def locked_sphere(preset, lock):
@@ -101,6 +115,8 @@ def every_render(preset):
     for seed in SEEDS:
         yield perspective(preset, seed)
         yield right_eye(preset, seed)
+        yield truth(preset, seed)
+        yield whole_sphere(preset, "centre", seed)
         for place in PLACES:
             yield wide_sphere(preset, place, seed)
             for width in preset.widths:

@@ -21,7 +21,7 @@ STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stabili
 class SceneWork:
     """`description` of the preset's scenes is the repository's; bundled scenes are generated."""
 
-    def __init__(self, work, programs, scene, preset):
+    def __init__(self, work, programs, scene, preset, progress=None):
         self.scene, self.preset = scene, preset
         self.folder = (pathlib.Path(work) / scene).resolve()
         if REPOSITORY in self.folder.parents and REPOSITORY / "build" not in self.folder.parents:
@@ -29,7 +29,7 @@ class SceneWork:
         self.folder.mkdir(parents=True, exist_ok=True)
         self.first, self.last = preset.frame_range(scene)
         self.steps = Steps(self.folder, programs, {str(REPOSITORY) + "/": "", str(self.folder) + "/": ""},
-                           {"preset": preset.name, "frames": f"{self.first}-{self.last}"})
+                           {"preset": preset.name, "frames": f"{self.first}-{self.last}"}, progress)
 
     @functools.cached_property
     def description(self):
@@ -98,14 +98,14 @@ class SceneWork:
         return self.render(render_list.perspective(self.preset, seed))
 
     def truth(self, seed):
-        """Both eyes, side by side; the left one is the perspective system's."""
-        truth = self.folder / f"renders/truth-{seed}"
-        truth.mkdir(parents=True, exist_ok=True)
-        for eye, rendered in (("left", self.perspective(seed)), ("right", self.render(render_list.right_eye(self.preset, seed)))):
-            link = truth / eye
-            if not link.is_symlink():
-                link.symlink_to(self.folder / rendered / eye)
-        return f"renders/truth-{seed}"
+        """Both eyes, unbiased."""
+        return self.render(render_list.truth(self.preset, seed))
+
+    def right_eye(self, seed):
+        return self.render(render_list.right_eye(self.preset, seed))
+
+    def whole_sphere(self, place, seed):
+        return self.render(render_list.whole_sphere(self.preset, place, seed))
 
     def sphere(self, place, width, seed):
         """Of this width: filtered from the wide one where that is a whole number of times as wide, else rendered, and the widest where there is only that."""

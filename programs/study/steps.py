@@ -15,6 +15,8 @@ import subprocess
 import sys
 import time
 
+from options import Progress
+
 
 HERE = pathlib.Path(__file__).resolve().parent
 REPOSITORY = next(folder for folder in (HERE.parents[1], HERE.parent) if (folder / "scenes/descriptions").is_dir() or folder == HERE.parent)
@@ -65,11 +67,12 @@ def digest(folder, pattern="equistream*"):
 class Steps:
     """Runs `equistream` in a work folder; commands name files relative to it, so records do not depend on the machine."""
 
-    def __init__(self, work, programs, aliases, settings):
+    def __init__(self, work, programs, aliases, settings, progress=None):
         self.work = pathlib.Path(work)
         self.program = pathlib.Path(programs).resolve() / "equistream"
         self.aliases = aliases  # path prefixes of this machine -> what records say instead
         self.context = {**settings, "programs": digest(self.program.parent)}
+        self.progress = progress or Progress("steps")
         self.running, self.beside, self.stopped = set(), 0, False
         if not self.program.is_file():
             raise Failed(f"{self.program}: expected the built program, found nothing (give --bin)")
@@ -121,7 +124,7 @@ class Steps:
             if record["command"] == command and made_here and self.inputs_changed_at(words) <= file.stat().st_mtime and not (timed and record.get("beside")):
                 return record
         resumed = fresh is not None and (self.work / fresh).exists()
-        print(f"{name}: {command}", flush=True)
+        self.progress.begin(name, command)
         errors = self.work / "steps" / f"{name}.log"
         errors.parent.mkdir(parents=True, exist_ok=True)
         start = time.monotonic()

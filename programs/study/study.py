@@ -13,6 +13,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from needed import expect_packages  # noqa: E402
+from options import add_common, parse  # noqa: E402
 from presets import EXPERIMENTS, PRESETS  # noqa: E402
 from steps import RESULTS, run_as_program  # noqa: E402
 
@@ -42,8 +43,9 @@ def arguments():
     parser.add_argument("--charts", choices=("after", "only", "none"), default="after",
                         help="after: charts, tables and pages are drawn once all is measured; only: they are, of what is there; none: they are not")
     parser.add_argument("--again", action="store_true", help="measure what is there already, too")
+    add_common(parser)
     parser.add_argument("--bin", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
-    return parser.parse_args()
+    return parse(parser, "study")
 
 
 def main():

@@ -1,6 +1,8 @@
 """A study: measures what is missing, then draws. See study.py."""
 
+import contextlib
 import json
+import sys
 import time
 
 import charts.accuracy
@@ -17,6 +19,7 @@ from charts.looks import COLOURS
 from experiments import EXPERIMENTS
 from found import load
 from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures
+from options import Progress
 from page import write_page
 from page_pictures import Pictures
 from presets import OF_SCENES, PRESETS, SEEDS
@@ -27,7 +30,7 @@ from tables import write_tables
 
 def settings(preset):
     """What makes a result another one: all numbers of the preset, and their seeds."""
-    return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key != "scenes"} | {
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(preset).items() if key not in ("scenes", "steps")} | {
         "widest": vars(preset.widest), "seeds": list(SEEDS)}
 
 
@@ -37,6 +40,7 @@ class Study:
         self.preset = PRESETS[options.preset]
         self.work = options.work or options.out / "work"
         self.experiments = options.experiments or [name for name in EXPERIMENTS if name not in self.preset.left_out]
+        self.progress = Progress("study", options.progress, self.steps_left())
         self.scenes = options.scenes.split(",") if options.scenes else list(self.preset.scenes)
 
     def is_done(self, file):
@@ -58,7 +62,7 @@ class Study:
             print(f"{file}: there already", flush=True)
             return
         began = time.monotonic()
-        work = SceneWork(self.work, self.options.bin, scene, self.preset)
+        work = SceneWork(self.work, self.options.bin, scene, self.preset, self.progress)
         made = provenance(self.options.bin, REPOSITORY)
         result = {"scene": scene, "experiment": experiment,
                   "command": " ".join(["equistream study --preset", self.preset.name, *(["--scenes", scene] if experiment in OF_SCENES else []),
@@ -72,7 +76,22 @@ class Study:
         write_whole(file, result_text(lean(result, LEFT_OUT.get(experiment, ()))))
         print(f"{file}: {result['took_s']:.0f} s", flush=True)
 
+    def steps_left(self):
+        """Of the preset as it comes; None where nobody has counted them."""
+        if not self.preset.steps or self.options.experiments or self.options.scenes or self.options.again:
+            return None
+        return max(1, self.preset.steps - len(list(self.work.glob("*/steps/*.json"))))
+
     def run(self):
+        began = time.monotonic()
+        with contextlib.redirect_stdout(sys.stderr) if self.options.json else contextlib.nullcontext():
+            self.do()
+        if self.options.json:
+            files = [file for experiment in self.experiments for file in sorted((self.options.out / experiment).glob("*.json"))]
+            print(json.dumps({"preset": self.preset.name, "results": [str(file) for file in files], "seconds": round(time.monotonic() - began, 1),
+                              **provenance(self.options.bin, REPOSITORY)}, indent=1))
+
+    def do(self):
         if self.options.plan:
             print(plan.write_plan(self.preset, self.scenes, self.options.measured, self.options.out))
             return
@@ -88,13 +107,13 @@ class Study:
         of_scenes = [experiment for experiment in self.experiments if experiment in OF_SCENES]
         wanted = [(experiment, scene) for scene in self.scenes for experiment in of_scenes]
         for scene in dict.fromkeys(scene for experiment, scene in wanted if not self.is_done(self.file(experiment, scene))):
-            SceneWork(self.work, self.options.bin, scene, self.preset).expect_scene()
+            SceneWork(self.work, self.options.bin, scene, self.preset, self.progress).expect_scene()
         for experiment, scene in wanted + [(experiment, "generated") for experiment in self.experiments if experiment not in of_scenes]:
             self.measure(experiment, scene)
 
     def render_job(self):
         job = plan.planned_job(self.preset, self.options.job, self.options.out)
-        SceneWork(self.work, self.options.bin, job.scene, self.preset).render_part(job.render, job.first, job.last)
+        SceneWork(self.work, self.options.bin, job.scene, self.preset, self.progress).render_part(job.render, job.first, job.last)
 
     def draw(self):
         for chart in (charts.accuracy, charts.paper, charts.where, charts.moved, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):

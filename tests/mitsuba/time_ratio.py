@@ -13,12 +13,16 @@ threads' processor time, which a busy machine disturbs less.
 import argparse
 import json
 import math
+import pathlib
 import statistics
 import sys
 import time
 
 import drjit as dr
 import mitsuba as mi
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "programs/study"))
+from steps import machine  # noqa: E402
 
 STOCK = "perspective, path"
 CASES = {
@@ -122,7 +126,8 @@ def main():
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--out", help="also write the JSON here")
     options = parser.parse_args()
-    report = {"mitsuba": mi.__version__, "pixels": options.pixels, "spp": options.spp, "max_depth": options.depth,
+    report = {"command": f"tests/mitsuba/time_ratio.py --pixels {options.pixels} --spp {options.spp} --rounds {options.rounds}", "machine": machine(),
+              "made": time.strftime("%Y-%m-%d", time.gmtime()), "versions": {"mitsuba": mi.__version__}, "mitsuba": mi.__version__, "pixels": options.pixels, "spp": options.spp, "max_depth": options.depth,
               "rounds": options.rounds,
               "variants": {variant: measure(variant, options) for variant in options.variants.split(",")}}
     text = json.dumps(report, indent=2)

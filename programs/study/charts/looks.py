@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from steps import write_whole
 
-COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-told": "#d81b60", "centre-mesh": "#28b463",
+COLOURS = {"perspective": "#c0392b", "pair": "#d4ac0d", "sphere-left": "#2e86c1", "two-spheres": "#8e44ad", "centre": "#145a32", "centre-told": "#d81b60", "default": "#1a237e", "centre-mesh": "#28b463",
            "centre-turned": "#7f8c8d", "centre-plain-mesh": "#b9770e", "centre-gather": "#45b39d", "centre-splat": "#76d7c4", "centre-lean": "#aab7b8"}
 MARKERS = {"uncoded": "*", "H.264, CRF 16": "o", "H.264, CRF 24": "s", "H.265, CRF 16": "^", "H.265, CRF 24": "D"}
 HIGHEST_DB = 60

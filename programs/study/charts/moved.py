@@ -8,7 +8,7 @@ from . import looks
 
 
 def draw_panel(axes, result):
-    names = list(result["titles"])
+    names = [name for name in result["titles"] if name in looks.COLOURS]
     for i, system in enumerate(names):
         colour = looks.COLOURS[system]
         for at, entry in enumerate(by_head(result, system).values()):

@@ -34,7 +34,13 @@ class Head:
 
 
 HEADS = (Head("as-told", 0, 0), Head("turned", 20, 0), Head("moved", 0, 0.05), Head("further", 0, 0.1), Head("both", 20, 0.1))
-PLAYED = ("perspective", "pair", "sphere-left", "two-spheres", "centre", "centre-told", "centre-mesh", "centre-turned")
+PLAYED = ("perspective", "pair", "sphere-left", "two-spheres", "centre", "centre-told", "default", "centre-mesh", "centre-turned")
+
+DEFAULT = next(system for system in SYSTEMS if system.by_default)
+BY_FILL = tuple(dataclasses.replace(DEFAULT, name=f"fill-{fill.split(',')[0]}", title=f"{DEFAULT.title}, gaps by {fill}", play=("--fill", fill))
+                for fill in ("none", "spread", "pushpull", "hidden,pushpull", "patches,pushpull", "geometry,pushpull"))
+BY_MIRRORS = tuple(dataclasses.replace(DEFAULT, name=f"mirrors-{how}", title=f"{DEFAULT.title}, --mirrors {how}", play=("--mirrors", how)) for how in ("gaps", "surface"))
+"""What fills gaps, and what becomes of mirrors, each alone: of the sphere that has the tracks for all of it."""
 
 
 def path_of(work, head, number):
@@ -47,6 +53,11 @@ def path_of(work, head, number):
     return file
 
 
+def played_of(work):
+    by_mirrors = BY_MIRRORS if work.tells_of_mirrors("centre") else ()
+    return [*(system for system in systems_of(work) if system.name in PLAYED), *BY_FILL, *by_mirrors]
+
+
 def run(work):
     number = (work.first + work.last) // 2
     found, ceiling = [], {}
@@ -55,9 +66,9 @@ def run(work):
         truths = [work.render(moved_eyes(work.preset, head.name, seed, path), str(number)) for seed in SEEDS]
         ceiling[head.name] = work.compare(f"moved-{head.name}-ceiling", *truths)["eyes"]
         player = Player(work, str(number), path)
-        for system in (system for system in systems_of(work) if system.name in PLAYED):
+        for system in played_of(work):
             views, said = player.play_seeds(system, work.preset.sphere_width, None)
             found.append({"head": head.name, "system": system.name, "width": work.preset.sphere_width if system.is_sphere else None,
                           "commands": [[played["command"]] for played in said[0]], **work.beside(f"moved-{head.name}-{system.name}", views, truths)})
     return {"n": {"frames": 1, "seeds": len(SEEDS)}, "heads": [dataclasses.asdict(head) for head in HEADS], "ceiling": ceiling,
-            "titles": {system.name: system.title for system in SYSTEMS if system.name in PLAYED}, "systems": found}
+            "titles": {system.name: system.title for system in played_of(work)}, "systems": found}

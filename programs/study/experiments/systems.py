@@ -32,6 +32,8 @@ class System:
     """Perspective ones."""
     in_full: bool = True
     """In every coding; else before coding and in the first alone, or not even in that where a preset has few values of everything."""
+    by_default: bool = False
+    """Rendered with the tracks that play fills gaps from, coded and played as programs do unless told otherwise; at the preset's own width alone."""
     told: bool = False
     """The sphere tells of mirrors and glass (AOVs specular and virtual), at the preset's own width alone, where the scene has any."""
 
@@ -47,6 +49,7 @@ SYSTEMS = (
     System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "sphere", *NO_FILL), depth="none", small=False),
     System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "surface", *OUR_FILL)),
     System("centre-told", "centre, client's geometry, mirrors and glass told of", ("centre",), ("--method", "surface", *OUR_FILL), told=True),
+    System("default", "centre, client's geometry, as programs do by default", ("centre",), (), by_default=True),
     System("centre-mesh", "centre, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
     System("centre-turned", "centre, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
     System("centre-plain-mesh", "centre, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
@@ -82,20 +85,23 @@ class Player:
 
     def sources(self, system, width, seed):
         """What is played, one folder for each that eyes have of their own."""
+        if system.by_default:
+            return [self.work.whole_sphere(place, seed) for place in system.places]
         if system.told:
             return [self.work.told_sphere(place, seed) for place in system.places]
         if system.is_sphere:
             return [self.work.sphere(place, width, seed) for place in system.places]
         if system.views == 1:
             return [self.work.perspective(seed)]
-        truth = self.work.truth(seed)
-        return [f"{truth}/left", f"{truth}/right"]
+        return [f"{self.work.perspective(seed)}/left", f"{self.work.right_eye(seed)}/right"]
 
     def encoded(self, system, source, coding, name, timed=False):
         depth = ["--depth", "auto"] if system.depth == "stream" else []
         mirrors = ["--mirrors", "always"] if system.told else []
         tracks = ["--fill", "small" if system.small else "none", "--fill-crf", coding.crf] if system.small else ["--fill", "none"]
-        kind = ("depth-" if depth else "") + ("small" if system.small else "alone")
+        if system.by_default:
+            tracks = []
+        kind = "default" if system.by_default else ("depth-" if depth else "") + ("small" if system.small else "alone")
         return self.work.encode(f"{name}-{kind}-{coding.name}", source, "--codec", coding.codec, "--crf", coding.crf, *tracks, *depth, *mirrors,
                                 *self.chosen_frames(), timed=timed)
 
@@ -218,7 +224,7 @@ def systems_of(work):
 def widths_of(system, preset):
     if not system.is_sphere:
         return (None,)
-    return (preset.sphere_width,) if system.told else preset.system_widths
+    return (preset.sphere_width,) if system.told or system.by_default else preset.system_widths
 
 
 def run(work):

@@ -82,7 +82,7 @@ def of_system(player, system):
 
 
 def run(work):
-    """Of all systems but what is rendered for the very eye, which has no error before coding."""
+    """Of all systems but what is rendered for the very eye, which has no error of reprojection."""
     player = Player(work)
     systems = [system for system in systems_of(work) if system.views == 1]
     return {"n": {"frames": work.preset.frames, "seeds": len(SEEDS)}, "kinds": KINDS, "edge_px": EDGE_PX,

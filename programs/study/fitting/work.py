@@ -91,10 +91,10 @@ def fingerprint(description):
 
 
 class FitWork(SceneWork):
-    def __init__(self, work, programs, description, asked):
+    def __init__(self, work, programs, description, asked, progress=None):
         self.given = description.resolve()
         super().__init__(work, programs, f"{render_list.size_text(asked.eye)}-{asked.fov_deg:g}deg-{asked.first}-{asked.last}-{asked.samples}spp-{asked.widths[0]}-"
-                         f"{fingerprint(description)}", asked)
+                         f"{fingerprint(description)}", asked, progress)
 
     @property
     def description(self):

@@ -77,7 +77,7 @@ class Playback:
 
     def run(self):
         view = ["--size", self.options.size, "--fov", self.options.fov]
-        result = {"scene": self.name, "spp": self.options.spp, "seeds": list(SEEDS), "frames": FRAMES, "renders": [], "systems": {},
+        result = {"command": f"tests/study/hosts/documentation_scene.py --bin BIN --scenes TUTORIALS/scenes --work FOLDER --spp {self.options.spp}", "scene": self.name, "spp": self.options.spp, "seeds": list(SEEDS), "frames": FRAMES, "renders": [], "systems": {},
                   "versions": versions(self.steps.program, REPOSITORY), "machine": machine()}
         for seed in SEEDS:
             result["renders"].append(self.render("sphere", seed, "--size", self.options.sphere_size, "--aovs", "depth"))

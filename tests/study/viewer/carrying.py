@@ -114,7 +114,7 @@ def measure(programs, work):
         report = json.loads((work / out / "report.json").read_text())
         moved = [frame["moved_on"]["ms"] for frame in report["frames"] if "moved_on" in frame]
         run.update(scores[out], age_ms=report["viewing"]["age_ms"], moved_on_ms={"mean": float(np.mean(moved)), "max": max(moved)} if moved else None)
-    return {**provenance(programs, REPOSITORY), "seed": 2, "motion": encoded["motion"], "colour_bytes": encoded["tracks"][0]["bytes"],
+    return {"command": "tests/study/viewer/carrying.py --bin BIN --work W", **provenance(programs, REPOSITORY), "seed": 2, "motion": encoded["motion"], "colour_bytes": encoded["tracks"][0]["bytes"],
             "moving_share": moving_share, "refreshes": [FIRST, LAST], "runs": list(runs.values())}
 
 

@@ -77,7 +77,8 @@ def measure(programs, options):
         uploads = [{"name": way, **viewed(of, display, work, ["large.mp4", "--method", "sphere", "--decode", "software", *words], seconds)} for way, of, words in ways]
     finally:
         display.close()
-    return {**provenance(programs, REPOSITORY), "window": WINDOW, **sizes, "refreshes": refreshes, "uploads": uploads}
+    return {"command": f"tests/study/viewer/refresh.py --bin BIN --work W --sphere {options.sphere} --large {options.large} --seconds {seconds:g}",
+            **provenance(programs, REPOSITORY), "window": WINDOW, **sizes, "refreshes": refreshes, "uploads": uploads}
 
 
 def upload_rows(result):

@@ -1,0 +1,86 @@
+"""What `study` and `fit` take as every command does: --settings, --json and --progress, and how far they are."""
+
+import argparse
+import json
+import pathlib
+import sys
+import threading
+import time
+
+FEWEST = 3
+"""Steps, before what is left is told."""
+TRUE, FALSE = ("true", "on", "yes", "1"), ("false", "off", "no", "0")
+
+
+def add_common(parser):
+    parser.add_argument("--settings", type=pathlib.Path, metavar="FILE", help="read options from a file: lines of option = value (the command line wins)")
+    parser.add_argument("--json", action="store_true", help="report as JSON")
+    parser.add_argument("--progress", choices=("auto", "json", "none"), default="auto", help="steps on standard error: as lines, as a JSON object a line, or none (auto)")
+
+
+def words_of(parser, file, section):
+    """A settings file's lines as words of the command line; those in a [section] of another command are passed over."""
+    try:
+        lines = file.read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        parser.error(f"argument --settings: {file}: expected a text file, found {getattr(error, 'strerror', None) or 'other bytes'}")
+    known = {name.lstrip("-"): action for action in parser._actions for name in action.option_strings if action.dest not in ("help", "settings")}
+    words, here = [], section
+    for number, line in enumerate(lines, start=1):
+        line = line.strip()
+        if line.startswith("[") and line.endswith("]"):
+            here = line[1:-1].strip()
+        elif line and line[0] not in "#;" and here == section:
+            key, equals, value = (part.strip() for part in line.partition("="))
+            value = value.strip('"')
+            if not equals or key not in known:
+                parser.error(f"argument --settings: {file}:{number}: expected option = value with an option of equistream {section}, found '{line}'")
+            if known[key].nargs != 0:
+                words.append(f"--{key}={value}")
+            elif value.lower() in TRUE:
+                words.append(f"--{key}")
+            elif value.lower() not in FALSE:
+                parser.error(f"argument --settings: {file}:{number}: expected true or false, found '{value}'")
+    return words
+
+
+def parse(parser, section, words=None):
+    """Of the command line, and of the settings file that it names."""
+    words = sys.argv[1:] if words is None else list(words)
+    early = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    early.add_argument("--settings", type=pathlib.Path)
+    named = early.parse_known_args(words)[0].settings
+    return parser.parse_args((words_of(parser, named, section) if named else []) + words)
+
+
+def minutes_text(seconds):
+    if seconds < 90:
+        return f"{max(1, round(seconds / 10)) * 10} seconds"
+    return f"{round(seconds / 60)} minutes" if seconds < 5400 else f"{seconds / 3600:.1f} hours"
+
+
+class Progress:
+    """Steps that were done, of `total` where somebody knows. Steps beside each other may tell of themselves."""
+
+    def __init__(self, what, style="auto", total=None, out=None, clock=time.monotonic):
+        self.what, self.style, self.total, self.out, self.clock = what, style, total, out or sys.stderr, clock
+        self.done, self.began, self.lock = 0, clock(), threading.Lock()
+
+    def left_s(self):
+        """By what the steps before took, each; None where the total is unknown or too few were done to tell."""
+        if not self.total or self.done < FEWEST:
+            return None
+        return (self.clock() - self.began) * max(0, self.total - self.done) / self.done
+
+    def begin(self, name, command):
+        """A step: `command` is what it runs, or says that it was done before."""
+        with self.lock:
+            left_s, number = self.left_s(), self.done + 1
+            self.done = number
+            total = max(self.total, number) if self.total else None
+            if self.style == "json":
+                print(json.dumps({"what": self.what, "done": number - 1, "total": total, "note": command or name, "seconds": round(self.clock() - self.began, 3),
+                                  "seconds_left": None if left_s is None else round(left_s, 1)}), file=self.out, flush=True)
+            elif self.style == "auto":
+                place = f"step {number}" + (f" of {total}" if total else "") + (f", about {minutes_text(left_s)} left" if left_s else "")
+                print(f"{place}: {command or name}", file=self.out, flush=True)

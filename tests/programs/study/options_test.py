@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""Settings files, and what is said of steps: how many, and how long they still take."""
+
+import argparse
+import contextlib
+import io
+import json
+import pathlib
+import tempfile
+import unittest
+
+import options
+
+
+def made():
+    parser = argparse.ArgumentParser(prog="equistream study")
+    parser.add_argument("--preset", choices=("smoke", "small"), default="smoke")
+    parser.add_argument("--again", action="store_true")
+    options.add_common(parser)
+    return parser
+
+
+class Settings(unittest.TestCase):
+    def parsed(self, text, *words):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "a.ini"
+            file.write_text(text)
+            return options.parse(made(), "study", ["--settings", str(file), *words])
+
+    def refused(self, text):
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said), self.assertRaises(SystemExit) as ended:
+            self.parsed(text)
+        self.assertEqual(ended.exception.code, 2)
+        return said.getvalue().splitlines()[-1]
+
+    def test_options_of_the_command_are_read_and_the_command_line_wins(self):
+        text = '# ours\npreset = "small"\n[render]\nspp = 4\n[study]\nagain = true\n'
+        found = self.parsed(text)
+        self.assertEqual((found.preset, found.again), ("small", True))
+        self.assertEqual(self.parsed(text, "--preset", "smoke").preset, "smoke")
+        self.assertFalse(self.parsed("again = false\n").again)
+
+    def test_what_is_not_known_is_refused_with_its_line(self):
+        self.assertRegex(self.refused("\nspp = 4\n"), r"a\.ini:2: expected option = value with an option of equistream study, found 'spp = 4'")
+        self.assertIn("a.ini:1: expected true or false, found 'perhaps'", self.refused("again = perhaps\n"))
+        self.assertIn("invalid choice: 'paper'", self.refused("preset = paper\n"))
+
+
+class Steps(unittest.TestCase):
+    def said(self, style, total, count, each_s=10):
+        out, now = io.StringIO(), [0.0]
+        progress = options.Progress("study", style, total, out, lambda: now[0])
+        for number in range(count):
+            progress.begin(f"step-{number}", f"equistream play {number}")
+            now[0] += each_s
+        return out.getvalue().splitlines()
+
+    def test_a_line_says_which_of_how_many_and_what_is_left(self):
+        lines = self.said("auto", 36, 12)
+        self.assertEqual(lines[0], "step 1 of 36: equistream play 0")
+        self.assertEqual(lines[11], "step 12 of 36, about 4 minutes left: equistream play 11")
+
+    def test_without_a_total_nothing_is_guessed(self):
+        self.assertEqual(self.said("auto", None, 5)[4], "step 5: equistream play 4")
+
+    def test_more_steps_than_expected_are_as_many_as_there_are(self):
+        self.assertEqual(self.said("auto", 3, 5)[4].split(":")[0], "step 5 of 5")
+
+    def test_json_has_the_keys_of_other_commands_and_none_says_nothing(self):
+        last = json.loads(self.said("json", 36, 12)[11])
+        self.assertEqual(last, {"what": "study", "done": 11, "total": 36, "note": "equistream play 11", "seconds": 110.0, "seconds_left": 250.0})
+        self.assertEqual(self.said("none", 36, 12), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
