@@ -14,6 +14,7 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
+from kept import result_text  # noqa: E402
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
 from steps import measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -22,7 +23,7 @@ SEED, EYES = 20, 64
 
 def measure(options, scene):
     def write():
-        write_whole(file, json.dumps({"seed": SEED, "n": EYES, "results": results}, indent=1) + "\n")
+        write_whole(file, result_text({"seed": SEED, "n": EYES, "results": results}))
 
     file = REPOSITORY / f"docs/results/reproject/patches/{scene}.json"
     found = json.loads(file.read_text())["results"] if file.exists() else []

@@ -13,8 +13,7 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from model import ModelStudy  # noqa: E402
-from renders import FRAMES, LEAN_M, REPOSITORY, scene_parser  # noqa: E402
+from renders import FRAMES, LEAN_M, REPOSITORY, SceneRenders, scene_parser  # noqa: E402
 from kept import result_text  # noqa: E402
 from steps import digest, measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
@@ -27,7 +26,7 @@ class Shifts:
     def __init__(self, options, scene):
         self.options, self.scene = options, scene
         self.program = options.bin / "equistream_measured_shift"
-        self.study = ModelStudy(options, scene)
+        self.study = SceneRenders(options.work, options.bin, scene, options.spp)
 
     def measured(self, run, size, eyes):
         words = [f"scenes/descriptions/{self.scene}.json", "--frame", str(FRAMES[self.scene]), "--lean", str(LEAN_M), "--eyes", str(eyes),
@@ -58,7 +57,8 @@ def main():
     options = parser.parse_args()
     for scene in options.scenes:
         shifts = Shifts(options, scene)
-        result = {"scene": scene, "runs": [shifts.measured(**run) for run in RUNS], **provenance(options.bin, REPOSITORY)}
+        result = {"scene": scene, "command": f"tests/study/reproject/shift.py --bin BIN --work FOLDER --seed {options.seed} --engines {options.engines} {scene}",
+                  "runs": [shifts.measured(**run) for run in RUNS], **provenance(options.bin, REPOSITORY)}
         write_whole(options.out / f"{scene}.json", result_text(result))
         print(options.out / f"{scene}.json", flush=True)
 
