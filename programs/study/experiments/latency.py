@@ -39,13 +39,13 @@ def of_views(name):
     return tuple((f"{name}-{eye}", (eye,)) for eye in ("left", "right"))
 
 
-WAYS = {"surface": Way("surface, client's geometry", ("--method", "surface", "--scene", "scene/motion.json")),
+WAYS = {"surface": Way("surface, client's geometry", ("--method", "eye-depth", "--scene", "scene/motion.json")),
         "mesh": Way("mesh, streamed depth", ("--method", "mesh", "--depth", "stream"), tracks=("main", "depth")),
         "held": Way("mesh, moving things left where frames show them", ("--method", "mesh", "--depth", "stream", "--carry", "0"), tracks=("main", "depth")),
-        "sphere": Way("turned only", ("--method", "sphere")),
-        "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("views")),
-        "wide-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, turned", ("--method", "sphere"), of_views("wide-views")),
-        "reprojected-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, client's geometry", ("--method", "surface", "--scene", "scene/motion.json"), of_views("wide-views"))}
+        "sphere": Way("turned only", ("--method", "rotation")),
+        "views": Way(f"both eyes' views of {FOV_DEG} degrees, turned", ("--method", "rotation"), of_views("views")),
+        "wide-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, turned", ("--method", "rotation"), of_views("wide-views")),
+        "reprojected-views": Way(f"both eyes' views of {WIDE_FOV_DEG} degrees, client's geometry", ("--method", "eye-depth", "--scene", "scene/motion.json"), of_views("wide-views"))}
 """By name."""
 SWEEPS = {
     "delay, ms": ("delay={:g}", (0, 20, 50, 100, 200, 400)),

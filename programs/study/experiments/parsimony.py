@@ -37,7 +37,7 @@ def played(work, label, *words):
 
 def triangles(work):
     """Of the client's model, by error budget."""
-    surface = ["--method", "surface", *FILL]
+    surface = ["--method", "eye-depth", *FILL]
     points = [{"error_px": 0, "triangles": None, "noise_free": played(work, "model-none", "--scene", work.description, *surface)}]
     for error_px in work.preset.budgets_px:
         file, step = f"models/{error_px:g}px.json", f"model-{error_px:g}px"
@@ -54,7 +54,7 @@ def draws(work):
     """The same depth by rays, by our draws and by the paper's, and how long the faster seed's takes: milliseconds a frame, both eyes."""
     found = []
     for depth, title in DEPTHS.items() if work.preset.every_value else list(DEPTHS.items())[:2]:
-        views, said = zip(*(work.play(f"depth-{depth}-{seed}", source, "--scene", work.description, "--depth", depth, "--method", "surface", *FILL, timed=True)
+        views, said = zip(*(work.play(f"depth-{depth}-{seed}", source, "--scene", work.description, "--depth", depth, "--method", "eye-depth", *FILL, timed=True)
                             for seed, source in zip(SEEDS, sources(work))))
         found.append({"depth": depth, "title": title, "depth_ms": min(stage_ms(report["milliseconds"], "depth") for report in said),
                       "noise_free": work.scored(f"depth-{depth}", views)["noise_free"]})
@@ -109,7 +109,7 @@ def samples(work):
     points = []
     for count in work.preset.samples_swept:
         source = work.render(noisy_sphere(work.preset, count))
-        views, _ = work.play(f"samples-{count}", source, "--scene", work.description, "--method", "surface", *FILL)
+        views, _ = work.play(f"samples-{count}", source, "--scene", work.description, "--method", "eye-depth", *FILL)
         points.append({"samples": count, "against_truth": work.compare(f"samples-{count}", views, truth)["eyes"]})
     return points
 

@@ -15,7 +15,7 @@ from .systems import SYSTEMS, Coding, Player
 
 # As the paper's first system, but that nothing comes along for gaps: the difference shows what is there.
 REPROJECTED = dataclasses.replace(next(system for system in SYSTEMS if system.name == "perspective"), name="difference",
-                                  play=("--method", "surface", "--fill", "pushpull"), small=False)
+                                  play=("--method", "eye-depth", "--fill", "pushpull"), small=False)
 DIFFERENCE_CRFS = -6
 """Beside the eye's: half the steps, because a difference is sent at half its size."""
 SEARCHES = {"dia 4": "me=dia:merange=4", "hex 16": "me=hex:merange=16", "umh 64": "me=umh:merange=64", "esa 64": "me=esa:merange=64"}

@@ -43,19 +43,18 @@ class System:
 
 
 SYSTEMS = (
-    System("perspective", "perspective view, right eye reprojected (paper, 1)", (), ("--method", "surface", *PAPER_FILL)),
-    System("pair", "both eyes rendered and coded", (), ("--method", "sphere", *NO_FILL), depth="none", small=False, views=2),
-    System("sphere-left", "sphere at the left eye (paper, 2)", ("left",), ("--method", "surface", *PAPER_FILL)),
-    System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "sphere", *NO_FILL), depth="none", small=False),
-    System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "surface", *OUR_FILL)),
-    System("centre-told", "centre, client's geometry, mirrors and glass told of", ("centre",), ("--method", "surface", *OUR_FILL), told=True),
+    System("perspective", "perspective view, right eye reprojected (paper, 1)", (), ("--method", "eye-depth", *PAPER_FILL)),
+    System("pair", "both eyes rendered and coded", (), ("--method", "rotation", *NO_FILL), depth="none", small=False, views=2),
+    System("sphere-left", "sphere at the left eye (paper, 2)", ("left",), ("--method", "eye-depth", *PAPER_FILL)),
+    System("two-spheres", "a sphere at each eye, turned", ("left", "right"), ("--method", "rotation", *NO_FILL), depth="none", small=False),
+    System("centre", "sphere at the head's centre, client's geometry", ("centre",), ("--method", "eye-depth", *OUR_FILL)),
+    System("centre-told", "centre, client's geometry, mirrors and glass told of", ("centre",), ("--method", "eye-depth", *OUR_FILL), told=True),
     System("default", "centre, client's geometry, as programs do by default", ("centre",), (), by_default=True),
     System("centre-mesh", "centre, streamed depth, mesh", ("centre",), ("--method", "mesh", *OUR_FILL), depth="stream"),
-    System("centre-turned", "centre, turned only", ("centre",), ("--method", "sphere", *NO_FILL), depth="none", small=False),
+    System("centre-turned", "centre, turned only", ("centre",), ("--method", "rotation", *NO_FILL), depth="none", small=False),
     System("centre-plain-mesh", "centre, plain mesh", ("centre",), ("--method", "mesh-plain", *NO_FILL), depth="stream", small=False, in_full=False),
-    System("centre-gather", "centre, gather", ("centre",), ("--method", "gather", *OUR_FILL), depth="stream", in_full=False),
     System("centre-splat", "centre, splat", ("centre",), ("--method", "splat", *OUR_FILL), depth="stream", in_full=False),
-    System("centre-lean", "centre, leaning without depth", ("centre",), ("--method", "lean", *NO_FILL), depth="none", small=False, in_full=False),
+    System("centre-lean", "centre, leaning without depth", ("centre",), ("--method", "proxy-sphere", *NO_FILL), depth="none", small=False, in_full=False),
 )
 
 

@@ -23,7 +23,7 @@ def settings_text(remarks, sections):
 def client_words(chosen):
     if chosen.depth_share:
         return {"method": "mesh"}
-    return {"method": "surface", "model" if chosen.model_px else "scene": quoted(chosen.geometry_file)}
+    return {"method": "eye-depth", "model" if chosen.model_px else "scene": quoted(chosen.geometry_file)}
 
 
 def sections_of(chosen, asked, codec):

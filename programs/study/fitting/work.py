@@ -169,7 +169,7 @@ class Way(System):
         return ["--fill", self.fill.track or "none", *depth, *(["--mirrors", "always"] if self.told else [])]
 
 
-def sphere(title, fill, told, method="surface", **more):
+def sphere(title, fill, told, method="eye-depth", **more):
     name = f"{title}-{fill.rungs}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
     return Way(name, f"{title}, {fill.rungs}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.rungs), small=False, fill=fill, told=told, **more)
 
@@ -186,8 +186,8 @@ def by_streamed_depth(fill, told, share):
     return sphere(f"depth {share:g}", fill, told, "mesh", depth="stream", depth_share=share, geometry=("--depth", "stream"))
 
 
-PERSPECTIVE = Way("perspective", "perspective view", (), ("--method", "surface", "--fill", "pushpull"), small=False)
-PAIR = Way("pair", "view of each eye", (), ("--method", "sphere", "--fill", "none"), depth="none", small=False, views=2)
+PERSPECTIVE = Way("perspective", "perspective view", (), ("--method", "eye-depth", "--fill", "pushpull"), small=False)
+PAIR = Way("pair", "view of each eye", (), ("--method", "rotation", "--fill", "none"), depth="none", small=False, views=2)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -30,7 +30,7 @@ namespace {
 
 struct Options : RandomEyeOptions {
     Options() { size = "480x270"; }
-    std::string model, engines = "surface,gather,mesh,splat";
+    std::string model, engines = "eye-depth,mesh,splat";
 };
 
 /// Casts along directions that no camera has; the geometry is always the scene's own.

@@ -53,7 +53,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/shift", help="folder for SCENE.json")
     parser.add_argument("--spp", type=int, default=16, help="of renders made in FOLDER before: not looked at here")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--engines", default="surface,gather,mesh,splat")
+    parser.add_argument("--engines", default="eye-depth,mesh,splat")
     options = parser.parse_args()
     for scene in options.scenes:
         shifts = Shifts(options, scene)

@@ -31,7 +31,7 @@ REFRESHES = {
     "mirrors and glass reworked": ["walk.mkv", "--scene", "pavilion.json", "--mirrors", "images"],
     "the small stream before push-pull": ["walk.mkv", "--scene", "pavilion.json", "--mirrors", "surface", "--fill", "small,pushpull"],
     "the stream's own depth (mesh)": ["walk.mkv", "--mirrors", "surface"],
-    "rotation alone": ["walk.mkv", "--method", "sphere"],
+    "rotation alone": ["walk.mkv", "--method", "rotation"],
     "moving things as frames show them": ["moving.mkv", "--scene", "motion.json", "--carry", "0"],
     "moving things carried on": ["moving.mkv", "--scene", "motion.json"],
     "the same by the stream's own depth (mesh)": ["moving.mkv"],
@@ -74,7 +74,7 @@ def measure(programs, options):
         ways = [(way, programs, words) for way, words in UPLOADS.items()]
         if options.earlier:
             ways.insert(0, ("before", options.earlier.resolve(), []))
-        uploads = [{"name": way, **viewed(of, display, work, ["large.mp4", "--method", "sphere", "--decode", "software", *words], seconds)} for way, of, words in ways]
+        uploads = [{"name": way, **viewed(of, display, work, ["large.mp4", "--method", "rotation", "--decode", "software", *words], seconds)} for way, of, words in ways]
     finally:
         display.close()
     return {"command": f"tests/study/viewer/refresh.py --bin BIN --work W --sphere {options.sphere} --large {options.large} --seconds {seconds:g}",

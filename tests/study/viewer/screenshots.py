@@ -31,7 +31,7 @@ MOST_BYTES = 200_000
 PAGES = {
     "viewer-layouts": [[("walk", ["--layout", "left"], []), ("walk", ["--layout", "sbs"], [])],
                        [("walk", ["--layout", "anaglyph"], []), ("walk", ["--layout", "headset"], [])],
-                       [("walk", ["--layout", "sphere"], []), ("walk", ["--method", "sphere"], [])]],
+                       [("walk", ["--layout", "sphere"], []), ("walk", ["--method", "rotation"], [])]],
     "viewer-overlays": [[("walk", ["--overlay", "depth"], []), ("walk", ["--overlay", "gaps"], ["hold d"])],
                         [("walk", ["--overlay", "reliability"], ["hold d"]), ("moving", ["--overlay", "motion"], ["hold Right", "hold Right"])],
                         [("walk", ["--fill", "off"], ["hold d"]), ("walk", [], ["hold w"] * 5)]],
