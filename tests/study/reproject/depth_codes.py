@@ -7,7 +7,7 @@ FOLDER holds what renders.py made (truth and `left`). Colour is the same CRF 16 
 alone. Each code takes the best CRF whose bytes stay within --share of the colour's (`encode --depth CODE --depth-share`);
 codes that cannot are given at their worst, and Pece's packing at the colour's CRF too, as the paper would. Both eyes are
 played from streamed depth alone; the eye that the sphere was rendered for is only turned, so the loss is told of the other one. The
-noise-free error takes both seeds (docs/compare.md). Figures go to docs/results/reproject/depth_codes/SCENE.json.
+noise-free error takes both seeds (docs/compare.md). Figures go to docs/results/reproject/depth_codes.json.
 """
 
 import json
@@ -16,7 +16,8 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from renders import EYE, LEAN_M, REPOSITORY, SEEDS, SPHERES, SceneRenders, scene_parser  # noqa: E402
-from steps import provenance, run_as_program, write_whole  # noqa: E402
+from results import keep  # noqa: E402
+from steps import provenance, run_as_program  # noqa: E402
 
 CRF = 16
 REFERENCE = "lossless"
@@ -112,9 +113,7 @@ class DepthCodes:
         names = [name for name in SYSTEMS if name == REFERENCE or name in self.options.systems.split(",")]
         self.result["systems"] = [self.score(name) for name in names]
         self.losses()
-        file = self.options.out / f"{self.renders.name}.json"
-        write_whole(file, json.dumps(self.result, indent=1) + "\n")
-        print(file)
+        keep(self.options.out, self.renders.name, self.result)
         for system in self.result["systems"]:
             lost = system["scores"][METHODS[0]]["loss_db"]
             share = sum(record["share"] for record in system["encoded"]) / len(SEEDS)
@@ -128,7 +127,7 @@ def main():
     parser.add_argument("--share", type=float, default=0.1, help="of the colour's bits that depth may take")
     parser.add_argument("--source", default="left", choices=["left", "centre"], help="which sphere; `centre` moves both eyes")
     parser.add_argument("--systems", default=",".join(SYSTEMS), help="a comma-separated list; lossless always comes along")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/depth_codes")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/depth_codes.json")
     options = parser.parse_args()
     for scene in options.scenes:
         DepthCodes(options, scene).run()

@@ -137,7 +137,7 @@ private:
             depths.push_back(atlas_depth(plan.atlas, auxiliary));
         const GreySphere small = grey_sphere({eyes_.sphere.width / 4, eyes_.sphere.height / 4, eyes_.sphere.range},
                                              glm::dvec3(0.5 * default_ipd_m, 0, 0));
-        const auto engine = make_engine("surface");
+        const auto engine = make_engine("eye-depth");
         engine->set_source(main_.view);
         filled_.assign(plans.size(), 0);
         std::mt19937_64 generator = eyes_.generator();

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much of what eyes uncover the hidden layer holds, and how large it is: docs/results/reproject/hidden-layer/SCENE.json.
+"""How much of what eyes uncover the hidden layer holds, and how large it is: docs/results/reproject/hidden-layer.json.
 
     hidden_layer.py --bin build/release/bin --work FOLDER [SCENE ...]
 
@@ -20,7 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/s
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
 from independent import equirect_direction, equirect_pixel, pixel_centres, read_frame  # noqa: E402
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
-from kept import result_text  # noqa: E402
+from results import keep  # noqa: E402
 from steps import Failed, provenance, run_as_program, write_whole  # noqa: E402
 
 BUDGET = 1 / (4 * 960)
@@ -111,7 +111,7 @@ def measure(options, scene):
 
 def main():
     parser = scene_parser(__doc__, work="folder for renders; not in the repository")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/hidden-layer", help="folder for SCENE.json")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/hidden-layer.json", help="file of all scenes' results")
     parser.add_argument("--width", type=int, default=960, help="columns of the sphere")
     parser.add_argument("--eye-size", default="480x240")
     parser.add_argument("--eyes", type=int, default=64)
@@ -124,8 +124,7 @@ def main():
         result = {"scene": scene, "frame": FRAMES[scene], "command": command,
                   "n": {"eyes": options.eyes, "seed": options.seed}, "measured": measured,
                   **provenance(options.bin, REPOSITORY)}
-        write_whole(options.out / f"{scene}.json", result_text(result))
-        print(options.out / f"{scene}.json", flush=True)
+        keep(options.out, scene, result)
 
 
 if __name__ == "__main__":

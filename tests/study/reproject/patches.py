@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much of what eyes uncover patches show, for how many pixels: docs/results/reproject/patches/SCENE.json.
+"""How much of what eyes uncover patches show, for how many pixels: docs/results/reproject/patches.json.
 
     patches.py --bin build/release/bin [--sizes 960x480,1920x960] [SCENE ...]
 
@@ -9,24 +9,23 @@ patches: all their auxiliary spheres whole, which no choice of patches can excee
 there for the same command is kept.
 """
 
-import json
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from kept import result_text  # noqa: E402
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
-from steps import measured_json, provenance, run_as_program, write_whole  # noqa: E402
+from results import RESULTS, keep, load  # noqa: E402
+from steps import measured_json, provenance, run_as_program  # noqa: E402
 
 SEED, EYES = 20, 64
+FILE = RESULTS / "patches.json"
 
 
 def measure(options, scene):
     def write():
-        write_whole(file, result_text({"seed": SEED, "n": EYES, "results": results}))
+        keep(FILE, scene, {"seed": SEED, "n": EYES, "results": results})
 
-    file = REPOSITORY / f"docs/results/reproject/patches/{scene}.json"
-    found = json.loads(file.read_text())["results"] if file.exists() else []
+    found = load("patches").get(scene, {"results": []})["results"]
     results = [result for result in found if result["frame"] == FRAMES[scene]]
     for size in options.sizes.split(","):
         for side in options.sides.split(","):

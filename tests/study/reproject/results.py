@@ -1,11 +1,13 @@
-"""Reading docs/results/reproject/*/SCENE.json: what tables, charts and pictures share."""
+"""The JSON of docs/results/reproject, KIND.json of all scenes or KIND/SCENE.json: what tables and charts share."""
 
 import json
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
+from kept import result_text  # noqa: E402
 from noise_free import together  # noqa: E402
+from steps import write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 RESULTS = REPOSITORY / "docs/results/reproject"
@@ -42,9 +44,20 @@ MIRRORS = {"paper": {"surface": "paper", "gaps": "paper-gaps", "images": "paper-
 
 def load(kind, folder=RESULTS):
     """{scene: result} of one experiment, in the order of SCENES, then by name."""
+    whole = pathlib.Path(folder) / f"{kind}.json"
+    if whole.exists():
+        found = json.loads(whole.read_text())
+        return {scene: found[scene] for scene in sorted(found, key=lambda scene: (SCENES.index(scene) if scene in SCENES else len(SCENES), scene))}
     files = {file.stem: file for file in sorted((pathlib.Path(folder) / kind).glob("*.json"))}
     order = [scene for scene in SCENES if scene in files] + [scene for scene in files if scene not in SCENES]
     return {scene: json.loads(files[scene].read_text()) for scene in order}
+
+
+def keep(file, scene, result):
+    """Puts a scene's result into KIND.json, which has those of the other scenes."""
+    found = json.loads(file.read_text()) if file.exists() else {}
+    write_whole(file, result_text({**found, scene: result}))
+    print(f"{file}: {scene}", flush=True)
 
 
 def find(result, kind, system, head):

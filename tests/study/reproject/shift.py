@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How far random eyes of the head box see things displaced, by engine: docs/results/reproject/shift/SCENE.json.
+"""How far random eyes of the head box see things displaced, by engine: docs/results/reproject/shift.json.
 
     shift.py --bin build/release/bin --work FOLDER [SCENE ...]
 
@@ -14,7 +14,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from renders import FRAMES, LEAN_M, REPOSITORY, SceneRenders, scene_parser  # noqa: E402
-from kept import result_text  # noqa: E402
+from results import keep  # noqa: E402
 from steps import digest, measured_json, provenance, run_as_program, write_whole  # noqa: E402
 
 MODEL_PX = 0.25
@@ -50,7 +50,7 @@ class Shifts:
 
 def main():
     parser = scene_parser(__doc__, work="folder for the client's models and what is measured; not in the repository")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/shift", help="folder for SCENE.json")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/shift.json", help="file of all scenes' results")
     parser.add_argument("--spp", type=int, default=16, help="of renders made in FOLDER before: not looked at here")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--engines", default="eye-depth,mesh,splat")
@@ -59,8 +59,7 @@ def main():
         shifts = Shifts(options, scene)
         result = {"scene": scene, "command": f"tests/study/reproject/shift.py --bin BIN --work FOLDER --seed {options.seed} --engines {options.engines} {scene}",
                   "runs": [shifts.measured(**run) for run in RUNS], **provenance(options.bin, REPOSITORY)}
-        write_whole(options.out / f"{scene}.json", result_text(result))
-        print(options.out / f"{scene}.json", flush=True)
+        keep(options.out, scene, result)
 
 
 if __name__ == "__main__":
