@@ -73,6 +73,12 @@ class Smoke(unittest.TestCase):
         self.assertIn("there already", again.stdout)
         self.assertNotIn("equistream play", again.stderr)
 
+    def test_says_how_many_steps_there_are_and_what_is_left(self):
+        steps = [tuple(map(int, found)) for found in re.findall(r"^step (\d+) of (\d+)", self.whole.stderr, re.M)]
+        told, done = steps[0][1], steps[-1][0]
+        self.assertLess(abs(done - told), 0.1 * told, f"told of {told} steps and ran {done}: presets.SMOKE_STEPS")
+        self.assertRegex(self.whole.stderr, r"step \d+ of \d+, about \d+ (seconds|minutes) left: equistream ")
+
     def test_measures_what_must_be_so(self):
         systems = self.result("systems")
         self.assertTrue(all(entry["n"] == {"frames": 2, "seeds": 2} for entry in systems["systems"]))
