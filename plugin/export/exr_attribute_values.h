@@ -4,9 +4,9 @@
 #include "exr_session.h"
 
 #include <equistream/camera.h>
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream/pose_limits.h>
 
 #include <algorithm>
 #include <array>
@@ -74,10 +74,19 @@ public:
             refuse(name, "at most 255 bytes", std::to_string(value.size()));
         return value;
     }
-    double number(const char* name, double min, double max) const {
+    double number(const char* name) const {
         double value = 0;
         require(exr_attr_get_double(session_.context(), 0, name, &value), name, "a double");
+        return value;
+    }
+    double number(const char* name, double min, double max) const {
+        const double value = number(name);
         require(range_mismatch(value, min, max), name);
+        return value;
+    }
+    double field_of_view(const char* name) const {
+        const double value = number(name);
+        require(fov_mismatch(value), name);
         return value;
     }
     std::int32_t integer(const char* name) const {
@@ -102,11 +111,11 @@ public:
                 return static_cast<int>(i);
         refuse(name, std::string("one of ") + names[0] + " ... " + names[N - 1], "\"" + word.substr(0, 40) + "\"");
     }
-    exr_attr_v2d_t range(const char* name, double limit) const {
+    /// By span_mismatch and its like (camera_limits.h).
+    exr_attr_v2d_t range(const char* name, std::optional<Mismatch> (*mismatch)(double from, double to)) const {
         exr_attr_v2d_t value{};
         require(exr_attr_get_v2d(session_.context(), 0, name, &value), name, "a v2d");
-        if (!(value.x < value.y && value.x >= -limit && value.y <= limit))
-            refuse(name, "an ascending range in radians", in_words(value.x) + " " + in_words(value.y));
+        require(mismatch(value.x, value.y), name);
         return value;
     }
     Pose pose(const char* position_name, const char* orientation_name) const {

@@ -51,9 +51,9 @@ void write_conventions(AttributeWriter& out) {
 Camera read_camera(const AttributeReader& in, int width, int height) {
     constexpr const char* kinds[] = {"equirect", "perspective"};
     if (in.choice("equistream:camera", kinds) == 1)
-        return PerspectiveCamera{width, height, in.number("equistream:fovX", 1e-6, pi - 1e-6)};
-    const exr_attr_v2d_t longitudes = in.range("equistream:longitudes", 2 * pi + 1e-9);
-    const exr_attr_v2d_t latitudes = in.range("equistream:latitudes", pi / 2 + 1e-9);
+        return PerspectiveCamera{width, height, in.field_of_view("equistream:fovX")};
+    const exr_attr_v2d_t longitudes = in.range("equistream:longitudes", longitudes_mismatch);
+    const exr_attr_v2d_t latitudes = in.range("equistream:latitudes", latitudes_mismatch);
     return EquirectCamera{width, height, {longitudes.x, longitudes.y, latitudes.x, latitudes.y}};
 }
 

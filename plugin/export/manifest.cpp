@@ -1,8 +1,8 @@
 #include "frame_json.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
-#include <equistream/pose_limits.h>
 #include <equistream/sequence.h>
 
 #include <nlohmann/json.hpp>
@@ -111,10 +111,15 @@ Camera camera_from_json(const Section& in) {
     constexpr const char* kinds[] = {"equirect", "perspective"};
     const int width = in.whole<int>("width", 1, max_image_side);
     const int height = in.whole<int>("height", 1, max_image_side);
-    if (in.choice("kind", kinds) == 1)
-        return PerspectiveCamera{width, height, in.number("fov_x_rad", 1e-6, pi - 1e-6)};
+    if (in.choice("kind", kinds) == 1) {
+        const double fov_x_rad = in.number("fov_x_rad");
+        in.require(fov_mismatch(fov_x_rad), "fov_x_rad");
+        return PerspectiveCamera{width, height, fov_x_rad};
+    }
     const auto longitudes = in.numbers<2>("longitudes_rad");
     const auto latitudes = in.numbers<2>("latitudes_rad");
+    in.require(longitudes_mismatch(longitudes[0], longitudes[1]), "longitudes_rad");
+    in.require(latitudes_mismatch(latitudes[0], latitudes[1]), "latitudes_rad");
     return EquirectCamera{width, height, {longitudes[0], longitudes[1], latitudes[0], latitudes[1]}};
 }
 

@@ -3,6 +3,7 @@
 #include "frame_fixture.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <csignal>
 #include <fcntl.h>
@@ -97,7 +98,7 @@ TEST_F(ExrHostile, a_small_file_that_claims_a_large_image_allocates_nothing) {
     EXPECT_FALSE(reads(file));
 }
 
-TEST_F(ExrHostile, poses_beyond_the_limits_are_refused_by_name) {
+TEST_F(ExrHostile, poses_and_cameras_beyond_the_limits_are_refused_by_name) {
     const double inf = std::numeric_limits<double>::infinity();
     const auto file = folder / "far.exr";
     const auto refusal = [&](const std::function<void(FrameInfo&)>& change) {
@@ -134,6 +135,19 @@ TEST_F(ExrHostile, poses_beyond_the_limits_are_refused_by_name) {
               at + "ipd: expected a number from 0 to 10, found 1e+19");
     EXPECT_EQ(refusal([](FrameInfo& info) { info.lean_m = 5000; }),
               at + "headBoxRadius: expected a number from 0 to 1000, found 5000");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.camera = EquirectCamera{16, 8, {0, 1e-9, 0, 1}};
+              }),
+              at + "longitudes: expected an ascending range in radians, 0.001 to " + in_words(2 * pi) +
+                  " wide, found 0 to 1e-09");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.camera = EquirectCamera{16, 8, {0, 1, 0, 2}};
+              }),
+              at + "latitudes: expected latitudes from -pi/2 to pi/2, found 0 to 2");
+    EXPECT_EQ(refusal([](FrameInfo& info) {
+                  info.camera = PerspectiveCamera{16, 8, 1e-5};
+              }),
+              at + "fovX: expected radians from 0.001 to pi - 0.001, found 1e-05");
 }
 
 TEST_F(ExrHostile, quaternions_are_four_numbers) {

@@ -150,6 +150,10 @@ TEST_F(ManifestFile, wrong_values_are_named) {
     EXPECT_EQ(with("\"ipd_m\": 0.0631", "\"ipd_m\": 1e19"),
               file + ": ipd_m: expected a number from 0 to 10, found 1e+19");
     EXPECT_EQ(with("-5.0", "1e19").find(file + ": first_frame: head: position_m: expected coordinates"), 0u);
+    const std::string latitudes = "\"latitudes_rad\": ";
+    EXPECT_EQ(with(latitudes, latitudes + "[0, 1e-9], \"others\": ")
+                  .find(file + ": camera: latitudes_rad: expected an ascending range in radians, 0.001 to"),
+              0u);
     EXPECT_EQ(with("\"seed\": ", "\"sead\": "), file + ": expected key \"seed\", found none");
 }
 
