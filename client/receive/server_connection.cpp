@@ -1,10 +1,12 @@
 #include "server_connection.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 
 #include <asio/buffer.hpp>
 #include <asio/connect.hpp>
 
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -33,8 +35,9 @@ bool is_server_address(const std::string& source) {
     return problem == std::errc() && stop == end && port > 0;
 }
 
-ServerConnection::ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted)
-    : poses_(poses), interrupted_(std::move(interrupted)) {
+ServerConnection::ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted,
+                                   const Patience& patience)
+    : poses_(poses), interrupted_(std::move(interrupted)), patience_(patience) {
     const auto colon = address.rfind(':');
     std::string host = address.substr(scheme.size(), colon - scheme.size());
     if (host.starts_with('[') && host.ends_with(']'))
@@ -48,12 +51,12 @@ ServerConnection::ServerConnection(const std::string& address, PoseSender& poses
             problem = error;
             done = true;
         });
-        wait_until(done);
+        if (wait_until(done, patience_.connect_s) == Waited::too_long)
+            throw WorkError(formatted("%s: the server did not answer for %g s", address.c_str(), patience_.connect_s));
     }
     if (problem)
         throw InputError(expected_found(address, "a server", problem.message()));
-    asio::error_code ignored;
-    socket_.set_option(tcp::no_delay(true), ignored);
+    keep_alive();
     poses_.use([this](std::span<const std::uint8_t> bytes) { return send(bytes); });
 }
 
@@ -61,20 +64,31 @@ ServerConnection::~ServerConnection() {
     poses_.use(nullptr);
 }
 
-/// False: interrupted, and what was waited for has been given up.
-bool ServerConnection::wait_until(const bool& done) {
+/// Poses that nobody takes end the connection too, of a server that vanished while it had nothing to send.
+void ServerConnection::keep_alive() {
+    asio::error_code ignored;
+    socket_.set_option(tcp::no_delay(true), ignored);
+    socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+    const auto silence_ms = unsigned(patience_.silence_s * 1000);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &silence_ms, sizeof silence_ms);
+}
+
+/// Unless it is done, what was waited for has been given up.
+ServerConnection::Waited ServerConnection::wait_until(const bool& done, double limit_s) {
+    const auto start = Clock::now();
     while (!done) {
         io_.restart();
         io_.run_for(between_questions);
-        if (!done && interrupted_ && interrupted_()) {
-            asio::error_code ignored;
-            socket_.close(ignored);
-            io_.restart();
-            io_.run();
-            return false;
-        }
+        const bool interrupted = !done && interrupted_ && interrupted_();
+        if (!interrupted && (done || seconds_since(start) <= limit_s))
+            continue;
+        asio::error_code ignored;
+        socket_.close(ignored);
+        io_.restart();
+        io_.run();
+        return interrupted ? Waited::interrupted : Waited::too_long;
     }
-    return true;
+    return Waited::done;
 }
 
 std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
@@ -93,8 +107,12 @@ std::size_t ServerConnection::read(std::span<std::uint8_t> bytes) {
                                 got = error ? 0 : count;
                                 done = true;
                             });
-    wait_until(done);
+    const double limit_s = has_sent_ ? patience_.silence_s : patience_.first_bytes_s;
+    const Waited waited = wait_until(done, limit_s);
     has_ended_ = got == 0;
+    has_sent_ = true;
+    if (waited == Waited::too_long)
+        throw WorkError(formatted("the server sent nothing for %g s", limit_s));
     return got;
 }
 

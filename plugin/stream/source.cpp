@@ -1,12 +1,13 @@
 #include "source.h"
 
 #include <equistream/error.h>
+#include <equistream/formatted.h>
 #include <equistream/image.h>
 
 #include <cerrno>
 #include <filesystem>
 #include <new>
-#include <span>
+#include <utility>
 #include <vector>
 
 namespace equistream {
@@ -36,45 +37,69 @@ private:
     std::vector<AVDictionary*> entries_;
 };
 
-/// libav asks while it waits; `interrupted` is a std::function<bool()>.
-int answer_interrupt(void* interrupted) {
-    return (*static_cast<const std::function<bool()>*>(interrupted))() ? 1 : 0;
-}
-
 constexpr int buffer_bytes = 1 << 16;
 
-/// `read` is StreamReadOptions::read.
-int read_bytes(void* read, std::uint8_t* bytes, int size) {
-    try {  // nothing may be thrown through libav
-        const auto& from = *static_cast<const std::function<std::size_t(std::span<std::uint8_t>)>*>(read);
-        const std::size_t count = from({bytes, std::size_t(size)});
-        return count == 0 ? AVERROR_EOF : int(count);
-    } catch (const std::exception&) {
-        return AVERROR(EIO);
-    }
-}
-
-AVIOContext* make_io(const StreamReadOptions& options) {
-    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
-    auto* read = const_cast<std::function<std::size_t(std::span<std::uint8_t>)>*>(&options.read);
-    AVIOContext* io =
-        buffer ? avio_alloc_context(buffer, buffer_bytes, 0, read, &read_bytes, nullptr, nullptr) : nullptr;
-    if (io == nullptr) {
-        av_free(buffer);
-        throw std::bad_alloc();
-    }
-    return io;
+/// A pipe is filled by whoever was started for it, at any pace.
+bool is_server(const std::string& name) {
+    return av::is_url(name) && !name.starts_with("pipe:");
 }
 
 }  // namespace
 
-Source::Source(const std::string& name, const StreamReadOptions& read_options) {
+/// libav asks while it waits.
+int Source::answer_interrupt(void* self) {
+    return static_cast<Source*>(self)->is_to_give_up() ? 1 : 0;
+}
+
+bool Source::is_to_give_up() {
+    if (options_.interrupted && options_.interrupted())
+        return true;
+    if (!is_watched_)
+        return false;
+    const std::int64_t bytes = opening_->pb == nullptr ? -1 : opening_->pb->bytes_read;
+    if (std::exchange(bytes_, bytes) != bytes)
+        begin_waiting();
+    const double limit_s = bytes < 0 ? patience_.connect_s : bytes == 0 ? patience_.first_bytes_s : patience_.silence_s;
+    if (seconds_since(waiting_since_) <= limit_s)
+        return false;
+    problem_ =
+        formatted(bytes < 0 ? "the server did not answer for %g s" : "the server sent nothing for %g s", limit_s);
+    return true;
+}
+
+int Source::read_bytes(void* self, std::uint8_t* bytes, int size) {
+    auto& source = *static_cast<Source*>(self);
+    try {  // nothing may be thrown through libav
+        const std::size_t count = source.options_.read({bytes, std::size_t(size)});
+        return count == 0 ? AVERROR_EOF : int(count);
+    } catch (const std::exception& error) {
+        source.problem_ = error.what();
+        return AVERROR(EIO);
+    }
+}
+
+void Source::make_io() {
+    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
+    io_.reset(buffer ? avio_alloc_context(buffer, buffer_bytes, 0, this, &read_bytes, nullptr, nullptr) : nullptr);
+    if (io_ == nullptr) {
+        av_free(buffer);
+        throw std::bad_alloc();
+    }
+}
+
+Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience)
+    : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read) {
     av::silence_log();
     const bool url = av::is_url(name);
     if (!url && !std::filesystem::exists(name))
         throw InputError(name + ": no such file");
     if (!url && std::filesystem::is_directory(name))
         throw InputError(expected_found(name, "a video file", "a folder"));
+    open(name);
+}
+
+void Source::open(const std::string& name) {
+    const bool url = av::is_url(name);
     av::Options options;
     options.set("format_whitelist", accepted_formats);
     options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
@@ -84,14 +109,17 @@ Source::Source(const std::string& name, const StreamReadOptions& read_options) {
     if (opened == nullptr)
         throw std::bad_alloc();
     format_.reset(opened);
-    if (read_options.interrupted)
-        opened->interrupt_callback = {answer_interrupt, const_cast<std::function<bool()>*>(&read_options.interrupted)};
-    if (read_options.read) {
-        io_.reset(make_io(read_options));
+    opening_ = opened;
+    opened->interrupt_callback = {answer_interrupt, this};
+    if (options_.read) {
+        make_io();
         opened->pb = io_.get();
     }
+    begin_waiting();
     format_.release();  // which is freed where opening fails
     const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
+    if (code < 0 && !problem_.empty())
+        throw WorkError(name + ": " + problem_);
     if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
         throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
     // What libavformat says of a format that is not among ours.
@@ -102,6 +130,7 @@ Source::Source(const std::string& name, const StreamReadOptions& read_options) {
         throw InputError(expected_found(name, "a video", av::error_text(code)));
     format_.reset(opened);
     StreamOptions stream_options(*format_);
+    begin_waiting();
     avformat_find_stream_info(format_.get(), stream_options.data());
 }
 

@@ -2,6 +2,8 @@
 /// Opening what is to be read: a file or URL, treated as hostile.
 #include "libav.h"
 
+#include <equistream/elapsed.h>
+#include <equistream/patience.h>
 #include <equistream/stream.h>
 
 #include <memory>
@@ -12,9 +14,10 @@ namespace equistream {
 /// What is read, and by what. One object, one place in memory: libav keeps its address.
 class Source {
 public:
-    /// Throws InputError for what is no video; playlists are refused. Of `options`, which must outlive it, only
-    /// `interrupted` and `read` are used.
-    Source(const std::string& name, const StreamReadOptions& options);
+    /// Throws InputError for what is no video, and WorkError for a server that does not answer; playlists are refused.
+    /// Of `options`, which must outlive it, only `interrupted` and `read` are used. `patience` holds for addresses that
+    /// are opened here; `read` has its own.
+    Source(const std::string& name, const StreamReadOptions& options, const Patience& patience = {});
     Source(const Source&) = delete;
     Source& operator=(const Source&) = delete;
 
@@ -22,7 +25,18 @@ public:
     AVFormatContext& operator*() const { return *format_; }
     AVFormatContext* get() const { return format_.get(); }
 
+    /// Before bytes are asked for: patience begins anew.
+    void begin_waiting() { waiting_since_ = Clock::now(); }
+    /// Why no more bytes come, where that is no ordinary end: the server is silent, or what `read` threw.
+    const std::string& problem() const { return problem_; }
+
 private:
+    static int answer_interrupt(void* self);
+    static int read_bytes(void* self, std::uint8_t* bytes, int size);
+    bool is_to_give_up();
+    void make_io();
+    void open(const std::string& name);
+
     struct FreeIo {
         void operator()(AVIOContext* io) const {
             av_freep(&io->buffer);
@@ -31,6 +45,13 @@ private:
     };
     std::unique_ptr<AVIOContext, FreeIo> io_;  ///< where bytes are read by a function; outlives the demuxer
     av::Demuxer format_;
+    const StreamReadOptions& options_;
+    Patience patience_;
+    bool is_watched_;  ///< opened here, from a server
+    Clock::time_point waiting_since_ = Clock::now();
+    const AVFormatContext* opening_ = nullptr;  ///< what libav works on
+    std::int64_t bytes_ = -1;                   ///< that had come when it was asked last; -1: not connected
+    std::string problem_;
 };
 
 }  // namespace equistream

@@ -114,6 +114,8 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
         else
             tracks.back()->decoder.join_anywhere();
     }
+    if (tracks.empty() && !format.problem().empty())
+        throw WorkError(source + ": " + format.problem());
     if (tracks.empty())
         throw InputError(expected_found(source, "a video track", "none"));
     refresh_summaries();
@@ -141,6 +143,7 @@ bool StreamReader::State::next_packet() {
         return true;
     }
     int code = AVERROR_INVALIDDATA;
+    format.begin_waiting();
     for (int failures = 0; code == AVERROR_INVALIDDATA && failures < most_failures_in_a_row; ++failures)
         code = av_read_frame(format.get(), packet.get());
     if (code < 0 && code != AVERROR_EOF)
@@ -263,6 +266,8 @@ std::optional<DecodedPicture> StreamReader::next() {
         tallies.push_back(track->decoder.tally());
     const std::int64_t announced = s.format->streams[s.tracks.front()->index]->nb_frames;
     s.truncation = describe_truncation({s.source, s.read_error, announced}, tallies);
+    if (!s.format.problem().empty())
+        s.truncation = (s.truncation.empty() ? s.source + ": " : s.truncation + "; ") + s.format.problem();
     return std::nullopt;
 }
 

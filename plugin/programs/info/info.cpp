@@ -51,6 +51,11 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
             write_pictures(options.source, options.pictures);
         const Description description = describe(options);
         std::fputs(options.json ? (json_text(description.json, 2) + "\n").c_str() : description.text.c_str(), stdout);
+        // A file that was cut is explained; a server that failed in the middle has failed here too.
+        if (!is_url(options.source))
+            return;
+        if (const std::string cut = description.json.value("truncation", ""); !cut.empty())
+            throw WorkError(cut);
     };
 }
 

@@ -4,6 +4,7 @@
 #include <equistream/viewer_message.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <deque>
 
@@ -13,6 +14,11 @@ namespace {
 
 /// Of one viewer that does not keep up, whatever --patience says.
 constexpr std::size_t most_waiting_bytes = 64 << 20;
+
+/// An element of Matroska that readers pass over: Void, of no bytes. It may stand between any two clusters.
+constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
+/// After so long without a picture a viewer is sent that, so that it knows the server is there.
+constexpr double longest_silence_s = 1;
 
 }  // namespace
 
@@ -24,11 +30,12 @@ public:
         stream_.changed_();
     }
 
-    Portion next(std::span<char> block, double) override {
+    Portion next(std::span<char> block, double elapsed_s) override {
         if (overrun_)
             return {.problem = "it is too far behind"};
         if (waiting_.empty())
-            return {.ended = stream_.ended_};
+            return nothing_new(block, elapsed_s);
+        last_sent_s_ = elapsed_s;
         Part& first = waiting_.front();
         const std::size_t count = std::min(block.size(), first.bytes->size() - first.sent);
         std::memcpy(block.data(), first.bytes->data() + first.sent, count);
@@ -76,7 +83,19 @@ private:
     };
 
     LiveStream& stream_;
+    Portion nothing_new(std::span<char> block, double elapsed_s) {
+        if (stream_.ended_ || !last_sent_s_)
+            return {.ended = stream_.ended_};
+        const double due_s = *last_sent_s_ + longest_silence_s;
+        if (elapsed_s < due_s)
+            return {.again_s = due_s};
+        std::ranges::copy(nothing, block.begin());
+        last_sent_s_ = elapsed_s;
+        return {.bytes = nothing.size(), .due_s = elapsed_s};
+    }
+
     Clock::time_point start_ = Clock::now();
+    std::optional<double> last_sent_s_;  // nothing: not even the header
     std::deque<Part> waiting_;
     std::size_t waiting_bytes_ = 0;
     bool has_joined_ = false, overrun_ = false;

@@ -6,6 +6,7 @@
 
 #include <netinet/tcp.h>
 
+#include <algorithm>
 #include <span>
 
 namespace equistream::serve {
@@ -38,8 +39,13 @@ void Viewer::start(Gone gone) {
     gone_ = std::move(gone);
     asio::error_code ignored;
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-    // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour.
+    // Of a machine that has vanished the system would otherwise go on hoping for a quarter of an hour; while there is
+    // nothing to send, for two hours.
     const auto patience_ms = unsigned(patience_s_ * 1000);
+    const int idle_s = std::clamp(int(patience_s_ / looks), 1, 3600);
+    socket_.set_option(asio::socket_base::keep_alive(true), ignored);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &idle_s, sizeof idle_s);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes, sizeof most_unsent_bytes);
     start_ = Clock::now();

@@ -20,6 +20,11 @@ PROGRAMS = Programs(sys.argv.pop(1))
 WIDTH, HEIGHT = 128, 64
 
 
+def without_pauses(stream):
+    """Without the empty Void elements that each viewer is sent where no picture comes for a second."""
+    return stream.replace(b"\xec\x80", b"")
+
+
 class Live(unittest.TestCase):
     host = "embree"
 
@@ -70,7 +75,7 @@ class Embree(Live):
         status, printed = server.end()
         viewer.wait_for_end()
         self.assertEqual(status, 0, server.log.read_text())
-        self.assertEqual(viewer.bytes, out.read_bytes())
+        self.assertEqual(without_pauses(viewer.bytes), without_pauses(out.read_bytes()))
         received = self.received(viewer)
         self.assertTrue(received.whole, received.truncation)
         report = json.loads(printed)
@@ -113,7 +118,7 @@ class Embree(Live):
         self.assertTrue(second.bytes.startswith(header))
         rest = second.bytes[len(header) :]
         self.assertGreater(len(rest), 1000)
-        self.assertTrue(first.bytes.endswith(rest))
+        self.assertTrue(without_pauses(first.bytes).endswith(without_pauses(rest)))
         whole = {track: self.received(first).hashes(track) for track in (0, 1)}
         joined = self.received(second)
         for track in (0, 1):

@@ -336,6 +336,23 @@ TEST_F(LivePlayback, ANoiseWithoutEndIsLeft) {
     EXPECT_LT(seconds_since(start), 15);
 }
 
+/// After ten seconds; the paths of a network may have vanished without a word.
+TEST_F(LivePlayback, AServerThatFallsSilentIsAskedAgain) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    const auto start = Clock::now();
+    watch_live(loader, playback, [&](const Refresh&) { return playback.attempts() > 0; });
+    EXPECT_GT(seconds_since(start), 9);
+    EXPECT_FALSE(loader.state().ended);
+    server.close();
+    server.give(parts, 0, pictures);
+    server.close();
+    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_EQ(shown_, pictures - 1);
+}
+
 TEST_F(LivePlayback, AServerThatIsLostIsAskedAgain) {
     PacedServer server;
     server.give(parts, 0, pictures / 2);

@@ -1,0 +1,55 @@
+#pragma once
+/// A server on this machine that accepts a viewer, sends it some bytes, and then nothing more; or accepts nobody.
+#include <gtest/gtest.h>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string>
+#include <vector>
+
+namespace equistream::test {
+
+class SilentServer {
+public:
+    /// The system completes connections for it, as many as `room` allows.
+    explicit SilentServer(int room = 4) : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+        address_.sin_family = AF_INET;
+        address_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof address_;
+        EXPECT_EQ(::bind(listening_, reinterpret_cast<const sockaddr*>(&address_), size), 0);
+        EXPECT_EQ(::getsockname(listening_, reinterpret_cast<sockaddr*>(&address_), &size), 0);
+        EXPECT_EQ(::listen(listening_, room), 0);
+    }
+    ~SilentServer() {
+        for (const int one : sockets_)
+            ::close(one);
+        ::close(listening_);
+    }
+    SilentServer(const SilentServer&) = delete;
+    SilentServer& operator=(const SilentServer&) = delete;
+
+    std::string address() const { return "tcp://127.0.0.1:" + std::to_string(ntohs(address_.sin_port)); }
+
+    /// To the next viewer, which is waited for.
+    void send(const std::string& bytes) {
+        sockets_.push_back(::accept(listening_, nullptr, nullptr));
+        EXPECT_EQ(::send(sockets_.back(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    }
+    /// Others take all its room: the system does not answer whoever comes then.
+    void fill_up(int room) {
+        for (int i = 0; i <= room; ++i) {
+            sockets_.push_back(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+            ::connect(sockets_.back(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_);
+        }
+    }
+
+private:
+    int listening_;
+    sockaddr_in address_{};
+    std::vector<int> sockets_;
+};
+
+}  // namespace equistream::test
