@@ -1,6 +1,5 @@
 #include "look_up.h"
 #include "look_up_engine.h"
-#include "reference/reference.h"
 
 #include <equistream/bound.h>
 #include <equistream_client/engine.h>
@@ -85,8 +84,6 @@ std::int64_t EyePicture::count(PixelOrigin which) const {
 std::unique_ptr<Engine> make_look_up_engine(std::string_view name, const EngineOptions& options) {
     const bool by_depth = name == "eye-depth";
     assert(by_depth || name == "rotation");
-    if (options.reference)
-        return make_reference_engine(by_depth, options);
     return std::make_unique<LookUpEngine>(by_depth, options);
 }
 

@@ -3,7 +3,6 @@
 #include "depth_finder.h"
 #include "lean.h"
 #include "look_up.h"
-#include "reference/reference.h"
 
 #include <equistream/bound.h>
 
@@ -124,8 +123,6 @@ private:
 }  // namespace
 
 std::unique_ptr<Engine> make_found_depth_engine(std::string_view name, const EngineOptions& options) {
-    if (options.reference)
-        return make_reference_found_engine(name, options);
     return std::make_unique<FoundDepthEngine>(name, options);
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 /// The inner loops of rework_specular (specular.h), for every instruction set that Highway compiles them for; the one
-/// that this processor has is picked when they run. reference/mirrors.h says in plain words what they compute.
+/// that this processor has is picked when they run. tests/support/references/mirrors.cpp says
+/// in plain words what they compute.
 #include "warp.h"
 
 #include <equistream/depth_agreement.h>
+#include <equistream_client/specular.h>
 #include <equistream_client/view.h>
 
 #include <cstdint>
@@ -47,5 +49,10 @@ struct MirrorRow {
 
 /// Any number of threads, each its own rows.
 void find_images(const MirrorJob& job, int y, MirrorRow& row);
+
+/// rework_specular with any finder of a row's images: that is find_images.
+using ImageFinder = void(const MirrorJob& job, int y, MirrorRow& row);
+SpecularCounts rework_specular_by(ImageFinder* find, const SourceView& source, const EyeView& eye, EyePicture& picture,
+                                  const SpecularOptions& options);
 
 }  // namespace equistream

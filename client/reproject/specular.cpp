@@ -3,7 +3,6 @@
 #include "image_colour.h"
 #include "mirror_kernels.h"
 #include "plane_size.h"
-#include "reference/mirrors.h"
 
 #include <equistream/bound.h>
 #include <equistream/comma_list.h>
@@ -62,7 +61,7 @@ SpecularCounts apply(const MirrorRow& row, int y, const ImageColour<Lookup>& col
 }
 
 template <typename Lookup>
-SpecularCounts rework_all(const MirrorJob& job, const Lookup& lookup, bool reference, EyePicture& picture) {
+SpecularCounts rework_all(ImageFinder* find, const MirrorJob& job, const Lookup& lookup, EyePicture& picture) {
     const ImageColour colour(lookup, job.source, job.agreement);
     SpecularCounts total;
     std::mutex mutex;
@@ -71,7 +70,7 @@ SpecularCounts rework_all(const MirrorJob& job, const Lookup& lookup, bool refer
         MirrorRow row(job.eye.camera.width);
         SpecularCounts counts;
         for (int y = rows.begin(); y < rows.end(); ++y) {
-            reference ? find_images_plainly(job, y, row) : find_images(job, y, row);
+            find(job, y, row);
             counts += apply(row, y, colour, picture);
         }
         const std::scoped_lock lock(mutex);
@@ -96,6 +95,11 @@ MirrorTreatment find_mirror_treatment(std::string_view name) {
 
 SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, EyePicture& picture,
                                const SpecularOptions& options) {
+    return rework_specular_by(find_images, source, eye, picture, options);
+}
+
+SpecularCounts rework_specular_by(ImageFinder* find, const SourceView& source, const EyeView& eye, EyePicture& picture,
+                                  const SpecularOptions& options) {
     if (options.treatment == MirrorTreatment::surface)
         return {};
     const bool own = eye.depth_m.data == nullptr && !picture.depth_m.empty();
@@ -119,8 +123,8 @@ SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, Eye
         .agreement = {std::max(float(source.box_radius_m), rays.distance_m()), float(std::sin(budget_rad))},
         .looks_for_images = options.treatment == MirrorTreatment::images};
     if (const auto* sphere = std::get_if<EquirectCamera>(&source.camera))
-        return rework_all(job, EquirectLookup(*sphere), options.reference, picture);
-    return rework_all(job, PerspectiveLookup(std::get<PerspectiveCamera>(source.camera)), options.reference, picture);
+        return rework_all(find, job, EquirectLookup(*sphere), picture);
+    return rework_all(find, job, PerspectiveLookup(std::get<PerspectiveCamera>(source.camera)), picture);
 }
 
 }  // namespace equistream

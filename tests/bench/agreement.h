@@ -1,6 +1,6 @@
 #pragma once
 /// How near a fast engine's pictures are to the slow reference's, to stand beside its time.
-#include <equistream_client/engine.h>
+#include <references/plain_engines.h>
 
 #include <cmath>
 #include <cstdio>
@@ -30,7 +30,7 @@ inline double psnr_db(const EyePicture& found, const EyePicture& reference) {
 /// "54.6 dB to the reference, 0.12 % gaps".
 inline std::string agreement_label(const char* method, const SourceView& source, const EyeView& eye,
                                    const EyePicture& found) {
-    const auto engine = make_engine(method, {.reference = true});
+    const auto engine = plain::make_engine(method);
     engine->set_source(source);
     EyePicture reference;
     engine->reproject(eye, reference);

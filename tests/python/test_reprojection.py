@@ -123,18 +123,9 @@ def test_a_frame_is_a_source_too(eyes):
     assert not needs and not needs.source and not needs.eye
 
 
-def test_fast_and_reference_agree(eyes):
-    frame = next(es.open_feed(eyes, depth=True))
-    pose = eye_poses(frame.main.info)["right"]
-    fast, slow = (es.Reprojector(fill="none", reference=r)(frame, CAMERA, pose) for r in (False, True))
-    both = ~fast.gaps & ~slow.gaps
-    assert (fast.gaps != slow.gaps).mean() < 1e-3
-    # Positions are good to 1/32 of a sample, 8 steps at the hardest edge; and a sample whose distance is at the tolerance's very
-    # edge counts for one of them and not for the other.
-    difference = np.abs(fast.rgb.astype(int) - slow.rgb)[both]
-    assert (difference.max(axis=-1) > 8).mean() < 1e-3
-    assert 10 * np.log10(255**2 / np.mean(difference.astype(float) ** 2)) > 50
-    assert (fast.rgba[fast.gaps] == 0).all() and (fast.rgba[~fast.gaps, 3] == 255).all()
+def test_an_argument_that_is_gone_says_so():
+    with pytest.warns(DeprecationWarning, match="reference is gone"):
+        es.Reprojector(reference=True)
 
 
 def test_methods_that_find_the_eyes_depth(eyes):
@@ -205,8 +196,8 @@ print('_core' in maps, [name for name in ('embree', 'OpenImageIO', 'pugixml', 't
 def test_a_second_thread_is_refused(eyes):
     """It works without Python's lock: two threads in one engine would write one picture."""
     frame = next(es.open_feed(eyes, depth=True))
-    wide = es.PerspectiveCamera(1024, 1024)
-    reproject = es.Reprojector("rotation", fill="none", reference=True)
+    wide = es.PerspectiveCamera(4096, 4096)
+    reproject = es.Reprojector("rotation", fill="none")
     problems = refusals_of_four_threads(lambda: reproject(frame, wide, frame.main.info.camera_pose))
     assert problems == ["Reprojector: expected one thread at a time, found a second one"] * len(problems) and problems
     assert reproject(frame, wide, frame.main.info.camera_pose).rgb.mean() > 0

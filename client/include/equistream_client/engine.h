@@ -39,8 +39,6 @@ struct EngineOptions {
     /// For `proxy-sphere`: the radius of its sphere of pictures; 0: the median of the source's depths where it has
     /// some, else 3 m.
     double lean_radius_m = 0;
-    /// The slow, plain implementation in double precision, which tests compare the fast one with.
-    bool reference = false;
 };
 
 /// Whose depth a reprojection cannot do without.

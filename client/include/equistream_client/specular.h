@@ -45,7 +45,6 @@ struct SpecularCounts {
 struct SpecularOptions {
     double error_budget_px = EngineOptions{}.error_budget_px;
     MirrorTreatment treatment = MirrorTreatment::images;
-    bool reference = false;  ///< as in EngineOptions
 };
 
 /// After an engine's reproject. The source needs depth and a specular mask, the eye or its picture depth; without them

@@ -168,18 +168,19 @@ class Reprojector:
     `error_budget_px`: share of an eye's pixel by which engine, mirrors and rungs may displace colour.
     `mirrors`: pixels of mirrors and glass that would be displaced by more, where the source brings the planes `specular` and
     `virtual_depth`: 'images' looks them up where the image in them lies (where that fails they stay if off by less than a degree, else become
-    gaps), 'gaps' makes gaps of all of them, 'surface' leaves them as the engine did. `reference`: the slow implementation, in double
-    precision, of engine, mirrors and reliability. One thread at a time.
+    gaps), 'gaps' makes gaps of all of them, 'surface' leaves them as the engine did. One thread at a time.
     """
 
     def __init__(self, method: str = "eye-depth", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: str = "images",
-                 reference: bool = False) -> None:
+                 reference: Optional[bool] = None) -> None:
+        if reference is not None:
+            warnings.warn("Reprojector: reference is gone and changes nothing", DeprecationWarning, stacklevel=2)
         if not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
         given, method = method, _core.method_of_today(method)
         if given != method:
             warnings.warn(f"method '{given}' is now called '{method}'", FutureWarning, stacklevel=2)
-        self._core = _core.Reprojector(method, fill, error_budget_px, mirrors, reference)
+        self._core = _core.Reprojector(method, fill, error_budget_px, mirrors)
         self.method, self.fill, self.mirrors = method, fill, mirrors
 
     def needs_depth(self, source: Pose, eye: Pose) -> DepthNeeds:

@@ -127,11 +127,9 @@ struct Assess {
 
 class Reprojector {
 public:
-    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors,
-                bool reference)
-        : engine_(make_engine(method, {.error_budget_px = error_budget_px, .reference = reference})),
-          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)),
-          reference_(reference) {}
+    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors)
+        : engine_(make_engine(method, {.error_budget_px = error_budget_px})),
+          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
@@ -155,15 +153,14 @@ public:
             engine_->reproject(eye, picture);
             specular =
                 rework_specular(views.main(), eye, picture,
-                                {.error_budget_px = error_budget_px_, .treatment = mirrors_, .reference = reference_});
+                                {.error_budget_px = error_budget_px_, .treatment = mirrors_});
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs(error_budget_px_));
             filled = fill_gaps(ladder_, eye, picture);
             const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
                                              .coding_loss = assess.coding_loss,
-                                             .specular_reworked = mirrors_ != MirrorTreatment::surface,
-                                             .reference = reference_};
+                                             .specular_reworked = mirrors_ != MirrorTreatment::surface};
             if (assess.reliability)
                 estimate_reliability(views.main(), eye, picture, options);
             if (assess.risks) {
@@ -201,7 +198,6 @@ private:
     FillLadder ladder_;
     double error_budget_px_;
     MirrorTreatment mirrors_;
-    bool reference_;
 };
 
 }  // namespace
@@ -289,8 +285,8 @@ void bind_reprojection(nb::module_& m) {
             return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";
         });
     nb::class_<Reprojector>(m, "Reprojector")
-        .def(nb::init<const std::string&, const std::string&, double, const std::string&, bool>(), nb::arg("method"),
-             nb::arg("fill"), nb::arg("error_budget_px"), nb::arg("mirrors"), nb::arg("reference"))
+        .def(nb::init<const std::string&, const std::string&, double, const std::string&>(), nb::arg("method"),
+             nb::arg("fill"), nb::arg("error_budget_px"), nb::arg("mirrors"))
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),

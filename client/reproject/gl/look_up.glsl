@@ -1,5 +1,5 @@
-// Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. The plain
-// implementation, line by line, is reference/surface.cpp; here one pixel of look_up_first.glsl's list is one invocation.
+// Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. In plain
+// words it is tests/support/references/surface.cpp. One pixel of look_up_first.glsl's list is one invocation.
 layout(local_size_x = 256) in;  // LIST_GROUP
 
 layout(binding = 0) uniform sampler2D source_colour;

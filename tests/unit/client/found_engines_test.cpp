@@ -3,6 +3,8 @@
 
 #include <equistream/bound.h>
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 namespace equistream::test {
@@ -13,7 +15,7 @@ using glm::dvec3;
 constexpr double box_m = 0.0315;
 
 EyePicture seen_by(const char* engine_name, const SourceView& source, const EyeView& eye, bool reference = false) {
-    const auto engine = make_engine(engine_name, {.reference = reference});
+    const auto engine = reference ? plain::make_engine(engine_name) : make_engine(engine_name);
     engine->set_source(source);
     EXPECT_FALSE(engine->needs_depth(source.pose, eye.pose).eye);
     EyePicture picture;
@@ -301,7 +303,8 @@ TEST(Lean, IsExactInAHallOfItsRadiusAndEqualsReference) {
         const bool whole =
             std::holds_alternative<EquirectCamera>(camera) && std::get<EquirectCamera>(camera).range.is_full_sphere();
         for (const bool reference : {false, true}) {
-            const auto lean = make_engine("lean", {.lean_radius_m = 2.5, .reference = reference});
+            const auto lean = reference ? plain::make_engine("lean", {.lean_radius_m = 2.5})
+                                        : make_engine("lean", {.lean_radius_m = 2.5});
             SourceView without_depth = source.source();
             without_depth.depth_m = {};
             lean->set_source(without_depth);

@@ -1,6 +1,8 @@
 #include "engine_scenes.h"
 #include "evidence.h"
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -33,7 +35,7 @@ struct Likeness {
 };
 
 EyePicture seen_by(const char* engine_name, const SourceView& source, const EyeView& eye, bool reference) {
-    const auto engine = make_engine(engine_name, {.reference = reference});
+    const auto engine = reference ? plain::make_engine(engine_name) : make_engine(engine_name);
     engine->set_source(source);
     EyePicture picture;
     engine->reproject(eye, picture);

@@ -4,6 +4,8 @@
 #include <equistream/patches.h>
 #include <equistream_client/fill.h>
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -67,7 +69,7 @@ struct Eye {
 };
 
 EyePicture by_reference(const SourceView& source, const Eye& eye) {
-    const auto engine = make_engine("surface", {.reference = true});
+    const auto engine = plain::make_engine("surface");
     engine->set_source(source);
     EyePicture picture;
     engine->reproject(eye.view(), picture);

@@ -3,6 +3,8 @@
 
 #include <equistream/error.h>
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <random>
@@ -34,9 +36,8 @@ FloatImage smooth_view(const PerspectiveCamera& camera, const Pose& pose, double
 class EveryEngine : public testing::TestWithParam<std::tuple<std::string, bool>> {
 protected:
     std::unique_ptr<Engine> engine() const {
-        EngineOptions options;
-        options.reference = std::get<1>(GetParam());
-        return make_engine(std::get<0>(GetParam()), options);
+        const auto& [name, reference] = GetParam();
+        return reference ? plain::make_engine(name) : make_engine(name);
     }
 };
 
@@ -112,7 +113,7 @@ TEST(Rotation, FastEqualsReferenceOnNoise) {
           Camera(PerspectiveCamera{160, 100, 1.9})}) {
         const ByteImage rgb = noise(width_of(camera), height_of(camera), 3);
         const auto fast = make_engine("sphere");
-        const auto reference = make_engine("sphere", {.reference = true});
+        const auto reference = plain::make_engine("sphere");
         for (int i = 0; i < 12; ++i) {
             const Pose source{{0, 0, 0}, yaw_pitch(0.5 * i, 0.1 * i)};
             const EyeView eye{{120, 70, 1.5}, Pose{{0, 0, 0}, yaw_pitch(0.7 * i, 0.26 * i)}};

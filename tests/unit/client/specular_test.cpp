@@ -6,6 +6,8 @@
 #include <equistream_client/fill.h>
 #include <equistream_client/specular.h>
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -133,7 +135,7 @@ TEST_P(MirrorSearch, EveryInstructionSetFindsWhatTheReferenceFinds) {
     prepare();
     const SourceView source = main.source();
     const EyePicture before = picture;
-    const SpecularCounts expected = rework_specular(source, eye, picture, {.reference = true});
+    const SpecularCounts expected = plain::rework_specular(source, eye, picture);
     const EyePicture plain = picture;
     EXPECT_GT(expected.by_image, narrow() ? 100 : 2000);
     for (const std::int64_t target : targets_here()) {
@@ -160,11 +162,9 @@ TEST_P(MirrorSearch, EveryInstructionSetOpensWhatTheReferenceOpens) {
     const SourceView source = main.source();
     const EyePicture before = picture;
     const SpecularOptions gaps{.treatment = MirrorTreatment::gaps};
-    const SpecularCounts by_images = rework_specular(source, eye, picture, {.reference = true});
+    const SpecularCounts by_images = plain::rework_specular(source, eye, picture);
     picture = before;
-    SpecularOptions plainly = gaps;
-    plainly.reference = true;
-    const SpecularCounts expected = rework_specular(source, eye, picture, plainly);
+    const SpecularCounts expected = plain::rework_specular(source, eye, picture, gaps);
     const EyePicture plain = picture;
     EXPECT_EQ(expected.all(), by_images.all());
     EXPECT_GT(expected.gaps, narrow() ? 100 : 2000);

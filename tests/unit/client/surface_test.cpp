@@ -1,6 +1,8 @@
 #include "analytic_scene.h"
 #include "evidence.h"
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,9 +15,7 @@ using glm::dvec3;
 constexpr double frequency = 1.5;
 
 std::unique_ptr<Engine> surface(bool reference = false) {
-    EngineOptions options;
-    options.reference = reference;
-    return make_engine("surface", options);
+    return reference ? plain::make_engine("surface") : make_engine("surface");
 }
 
 /// A room: the inside of a sphere of 4 m, off the source's centre.

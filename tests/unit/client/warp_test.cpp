@@ -5,6 +5,8 @@
 
 #include <yuv420.h>
 
+#include <references/plain_engines.h>
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -78,8 +80,7 @@ Agreement agreement(const EyePicture& a, const EyePicture& b) {
     return result;
 }
 
-EyePicture made(const EngineOptions& options, const char* engine_name, const SourceView& source, const EyeView& eye) {
-    const auto engine = make_engine(engine_name, options);
+EyePicture made(std::unique_ptr<Engine> engine, const SourceView& source, const EyeView& eye) {
     engine->set_source(source);
     EyePicture picture;
     engine->reproject(eye, picture);
@@ -88,7 +89,7 @@ EyePicture made(const EngineOptions& options, const char* engine_name, const Sou
 
 EyePicture made_by(std::int64_t target, const char* engine_name, const SourceView& source, const EyeView& eye) {
     const OnlyTarget only(target);
-    return made({}, engine_name, source, eye);
+    return made(make_engine(engine_name), source, eye);
 }
 
 class EveryTarget : public testing::TestWithParam<std::tuple<std::int64_t, Samples>> {
@@ -98,7 +99,7 @@ protected:
         return made_by(std::get<0>(GetParam()), engine_name, source, eye);
     }
     static EyePicture slow(const char* engine_name, const SourceView& source, const EyeView& eye) {
-        return made({.reference = true}, engine_name, source, eye);
+        return made(plain::make_engine(engine_name), source, eye);
     }
 };
 

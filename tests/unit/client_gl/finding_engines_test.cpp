@@ -8,6 +8,8 @@
 
 #include <equistream_client/engine.h>
 
+#include <references/plain_engines.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -61,7 +63,7 @@ TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
     const auto finder = gl::make_depth_finder(engine);
     const SurfaceScene scene = furnished();
     const std::vector<Pose> poses = engine_eyes();
-    const auto plain = make_engine(engine, {.reference = true});
+    const auto plain = plain::make_engine(engine);
     for (const Camera& camera : engine_sources(source_width)) {
         SCOPED_TRACE(width_of(camera));
         const Rendered source = render(scene, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});

@@ -6,6 +6,8 @@
 
 #include <equistream_client/engine.h>
 
+#include <references/plain_engines.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,7 +27,7 @@ protected:
         textures.upload(view);
         gl::LookUp look_up(surface ? gl::LookUpRule::seen : gl::LookUpRule::direction);
         gl::EyeTargets targets;
-        const auto reference = make_engine(surface ? "surface" : "sphere", {.reference = true});
+        const auto reference = plain::make_engine(surface ? "surface" : "sphere");
         reference->set_source(view);
         for (std::size_t i = 0; i + 1 < poses.size(); i += 2) {
             std::array<FloatImage, 2> depths;
@@ -107,7 +109,7 @@ TEST_F(GlLookUp, MixesAcrossSeamAndPoles) {
     gl::LookUp look_up(gl::LookUpRule::direction);
     gl::EyeTargets targets;
     targets.size_for(eye_camera, 2);
-    const auto reference = make_engine("sphere", {.reference = true});
+    const auto reference = plain::make_engine("sphere");
     reference->set_source(view);
     for (const double pitch : {0.0, 1.5, -1.5}) {
         const std::array<EyeView, 2> eyes = {EyeView{eye_camera, {{0, 0, 0}, yaw_pitch(pi, pitch)}, {}},

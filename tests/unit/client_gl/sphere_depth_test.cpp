@@ -5,6 +5,8 @@
 #include <equistream/bound.h>
 
 #include <equistream_client/engine.h>
+
+#include <references/plain_engines.h>
 #include <reproject/gl/look_up.h>
 
 #include <algorithm>
@@ -209,7 +211,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
         AnalyticDepth(ball_and_square_m).cast(eye_camera, eyes[k].pose, exact_m[k].view());
     }
     SourceView view = source.source(0.11);
-    const auto reference = make_engine("surface", {.reference = true});
+    const auto reference = plain::make_engine("surface");
     reference->set_source(view);
 
     gl::DepthPass pass(ball_and_square());

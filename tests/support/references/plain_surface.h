@@ -1,8 +1,8 @@
 #pragma once
 /// A source's depth as a surface, in double precision: the definition that the fast lattice is held to.
-#include "reference.h"
+#include "plain_task.h"
 
-namespace equistream {
+namespace equistream::plain {
 
 /// (q, k) stands for the point q / k, from the source's position in its own axes.
 struct PlainPoint {
@@ -51,4 +51,4 @@ private:
     double box_m_ = 0, tolerance_ = 0;
 };
 
-}  // namespace equistream
+}  // namespace equistream::plain

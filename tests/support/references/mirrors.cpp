@@ -1,4 +1,6 @@
-#include "mirrors.h"
+#include "plain_engines.h"
+
+#include "reproject/mirror_kernels.h"
 
 #include <equistream/virtual_image.h>
 
@@ -6,7 +8,7 @@
 #include <limits>
 #include <optional>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -123,8 +125,6 @@ private:
     double radius_m_, tolerance_;
 };
 
-}  // namespace
-
 void find_images_plainly(const MirrorJob& job, int y, MirrorRow& row) {
     const PlainImages images(job);
     const glm::dquat source_from_eye = glm::inverse(job.source.pose.orientation) * job.eye.pose.orientation;
@@ -147,4 +147,11 @@ void find_images_plainly(const MirrorJob& job, int y, MirrorRow& row) {
     }
 }
 
-}  // namespace equistream
+}  // namespace
+
+SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, EyePicture& picture,
+                               const SpecularOptions& options) {
+    return rework_specular_by(find_images_plainly, source, eye, picture, options);
+}
+
+}  // namespace equistream::plain

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -122,4 +122,4 @@ void find_by_mesh(const PlainTask& task, bool plain, Image<double>& inverse_plan
             cells.draw(x, y, plain);
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

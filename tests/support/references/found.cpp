@@ -1,14 +1,16 @@
-#include "../lean.h"
-#include "reference.h"
+#include "reproject/lean.h"
+#include "plain_engines.h"
+#include "plain_task.h"
 
 #include <equistream/bound.h>
+#include <equistream_client/stages.h>
 
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <string>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -36,9 +38,9 @@ bool colour_of(const SourceView& source, const glm::dvec3& direction, std::uint8
     return true;
 }
 
-class ReferenceFoundEngine : public Engine {
+class FoundEngine : public Engine {
 public:
-    ReferenceFoundEngine(std::string_view name, const EngineOptions& options) : name_(name), options_(options) {}
+    FoundEngine(std::string_view name, const EngineOptions& options) : name_(name), options_(options) {}
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -48,7 +50,7 @@ public:
 
     void reproject(const EyeView& eye, EyePicture& picture) const override {
         if (same_position(source_.pose, eye.pose)) {
-            const auto turned = make_reference_engine(false, options_);
+            const auto turned = make_look_up_engine(false, options_);
             turned->set_source(source_);
             turned->reproject(eye, picture);
             return;
@@ -57,7 +59,7 @@ public:
         if (name_ == "proxy-sphere" || name_ == "mesh-plain") {
             colour_everything(eye, depth_m, picture);
         } else {
-            const auto by_depth = make_reference_engine(true, options_);
+            const auto by_depth = make_look_up_engine(true, options_);
             by_depth->set_source(source_);
             by_depth->reproject({eye.camera, eye.pose, depth_m.view()}, picture);
         }
@@ -122,8 +124,11 @@ double PlainTask::tolerance_rad() const {
     return error_budget_rad(eye.camera.focal_px(), options.error_budget_px);
 }
 
-std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options) {
-    return std::make_unique<ReferenceFoundEngine>(name, options);
+std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
+    const std::string_view of_today = find_engine(name).name;
+    if (of_today == "rotation" || of_today == "eye-depth")
+        return make_look_up_engine(of_today == "eye-depth", options);
+    return std::make_unique<FoundEngine>(of_today, options);
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

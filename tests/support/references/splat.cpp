@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -85,4 +85,4 @@ void find_by_splat(const PlainTask& task, Image<double>& inverse_planar) {
         }
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

@@ -1,10 +1,10 @@
-#include "reference.h"
+#include "plain_task.h"
 
-#include "../lean.h"
+#include "reproject/lean.h"
 
 #include <cmath>
 
-namespace equistream {
+namespace equistream::plain {
 
 /// Where each ray of the eye leaves the sphere of pictures.
 void find_by_lean(const PlainTask& task, Image<double>& inverse_planar) {
@@ -20,4 +20,4 @@ void find_by_lean(const PlainTask& task, Image<double>& inverse_planar) {
         }
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

@@ -1,5 +1,5 @@
-#include "../hiding_surface.h"
-#include "reference.h"
+#include "reproject/hiding_surface.h"
+#include "plain_task.h"
 
 #include <equistream/bound.h>
 
@@ -7,7 +7,7 @@
 #include <cassert>
 #include <optional>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -55,9 +55,9 @@ double chroma(const ImageView<const std::uint8_t>& plane, int luma_x, int luma_y
     return sum / bt709::chroma_scale;
 }
 
-class ReferenceEngine : public Engine {
+class LookUpEngine : public Engine {
 public:
-    ReferenceEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
+    LookUpEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
     std::string_view name() const override { return surface_ ? "eye-depth" : "rotation"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -270,8 +270,8 @@ glm::dvec3 colour_of_sample(const SourceView& source, int x, int y) {
     return glm::round(glm::clamp(sample, 0.0, 255.0));
 }
 
-std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options) {
-    return std::make_unique<ReferenceEngine>(surface, options);
+std::unique_ptr<Engine> make_look_up_engine(bool surface, const EngineOptions& options) {
+    return std::make_unique<LookUpEngine>(surface, options);
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace equistream {
+namespace equistream::plain {
 
 PlainSurface::PlainSurface(const PlainTask& task)
     : task_(task), width_(task.source.depth_m.width), height_(task.source.depth_m.height), box_m_(task.box_radius_m()),
@@ -94,4 +94,4 @@ PlainEyePoint PlainSurface::project(const PlainPoint& p) const {
     return {task_.eye.camera.pixel(from_eye), p.k / -from_eye.z};
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain

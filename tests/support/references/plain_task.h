@@ -1,16 +1,11 @@
 #pragma once
-/// The plain implementations of the engines: double precision, one pixel after the other, through the public cameras.
+/// What the plain engines are made of.
 #include <equistream_client/engine.h>
 
-#include <functional>
+namespace equistream::plain {
 
-namespace equistream {
-
-/// `sphere` or `surface`.
-std::unique_ptr<Engine> make_reference_engine(bool surface, const EngineOptions& options);
-
-/// `splat`, `mesh`, `mesh-plain` or `lean`.
-std::unique_ptr<Engine> make_reference_found_engine(std::string_view name, const EngineOptions& options);
+/// `rotation` or `eye-depth`.
+std::unique_ptr<Engine> make_look_up_engine(bool surface, const EngineOptions& options);
 
 /// A sample of the source, 0 to 255. Of planes as RGB in 8 bits, from the real-valued formula (yuv.h): chroma between
 /// its own samples, on the even columns and between the rows, the picture's border repeated.
@@ -32,4 +27,4 @@ void find_by_splat(const PlainTask& task, Image<double>& inverse_planar);
 void find_by_mesh(const PlainTask& task, bool plain, Image<double>& inverse_planar);
 void find_by_lean(const PlainTask& task, Image<double>& inverse_planar);
 
-}  // namespace equistream
+}  // namespace equistream::plain

@@ -1,0 +1,16 @@
+#pragma once
+/// The engines and the rework of mirrors in plain words: double precision, one pixel after the other, through the
+/// public cameras. Tests hold the product's own to them; nothing else links them.
+#include <equistream_client/engine.h>
+#include <equistream_client/specular.h>
+
+namespace equistream::plain {
+
+/// Of the same name and options as equistream::make_engine's.
+std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options = {});
+
+/// As equistream::rework_specular.
+SpecularCounts rework_specular(const SourceView& source, const EyeView& eye, EyePicture& picture,
+                               const SpecularOptions& options = {});
+
+}  // namespace equistream::plain
