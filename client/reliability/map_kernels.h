@@ -1,7 +1,7 @@
 #pragma once
 /// The inner loops of the reliability map (reliability.cpp), for every instruction set that Highway compiles them for;
-/// the one that this processor has is picked when they run. What they compute risks.cpp and surroundings.cpp say in
-/// plain words; tests hold one to the other. Any number of threads, each its own rows or columns.
+/// the one that this processor has is picked when they run. tests/support/references says in plain words what they
+/// compute; tests hold one to the other. Any number of threads, each its own rows or columns.
 #include "risks.h"
 
 #include "../reproject/eye_rays.h"
@@ -12,13 +12,14 @@
 
 namespace equistream {
 
-/// Pictures not wider than this and two pixels are left to the plain implementation.
+/// Loops go by so many bytes: rows of all planes hold as many and two more, however narrow the picture.
 inline constexpr int least_map_width = 32;
 
 /// One eye whose pixels are to be judged, and planes in between, all of the picture's size and allocated by the caller.
 struct MapJob {
     const RiskNumbers& numbers;
-    const EyePicture& picture;
+    const EyePicture& picture;  ///< its planes may be wider than `width`
+    int width;
     EyeRays rays;  ///< for the specular mask
     SourceGrid grid;
     ImageView<const float> specular;              ///< of the source
@@ -26,6 +27,8 @@ struct MapJob {
     ImageView<std::uint8_t> contrast{}, along{};  ///< `along`: detail before it is spread over rows
     ImageView<std::uint8_t> filled{};             ///< steps along the column to the source, 255 where there is none
     ImageView<std::uint8_t> out{};
+    ImageView<float> risks{};          ///< reliability_risks; empty where nobody asks
+    ImageView<std::uint8_t> groups{};  ///< reliability_groups; with `risks`
 };
 
 /// Fills rows [first, last) of `contrast` and `along`; returns whether a pixel there is not the source's.

@@ -46,7 +46,7 @@ struct EdgeDifferences {
 
 bool find_differences_here(const MapJob& job, int first, int last) {
     const ByteImage& rgba = job.picture.rgba;
-    const int width = rgba.width(), height = rgba.height(), step = job.numbers.step;
+    const int width = job.width, height = rgba.height(), step = job.numbers.step;
     const hn::Repartition<std::uint8_t, IntTag> tag;
     RowsAround<std::uint8_t> bends(width, 1);
     std::uint8_t* bend = bends.row(0);

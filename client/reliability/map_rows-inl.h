@@ -38,16 +38,17 @@ public:
     }
 
 private:
-    static constexpr int margin = 16;
+    static constexpr int margin = least_map_width + 16;
     int stride_;
     std::unique_ptr<Sample[]> samples_;
 };
 
-/// Calls `at(x)` for vectors of pixels that together cover a row; the last may overlap the one before.
+/// Calls `at(x)` for vectors of pixels that together cover a row; the last may overlap the one before, or reach beyond
+/// a row that is shorter than a vector.
 template <typename At>
 HWY_INLINE void over_row(int width, const At& at) {
     for (int x = 0; x < width; x += lanes)
-        at(std::min(x, width - lanes));
+        at(std::max(0, std::min(x, width - lanes)));
 }
 
 /// Bytes by the block, for loops whose pointers a compiler cannot tell apart.
@@ -59,12 +60,12 @@ HWY_INLINE Block load_block(const std::uint8_t* from) {
     return hn::LoadU(block_tag, from);
 }
 
-/// As over_row, in blocks of bytes; `count` is at least one block.
+/// As over_row, in blocks of bytes.
 template <typename At>
 HWY_INLINE void over_blocks(int count, const At& at) {
     constexpr int block = int(hn::MaxLanes(BlockTag()));
     for (int x = 0; x < count; x += block)
-        at(std::min(x, count - block));
+        at(std::max(0, std::min(x, count - block)));
 }
 
 /// 1 / sqrt(x) within 3e-7 of itself, for what is neither 0 nor infinite: one step of Newton's from the processor's

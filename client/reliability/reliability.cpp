@@ -6,8 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
-#include <cmath>
+#include <utility>
 
 namespace equistream {
 
@@ -25,26 +24,77 @@ inline std::uint8_t look_up(const Group& group, float sum) {
 /// Rows that one thread goes through at a time: their surroundings are computed anew for each band.
 constexpr int band_rows = 64;
 
-void estimate_plainly(const SourceView& source, const EyeView& eye, EyePicture& picture,
-                      const ReliabilityOptions& options) {
-    const int width = picture.origin.width();
-    const RiskPicture risks(source, eye, picture, options);
-    RiskRow row(width);
-    std::vector<std::uint8_t> group(static_cast<std::size_t>(width));
-    std::array<float, risk_count> here{};
-    for (int y = 0; y < picture.origin.height(); ++y) {
-        risks.row(y, row);
-        risks.groups(y, group.data());
-        for (int x = 0; x < width; ++x) {
-            for (int k = 0; k < risk_count; ++k)
-                here[std::size_t(k)] = row.of(Risk(k))[x];
-            const std::uint8_t g = group[std::size_t(x)];
-            picture.reliability.pixel(x, y)[0] =
-                g == no_risk_group ? std::uint8_t(0) : std::uint8_t(255 * reliability_of(RiskGroup(g), here) + 0.5f);
-            if (same_view(source, eye) && picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::source))
-                picture.reliability.pixel(x, y)[0] = 255;
+/// In rows that hold as many as loops take at a time.
+template <typename Sample>
+Image<Sample> widened(ImageView<const Sample> plane, int width) {
+    Image<Sample> wide(width, plane.height, plane.channels);
+    for (int y = 0; y < plane.height; ++y)
+        std::copy_n(plane.row(y), std::size_t(plane.width) * std::size_t(plane.channels), wide.pixel(0, y));
+    return wide;
+}
+
+/// Without the columns beyond `width`.
+template <typename Sample>
+ImageView<Sample> first_columns(ImageView<Sample> plane, int width) {
+    plane.width = width;
+    return plane;
+}
+
+/// What is asked for beside the map itself; both or neither.
+struct Told {
+    FloatImage* risks = nullptr;
+    ByteImage* groups = nullptr;
+};
+
+ByteImage judge(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                const ReliabilityOptions& options, const Told& told) {
+    RiskNumbers numbers(source, eye, picture, options);
+    const int width = picture.origin.width(), height = picture.origin.height();
+    const int row_width = std::max(width, least_map_width + 2);
+    EyePicture wide;
+    FloatImage wide_depth_m;
+    if (row_width > width) {
+        wide.rgba = widened(picture.rgba.view(), row_width);
+        wide.origin = widened(picture.origin.view(), row_width);
+        if (numbers.has_depth()) {
+            wide_depth_m = widened(numbers.depth_m, row_width);
+            numbers.depth_m = first_columns<const float>(wide_depth_m.view(), width);
         }
     }
+    ByteImage contrast(row_width, height, 1), along(row_width, height, 1), filled, map(row_width, height, 1);
+    MapJob job{.numbers = numbers,
+               .picture = row_width > width ? wide : picture,
+               .width = width,
+               .rays = EyeRays(eye.camera, eye.pose, source.pose),
+               .grid = source_grid(source.camera),
+               .specular = source.specular,
+               .untouched = same_view(source, eye)};
+    job.contrast = first_columns(contrast.view(), width);
+    job.along = along.view();
+    job.out = map.view();
+    if (told.risks != nullptr) {
+        *told.risks = FloatImage(width, height, risk_count);
+        *told.groups = ByteImage(width, height, 1);
+        job.risks = told.risks->view();
+        job.groups = told.groups->view();
+    }
+    using Range = tbb::blocked_range<int>;
+    std::atomic<bool> others{false};
+    tbb::parallel_for(Range(0, height, band_rows), [&](const Range& rows) {
+        if (find_differences(job, rows.begin(), rows.end()))
+            others = true;
+    });
+    if (others) {
+        constexpr int strip = 256;
+        filled = ByteImage(row_width, height, 1);
+        job.filled = filled.view();
+        tbb::parallel_for(0, (width + strip - 1) / strip,
+                          [&](int i) { fill_columns(job, i * strip, std::min(width, (i + 1) * strip)); });
+    }
+    tbb::parallel_for(
+        Range(0, height, band_rows), [&](const Range& rows) { judge_rows(job, rows.begin(), rows.end()); },
+        tbb::simple_partitioner());
+    return row_width > width ? widened<std::uint8_t>(first_columns(map.view(), width), width) : std::move(map);
 }
 
 }  // namespace
@@ -78,39 +128,23 @@ float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks
 
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,
                           const ReliabilityOptions& options) {
-    const int width = picture.origin.width(), height = picture.origin.height();
-    picture.reliability = ByteImage(width, height, 1);
-    if (options.reference || width < least_map_width + 2) {
-        estimate_plainly(source, eye, picture, options);
-        return;
-    }
-    const RiskNumbers numbers(source, eye, picture, options);
-    ByteImage contrast(width, height, 1), along(width, height, 1), filled;
-    MapJob job{.numbers = numbers,
-               .picture = picture,
-               .rays = EyeRays(eye.camera, eye.pose, source.pose),
-               .grid = source_grid(source.camera),
-               .specular = source.specular,
-               .untouched = same_view(source, eye)};
-    job.contrast = contrast.view();
-    job.along = along.view();
-    job.out = picture.reliability.view();
-    using Range = tbb::blocked_range<int>;
-    std::atomic<bool> others{false};
-    tbb::parallel_for(Range(0, height, band_rows), [&](const Range& rows) {
-        if (find_differences(job, rows.begin(), rows.end()))
-            others = true;
-    });
-    if (others) {
-        constexpr int strip = 256;
-        filled = ByteImage(width, height, 1);
-        job.filled = filled.view();
-        tbb::parallel_for(0, (width + strip - 1) / strip,
-                          [&](int i) { fill_columns(job, i * strip, std::min(width, (i + 1) * strip)); });
-    }
-    tbb::parallel_for(
-        Range(0, height, band_rows), [&](const Range& rows) { judge_rows(job, rows.begin(), rows.end()); },
-        tbb::simple_partitioner());
+    picture.reliability = judge(source, eye, picture, options, {});
+}
+
+FloatImage reliability_risks(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                             const ReliabilityOptions& options) {
+    FloatImage risks;
+    ByteImage groups;
+    judge(source, eye, picture, options, {&risks, &groups});
+    return risks;
+}
+
+ByteImage reliability_groups(const SourceView& source, const EyeView& eye, const EyePicture& picture,
+                             const ReliabilityOptions& options) {
+    FloatImage risks;
+    ByteImage groups;
+    judge(source, eye, picture, options, {&risks, &groups});
+    return groups;
 }
 
 }  // namespace equistream

@@ -1,12 +1,8 @@
 #pragma once
-/// Risks of one eye's pixels, a row at a time: the plain implementation, and the numbers that the fast one shares.
+/// What the risks of one eye's pixels are computed from: numbers that hold for the whole picture.
 #include "../reproject/float_math.h"
-#include "../reproject/specular_sample.h"
 
 #include <equistream_client/reliability.h>
-
-#include <memory>
-#include <vector>
 
 namespace equistream {
 
@@ -47,31 +43,5 @@ struct RiskNumbers {
 
 /// Whether the eye looks through the source's very camera, so that nothing was resampled.
 bool same_view(const SourceView& source, const EyeView& eye);
-
-/// One row of every risk, each contiguous.
-struct RiskRow {
-    explicit RiskRow(int pixels) : width(pixels), samples(std::size_t(pixels) * risk_count) {}
-    float* of(Risk risk) { return samples.data() + std::size_t(risk) * std::size_t(width); }
-    const float* of(Risk risk) const { return samples.data() + std::size_t(risk) * std::size_t(width); }
-
-    int width = 0;
-    std::vector<float> samples;
-};
-
-/// What a picture's risks are computed from; borrows its arguments. Rows may be asked for by any number of threads.
-class RiskPicture {
-public:
-    RiskPicture(const SourceView& source, const EyeView& eye, const EyePicture& picture,
-                const ReliabilityOptions& options);
-    ~RiskPicture();
-
-    void row(int y, RiskRow& out) const;
-    /// Groups of the row's pixels; no_risk_group for gaps.
-    void groups(int y, std::uint8_t* out) const;
-
-private:
-    struct State;
-    std::unique_ptr<State> state_;
-};
 
 }  // namespace equistream

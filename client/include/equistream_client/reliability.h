@@ -69,8 +69,6 @@ struct ReliabilityOptions {
     std::optional<CodingLoss> coding_loss{};
     /// rework_specular (specular.h) has been over the picture: what it left of mirrors lies within the bound.
     bool specular_reworked = false;
-    /// The slow, plain implementation, which tests compare the fast one with.
-    bool reference = false;
 };
 
 /// Fills `picture.reliability` for a finished picture (origin and rgba as engine and rungs left them). Depth of the eye

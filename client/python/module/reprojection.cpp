@@ -128,8 +128,8 @@ struct Assess {
 class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors)
-        : engine_(make_engine(method, {.error_budget_px = error_budget_px})),
-          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {}
+        : engine_(make_engine(method, {.error_budget_px = error_budget_px})), ladder_(make_fill_ladder(fill)),
+          error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
     bool fill_wants_depth() const {
@@ -151,9 +151,8 @@ public:
             const FillViews views(source, from);
             engine_->set_source(views.main());
             engine_->reproject(eye, picture);
-            specular =
-                rework_specular(views.main(), eye, picture,
-                                {.error_budget_px = error_budget_px_, .treatment = mirrors_});
+            specular = rework_specular(views.main(), eye, picture,
+                                       {.error_budget_px = error_budget_px_, .treatment = mirrors_});
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs(error_budget_px_));

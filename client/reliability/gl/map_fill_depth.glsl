@@ -1,5 +1,5 @@
-// fill_depth (surroundings.h) of pixels that are not the source's, in two passes over the tiles that have any: along
-// columns, steps to the nearest that is, at most 255; then, ACROSS, along rows to the steps of columns.
+// Steps along the row or column from pixels that are not the source's to the nearest that is, at most 255. Two passes
+// over the tiles that have any: along columns; then, ACROSS, along rows to the steps of columns.
 layout(local_size_x = 256) in;
 
 layout(binding = 1) uniform usampler2DArray eye_origin;

@@ -1,4 +1,4 @@
-// A pixel's risks and what they sum up to: the formulas of risks.cpp.
+// A pixel's risks and what they sum up to: the formulas of map_kernels.cpp.
 
 float fast_log2(float x) {
     int bits = floatBitsToInt(x);

@@ -1,5 +1,5 @@
 // Differences of each pixel to those a source pixel away, and whether it lies at a silhouette or beside another origin:
-// the formulas of surroundings.cpp and contrast_of.
+// the formulas of map_rows-inl.h and contrast_of.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0) uniform sampler2DArray eye_colour;

@@ -1,6 +1,6 @@
-#include "reproject/lean.h"
 #include "plain_engines.h"
 #include "plain_task.h"
+#include "reproject/lean.h"
 
 #include <equistream/bound.h>
 #include <equistream_client/stages.h>

@@ -1,5 +1,5 @@
-#include "reproject/hiding_surface.h"
 #include "plain_task.h"
+#include "reproject/hiding_surface.h"
 
 #include <equistream/bound.h>
 

@@ -2,7 +2,7 @@
 /// What lies around each pixel of an eye's picture: silhouettes, edges between origins, the way out of filled regions.
 #include <equistream_client/view.h>
 
-namespace equistream {
+namespace equistream::plain {
 
 /// 3 on a pixel beside a silhouette or beside one of another origin, and one less for each pixel (of eight neighbours)
 /// away from there: 3, 2, 1, else 0. A silhouette is where w = B / (r - B) steps by more than `step_w` and by more
@@ -21,4 +21,4 @@ struct Differences {
 };
 Differences differences(const ByteImage& rgba, int step);
 
-}  // namespace equistream
+}  // namespace equistream::plain

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <vector>
 
-namespace equistream {
+namespace equistream::plain {
 
 namespace {
 
@@ -200,4 +200,4 @@ Differences differences(const ByteImage& rgba, int step) {
     return found;
 }
 
-}  // namespace equistream
+}  // namespace equistream::plain
