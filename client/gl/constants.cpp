@@ -2,7 +2,6 @@
 
 #include "../carry/moved_region.h"
 #include "../fill/push_pull_pyramid.h"
-#include "../fill/spread_likeness.h"
 #include "../reliability/coefficients.h"
 #include "../reliability/risks.h"
 #include "../reproject/depth_finder.h"
@@ -72,9 +71,6 @@ std::string made() {
     d.add("LEAST_WEIGHT", least_weight);
     d.add("LEAST_BEHIND", least_behind);
     d.add("MOST_BEND", most_bend);
-    d.add("SAME_SURFACE_LIKENESS", same_surface_likeness);
-    d.add("LIKENESS_STEEPNESS", likeness_steepness);
-    d.add("LEAST_LIKENESS", least_likeness);
     d.add_whole("MOST_EYES", most_eyes);
     d.add_whole("POSITION_BITS", position_bits);
     d.add_whole("POSITION_ONE", position_one);
@@ -99,8 +95,6 @@ std::string made() {
     d.add_whole("GROUP_MIRRORED", int(RiskGroup::mirrored));
     d.add("ORIGIN_GAP", PixelOrigin::gap);
     d.add("ORIGIN_SOURCE", PixelOrigin::source);
-    d.add("ORIGIN_NEIGHBOURS", PixelOrigin::neighbours);
-    d.add("ORIGIN_GEOMETRY", PixelOrigin::geometry);
     d.add("ORIGIN_PUSH_PULL", PixelOrigin::push_pull);
     return d.take();
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// What the risks of one eye's pixels are computed from: numbers that hold for the whole picture.
 #include "../reproject/float_math.h"
+#include "../reproject/specular_sample.h"
 
 #include <equistream_client/reliability.h>
 

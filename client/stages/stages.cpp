@@ -82,14 +82,14 @@ constexpr std::array fills = {
               false,
               2,
               make_small<SmallRung::Fills::all_gaps>},
-    FillStage{{"small-wide", "", "the same, in wide gaps alone", true},
+    FillStage{{"small-wide", "", "the same, in wide gaps alone", false},
               track(TrackRole::small),
               false,
               false,
               false,
               3,
               make_small<SmallRung::Fills::wide_gaps>},
-    FillStage{{"geometry", "", "the scene's own colours, lit as around the gap", true},
+    FillStage{{"geometry", "", "the scene's own colours, lit as around the gap", false},
               0,
               false,
               false,
@@ -98,7 +98,7 @@ constexpr std::array fills = {
               make<GeometryRung>},
     FillStage{
         {"pushpull", "", "coarser levels of the picture itself", true}, 0, false, true, false, 1, make<PushPullRung>},
-    FillStage{{"spread", "", "the nearest filled neighbours", true}, 0, false, true, false, 0, make<SpreadRung>},
+    FillStage{{"spread", "", "the nearest filled neighbours", false}, 0, false, true, false, 0, make<SpreadRung>},
 };
 
 template <typename Row>

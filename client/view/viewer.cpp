@@ -44,7 +44,7 @@ bool goes_on_by_repeats(Action action) {
 TrackRoles unused_roles(const ViewerSettings& settings) {
     TrackRoles roles;
     const auto fills = [&](gl::Rung rung) { return std::ranges::count(settings.rungs, rung) > 0; };
-    roles.set(std::size_t(TrackRole::small), !fills(gl::Rung::small) && !fills(gl::Rung::small_wide));
+    roles.set(std::size_t(TrackRole::small), !fills(gl::Rung::small));
     roles.set(std::size_t(TrackRole::depth), settings.scene.has_value());
     roles.set(std::size_t(TrackRole::images), settings.mirrors == MirrorTreatment::surface);
     return roles;

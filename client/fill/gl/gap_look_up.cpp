@@ -1,7 +1,6 @@
 #include "gap_look_up.h"
 
 #include "../push_pull_pyramid.h"
-#include "../wide_gaps.h"
 
 #include <cassert>
 
@@ -10,16 +9,6 @@ namespace equistream::gl {
 GapLookUp::GapLookUp() : program_({{GL_COMPUTE_SHADER, "gap_look_up.glsl"}}) {}
 
 void GapLookUp::fill(const OtherPicture& from, const GapTargets& to) {
-    run(from, to, false);
-}
-
-void GapLookUp::fill_wide(const OtherPicture& from, const GapTargets& to) {
-    wide_.find(to.gaps, to.targets, wide_gap_side(to.eyes.front().camera, from.view.camera));
-    wide_.bind();
-    run(from, to, true);
-}
-
-void GapLookUp::run(const OtherPicture& from, const GapTargets& to, bool wide_only) {
     const bool by_direction = from.textures.depth() == 0;
     if (by_direction && from.mark != PixelOrigin::small)
         return;
@@ -29,7 +18,6 @@ void GapLookUp::run(const OtherPicture& from, const GapTargets& to, bool wide_on
     glBindTextureUnit(0, from.textures.colour());
     glBindTextureUnit(1, from.textures.depth());
     program_.set("by_direction", int(by_direction));
-    program_.set("wide_only", int(wide_only));
     run_gap_look_up(program_, to, from.mark);
 }
 

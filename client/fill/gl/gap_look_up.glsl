@@ -15,11 +15,9 @@ layout(binding = 5) uniform sampler2DArray image_behind;  // of mirrors, as gap_
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
 #include "gap_surface.glsl"
-#include "wide_gaps.glsl"
 
 uniform int mark;          // origin of what is filled
 uniform int by_direction;  // 1: whatever the distance
-uniform int wide_only;     // 1: only gaps that wide_gaps.glsl says are wide
 uniform int knows_mirrors;  // 1: there is image_behind
 
 vec4 weights_of_direction(ivec3 at, EyeRays eye, out Taps taps) {
@@ -46,8 +44,6 @@ void main() {
     ivec3 at;
     if (!listed_cell(1, TILE_SHIFT, at) || any(greaterThanEqual(at.xy, imageSize(eye_colour).xy)) ||
         texelFetch(eye_origin, at, 0).x != ORIGIN_GAP)
-        return;
-    if (wide_only != 0 && !is_wide(pixel_number(at, imageSize(eye_colour).xy)))
         return;
     EyeRays eye = eyes[at.z];
     box_radius_m = eye.agreement.x;

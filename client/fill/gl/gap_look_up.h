@@ -1,9 +1,9 @@
 #pragma once
-/// Rungs `hidden`, `earlier`, `small` and `small-wide` (fill.h) on the GPU, for all eyes at once: gap pixels take what
+/// Rungs `hidden`, `earlier` and `small` (fill.h) on the GPU, for all eyes at once: gap pixels take what
 /// they see from another picture, by the eyes' depth: their own, or what found_depth.h finds. What
 /// mirrors and glass show is not on them: such a pixel is coloured only where the picture shows the same in them from
 /// its own place, within the budget.
-#include "wide_gaps.h"
+#include "gap_tiles.h"
 
 #include "../../reproject/gl/eye_blocks.h"
 #include "../../reproject/gl/source_textures.h"
@@ -37,15 +37,10 @@ public:
 
     /// By the picture's depth, or, of a small view that has none, by direction alone; others fill nothing then.
     void fill(const OtherPicture& from, const GapTargets& to);
-    /// The same, but only in gaps that hold a square half as wide as one of the picture's pixels.
-    void fill_wide(const OtherPicture& from, const GapTargets& to);
 
 private:
-    void run(const OtherPicture& from, const GapTargets& to, bool wide_only);
-
     Program program_;
     EyeBlocks blocks_;
-    WideGaps wide_;
 };
 
 /// Binds what gap_look_up.glsl reads and writes of the eyes, and runs a program made of it.

@@ -13,14 +13,11 @@ namespace equistream::gl {
 namespace {
 
 /// Rows of the stages table that are on the GPU.
-constexpr std::array<std::pair<std::string_view, Rung>, 8> made = {{{"hidden", Rung::hidden},
+constexpr std::array<std::pair<std::string_view, Rung>, 5> made = {{{"hidden", Rung::hidden},
                                                                     {"patches", Rung::patches},
                                                                     {"earlier", Rung::earlier},
                                                                     {"small", Rung::small},
-                                                                    {"small-wide", Rung::small_wide},
-                                                                    {"geometry", Rung::geometry},
-                                                                    {"pushpull", Rung::push_pull},
-                                                                    {"spread", Rung::spread}}};
+                                                                    {"pushpull", Rung::push_pull}}};
 
 }  // namespace
 
@@ -35,6 +32,22 @@ std::vector<Rung> parse_rungs(const std::string& list) {
         rungs.push_back(found->second);
     }
     return rungs;
+}
+
+std::string with_rungs_of_gpu(const std::string& list, std::vector<std::string>& notes) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> instead = {
+        {{"small-wide", "small"}, {"spread", "pushpull"}, {"geometry", ""}}};
+    std::string rungs;
+    for (const std::string_view word : split_at_commas(list)) {
+        const auto found = std::ranges::find(instead, word, [](const auto& pair) { return pair.first; });
+        const std::string_view taken = found == instead.end() ? word : found->second;
+        if (found != instead.end())
+            notes.push_back("--fill " + std::string(word) + " is of play alone: " +
+                            (taken.empty() ? "it is passed over" : std::string(taken) + " is taken"));
+        if (!taken.empty())
+            rungs += (rungs.empty() ? "" : ",") + std::string(taken);
+    }
+    return rungs.empty() ? "none" : rungs;
 }
 
 }  // namespace equistream::gl

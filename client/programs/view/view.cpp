@@ -96,7 +96,12 @@ void complete(Arguments& arguments, const CLI::App& app) {
     choose_method(arguments, app);
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.fill = arguments.fill != "off";
-    settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off" ? default_fill : arguments.fill);
+    std::vector<std::string> notes;
+    settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off"
+                                         ? default_fill
+                                         : gl::with_rungs_of_gpu(arguments.fill, notes));
+    for (const std::string& note : notes)
+        std::fprintf(stderr, "view: %s\n", note.c_str());
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
     settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);

@@ -26,13 +26,9 @@ LookUpRule rule_of(const EyeDepthFinder* finder) {
 
 /// The client's own geometry, where it is at the time of the frame that is shown.
 struct EyeRenderer::Geometry {
-    /// `with_colours`: the model has shading.
-    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m, bool with_colours)
+    Geometry(const SceneDescription& description, const SceneModel& loaded, double box_radius_m)
         : instances(loaded, description), pass(loaded),
-          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {
-        if (with_colours)
-            colours.emplace(loaded);
-    }
+          sphere_depth(box_radius_m, default_budget_share * error_budget_rad(default_focal_length_px)) {}
 
     void set_time(double time_s) {
         if (instances.any_moves())
@@ -42,7 +38,6 @@ struct EyeRenderer::Geometry {
     MovedInstances instances;
     DepthPass pass;
     SphereDepth sphere_depth;
-    std::optional<GeometryRung> colours;
     std::vector<DepthViewpoint> views;
     // Of the frame, of its own time:
     bool has_whole_depth = false;  ///< of all of its samples
@@ -54,11 +49,8 @@ EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std
     : finder_(scene == nullptr ? std::make_unique<Finder>(make_depth_finder(finding_engine)) : nullptr),
       rungs_(std::move(rungs)), turn_(LookUpRule::direction),
       surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get())) {
-    if (scene == nullptr)
-        return;
-    const bool with_colours = has_rung(Rung::geometry) && scene->stands_for.empty();
-    geometry_ =
-        std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = with_colours}), box_radius_m, with_colours);
+    if (scene != nullptr)
+        geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);
 }
 
 EyeRenderer::~EyeRenderer() = default;
@@ -140,8 +132,7 @@ bool EyeRenderer::has_rung(Rung rung) const {
 }
 
 bool EyeRenderer::needs_small_depth() {
-    return !geometry_->has_small_depth && current().small() != nullptr &&
-           (has_rung(Rung::small) || has_rung(Rung::small_wide));
+    return !geometry_->has_small_depth && current().small() != nullptr && has_rung(Rung::small);
 }
 
 /// Of all of its samples: it is small. Once a frame, without what eyes saw last, which is theirs to keep.
@@ -259,11 +250,7 @@ void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets&
         else if (finder_ != nullptr)
             finder_->gaps.forget(to);
     }
-    const GapTargets with = from.textures.depth() != 0 ? with_mirrors(rung, to) : to;
-    if (rung == Rung::small_wide)
-        gap_look_up_.fill_wide(from, with);
-    else
-        gap_look_up_.fill(from, with);
+    gap_look_up_.fill(from, from.textures.depth() != 0 ? with_mirrors(rung, to) : to);
 }
 
 void EyeRenderer::run(Rung rung, const GapTargets& to) {
@@ -286,26 +273,15 @@ void EyeRenderer::run(Rung rung, const GapTargets& to) {
             look_up({earlier->main().view, earlier->main().textures, PixelOrigin::earlier}, rung, to);
         break;
     case Rung::small:
-    case Rung::small_wide:
         if (const UploadedPicture* small = current().small();
             small != nullptr && (by_depth || small->textures.depth() == 0))
             look_up({small->view, small->textures, PixelOrigin::small}, rung, to);
-        break;
-    case Rung::geometry:
-        if (by_depth && geometry_ != nullptr && geometry_->colours)
-            geometry_->colours->fill(geometry_->pass, to);
         break;
     case Rung::push_pull:
         if (by_depth && finder_ != nullptr)
             finder_->gaps.find_background(current().main().view, to);
         push_pull_.fill(current().main().view, eyes_, to.depth, gaps_, to.targets);
         break;
-    case Rung::spread: {
-        // Depth that was found says nothing of gaps.
-        const EyeDepth own = finder_ == nullptr ? to.depth : EyeDepth{};
-        spread_.fill({to.eyes, own, to.gaps, to.targets});
-        break;
-    }
     }
 }
 

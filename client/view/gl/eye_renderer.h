@@ -11,10 +11,9 @@
 #include <depth/gl/sphere_depth.h>
 #include <fill/gl/found_depth.h>
 #include <fill/gl/gap_mirrors.h>
-#include <fill/gl/geometry_rung.h>
+#include <fill/gl/patch_look_up.h>
 #include <fill/gl/push_pull.h>
 #include <fill/gl/rungs.h>
-#include <fill/gl/spread.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_depth_finder.h>
 #include <reproject/gl/eye_targets.h>
@@ -45,8 +44,8 @@ struct RefreshOptions {
 class EyeRenderer {
 public:
     /// Without a scene the eyes' depth is found from the frame's by `finding_engine`, and where it has none that the
-    /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `rungs` fill gaps, in this order; a
-    /// client's model has no colours for `geometry`.
+    /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `rungs` fill gaps, in this
+    /// order.
     EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs = parse_rungs(default_fill),
                 std::string_view finding_engine = default_finding_engine);
     ~EyeRenderer();
@@ -137,7 +136,6 @@ private:
     PatchLookUp patch_look_up_;
     GapMirrors gap_mirrors_;
     PushPull push_pull_;
-    Spread spread_;
     ReliabilityMap reliability_;
 };
 

@@ -135,7 +135,7 @@ class Hdr(unittest.TestCase):
         display = copy.copy(self.display)
         display.environment = {**self.display.environment, "MESA_SHADER_DUMP_PATH": str(shaders)}
         viewer = ViewerProcess(display, PROGRAMS.folder / "equistream", pathlib.Path(tempfile.mkdtemp(dir=self.root)), self.mixed(), "--scene", self.scene, "--fill",
-                               "small-wide", "--paused", "--size", "{}x{}".format(*SIZE))
+                               "small", "--paused", "--size", "{}x{}".format(*SIZE))
         self.addCleanup(viewer.close)
         first = viewer.picture()
         made = len(list(shaders.iterdir()))

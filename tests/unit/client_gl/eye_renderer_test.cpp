@@ -84,22 +84,12 @@ TEST_F(GlRefresh, ShowsWhatTheCpuMakesOfTheFrame) {
 
 /// By the small view's depth, and, without a scene, by direction alone.
 TEST_F(GlRefresh, FillsFromTheSmallSecondEye) {
-    expect_the_cpus("small-wide,hidden,small,pushpull", {PixelOrigin::small});
+    expect_the_cpus("small,hidden,pushpull", {PixelOrigin::small});
 }
 
 /// The eye beside the earlier picture's place sees in the mirror what that one saw; the other one does not.
 TEST_F(GlRefresh, PassesMirrorsOverInGaps) {
     expect_the_cpus("earlier,pushpull", {PixelOrigin::push_pull}, MirrorTreatment::gaps, large_fills);
-}
-
-/// What no other rung fills, from neighbours of the same depth.
-TEST_F(GlRefresh, SpreadsWhatIsAround) {
-    expect_the_cpus("hidden,spread", {PixelOrigin::neighbours}, MirrorTreatment::images, large_fills);
-}
-
-/// By the scene's surfaces; without a scene the rung has none.
-TEST_F(GlRefresh, LightsTheScenesSurfaces) {
-    expect_the_cpus("hidden,geometry,pushpull", {PixelOrigin::hidden}, MirrorTreatment::images, large_fills);
 }
 
 /// Without a scene, by another engine than the default; `lean` without any depth too.
@@ -173,7 +163,13 @@ TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
 }
 
 TEST(GlRungs, AreThoseOfAList) {
-    EXPECT_EQ(gl::parse_rungs("small-wide,hidden"), (std::vector{gl::Rung::small_wide, gl::Rung::hidden}));
+    EXPECT_EQ(gl::parse_rungs("small,hidden"), (std::vector{gl::Rung::small, gl::Rung::hidden}));
+    std::vector<std::string> notes;
+    EXPECT_EQ(gl::with_rungs_of_gpu("small-wide,hidden,geometry,spread", notes), "small,hidden,pushpull");
+    EXPECT_EQ(notes, (std::vector<std::string>{"--fill small-wide is of play alone: small is taken",
+                                               "--fill geometry is of play alone: it is passed over",
+                                               "--fill spread is of play alone: pushpull is taken"}));
+    EXPECT_EQ(gl::with_rungs_of_gpu("geometry", notes), "none");
     EXPECT_TRUE(gl::parse_rungs("none").empty());
     EXPECT_THROW(gl::parse_rungs("hidden,earliest"), InputError);
 }
@@ -386,7 +382,7 @@ TEST_F(GlEyeRenderer, DrawsForwardOnlyIntoGaps) {
     EXPECT_LT(groups(own), of_hidden / 2);
 }
 
-constexpr const char* all_rungs = "small-wide,hidden,patches,earlier,small,geometry,pushpull,spread";
+constexpr const char* all_rungs = "hidden,patches,earlier,small,pushpull";
 
 class GlSteadyRefreshes : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<bool, bool>> {
 protected:

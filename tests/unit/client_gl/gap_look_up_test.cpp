@@ -64,10 +64,7 @@ protected:
         expect_the_cpus(rung, inputs, views, [&](const gl::GapTargets& to) {
             for (const SourceView& picture : pictures) {
                 textures.upload(picture);
-                if (rung == "small-wide")
-                    look_up.fill_wide({picture, textures, mark}, to);
-                else
-                    look_up.fill({picture, textures, mark}, to);
+                look_up.fill({picture, textures, mark}, to);
             }
         });
     }
@@ -103,7 +100,6 @@ TEST_F(GlRungs, TakeFromTheSmallViewWhatTheCpuTakes) {
         small.depth_m = with_depth ? rendered.depth_m.view() : ImageView<const float>{};
         const FillInputs inputs{.main = &scene.main_view, .small = &small};
         expect_from_picture("small", inputs, views, {&small, 1}, PixelOrigin::small);
-        expect_from_picture("small-wide", inputs, views, {&small, 1}, PixelOrigin::small);
     }
 }
 
@@ -196,7 +192,7 @@ TEST_F(GlRungs, TakeForWideWhatTheCpuTakes) {
                     const bool open = random() % 10 < gaps_of_ten || (x / 9 + y / 7) % 5 == 0;
                     *picture.origin.pixel(x, y) = std::uint8_t(open ? PixelOrigin::gap : PixelOrigin::source);
                 }
-        expect_from_picture("small-wide", {.main = &small, .small = &small}, views, {&small, 1}, PixelOrigin::small);
+        expect_from_picture("small", {.main = &small, .small = &small}, views, {&small, 1}, PixelOrigin::small);
     }
 }
 

@@ -50,7 +50,6 @@ TEST_F(GlSteadyFrames, MakeNothing) {
         gaps.find(targets);
         const gl::GapTargets to{eyes, depth, gaps, targets};
         patch_look_up.fill(patches, patch_textures, to);
-        look_up.fill_wide({small, small_textures, PixelOrigin::small}, to);
         look_up.fill({small, small_textures, PixelOrigin::small}, to);
         push_pull.fill(scene.main_view, eyes, depth, gaps, targets);
         map.estimate({scene.main_view, main_textures, specular}, {eyes, depth, targets});
