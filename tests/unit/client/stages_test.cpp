@@ -77,9 +77,8 @@ TEST(Stages, OldNamesAreTakenAndAnswered) {
 }
 
 TEST(Stages, UnknownNamesAreAnsweredByTheAcceptedOnes) {
-    EXPECT_EQ(
-        complaint([] { find_engine("warp", "--method", "auto"); }),
-        "--method: expected rotation, proxy-sphere, eye-depth, mesh, splat, mesh-plain or auto, found 'warp'");
+    EXPECT_EQ(complaint([] { find_engine("warp", "--method", "auto"); }),
+              "--method: expected rotation, proxy-sphere, eye-depth, mesh, splat, mesh-plain or auto, found 'warp'");
     EXPECT_EQ(complaint([] { find_depth("rays"); }),
               "--depth: expected ray, gl, gl-cube, stream or exact, found 'rays'");
     EXPECT_EQ(complaint([] { parse_fills("hidden,telea"); }),
