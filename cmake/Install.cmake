@@ -7,3 +7,13 @@ file(RELATIVE_PATH lib_from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FUL
 set(CMAKE_INSTALL_RPATH $ORIGIN/${lib_from_bin})
 
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# find_package(equistream COMPONENTS plugin client): a component's targets are installed by its own folder.
+write_basic_package_version_file(equistreamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/equistreamConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/equistreamConfig.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/equistream)
+
+# For *.pc.in.
+set(pkgconfig_dir ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH lib_from_pkgconfig ${pkgconfig_dir} ${CMAKE_INSTALL_FULL_LIBDIR})
+file(RELATIVE_PATH include_from_pkgconfig ${pkgconfig_dir} ${CMAKE_INSTALL_FULL_INCLUDEDIR})

@@ -180,4 +180,8 @@ std::int64_t GeometryRung::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     return filled;
 }
 
+std::unique_ptr<FillRung> make_geometry_pass() {
+    return std::make_unique<GeometryRung>();
+}
+
 }  // namespace equistream

@@ -167,4 +167,24 @@ std::int64_t PatchesRung::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
     return filled;
 }
 
+std::unique_ptr<FillRung> make_hidden_pass() {
+    return std::make_unique<HiddenRung>();
+}
+
+std::unique_ptr<FillRung> make_earlier_pass() {
+    return std::make_unique<EarlierRung>();
+}
+
+std::unique_ptr<FillRung> make_patches_pass() {
+    return std::make_unique<PatchesRung>();
+}
+
+std::unique_ptr<FillRung> make_small_pass() {
+    return std::make_unique<SmallRung>(SmallRung::Fills::all_gaps);
+}
+
+std::unique_ptr<FillRung> make_small_wide_pass() {
+    return std::make_unique<SmallRung>(SmallRung::Fills::wide_gaps);
+}
+
 }  // namespace equistream

@@ -42,4 +42,8 @@ std::int64_t PushPullRung::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     return filled;
 }
 
+std::unique_ptr<FillRung> make_push_pull_pass() {
+    return std::make_unique<PushPullRung>();
+}
+
 }  // namespace equistream

@@ -130,4 +130,8 @@ std::int64_t SpreadRung::fill(const EyeView& eye, EyePicture& picture, Gaps& gap
     return filled;
 }
 
+std::unique_ptr<FillRung> make_spread_pass() {
+    return std::make_unique<SpreadRung>();
+}
+
 }  // namespace equistream

@@ -1,12 +1,5 @@
 #include <equistream_client/stages.h>
 
-#include <fill/geometry_rung.h>
-#include <fill/picture_rungs.h>
-#include <fill/push_pull_rung.h>
-#include <fill/spread_rung.h>
-#include <reproject/found_depth_engine.h>
-#include <reproject/look_up_engine.h>
-
 #include <equistream/error.h>
 
 #include <algorithm>
@@ -15,91 +8,46 @@
 
 namespace equistream {
 
+#define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
+    std::unique_ptr<Engine> on_cpu(std::string_view, const EngineOptions&);
+#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+    std::unique_ptr<FillRung> on_cpu();
+#include "stage_rows.inc"
+#undef ENGINE
+#undef FILL_PASS
+
 namespace {
 
 constexpr DepthNeeds no_depth{}, source_depth{.source = true}, both_depths{.source = true, .eye = true};
-
-constexpr std::array engines = {
-    EngineStage{{"rotation", "sphere", "the eye turns and does not move", true}, no_depth, false, make_look_up_engine},
-    EngineStage{
-        {"proxy-sphere", "lean", "no depth: things lie on a sphere", true}, no_depth, true, make_found_depth_engine},
-    EngineStage{{"eye-depth", "surface", "by the eye's own depth, which needs the scene's geometry", true},
-                both_depths,
-                false,
-                make_look_up_engine},
-    EngineStage{
-        {"mesh", "", "an adaptive mesh, cut at depth edges", true}, source_depth, true, make_found_depth_engine},
-    EngineStage{{"splat", "", "forward: samples drawn back to front; without OpenGL the fastest", false},
-                source_depth,
-                true,
-                make_found_depth_engine},
-    EngineStage{{"mesh-plain", "", "a mesh never cut, a baseline", true}, source_depth, true, make_found_depth_engine},
-};
-
-constexpr std::array depths = {
-    DepthStage{{"ray", "", "cast from the scene"}, DepthGiver::rays},
-    DepthStage{{"gl", "", "drawn from the scene by OpenGL, of a sphere only what the eyes may look up"},
-               DepthGiver::opengl},
-    DepthStage{{"gl-cube", "", "the same, of a sphere all: six faces of a cube"}, DepthGiver::opengl},
-    DepthStage{{"stream", "", "the stream's own depth track"}, DepthGiver::frames},
-    DepthStage{{"exact", "", "a render folder's own, or a stream's that is lossless"}, DepthGiver::frames},
-};
 
 constexpr unsigned long long track(TrackRole role) {
     return 1ULL << int(role);
 }
 
-template <typename Pass>
-std::unique_ptr<FillRung> make() {
-    return std::make_unique<Pass>();
+constexpr bool is_there(std::string_view function) {
+    return function != "none";
 }
 
-template <SmallRung::Fills fills>
-std::unique_ptr<FillRung> make_small() {
-    return std::make_unique<SmallRung>(fills);
-}
-
-constexpr std::array fills = {
-    FillStage{{"hidden", "", "the source's second layer", true},
-              track(TrackRole::hidden) | track(TrackRole::hidden_depth),
-              true,
-              false,
-              true,
-              7,
-              make<HiddenRung>},
-    FillStage{{"patches", "", "blocks that the server predicted the eyes to need", true},
-              track(TrackRole::patches) | track(TrackRole::patches_depth),
-              true,
-              false,
-              true,
-              6,
-              make<PatchesRung>},
-    FillStage{{"earlier", "", "main pictures of frames before", true}, 0, true, false, false, 5, make<EarlierRung>},
-    FillStage{{"small", "", "the small second-eye view", true},
-              track(TrackRole::small),
-              false,
-              false,
-              false,
-              2,
-              make_small<SmallRung::Fills::all_gaps>},
-    FillStage{{"small-wide", "", "the same, in wide gaps alone", false},
-              track(TrackRole::small),
-              false,
-              false,
-              false,
-              3,
-              make_small<SmallRung::Fills::wide_gaps>},
-    FillStage{{"geometry", "", "the scene's own colours, lit as around the gap", false},
-              0,
-              false,
-              false,
-              false,
-              4,
-              make<GeometryRung>},
-    FillStage{
-        {"pushpull", "", "coarser levels of the picture itself", true}, 0, false, true, false, 1, make<PushPullRung>},
-    FillStage{{"spread", "", "the nearest filled neighbours", false}, 0, false, true, false, 0, make<SpreadRung>},
+#define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
+    EngineStage{{name, old_name, help, is_there(#on_gpu)}, needs, finds_depth, on_cpu},
+constexpr std::array engines = {
+#include "stage_rows.inc"
 };
+#undef ENGINE
+
+#define DEPTH_SOURCE(name, help, giver, function) DepthStage{{name, "", help, false}, DepthGiver::giver},
+constexpr std::array depths = {
+#include "stage_rows.inc"
+};
+#undef DEPTH_SOURCE
+
+#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+    FillStage{                                                                                                         \
+        {name, "", help, is_there(#on_gpu)}, TrackRoles(reads), needs_depth, invents, shows_truth, left_out, on_cpu},
+constexpr std::array fills = {
+#include "stage_rows.inc"
+};
+#undef FILL_PASS
 
 template <typename Row>
 const Row& find(std::span<const Row> rows, std::string_view name, std::string_view option, const char* before = "",
@@ -147,6 +95,26 @@ std::vector<const FillStage*> parse_fills(std::string_view list, std::string_vie
     for (const std::string_view name : split_at_commas(list))
         found.push_back(&find_fill(name, option));
     return found;
+}
+
+namespace {
+
+/// Null: no depth at all.
+const DepthStage* depth_stage(std::string_view name) {
+    const auto found = std::ranges::find(depth_stages(), name, &DepthStage::name);
+    return found == depth_stages().end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+bool is_drawn(std::string_view depth) {
+    const DepthStage* stage = depth_stage(depth);
+    return stage != nullptr && stage->giver == DepthGiver::opengl;
+}
+
+bool is_cast(std::string_view depth) {
+    const DepthStage* stage = depth_stage(depth);
+    return stage != nullptr && stage->needs_scene();
 }
 
 std::string renamed_note(const Stage& stage, std::string_view given, std::string_view option) {

@@ -60,9 +60,4 @@ std::string in_words(const Pose& head) {
                      degrees(std::asin(std::clamp(ahead.y, -1.0, 1.0))), cm(at_m.x), cm(at_m.y), cm(at_m.z));
 }
 
-Pose composed(const Pose& outer, const Pose& inner) {
-    return {outer.position_m + outer.orientation * inner.position_m,
-            glm::normalize(outer.orientation * inner.orientation)};
-}
-
 }  // namespace equistream

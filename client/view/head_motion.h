@@ -3,6 +3,8 @@
 /// the head that the frame was made for, so that a frame that comes is no motion. No wall clock; one thread.
 #include "navigator.h"
 
+#include <playback/head_pose.h>
+
 #include <equistream_client/head_prediction.h>
 
 #include <optional>
@@ -46,8 +48,5 @@ private:
 
 /// Where it looks and where it is: "yaw 25 pitch -10 deg, head 10 5 -2 cm"; left and up are positive.
 std::string in_words(const Pose& head);
-
-/// A pose in the axes of `outer`, in the axes that `outer` is in.
-Pose composed(const Pose& outer, const Pose& inner);
 
 }  // namespace equistream

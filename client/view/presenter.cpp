@@ -34,7 +34,7 @@ Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& 
     : settings_(settings), truth_(truth), fov_deg_(first_fov_deg()), loader_(loader), poses_(poses), box_(box),
       window_(window), playback_(loader, settings.paused),
       headset_(settings.headset ? std::make_unique<Headset>() : nullptr),
-      renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first()), settings_.rungs,
+      renderer_(settings_.scene ? &*settings_.scene : nullptr, head_box_radius(loader.first()), settings_.fill_chain,
                 settings_.finding_engine),
       recorder_(settings.out), began_s_(loader.now_s()), now_s_(began_s_) {
     // Not when its first picture comes, which may be in the midst of it all: a shader takes longer than a refresh.

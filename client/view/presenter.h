@@ -1,19 +1,20 @@
 #pragma once
 /// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
 /// the displaying thread. Nothing is drawn that would look the same.
-#include "followed_head.h"
-#include "frame_loader.h"
 #include "gl/display.h"
 #include "gl/eye_renderer.h"
 #include "head_motion.h"
 #include "input_box.h"
 #include "panels.h"
-#include "playback.h"
 #include "recorder.h"
 #include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
 #include "xr/headset.h"
+
+#include <playback/followed_head.h>
+#include <playback/frame_loader.h>
+#include <playback/playback.h>
 
 #include <equistream_client/engine.h>
 

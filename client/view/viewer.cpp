@@ -3,6 +3,8 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <pipeline/decisions.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -40,14 +42,12 @@ bool goes_on_by_repeats(Action action) {
     return std::ranges::find(repeated, action) != repeated.end();
 }
 
-/// Main's depth comes from geometry where there is some.
-TrackRoles unused_roles(const ViewerSettings& settings) {
-    TrackRoles roles;
-    const auto fills = [&](gl::Rung rung) { return std::ranges::count(settings.rungs, rung) > 0; };
-    roles.set(std::size_t(TrackRole::small), !fills(gl::Rung::small));
-    roles.set(std::size_t(TrackRole::depth), settings.scene.has_value());
-    roles.set(std::size_t(TrackRole::images), settings.mirrors == MirrorTreatment::surface);
-    return roles;
+/// Of what the viewer may come to show: the depth of frames is of use to all engines but those that never move.
+PipelineChoice widest_choice(const ViewerSettings& settings) {
+    return {.engine = settings.scene ? "eye-depth" : settings.finding_engine,
+            .depth = settings.scene ? "gl" : "stream",
+            .fill = settings.fill_chain,
+            .mirrors = settings.mirrors != MirrorTreatment::surface};
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ Viewer::Viewer(const ViewerSettings& settings)
                                 .pq = true,
                                 .hdr_display = settings.hdr_display,
                                 .specular = settings.mirrors != MirrorTreatment::surface,
-                                .left_out = [unused = unused_roles(settings)] { return unused; },
+                                .left_out = [unused = unneeded_roles(widest_choice(settings))] { return unused; },
                                 .poses = &poses_}) {
     if (!settings.truth.empty())
         truth_.emplace(settings.truth);

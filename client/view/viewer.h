@@ -1,11 +1,11 @@
 #pragma once
 /// The viewer: the window and what happens to it in the main thread; what it shows in a thread of its own.
-#include "frame_loader.h"
 #include "input_box.h"
 #include "presenter.h"
 #include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
+#include <playback/frame_loader.h>
 
 #include <memory>
 #include <optional>

@@ -3,7 +3,7 @@
 #include "gl/display.h"
 #include "gl/stage_times.h"
 
-#include <fill/gl/rungs.h>
+#include <equistream_client/fill.h>
 #include <reproject/gl/eye_depth_finder.h>
 
 #include <equistream/hdr_display.h>
@@ -36,7 +36,7 @@ struct ViewerSettings {
     std::optional<double> ipd_m;                             ///< nothing: what the frames are tagged with
     std::string finding_engine{gl::default_finding_engine};  ///< by which depth is found without a scene
     bool by_depth = true, fill = true, loop = true, paused = false, times = false;
-    std::vector<gl::Rung> rungs;  ///< that gaps are filled by, where they are
+    std::string fill_chain = default_fill;  ///< that gaps are filled by, where they are
     MirrorTreatment mirrors = MirrorTreatment::images;
     /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.
     std::shared_ptr<const HdrDisplay> hdr_display;

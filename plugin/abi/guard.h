@@ -1,6 +1,6 @@
 #pragma once
 /// Keeps exceptions on our side of the C ABI: they become a status and one line of text.
-#include <equistream/equistream.h>
+#include <equistream/abi_types.h>
 #include <equistream/error.h>
 
 #include <algorithm>

@@ -1,8 +1,9 @@
 """Installs a build into a folder, moves the folder, and uses it as its users would: runs the programs, compiles each
-header alone, and builds the example host both by pkg-config and by find_package.
+header alone, builds the example host and the example clients both by pkg-config and by find_package, and runs them.
 
-usage: install_test.py CMAKE BUILD_DIR EXAMPLE_DIR      (CC, CXX, CFLAGS and CXXFLAGS from the environment)
+usage: install_test.py CMAKE BUILD_DIR SOURCE_DIR      (CC, CXX, CFLAGS and CXXFLAGS from the environment)
 """
+import contextlib
 import os
 import shlex
 import subprocess
@@ -10,12 +11,18 @@ import sys
 import tempfile
 from pathlib import Path
 
+sys.path[:0] = [str(Path(__file__).resolve().parents[1] / folder) for folder in ("golden", "golden/viewer")]
+import display  # noqa: E402
+
 HEADERS = {  # each with the languages it promises to be
+    "abi_types.h": ["c11", "c++17"],
     "equistream.h": ["c11", "c++17"],
     "conventions.h": ["c++17"],
     "camera.h": ["c++17"],
     "bound.h": ["c++17"],
     "aov.h": ["c++20"],
+    "client.h": ["c11", "c++17"],
+    "client.hpp": ["c++17", "c++20"],
 }
 COMMANDS = ["render", "encode", "play", "compare", "info", "scene", "study", "fit"]
 USES_THE_CATALOGUE = '''
@@ -113,13 +120,52 @@ def host_by_find_package(cmake, example, prefix, scratch):
     return build / "toy_host"
 
 
+def check_components(cmake, prefix, scratch):
+    """Both components are found, and one that there is not is refused."""
+    project = scratch / "components"
+    project.mkdir()
+    for components, good in (("plugin", True), ("client", True), ("plugin client", True), ("player", False)):
+        (project / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.25)\nproject(probe LANGUAGES C CXX)\n"
+            f"find_package(equistream 0.1 REQUIRED COMPONENTS {components})\n")
+        done = subprocess.run([cmake, "-G", "Ninja", "-S", project, "-B", scratch / f"built {components}",
+                               f"-DCMAKE_PREFIX_PATH={prefix}"], text=True, capture_output=True)
+        assert (done.returncode == 0) == good, done.stdout + done.stderr
+        assert good or "expected components plugin or client, found 'player'" in done.stderr, done.stderr
+
+
+def pngs_of(client, frames, out, env):
+    out.mkdir()
+    run(client, frames, out, 2, env=env)
+    return [(out / f"{eye}.{index:04}.png").read_bytes() for eye in ("left", "right") for index in (0, 1)]
+
+
+def check_clients(cmake, example, prefix, packages, frames, scratch):
+    """Both ways give the same pictures, which are not blank; the window shows the stream for a second."""
+    words = [shlex.split(run("pkg-config", which, "equistream-client", "libpng", env=packages)) for which in ("--cflags", "--libs")]
+    by_pkg_config = scratch / "write_pngs"
+    run(*compiler("c11"), *words[0], example / "write_pngs.c", *words[1], "-lm", "-o", by_pkg_config)
+    build = scratch / "clients"
+    run(cmake, "-G", "Ninja", "-S", example, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}")
+    run(cmake, "--build", build)
+    found = {**os.environ, "LD_LIBRARY_PATH": str(next(prefix.rglob("libequistream_client.so")).parent)}
+    first, second = pngs_of(by_pkg_config, frames, scratch / "three", found), pngs_of(build / "write_pngs", frames, scratch / "four", os.environ)
+    assert first == second, "the two builds of the example write different pictures"
+    assert first[0] != first[2] and min(map(len, first)) > 5000, [len(png) for png in first]
+    refused = subprocess.run([by_pkg_config, scratch / "nothing.mp4", scratch, "1"], env=found, text=True, capture_output=True)
+    assert refused.returncode != 0 and "nothing.mp4" in refused.stderr, refused.stderr
+    with contextlib.closing(display.Display()) as shown:
+        run(build / "window", frames, 1, env=shown.environment)
+
+
 def frames_of(host, out, env):
     run(host, out, env=env)
     return [(out / f"frame.{index:04}.exr").read_bytes() for index in (0, 1)]
 
 
 def main():
-    cmake, build, example = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    cmake, build, source = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    example = source / "host-adapters/example"
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder).resolve()
         prefix = install_and_move(cmake, build, scratch)
@@ -135,6 +181,8 @@ def main():
         by_pkg_config = frames_of(host_by_pkg_config(example, flags, libraries, scratch), scratch / "one", found)
         by_find_package = frames_of(host_by_find_package(cmake, example, prefix, scratch), scratch / "two", os.environ)
         assert by_pkg_config == by_find_package, "the two builds of the example write different frames"
+        check_components(cmake, prefix, scratch)
+        check_clients(cmake, source / "client/example", prefix, packages, scratch / "one", scratch)
         described = run(prefix / "bin" / "equistream", "info", scratch / "one")
         assert "256x128" in described, described
     print("installed, moved, ran, and built against both ways")

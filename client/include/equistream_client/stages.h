@@ -2,7 +2,7 @@
 /// The stages table: a row for each engine, depth source and fill pass.
 ///
 /// Help texts, accepted words, the viewer's and Python's lists and `play --method auto` read it. A new engine, depth
-/// source or fill pass is its own files and a row in client/stages/stages.cpp. All functions are pure.
+/// source or fill pass is its own files and a row in client/stages/stage_rows.inc. All functions are pure.
 #include <equistream/comma_list.h>
 #include <equistream/stream.h>
 #include <equistream_client/engine.h>
@@ -68,6 +68,11 @@ std::vector<std::string_view> names_of(std::span<const Row> rows) {
         names.push_back(row.name);
     return names;
 }
+
+/// Whether depth of that name is found in the scene's geometry, by rays or by OpenGL: the stream's own is not needed.
+bool is_cast(std::string_view depth);
+/// Whether it is by OpenGL: gl or gl-cube.
+bool is_drawn(std::string_view depth);
 
 /// For help texts: "rotation (turns only), mesh (...)"; with `only_gpu` of rows that the viewer has.
 template <std::derived_from<Stage> Row>

@@ -1,40 +1,21 @@
 #pragma once
 /// One frame at a time: from what was received to both eyes' finished pictures, timed by stage.
-#include "depth_choice.h"
-#include "frame_fill.h"
 #include "report.h"
 #include "settings.h"
 
-#include <equistream_client/carry_on.h>
-#include <equistream_client/depth_source.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/ray_depth.h>
+#include <pipeline/cpu_pipeline.h>
+#include <pipeline/depth_choice.h>
+
 #include <equistream_client/receive.h>
 
-#include <map>
-#include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace equistream::play {
 
-/// One eye of one frame.
-struct PlayedEye {
+/// One eye of one frame, and what its file is tagged with.
+struct PlayedEye : PipelineEye {
     FrameInfo info;
-    EyePicture picture;
-    ByteImage gaps;      ///< as the source left them, before any fill
-    FloatImage depth_m;  ///< empty where nothing needed it
-
-    PerspectiveCamera camera() const { return std::get<PerspectiveCamera>(info.camera); }
-    /// Of local geometry, or what the method found itself; empty where there is neither.
-    ImageView<const float> depth_view() const {
-        const FloatImage& plane = depth_m.empty() ? picture.depth_m : depth_m;
-        return plane.empty() ? ImageView<const float>{} : plane.view();
-    }
-    EyeView view() const {
-        return {camera(), info.camera_pose, depth_m.empty() ? ImageView<const float>{} : depth_m.view()};
-    }
 };
 
 struct PlayedFrame {
@@ -66,7 +47,7 @@ public:
     /// on only tracks are needed that the choice needs.
     void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
     /// Whether patches came whose depth neither the stream had nor OpenGL drew.
-    bool missed_patch_depth() const { return missed_patch_depth_; }
+    bool missed_patch_depth() const { return pipeline_.missed_patch_depth(); }
     /// `played` keeps its memory from the frame before. At a refresh: of its number and time; what the frame shows
     /// stays as it was at the frame's own time, but for what moves.
     void play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr);
@@ -90,59 +71,28 @@ private:
     std::vector<std::string> idle_rungs(TrackRoles came) const;
     /// Forgets all frames but this one, which was played before those to come.
     void begin_after(const ReceivedFrame* before);
-    /// What `geometry` fills from, where some ladder may have that rung.
+    /// What `geometry` fills from, where some chain may have that pass.
     void make_geometry();
-    void use_fill(const std::string& rungs);
-    bool takes_depth() const { return depth_ != nullptr && plan_.depth != "none"; }
-    /// Whether depth is what came with the frames.
-    bool takes_planes() const { return exact_ != nullptr && offers_depth_; }
-    void make_depth_source(const FrameInfo& first, const std::string& depth, Report& report);
     void check_size(const ReceivedFrame& first) const;
     void check_scene(const FrameInfo& first, Report& report) const;
+    void set_eyes(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
-    /// How much later than the frame shows them moving things are to be seen: 0 where nothing moves, or no depth says
-    /// what they pass before.
-    double carried_s(const ReceivedFrame& frame, const PlayedFrame& played, const RefreshMoment* refresh) const;
-    /// Of the frame, by whoever gives depth at its time; of eyes so much later.
-    void take_depths(const ReceivedFrame& frame, PlayedFrame& played);
-    void set_frame_time(const ReceivedFrame& frame);
-    void offer_exact_depth(const ReceivedFrame& frame);
-    void cast_depths(const ReceivedFrame& frame, PlayedFrame& played);
-    /// Of an atlas that came without; empty where no geometry is known.
-    void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
-    void reproject_and_fill(const ReceivedFrame& frame, const SourceDepths& depths, PlayedFrame& played);
-    /// The main picture, or what it was carried on to.
-    SourceView main_view(const ReceivedFrame& frame, const PlayedFrame& played) const;
+    bool takes_depth() const { return gives_depth_ && plan_.depth != "none"; }
 
     /// All parts of plan_: decoding as it was timed, the others 0 so far.
     PartTimes parts_with_decoding(const ReceivedFrame& frame) const;
-    /// Time of take_depths that went into one track's.
-    void add_cast(std::string_view track, double ms) {
-        parts_[part::depth(plan_)] -= ms;
-        parts_[part::depth_of(plan_, track)] += ms;
-    }
-    /// Adds `ms` of filling to parts_, each rung's as its share of what all took.
-    void add_filling(std::span<const double> left_ms, std::span<const double> right_ms, double ms);
+    /// The same with what the pipeline took.
+    PartTimes parts_of_frame(const ReceivedFrame& frame, const PipelineTimes& times) const;
 
     Settings settings_;
     Plan plan_;
     bool is_settled_ = false;  ///< what is decoded is decoded for good, and has to be counted
-    PartTimes parts_;          ///< of the repetition under way
     std::optional<Rechooser> rechooser_;
     PosePath head_path_;
     std::optional<SceneDescription> scene_;
-    std::unique_ptr<Engine> engine_;
-    std::unique_ptr<DepthSource> depth_;
-    ExactDepth* exact_ = nullptr;                              ///< depth_, where that is exact
-    bool offers_depth_ = true;                                 ///< whether exact_ is given what came with the frames
-    std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_; null: nothing to fill from
-    std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by ladder, as far as any was used
-    FrameFill* fill_ = nullptr;                                ///< the one in use
-    bool missed_patch_depth_ = false;
-    SourceDepths depths_;  ///< of the frame that was played last
-    PictureCarrier carrier_;
-    CarriedPicture carried_;  ///< of that frame, where it was carried on
+    bool gives_depth_ = false;  ///< there is a depth source
+    CpuPipeline pipeline_;
 };
 
 }  // namespace equistream::play

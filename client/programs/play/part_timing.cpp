@@ -22,17 +22,23 @@ PartTimes FramePlayer::parts_with_decoding(const ReceivedFrame& frame) const {
     return parts;
 }
 
-void FramePlayer::add_filling(std::span<const double> left_ms, std::span<const double> right_ms, double ms) {
-    const std::span<const double> shared_ms = fill_->set_frame_ms();
-    std::vector<double> rungs_ms(shared_ms.begin(), shared_ms.end());
-    for (std::size_t i = 0; i < rungs_ms.size(); ++i)
-        rungs_ms[i] += std::max(left_ms[i], right_ms[i]);
-    const double all_ms = std::accumulate(rungs_ms.begin(), rungs_ms.end(), 0.0);
-    if (all_ms <= 0)
-        return;
-    const std::vector<std::string> names = fill_->names();
-    for (std::size_t i = 0; i < rungs_ms.size(); ++i)
-        parts_[part::fill(plan_, names[i])] += ms * rungs_ms[i] / all_ms;
+PartTimes FramePlayer::parts_of_frame(const ReceivedFrame& frame, const PipelineTimes& times) const {
+    PartTimes parts = parts_with_decoding(frame);
+    if (takes_depth())
+        parts[part::depth(plan_)] += times.depth - times.small_depth - times.patches_depth;
+    if (times.small_depth > 0)
+        parts[part::depth_of(plan_, "small")] += times.small_depth;
+    if (times.patches_depth > 0)
+        parts[part::depth_of(plan_, "patches")] += times.patches_depth;
+    parts[part::reproject(plan_)] = times.reproject;
+    if (settings_.reliability)
+        parts[part::reliability()] = times.reliability;
+    // Passes of both eyes run side by side: each takes its share of what all took.
+    const double all_ms = std::accumulate(times.passes.begin(), times.passes.end(), 0.0);
+    const std::vector<std::string> names = pipeline_.fill().names();
+    for (std::size_t i = 0; all_ms > 0 && i < times.passes.size(); ++i)
+        parts[part::fill(plan_, names[i])] += times.fill * times.passes[i] / all_ms;
+    return parts;
 }
 
 }  // namespace equistream::play

@@ -31,12 +31,6 @@ std::string rung_without_depth(const std::string& ladder) {
     return !stages.empty() && stages.back()->invents ? std::string(stages.back()->name) : "none";
 }
 
-/// Null: no depth at all.
-const DepthStage* depth_stage(std::string_view name) {
-    const auto found = std::ranges::find(depth_stages(), name, &DepthStage::name);
-    return found == depth_stages().end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 std::string Plan::words() const {
@@ -46,36 +40,9 @@ std::string Plan::words() const {
     return text + ", depth " + depth + ", fill " + fill;
 }
 
-bool is_drawn(std::string_view depth) {
-    const DepthStage* stage = depth_stage(depth);
-    return stage != nullptr && stage->giver == DepthGiver::opengl;
-}
-
-bool is_cast(std::string_view depth) {
-    const DepthStage* stage = depth_stage(depth);
-    return stage != nullptr && stage->needs_scene();
-}
-
-TrackRoles unneeded_roles(const Plan& plan) {
-    const bool with_depth = find_engine(plan.method).needs.any();
-    TrackRoles needed;
-    const auto need = [&](TrackRole role, bool is_needed) { needed[std::size_t(role)] = is_needed; };
-    need(TrackRole::main, true);
-    bool looks_points_up = false;
-    for (const FillStage* stage : parse_fills(plan.fill)) {
-        if (with_depth || !stage->needs_depth)
-            needed |= stage->reads;
-        looks_points_up = looks_points_up || stage->make()->wants_depth();
-    }
-    // All others are looked up by the eye's depth, mirrors too.
-    need(TrackRole::depth, with_depth && !is_cast(plan.depth));
-    need(TrackRole::images, with_depth && (plan.mirrors || looks_points_up));
-    return ~needed;
-}
-
 std::vector<Plan> plans_after(std::vector<Plan> plans, const Plan& chosen, TrackRoles came) {
-    const TrackRoles left_out = came & unneeded_roles(chosen);
-    std::erase_if(plans, [&](const Plan& plan) { return (~unneeded_roles(plan) & left_out).any(); });
+    const TrackRoles left_out = came & unneeded_roles(chosen.choice());
+    std::erase_if(plans, [&](const Plan& plan) { return (~unneeded_roles(plan.choice()) & left_out).any(); });
     return plans;
 }
 

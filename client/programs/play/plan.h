@@ -1,5 +1,7 @@
 #pragma once
 /// Ways to play a frame, for `--method auto` (docs/guide/play.md, "Which method").
+#include <pipeline/decisions.h>
+
 #include <equistream/stream.h>
 #include <equistream_client/engine.h>
 
@@ -14,18 +16,15 @@ namespace equistream::play {
 struct Plan {
     std::string method;
     double mesh_share = default_budget_share;  ///< as in EngineOptions; for mesh only
-    std::string depth;          ///< of is_cast, stream (what came with the frames) or none; exact only without auto
-    std::string fill;           ///< as in --fill
-    bool mirrors = true;        ///< Settings::asks_for_mirrors, the same for all plans of a run
+    std::string depth;    ///< of is_cast, stream (what came with the frames) or none; exact only without auto
+    std::string fill;     ///< as in --fill
+    bool mirrors = true;  ///< Settings::asks_for_mirrors, the same for all plans of a run
+    /// What the pipeline does then.
+    PipelineChoice choice() const { return {method, depth, fill, mirrors}; }
     std::string words() const;  ///< "mesh with cells at 1 of the error budget, depth ray, fill pushpull"
 
     bool operator==(const Plan&) const = default;
 };
-
-/// Whether depth of that name is found in the scene's geometry, by rays or by OpenGL: the stream's own is not needed.
-bool is_cast(std::string_view depth);
-/// Whether it is by OpenGL: gl or gl-cube.
-bool is_drawn(std::string_view depth);
 
 /// What there is to choose from.
 struct PlanInputs {
@@ -42,9 +41,6 @@ struct PlanInputs {
 /// accurate, and at twice the last one several dB are lost: cells are off by more than what depth agreement allows
 /// (plan_test.cpp measures both).
 inline constexpr std::array mesh_shares = {default_budget_share, 0.5, 1.0, 2.0};
-
-/// What of a source a way to play it has no use for.
-TrackRoles unneeded_roles(const Plan& plan);
 
 /// Those of `plans` that may be played after `chosen` in the middle of a stream, whose tracks that `chosen` does not
 /// need are left out for good: they need none of these, as far as the source has any (`came`).

@@ -54,7 +54,7 @@ std::vector<Part> parts_of(const Plan& plan) {
     const bool with_depth = plan.depth != "none";
     if (with_depth)
         parts.push_back(part::depth(plan));
-    const TrackRoles unneeded = unneeded_roles(plan);
+    const TrackRoles unneeded = unneeded_roles(plan.choice());
     const auto needs = [&](TrackRole role) { return !unneeded[std::size_t(role)]; };
     for (const auto& [role, name] :
          {std::pair{TrackRole::small, "small"}, {TrackRole::hidden, "hidden"}, {TrackRole::patches, "patches"}}) {

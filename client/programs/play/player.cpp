@@ -1,6 +1,5 @@
 #include "player.h"
 
-#include "frame_fill.h"
 #include "frame_player.h"
 #include "head_steering.h"
 #include "view_writer.h"
@@ -12,6 +11,7 @@
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
 #include <equistream/writable_folder.h>
+#include <equistream_client/stages.h>
 #include <equistream_client/viewing.h>
 
 #include <algorithm>
@@ -106,7 +106,7 @@ class Run {
 public:
     explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
         report_.settings = settings;
-        left_out_ = unneeded_roles(widest_plan(settings)).to_ulong();
+        left_out_ = unneeded_roles(widest_plan(settings).choice()).to_ulong();
         feed_ = open_feed(settings.source, {.depth = true,
                                             .yuv = true,
                                             .hdr_display = settings.hdr_display,
@@ -130,7 +130,7 @@ public:
         if (settings.method == "auto")
             second_ = read();
         player_->settle(first_->frame, second_ ? &second_->frame : nullptr, report_);
-        left_out_ = unneeded_roles({.method = report_.method,
+        left_out_ = unneeded_roles({.engine = report_.method,
                                     .depth = report_.depth,
                                     .fill = report_.fill,
                                     .mirrors = settings.asks_for_mirrors()})

@@ -5,9 +5,9 @@
 #include "rechoose.h"
 #include "settings.h"
 
+#include <pipeline/eye_figures.h>
+
 #include <equistream_client/receive.h>
-#include <equistream_client/specular.h>
-#include <equistream_client/view.h>
 #include <equistream_client/viewing.h>
 
 #include <nlohmann/json.hpp>
@@ -26,14 +26,6 @@ enum class Stage { decode, convert, depth, reproject, fill, reliability, write }
 
 /// Milliseconds of one stage of one frame: one sample, or one for each repetition.
 using StageTimes = std::array<std::vector<double>, stage_names.size()>;
-
-struct EyeFigures {
-    std::int64_t pixels = 0;
-    std::int64_t gaps = 0;                                       ///< what the source did not see
-    SpecularCounts specular{};                                   ///< mirrors and glass
-    std::vector<std::pair<std::string, std::int64_t>> filled{};  ///< by each rung, in order
-    std::optional<double> reliability{};                         ///< the pixels' mean, 0 to 1, where it was estimated
-};
 
 struct FrameFigures {
     std::int64_t index = 0;

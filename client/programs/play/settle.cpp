@@ -43,18 +43,17 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     report.fill = settings_.fill;
     if (settings_.method != "auto")
         return;
-    if (exact_ == nullptr && !first.main.depth_m.empty() && !is_cast(settings_.depth)) {
-        auto exact = std::make_unique<ExactDepth>(std::move(depth_));
-        exact_ = exact.get();
-        depth_ = std::move(exact);
-    }
+    const bool offers_planes = !first.main.depth_m.empty() && !is_cast(settings_.depth);
+    if (offers_planes)
+        pipeline_.offer_planes();
+    gives_depth_ = gives_depth_ || offers_planes;
     const TrackRoles came = roles_of(first) | (second != nullptr ? roles_of(*second) : TrackRoles{});
     const ReceivedFrame& timed = second != nullptr ? *second : first;
     const int repeat = std::exchange(settings_.repeat, 3);
     const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
     std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
                                                  .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
-                                                 .streamed_depth = exact_ != nullptr,
+                                                 .streamed_depth = pipeline_.hands_out_planes(),
                                                  .poses = first.posed,
                                                  .fill = settings_.fill,
                                                  .idle_rungs = idle_rungs(came),
@@ -69,7 +68,7 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     }
     settings_.repeat = repeat;
     use(plan);
-    fill_->forget();
+    pipeline_.forget();
     is_settled_ = true;
     report.method = plan.method;
     report.depth = plan.depth;
@@ -102,7 +101,7 @@ std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
     std::vector<std::string> idle;
     for (const FillStage& stage : fill_stages()) {
         const TrackRoles colours = stage.reads & ~depth_roles;
-        if ((colours & ~came).any() || (stage.name == "geometry" && geometry_ == nullptr))
+        if ((colours & ~came).any() || (stage.name == "geometry" && !pipeline_.has_geometry_colour()))
             idle.emplace_back(stage.name);
     }
     return idle;
@@ -114,28 +113,31 @@ void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report&
     const std::optional<Change> change = rechooser_->played(played.parts.back(), next);
     if (!change)
         return;
-    FrameFill& before = *fill_;
+    const std::string before = plan_.fill;
     use(change->to);
-    fill_->take_over(before);
+    pipeline_.take_over(before);
     report.changes.push_back(*change);
 }
 
 void FramePlayer::begin_after(const ReceivedFrame* before) {
-    fill_->forget();
+    pipeline_.forget();
     if (before == nullptr)
         return;
     PlayedFrame played;
-    played.left.info = eye_info(*before, Eye::left);
-    played.right.info = eye_info(*before, Eye::right);
-    take_depths(*before, played);
+    set_eyes(*before, played);
+    pipeline_.find_depths(*before, played.left, played.right);
     remember(ReceivedFrame(*before));
 }
 
 void FramePlayer::use(const Plan& plan) {
     plan_ = plan;
-    engine_ = make_engine(plan.method, {.mesh_share = plan.mesh_share});
-    use_fill(plan.fill);
-    offers_depth_ = plan.depth == "stream";
+    pipeline_.use({.engine = plan.method,
+                   .engine_options = {.mesh_share = plan.mesh_share},
+                   .by_depth = plan.depth != "none",
+                   .by_planes = settings_.method != "auto" || plan.depth == "stream",
+                   .fill = plan.fill,
+                   .mirrors = settings_.mirrors,
+                   .reliability = settings_.reliability});
 }
 
 }  // namespace equistream::play

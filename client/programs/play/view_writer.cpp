@@ -204,12 +204,4 @@ std::unique_ptr<EyesWriter> make_eyes_writer(const Settings& settings) {
     return std::make_unique<BothInOne>(settings);
 }
 
-void find_gap_mask(const EyePicture& picture, ByteImage& mask) {
-    if (mask.width() != picture.origin.width() || mask.height() != picture.origin.height())
-        mask = ByteImage(picture.origin.width(), picture.origin.height(), 1);
-    std::ranges::transform(picture.origin.samples(), mask.samples().begin(), [](std::uint8_t origin) {
-        return origin == std::uint8_t(PixelOrigin::gap) ? std::uint8_t{255} : std::uint8_t{0};
-    });
-}
-
 }  // namespace equistream::play

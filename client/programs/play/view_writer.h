@@ -43,7 +43,4 @@ public:
 /// OUT/both.mp4. Throws as that does.
 std::unique_ptr<EyesWriter> make_eyes_writer(const Settings& settings);
 
-/// 255 where nobody has given the pixel a colour, else 0; `mask` keeps its memory where it has the picture's size.
-void find_gap_mask(const EyePicture& picture, ByteImage& mask);
-
 }  // namespace equistream::play

@@ -97,9 +97,9 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.mirrors = find_mirror_treatment(arguments.mirrors);
     settings.fill = arguments.fill != "off";
     std::vector<std::string> notes;
-    settings.rungs = gl::parse_rungs(arguments.fill == "on" || arguments.fill == "off"
-                                         ? default_fill
-                                         : gl::with_rungs_of_gpu(arguments.fill, notes));
+    if (arguments.fill != "on" && arguments.fill != "off")
+        settings.fill_chain = gl::with_passes_of_gpu(arguments.fill, notes);
+    parse_fills(settings.fill_chain);  // says which words are accepted
     for (const std::string& note : notes)
         std::fprintf(stderr, "view: %s\n", note.c_str());
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;

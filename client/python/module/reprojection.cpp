@@ -2,6 +2,9 @@
 #include "parts.h"
 #include "waiting.h"
 
+#include <pipeline/decisions.h>
+#include <pipeline/eye_steps.h>
+
 #include <equistream/error.h>
 #include <equistream/frame.h>
 #include <equistream/patches.h>
@@ -128,10 +131,12 @@ struct Assess {
 class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors)
-        : engine_(make_engine(method, {.error_budget_px = error_budget_px})), ladder_(make_fill_ladder(fill)),
-          error_budget_px_(error_budget_px), mirrors_(find_mirror_treatment(mirrors)) {}
+        : steps_(method, {.error_budget_px = error_budget_px}, find_mirror_treatment(mirrors)),
+          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px) {}
 
-    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const { return engine_->needs_depth(source, eye); }
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const {
+        return steps_.engine().needs_depth(source, eye);
+    }
     bool fill_wants_depth() const {
         return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
     }
@@ -149,19 +154,16 @@ public:
         waiting_.run([&] {
             const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
             const FillViews views(source, from);
-            engine_->set_source(views.main());
-            engine_->reproject(eye, picture);
-            specular = rework_specular(views.main(), eye, picture,
-                                       {.error_budget_px = error_budget_px_, .treatment = mirrors_});
+            steps_.set_source(views.main());
+            specular = steps_.reproject(eye, picture);
             origin_before_fill = picture.origin;
             for (const auto& rung : ladder_)
                 rung->set_frame(views.inputs(error_budget_px_));
             filled = fill_gaps(ladder_, eye, picture);
-            const ReliabilityOptions options{.depth_tolerance_w = assess.depth_tolerance_w,
-                                             .coding_loss = assess.coding_loss,
-                                             .specular_reworked = mirrors_ != MirrorTreatment::surface};
+            const ReliabilityOptions options =
+                confidence_options(assess.depth_tolerance_w, assess.coding_loss, steps_.mirrors());
             if (assess.reliability)
-                estimate_reliability(views.main(), eye, picture, options);
+                steps_.judge(eye, picture, options);
             if (assess.risks) {
                 risks = reliability_risks(views.main(), eye, picture, options);
                 risk_groups = reliability_groups(views.main(), eye, picture, options);
@@ -193,10 +195,9 @@ private:
     }
 
     Waiting waiting_{"Reprojector"};
-    std::unique_ptr<Engine> engine_;
+    EyeSteps steps_;
     FillLadder ladder_;
     double error_budget_px_;
-    MirrorTreatment mirrors_;
 };
 
 }  // namespace

@@ -1,10 +1,5 @@
 #include "eye_depth_finder.h"
 
-#include "lean_depth.h"
-#include "mesh_depth.h"
-
-#include <equistream_client/stages.h>
-
 #include <cassert>
 
 namespace equistream::gl {
@@ -16,14 +11,6 @@ void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, 
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eye_blocks_.name());
     glBindTextureUnit(1, source.depth());
     lattice_.bind();
-}
-
-std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
-    const std::string_view name = find_engine(engine).name;
-    if (name == "proxy-sphere")
-        return std::make_unique<LeanDepth>(options);
-    assert(name == "mesh" || name == "mesh-plain");
-    return std::make_unique<MeshDepth>(options, name == "mesh-plain");
 }
 
 }  // namespace equistream::gl

@@ -20,4 +20,8 @@ void LeanDepth::find(const SourceView& view, const SourceTextures& source, std::
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
+std::unique_ptr<EyeDepthFinder> make_proxy_sphere_depth(const EngineOptions& options) {
+    return std::make_unique<LeanDepth>(options);
+}
+
 }  // namespace equistream::gl

@@ -269,4 +269,12 @@ void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::
     draw();
 }
 
+std::unique_ptr<EyeDepthFinder> make_mesh_depth(const EngineOptions& options) {
+    return std::make_unique<MeshDepth>(options);
+}
+
+std::unique_ptr<EyeDepthFinder> make_plain_mesh_depth(const EngineOptions& options) {
+    return std::make_unique<MeshDepth>(options, true);
+}
+
 }  // namespace equistream::gl

@@ -2,8 +2,10 @@
 
 #include <depth/gl/sphere_views.h>
 
+#include <pipeline/decisions.h>
+
 #include <equistream/bound.h>
-#include <equistream/depth_code.h>
+#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <cassert>
@@ -14,9 +16,6 @@
 namespace equistream::gl {
 
 namespace {
-
-/// What was seen longer ago, or (after a jump in time) later, is no part of the same walk.
-constexpr double longest_memory_s = 1;
 
 LookUpRule rule_of(const EyeDepthFinder* finder) {
     return finder == nullptr || finder->traits().only_seen ? LookUpRule::seen : LookUpRule::any;
@@ -44,13 +43,18 @@ struct EyeRenderer::Geometry {
     bool has_small_depth = false;  ///< of the small view's
 };
 
-EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs,
+EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill,
                          std::string_view finding_engine)
-    : finder_(scene == nullptr ? std::make_unique<Finder>(make_depth_finder(finding_engine)) : nullptr),
-      rungs_(std::move(rungs)), turn_(LookUpRule::direction),
-      surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get())) {
+    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr), turn_(LookUpRule::direction),
+      surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get())),
+      chain_(make_gl_fill_chain(fill, fill_shared_)) {
     if (scene != nullptr)
         geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);
+}
+
+std::unique_ptr<EyeRenderer::Finder> EyeRenderer::make_finder(std::string_view engine) {
+    auto found = make_depth_finder(engine);
+    return found == nullptr ? nullptr : std::make_unique<Finder>(std::move(found));
 }
 
 EyeRenderer::~EyeRenderer() = default;
@@ -65,7 +69,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = geometry_->has_small_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
-    } else {
+    } else if (finder_ != nullptr) {
         finder_->engine->forget_source();
     }
     carrier_.set_picture(this->frame().main.info);
@@ -79,7 +83,7 @@ bool EyeRenderer::frame_has_depth() const {
 bool EyeRenderer::has_depth() const {
     if (frames_[current_].frame() == nullptr || !frame().posed)
         return false;
-    return has_geometry() || !finder_->engine->traits().needs_depth || frame_has_depth();
+    return has_geometry() || (finder_ != nullptr && (!finder_->engine->traits().needs_depth || frame_has_depth()));
 }
 
 bool EyeRenderer::can_carry_on() const {
@@ -112,8 +116,7 @@ const FrameTextures* EyeRenderer::earlier() const {
     const FrameTextures& other = frames_[1 - current_];
     if (other.frame() == nullptr)
         return nullptr;
-    const double before_s = frame().main.info.time_s - other.frame()->main.info.time_s;
-    return before_s > 0 && before_s <= longest_memory_s ? &other : nullptr;
+    return counts_as_earlier(other.frame()->main.info.time_s, frame().main.info.time_s) ? &other : nullptr;
 }
 
 EyeDepth EyeRenderer::depth() const {
@@ -127,12 +130,13 @@ EyeDepth EyeRenderer::eyes_depth() const {
                                 : finder_->engine->depth();
 }
 
-bool EyeRenderer::has_rung(Rung rung) const {
-    return std::ranges::find(rungs_, rung) != rungs_.end();
+bool EyeRenderer::fills_from_small() const {
+    return std::ranges::any_of(
+        chain_, [](const auto& pass) { return find_fill(pass->name()).reads[std::size_t(TrackRole::small)]; });
 }
 
 bool EyeRenderer::needs_small_depth() {
-    return !geometry_->has_small_depth && current().small() != nullptr && has_rung(Rung::small);
+    return !geometry_->has_small_depth && current().small() != nullptr && fills_from_small();
 }
 
 /// Of all of its samples: it is small. Once a frame, without what eyes saw last, which is theirs to keep.
@@ -231,64 +235,36 @@ SpecularSource EyeRenderer::mirroring() {
     return {current().main().view, looked_up(), is_carried_ ? carrier_.carried_specular() : specular_[current_]};
 }
 
-GapTargets EyeRenderer::with_mirrors(Rung rung, const GapTargets& to) {
-    GapTargets with = to;
-    const UploadedPicture& before = frames_[1 - current_].main();
-    const SpecularSource own{before.view, before.textures, specular_[1 - current_]};
-    with.image_behind = gap_mirrors_.find(rung == Rung::earlier && own.tells() ? own : mirroring(), to);
-    return with;
-}
-
-/// From a picture with depth; of a small one without, by direction alone.
-void EyeRenderer::look_up(const OtherPicture& from, Rung rung, const GapTargets& to) {
-    if (from.textures.depth() != 0) {
-        const OtherPicture main{current().main().view, looked_up()};
-        if (finder_ != nullptr && rung != Rung::earlier)
-            finder_->gaps.draw_forward(from, to);
-        else if (finder_ != nullptr && same_camera(from.view.camera, main.view.camera))
-            finder_->gaps.draw_still_there(from, main, to);
-        else if (finder_ != nullptr)
-            finder_->gaps.forget(to);
+GlFillFrame EyeRenderer::fill_frame() {
+    const auto picture = [](const UploadedPicture* other, PixelOrigin mark) -> std::optional<OtherPicture> {
+        if (other == nullptr)
+            return std::nullopt;
+        return OtherPicture{other->view, other->textures, mark};
+    };
+    const FrameTextures* before = earlier();
+    GlFillFrame from{.main = {current().main().view, looked_up()},
+                     .hidden = picture(current().hidden(), PixelOrigin::hidden),
+                     .small = picture(current().small(), PixelOrigin::small),
+                     .earlier = picture(before != nullptr ? &before->main() : nullptr, PixelOrigin::earlier),
+                     .found = finder_ != nullptr ? &finder_->gaps : nullptr,
+                     .mirrors = mirroring(),
+                     .mirrors_earlier = std::nullopt,
+                     .gap_mirrors = &gap_mirrors_};
+    if (current().patches() != nullptr) {
+        from.patches = &current().patches_view();
+        from.patch_textures = current().patches();
     }
-    gap_look_up_.fill(from, from.textures.depth() != 0 ? with_mirrors(rung, to) : to);
-}
-
-void EyeRenderer::run(Rung rung, const GapTargets& to) {
-    const bool by_depth = to.depth.texture != 0;
-    switch (rung) {
-    case Rung::hidden:
-        if (const UploadedPicture* hidden = current().hidden(); by_depth && hidden != nullptr)
-            look_up({hidden->view, hidden->textures, PixelOrigin::hidden}, rung, to);
-        break;
-    case Rung::patches:
-        if (const PatchTextures* patches = current().patches();
-            by_depth && patches != nullptr && patches->atlas().depth() != 0) {
-            if (finder_ != nullptr)
-                finder_->gaps.draw_forward(current().patches_view(), *patches, to);
-            patch_look_up_.fill(current().patches_view(), *patches, with_mirrors(rung, to));
-        }
-        break;
-    case Rung::earlier:
-        if (const FrameTextures* earlier = this->earlier(); by_depth && earlier != nullptr)
-            look_up({earlier->main().view, earlier->main().textures, PixelOrigin::earlier}, rung, to);
-        break;
-    case Rung::small:
-        if (const UploadedPicture* small = current().small();
-            small != nullptr && (by_depth || small->textures.depth() == 0))
-            look_up({small->view, small->textures, PixelOrigin::small}, rung, to);
-        break;
-    case Rung::push_pull:
-        if (by_depth && finder_ != nullptr)
-            finder_->gaps.find_background(current().main().view, to);
-        push_pull_.fill(current().main().view, eyes_, to.depth, gaps_, to.targets);
-        break;
-    }
+    if (before != nullptr)
+        from.mirrors_earlier.emplace(
+            SpecularSource{before->main().view, before->main().textures, specular_[1 - current_]});
+    return from;
 }
 
 void EyeRenderer::fill(const EyeDepth& depth, const EyeTargets& targets) {
-    for (const Rung rung : rungs_) {
+    const GlFillFrame from = fill_frame();
+    for (const auto& pass : chain_) {
         gaps_.find(targets);
-        run(rung, {eyes_, depth, gaps_, targets});
+        pass->fill(from, {eyes_, depth, gaps_, targets});
     }
 }
 
@@ -326,9 +302,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     if (options.reliability) {
         const bool found = known.texture != 0 && finder_ != nullptr;
         reliability_.estimate(mirroring(), {eyes_, known, targets},
-                              {.depth_tolerance_w = found ? depth_tolerance_w(frame().main.info.depth_code) : 0,
-                               .coding_loss = coding_loss_of(frame().main.info),
-                               .specular_reworked = options.mirrors != MirrorTreatment::surface});
+                              confidence_options(frame().main.info, found, options.mirrors));
     }
     if (options.motion && !frame().main.info.moving.empty()) {
         has_motion_ = true;

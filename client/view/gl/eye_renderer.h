@@ -9,11 +9,8 @@
 #include <carry/gl/motion_view.h>
 #include <depth/gl/depth_pass.h>
 #include <depth/gl/sphere_depth.h>
+#include <fill/gl/fill_pass.h>
 #include <fill/gl/found_depth.h>
-#include <fill/gl/gap_mirrors.h>
-#include <fill/gl/patch_look_up.h>
-#include <fill/gl/push_pull.h>
-#include <fill/gl/rungs.h>
 #include <reliability/gl/reliability_map.h>
 #include <reproject/gl/eye_depth_finder.h>
 #include <reproject/gl/eye_targets.h>
@@ -44,9 +41,8 @@ struct RefreshOptions {
 class EyeRenderer {
 public:
     /// Without a scene the eyes' depth is found from the frame's by `finding_engine`, and where it has none that the
-    /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `rungs` fill gaps, in this
-    /// order.
-    EyeRenderer(const SceneDescription* scene, double box_radius_m, std::vector<Rung> rungs = parse_rungs(default_fill),
+    /// engine needs they only turn. `box_radius_m` sizes what depth may be off by. `fill`: a list of fill_stages().
+    EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill = default_fill,
                 std::string_view finding_engine = default_finding_engine);
     ~EyeRenderer();
 
@@ -92,6 +88,8 @@ private:
         bool knows_carried = false;  ///< what the engine knows is of a picture that was carried on
     };
 
+    /// Null: the engine finds none.
+    static std::unique_ptr<Finder> make_finder(std::string_view engine);
     FrameTextures& current() { return frames_[current_]; }
     /// The frame shown before; null: there is none that gaps may be filled from.
     const FrameTextures* earlier() const;
@@ -106,22 +104,18 @@ private:
     void turn_apart(bool right_alone, EyeTargets& targets);
     /// What is looked up by depth.
     const SourceTextures& looked_up() const;
-    bool has_rung(Rung rung) const;
+    bool fills_from_small() const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
-    void run(Rung rung, const GapTargets& to);
-    void look_up(const OtherPicture& from, Rung rung, const GapTargets& to);
+    GlFillFrame fill_frame();
     /// The main picture of the frame that is shown, as it is looked up.
     SpecularSource mirroring();
-    /// The same with what is known of mirrors: by what an earlier picture says itself, else by the main one.
-    GapTargets with_mirrors(Rung rung, const GapTargets& to);
 
     std::unique_ptr<Geometry> geometry_;
-    std::unique_ptr<Finder> finder_;  ///< without geometry
+    std::unique_ptr<Finder> finder_;  ///< without geometry, where the engine finds depth
     std::shared_ptr<PqDisplay> pq_display_;
     std::array<FrameTextures, 2> frames_;
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
-    const std::vector<Rung> rungs_;
     bool by_depth_ = false;  ///< whether theirs was found
     double later_s_ = 0;
     bool is_carried_ = false, has_motion_ = false;
@@ -132,10 +126,9 @@ private:
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
     Mirrors mirrors_;
     GapTiles gaps_;
-    GapLookUp gap_look_up_;
-    PatchLookUp patch_look_up_;
     GapMirrors gap_mirrors_;
-    PushPull push_pull_;
+    GlFillShared fill_shared_;
+    GlFillChain chain_;
     ReliabilityMap reliability_;
 };
 

@@ -195,7 +195,7 @@ std::optional<HeadsetView> Headset::locate() {
     }
     seen.head.position_m = 0.5 * (seen.eyes[0].position_m + seen.eyes[1].position_m);
     seen.head.orientation = glm::slerp(seen.eyes[0].orientation, seen.eyes[1].orientation, 0.5);
-    seen.view = covering_view(fovs, columns_, most_);
+    seen.view = covering_view(fovs, columns_, {most_.width, most_.height});
     seen.until_seen_s = std::max(0.0, h.clock->seconds_until(h.display_time).value_or(1e-9 * double(h.period)));
     head_ = seen.head;
     return seen;

@@ -16,14 +16,7 @@
  * tile, NULL, too many passes) is reported by es_frame_end.
  * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
  */
-#include <stddef.h>
-#include <stdint.h>
-
-#if defined(EQUISTREAM_BUILDING)
-#define ES_API __attribute__((visibility("default")))
-#else
-#define ES_API
-#endif
+#include <equistream/abi_types.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -31,29 +24,11 @@ extern "C" {
 
 #define ES_ABI_VERSION 3u
 
-typedef enum es_status {
-    ES_OK = 0,
-    ES_FAILED = 1,    /* work could not be finished: disk full, I/O error */
-    ES_BAD_INPUT = 2, /* an argument is wrong; nothing was done */
-    ES_DONE = 3       /* no more tiles */
-} es_status;
-
-typedef struct es_error {
-    char text[1024]; /* one line, NUL-terminated */
-} es_error;
-
 typedef enum es_camera_kind { ES_EQUIRECT = 0, ES_PERSPECTIVE = 1 } es_camera_kind;
-typedef enum es_eye { ES_EYE_CENTRE = 0, ES_EYE_LEFT = 1, ES_EYE_RIGHT = 2 } es_eye;
 typedef enum es_axis_lock { ES_LOCK_WORLD = 0, ES_LOCK_PATH = 1 } es_axis_lock;
 /* Which surface along each pixel's ray a sequence shows: the first, or the next one behind it that an eye of the head
  * box sees past the first (docs/conventions.md, "Hidden layer"). */
 typedef enum es_layer { ES_LAYER_FIRST = 0, ES_LAYER_HIDDEN = 1 } es_layer;
-
-/* World from head. */
-typedef struct es_pose {
-    double position_m[3];
-    double orientation_wxyz[4]; /* unit quaternion */
-} es_pose;
 
 typedef struct es_sequence_settings {
     size_t struct_size;   /* sizeof(es_sequence_settings) */

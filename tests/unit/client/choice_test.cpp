@@ -87,23 +87,23 @@ TEST(Choices, SayWhatWasChosenAndWhy) {
     FakeMachine machine(1);
     machine.set("frame", 1);
     machine.set("track hidden", 1);
-    machine.set("depth ray for surface", 4);
-    machine.set("reproject surface", 5);
-    machine.set("fill hidden after surface", 8);
-    machine.set("fill earlier after surface", 3);
-    machine.set("fill pushpull after surface", 2);
+    machine.set("depth ray for eye-depth", 4);
+    machine.set("reproject eye-depth", 5);
+    machine.set("fill hidden after eye-depth", 8);
+    machine.set("fill earlier after eye-depth", 3);
+    machine.set("fill pushpull after eye-depth", 2);
     machine.set("reliability", 0);
     const auto choose = [&](double budget_ms) {
         return choose_plan(plans, budget_ms, [&](const Plan& plan) { return Trial{machine.times(plan)}; });
     };
     EXPECT_EQ(choose(30).line(),
-              "surface, depth ray, fill hidden,earlier,pushpull: 24.0 ms of 30.0 (the most accurate there is; "
+              "eye-depth, depth ray, fill hidden,earlier,pushpull: 24.0 ms of 30.0 (the most accurate there is; "
               "1 tried, 0 passed over by estimate)");
     EXPECT_EQ(choose(22).line(),
-              "surface, depth ray, fill hidden,pushpull: 21.0 ms of 22.0 (next better: surface, depth ray, fill "
+              "eye-depth, depth ray, fill hidden,pushpull: 21.0 ms of 22.0 (next better: eye-depth, depth ray, fill "
               "hidden,earlier,pushpull, 24.0 ms tried; 2 tried, 0 passed over by estimate)");
     EXPECT_EQ(choose(15).line(),
-              "surface, depth ray, fill pushpull: 12.0 ms of 15.0 (next better: surface, depth ray, fill "
+              "eye-depth, depth ray, fill pushpull: 12.0 ms of 15.0 (next better: eye-depth, depth ray, fill "
               "hidden,pushpull, 21.0 ms estimated; 2 tried, 1 passed over by estimate)");
     EXPECT_NE(choose(0.5).line().find("(nothing fits; this is the fastest; "), std::string::npos);
 }
@@ -135,7 +135,7 @@ TEST(Choices, SurveyMakesAllPlansKnownWithOneTrialOfEachMethodAndDepth) {
 
 TEST(KnownTimes, AreBroughtUpToDateTogether) {
     KnownTimes known;
-    const Plan surface{"surface", 0.25, "ray", "none"}, lean{"lean", 0.25, "none", "none"};
+    const Plan surface{"eye-depth", 0.25, "ray", "none"}, lean{"proxy-sphere", 0.25, "none", "none"};
     known.learn({{part::frame(), 1},
                  {part::reliability(), 0},
                  {part::reproject(surface), 4},
@@ -155,8 +155,8 @@ TEST(KnownTimes, AreBroughtUpToDateTogether) {
 /// As when the head leaves the place where the pictures were taken from.
 TEST(KnownTimes, KeepOtherWorkWhereDepthAndGapsBeginToCost) {
     KnownTimes known;
-    const Plan surface{"surface", 0.25, "ray", "pushpull"}, splat{"splat", 0.25, "ray", "pushpull"},
-        lean{"lean", 0.25, "none", "none"};
+    const Plan surface{"eye-depth", 0.25, "ray", "pushpull"}, splat{"splat", 0.25, "ray", "pushpull"},
+        lean{"proxy-sphere", 0.25, "none", "none"};
     known.learn({{part::frame(), 1},
                  {part::reliability(), 0},
                  {part::reproject(surface), 4},

@@ -7,6 +7,7 @@
 #include "programs/play/view_writer.h"
 
 #include <equistream_client/ray_colour.h>
+#include <equistream_client/ray_depth.h>
 
 #include <algorithm>
 #include <set>

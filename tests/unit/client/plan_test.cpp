@@ -69,8 +69,8 @@ TEST(Plans, CastDepthAsTheyAreTold) {
     EXPECT_EQ(plans_by_accuracy(drawn), expected);
     for (const char* depth : {"ray", "gl", "gl-cube"})
         EXPECT_TRUE(
-            unneeded_roles({.method = "eye-depth", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
-    EXPECT_FALSE(unneeded_roles({.method = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
+            unneeded_roles({.engine = "eye-depth", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
+    EXPECT_FALSE(unneeded_roles({.engine = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
 }
 
 TEST(Plans, AreBarredOnlyByTracksThatCame) {
@@ -100,7 +100,9 @@ TEST(Plans, AreBarredOnlyByTracksThatCame) {
 }
 
 TEST(Plans, NeedToKnowOfMirrorsOnlyWhereSomethingAsksForThem) {
-    const auto needs_images = [](const Plan& plan) { return !unneeded_roles(plan)[std::size_t(TrackRole::images)]; };
+    const auto needs_images = [](const Plan& plan) {
+        return !unneeded_roles(plan.choice())[std::size_t(TrackRole::images)];
+    };
     for (const char* by_points : {"hidden", "patches", "earlier", "small", "small-wide,pushpull"})
         EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = by_points, .mirrors = false}));
     for (const char* otherwise : {"none", "pushpull", "geometry,spread"}) {

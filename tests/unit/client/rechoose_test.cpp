@@ -138,8 +138,10 @@ TEST(Rechoosing, StaysWhereNothingIsCheaper) {
 /// changes.
 TEST(Rechoosing, TakesWhatFitsWhereOnlyDepthAndFillGrow) {
     const auto set = [](FakeMachine& machine, double scale) {
-        for (const auto& [method, reproject_ms, depth_ms] :
-             {std::tuple{"surface", 5.0, 50.0}, {"mesh", 8.0, 25.0}, {"splat", 8.0, 25.0}, {"lean", 4.0, 0.0}}) {
+        for (const auto& [method, reproject_ms, depth_ms] : {std::tuple{"eye-depth", 5.0, 50.0},
+                                                             {"mesh", 8.0, 25.0},
+                                                             {"splat", 8.0, 25.0},
+                                                             {"proxy-sphere", 4.0, 0.0}}) {
             machine.set("reproject " + std::string(method), reproject_ms);
             for (const std::string depth : {"ray", "stream"})
                 machine.set("depth " + depth + " for " + method, scale * depth_ms);
@@ -151,7 +153,7 @@ TEST(Rechoosing, TakesWhatFitsWhereOnlyDepthAndFillGrow) {
     };
     constexpr double budget_ms = 52;
     Playing playing(budget_ms, 5, [&](FakeMachine& machine) { set(machine, 1e-3); });
-    ASSERT_EQ(playing.plan().method, "surface");
+    ASSERT_EQ(playing.plan().method, "eye-depth");
     playing.play(100, even);
     ASSERT_TRUE(playing.changes().empty());
     set(playing.machine(), 1);

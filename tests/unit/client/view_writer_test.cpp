@@ -1,6 +1,8 @@
 /// What play leaves on disk: every view to the last, in each format, and nothing half written.
 #include "programs/play/view_writer.h"
 
+#include <pipeline/cpu_pipeline.h>
+
 #include "evidence.h"
 
 #include <equistream/colour.h>

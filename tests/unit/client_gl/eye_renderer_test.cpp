@@ -52,7 +52,7 @@ protected:
             const auto before = make_frame(0, flat, geometry == nullptr),
                        frame = make_frame(1, flat, geometry == nullptr);
             const double radius_m = head_box_radius(frame->main.info);
-            gl::EyeRenderer renderer(geometry, radius_m, gl::parse_rungs(rungs));
+            gl::EyeRenderer renderer(geometry, radius_m, rungs);
             gl::StageTimes times;
             gl::EyeTargets targets;
             const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
@@ -99,7 +99,7 @@ TEST_P(GlRefreshByEngine, ShowsWhatTheCpuMakesOfTheFrame) {
     const auto [engine, with_depth] = GetParam();
     const auto before = make_frame(0, flat, with_depth), frame = make_frame(1, flat, with_depth);
     const double radius_m = head_box_radius(frame->main.info);
-    gl::EyeRenderer renderer(nullptr, radius_m, gl::parse_rungs(default_fill), engine);
+    gl::EyeRenderer renderer(nullptr, radius_m, default_fill, engine);
     gl::StageTimes times;
     gl::EyeTargets targets;
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
@@ -163,15 +163,19 @@ TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
 }
 
 TEST(GlRungs, AreThoseOfAList) {
-    EXPECT_EQ(gl::parse_rungs("small,hidden"), (std::vector{gl::Rung::small, gl::Rung::hidden}));
+    gl::GlFillShared shared;
+    const gl::GlFillChain chain = gl::make_gl_fill_chain("small,hidden", shared);
+    ASSERT_EQ(chain.size(), 2u);
+    EXPECT_EQ(chain[0]->name(), "small");
+    EXPECT_EQ(chain[1]->name(), "hidden");
     std::vector<std::string> notes;
-    EXPECT_EQ(gl::with_rungs_of_gpu("small-wide,hidden,geometry,spread", notes), "small,hidden,pushpull");
+    EXPECT_EQ(gl::with_passes_of_gpu("small-wide,hidden,geometry,spread", notes), "small,hidden,pushpull");
     EXPECT_EQ(notes, (std::vector<std::string>{"--fill small-wide is of play alone: small is taken",
                                                "--fill geometry is of play alone: it is passed over",
                                                "--fill spread is of play alone: pushpull is taken"}));
-    EXPECT_EQ(gl::with_rungs_of_gpu("geometry", notes), "none");
-    EXPECT_TRUE(gl::parse_rungs("none").empty());
-    EXPECT_THROW(gl::parse_rungs("hidden,earliest"), InputError);
+    EXPECT_EQ(gl::with_passes_of_gpu("geometry", notes), "none");
+    EXPECT_TRUE(gl::make_gl_fill_chain("none", shared).empty());
+    EXPECT_THROW(gl::make_gl_fill_chain("hidden,earliest", shared), InputError);
 }
 
 constexpr const char* by_geometry = "geometry";  // or by the frame's own depth, which an engine of this name finds
@@ -187,7 +191,7 @@ TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
     const auto before = make_moving_frame(0, camera, mirror, geometry == nullptr),
                frame = make_moving_frame(1, camera, mirror, geometry == nullptr);
     const double radius_m = head_box_radius(frame->main.info);
-    gl::EyeRenderer renderer(geometry, radius_m, gl::parse_rungs(default_fill), engine);
+    gl::EyeRenderer renderer(geometry, radius_m, default_fill, engine);
     OnTheCpu cpu(geometry, radius_m, default_fill, engine);
     gl::StageTimes times;
     gl::EyeTargets targets;
@@ -342,7 +346,7 @@ TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
 TEST_F(GlEyeRenderer, DrawsDepthOnceAFrameWhereNoEyeMatters) {
     auto frame = std::make_shared<ReceivedFrame>(*make_moving_frame(0, EquirectCamera{256, 128, {}}));
     frame->small = make_frame(0, EquirectCamera{128, 64, {}})->small;
-    gl::EyeRenderer renderer(&moving_scene, 0.0315, {gl::Rung::small});
+    gl::EyeRenderer renderer(&moving_scene, 0.0315, "small");
     gl::StageTimes times;
     const auto eyes = eyes_at({{0.01, 0, 0}, {1, 0, 0, 0}});
     for (int shown = 0; shown < 2; ++shown) {
@@ -364,7 +368,7 @@ TEST_F(GlEyeRenderer, DrawsDepthOnceAFrameWhereNoEyeMatters) {
 /// What samples of other pictures show is drawn forward only while there are gaps.
 TEST_F(GlEyeRenderer, DrawsForwardOnlyIntoGaps) {
     const auto frame = make_frame(0, flat, true);
-    gl::EyeRenderer renderer(nullptr, 0.1, {gl::Rung::hidden});
+    gl::EyeRenderer renderer(nullptr, 0.1, "hidden");
     gl::StageTimes times;
     gl::EyeTargets targets;
     renderer.show(frame, times);
@@ -404,8 +408,7 @@ TEST_P(GlSteadyRefreshes, MakeNothingOnceAllWasDrawn) {
     SceneDescription coarse = moving_scene;
     coarse.file = coarse.model = folder->path() / "coarse.obj";
     write_model(coarse.model, 12);
-    gl::EyeRenderer renderer(with_depth ? nullptr : &coarse, head_box_radius(walked[0]->main.info),
-                             gl::parse_rungs(all_rungs));
+    gl::EyeRenderer renderer(with_depth ? nullptr : &coarse, head_box_radius(walked[0]->main.info), all_rungs);
     gl::StageTimes times;
     gl::EyeTargets targets, other_targets;
     const auto walk = [&](std::size_t eye_count) {

@@ -29,8 +29,7 @@ protected:
     /// The first and then the second one, and the second one alone.
     static void expect_as_if_first(const Frame& first, const Frame& second, const std::string& rungs) {
         const double radius_m = head_box_radius(second->main.info);
-        gl::EyeRenderer after(nullptr, radius_m, gl::parse_rungs(rungs), GetParam()),
-            alone(nullptr, radius_m, gl::parse_rungs(rungs), GetParam());
+        gl::EyeRenderer after(nullptr, radius_m, rungs, GetParam()), alone(nullptr, radius_m, rungs, GetParam());
         const auto of_first = seen(after, first, {}), found = seen(after, second, {}),
                    expected = seen(alone, second, {});
         for (std::size_t i = 0; i < 2; ++i) {
@@ -55,7 +54,7 @@ TEST_P(GlOtherSource, OfOneWithoutDepthNoneIsKnown) {
     const auto without = std::make_shared<ReceivedFrame>(*frame);
     without->main.depth_m = {};
     expect_as_if_first(frame, without, "hidden,small,pushpull");
-    gl::EyeRenderer renderer(nullptr, head_box_radius(frame->main.info), gl::parse_rungs(default_fill), GetParam());
+    gl::EyeRenderer renderer(nullptr, head_box_radius(frame->main.info), default_fill, GetParam());
     seen(renderer, frame, {});
     EXPECT_NE(renderer.depth().texture, 0u);
     seen(renderer, without, {});
@@ -70,7 +69,7 @@ TEST_P(GlOtherSource, AnEarlierOneOfAnotherSizeFillsNothing) {
     frame->hidden->depth_m = render(wall_alone, red_and_smooth, flat, frame->hidden->info.camera_pose).depth_m;
     const double radius_m = head_box_radius(frame->main.info);
     const auto filled_by_earlier = [&](const Camera& before) {
-        gl::EyeRenderer renderer(nullptr, radius_m, gl::parse_rungs("hidden,earlier,pushpull"), GetParam());
+        gl::EyeRenderer renderer(nullptr, radius_m, "hidden,earlier,pushpull", GetParam());
         const gl::RefreshOptions how{.mirrors = MirrorTreatment::gaps};
         seen(renderer, make_frame(0, before, true), how);
         std::int64_t count = 0;

@@ -47,7 +47,7 @@ protected:
         for (std::int64_t i = 0; i < 4; ++i)
             frames_.push_back(make_frame(i));
         renderer_ = std::make_unique<gl::EyeRenderer>(&scene_, head_box_radius(frames_[0]->main.info),
-                                                      gl::parse_rungs("hidden,patches,earlier,pushpull"));
+                                                      "hidden,patches,earlier,pushpull");
         display_ = std::make_unique<gl::Display>();
         picture_ = gl::make_texture(window, GL_RGBA8);
         GLuint name = 0;

@@ -1,4 +1,4 @@
-#include <view/xr/covering_view.h>
+#include <pipeline/covering_view.h>
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace equistream::test {
 namespace {
 
-constexpr gl::Size plenty{8192, 8192};
+constexpr ViewSize plenty{8192, 8192};
 
 double tangent_at(const CoveringView& view, double column) {
     return (column - 0.5 * view.camera.width) / view.camera.focal_px();

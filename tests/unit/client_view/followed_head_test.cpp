@@ -1,5 +1,5 @@
 /// Around what a head is moved whose movements come back as frames, late.
-#include <view/followed_head.h>
+#include <playback/followed_head.h>
 
 #include <gtest/gtest.h>
 

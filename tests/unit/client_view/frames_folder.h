@@ -1,6 +1,6 @@
 #pragma once
 /// A folder of small frames, 30 a second, and who takes them from a loader one by one.
-#include <view/frame_loader.h>
+#include <playback/frame_loader.h>
 
 #include <equistream/sequence.h>
 

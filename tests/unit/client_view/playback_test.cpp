@@ -2,7 +2,7 @@
 #include "frames_folder.h"
 #include "paced_server.h"
 
-#include <view/playback.h>
+#include <playback/playback.h>
 
 #include <equistream/error.h>
 #include <equistream/stream.h>

@@ -101,6 +101,20 @@ void FrameLoader::deliver(ReceivedFrame frame) {
     reel_->deliver(stamp);
     newest_ = stamp.number;
     ++ahead_;
+    ++figures_.frames;
+    count_bytes();
+}
+
+void FrameLoader::count_bytes() {
+    std::int64_t bytes = 0;
+    for (const FeedTrack& track : feed_->tracks())
+        bytes += track.bytes;
+    figures_.bytes += bytes - std::exchange(feed_bytes_, bytes);
+}
+
+LoaderFigures FrameLoader::figures() const {
+    const std::lock_guard lock(mutex_);
+    return figures_;
 }
 
 void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
@@ -111,6 +125,7 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
     lock.unlock();
     if (!feed_ || (opened_for_ != seeks && (is_live_ || !feed_->seek(options.first_frame)))) {
         feed_.reset();
+        feed_bytes_ = 0;
         feed_ = open_feed(source_, options);
     }
     opened_for_ = seeks;
@@ -120,7 +135,9 @@ void FrameLoader::read(std::unique_lock<std::mutex>& lock) {
         return;
     if (frame) {
         // A server that came back goes on where it is by now, or begins anew.
-        if (std::exchange(attempts_, 0) > 0 && frame->main.info.index <= newest_)
+        const bool is_back = std::exchange(attempts_, 0) > 0;
+        figures_.reconnections += is_back;
+        if (is_back && frame->main.info.index <= newest_)
             reel_ = std::make_shared<FrameReel>(ring_options);
         deliver(std::move(*frame));
         return;

@@ -1,9 +1,6 @@
 #pragma once
-/// Which method and whose depth a run uses, from what was asked for and what there is (docs/guide/play.md, "Which
+/// Which engine and whose depth eyes are made by, from what was asked for and what there is (docs/guide/play.md, "Which
 /// method").
-#include "plan.h"
-#include "settings.h"
-
 #include <equistream/depth_code_info.h>
 #include <equistream/frame.h>
 #include <equistream_client/engine.h>
@@ -12,7 +9,14 @@
 #include <string>
 #include <vector>
 
-namespace equistream::play {
+namespace equistream {
+
+/// What was asked for.
+struct DepthWish {
+    std::string source;  ///< file, URL or folder; named in messages
+    std::string method;  ///< empty: by what depth there is; auto stays auto
+    std::string depth;   ///< empty: the first there is of ray and what came
+};
 
 /// What there is to take depth from.
 struct DepthOffer {
@@ -30,7 +34,8 @@ struct DepthChoice {
     std::vector<std::string> notes;
 };
 
-/// Throws InputError for a depth that this source does not have, and for a method that needs one that is not there.
-DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer);
+/// Messages name options of programs (--depth). Throws InputError for a depth that this source does not have, and for a
+/// method that needs one that is not there.
+DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer);
 
-}  // namespace equistream::play
+}  // namespace equistream

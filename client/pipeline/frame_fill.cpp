@@ -1,5 +1,7 @@
 #include "frame_fill.h"
 
+#include "decisions.h"
+
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
@@ -9,7 +11,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace equistream::play {
+namespace equistream {
 
 namespace {
 
@@ -90,7 +92,8 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     }
     earlier_views_.clear();
     for (const Earlier& earlier : earlier_)
-        earlier_views_.push_back(source_view(earlier.picture, earlier.depth_m));
+        if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
+            earlier_views_.push_back(source_view(*earlier.picture, earlier.depth_m));
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
@@ -115,14 +118,14 @@ void FrameFill::take_over(FrameFill& before) {
     before.earlier_.clear();
 }
 
-void FrameFill::remember(ReceivedFrame&& frame, SourceDepths& depths) {
+void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths) {
     if (!has_earlier_rung_ || depths.main.empty())
         return;
-    earlier_.push_front({std::move(frame.main), std::exchange(depths.main, {})});
+    earlier_.push_front({std::move(main), std::exchange(depths.main, {})});
     if (earlier_.size() <= kept_frames)
         return;
     depths.main = std::move(earlier_.back().depth_m);
     earlier_.pop_back();
 }
 
-}  // namespace equistream::play
+}  // namespace equistream

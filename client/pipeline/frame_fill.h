@@ -1,18 +1,16 @@
 #pragma once
 /// The fill ladder of a run and what it fills from: pictures that came with the frame, those of frames before, and the
 /// client's own geometry.
-#include "report.h"
-#include "settings.h"
-
 #include <equistream_client/fill.h>
 #include <equistream_client/receive.h>
 
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-namespace equistream::play {
+namespace equistream {
 
 /// Depths of pictures that came without; empty where nothing needed them.
 struct SourceDepths {
@@ -46,7 +44,7 @@ public:
     std::span<const double> set_frame_ms() const { return set_frame_ms_; }
     /// Keeps a frame's main picture for the frames to come, where a rung asks for it; `depths` gets the memory of those
     /// that are kept no longer.
-    void remember(ReceivedFrame&& frame, SourceDepths& depths);
+    void remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths);
     /// The frames that the ladder before this one kept.
     void take_over(FrameFill& before);
     /// As if no frame had been kept.
@@ -54,7 +52,7 @@ public:
 
 private:
     struct Earlier {
-        ReceivedPicture picture;
+        std::shared_ptr<const ReceivedPicture> picture;
         FloatImage depth_m;
     };
 
@@ -69,4 +67,4 @@ private:
     std::vector<SourceView> earlier_views_;
 };
 
-}  // namespace equistream::play
+}  // namespace equistream

@@ -36,6 +36,11 @@ struct LoaderState {
     bool failed = false;              ///< so are all that could be read: rethrow() says why there are no more
 };
 
+/// What came since the source was opened.
+struct LoaderFigures {
+    std::int64_t frames = 0, bytes = 0, reconnections = 0;
+};
+
 class FrameLoader {
 public:
     /// Opens the source and waits for its first frame, which is in the reel then. Throws InputError as open_feed does,
@@ -61,6 +66,7 @@ public:
     /// Starts again at a frame, in another reel. Where the source has no frame from there on it is at its end. A live
     /// one is connected to anew and comes as its server sends it.
     void seek(std::int64_t frame);
+    LoaderFigures figures() const;
     std::string truncation() const;  ///< FrameFeed's, after the end
     /// Throws what reading threw.
     void rethrow() const;
@@ -73,6 +79,7 @@ private:
     void hang_up(std::unique_lock<std::mutex>& lock);
     void wait_to_try_again(std::unique_lock<std::mutex>& lock);
     void deliver(ReceivedFrame frame);
+    void count_bytes();
 
     std::string source_;
     FeedOptions options_;
@@ -90,6 +97,8 @@ private:
     unsigned seeks_ = 0;       ///< a frame that was read before the last does not count
     unsigned opened_for_ = 0;  ///< of seeks, what feed_ was opened for; the reading thread's own
     int attempts_ = 0;
+    LoaderFigures figures_;
+    std::int64_t feed_bytes_ = 0;  ///< of figures_.bytes, what this feed_ gave
     std::string truncation_;
     bool ended_ = false, stopping_ = false;
     std::exception_ptr failure_;

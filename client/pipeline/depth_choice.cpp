@@ -4,36 +4,36 @@
 #include <equistream/error.h>
 #include <equistream_client/stages.h>
 
-namespace equistream::play {
+namespace equistream {
 
 namespace {
 
 /// What a source is, as far as its depth goes.
-std::string described(const Settings& settings, const DepthOffer& offer) {
+std::string described(const DepthWish& wish, const DepthOffer& offer) {
     if (offer.folder)
-        return settings.source + ", a folder of rendered frames" + (offer.plane ? "" : " without depth");
+        return wish.source + ", a folder of rendered frames" + (offer.plane ? "" : " without depth");
     if (!offer.plane)
-        return settings.source + (offer.posed ? ", a stream without depth" : ", ordinary video");
-    return settings.source + ", a stream" +
+        return wish.source + (offer.posed ? ", a stream without depth" : ", ordinary video");
+    return wish.source + ", a stream" +
            (offer.code ? " of depth coded " + std::string(depth_code_names()[std::size_t(*offer.code)])
                        : std::string(" with depth"));
 }
 
 /// Of --depth. Planes that the method does not use are not missed.
-void require_kind(const Settings& settings, const DepthOffer& offer, bool used) {
+void require_kind(const DepthWish& wish, const DepthOffer& offer, bool used) {
     const auto require = [&](bool good, const std::string& expected, const std::string& hint) {
         if (!good)
-            throw InputError(expected_found("--depth " + settings.depth, expected, described(settings, offer) + hint));
+            throw InputError(expected_found("--depth " + wish.depth, expected, described(wish, offer) + hint));
     };
-    if (is_cast(settings.depth) && !offer.scene)
-        throw InputError(expected_found("--depth " + settings.depth,
+    if (is_cast(wish.depth) && !offer.scene)
+        throw InputError(expected_found("--depth " + wish.depth,
                                         std::string("--scene S or --model M, to ") +
-                                            (is_drawn(settings.depth) ? "draw" : "cast rays into"),
+                                            (is_drawn(wish.depth) ? "draw" : "cast rays into"),
                                         "neither"));
-    if (settings.depth == "stream")
+    if (wish.depth == "stream")
         require(!offer.folder && (offer.plane || !used), "a stream with a depth track (encode --depth auto)",
                 offer.folder && offer.plane ? " (--depth exact takes theirs)" : "");
-    if (settings.depth == "exact")
+    if (wish.depth == "exact")
         require(!used || (offer.plane && (offer.folder || offer.code == DepthCodeId::lossless)),
                 "a folder of rendered frames with their depth, or a stream of lossless depth",
                 !offer.folder && offer.plane ? " (--depth stream takes it)" : "");
@@ -49,11 +49,11 @@ std::string default_depth(const DepthOffer& offer) {
 
 }  // namespace
 
-DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
-    DepthChoice choice{.method = settings.method, .depth = settings.depth, .notes = {}};
-    const bool by_budget = settings.method == "auto";
-    const DepthNeeds needs = settings.method.empty() || by_budget ? DepthNeeds{} : find_engine(settings.method).needs;
-    require_kind(settings, offer, needs.any() || settings.method.empty());
+DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
+    DepthChoice choice{.method = wish.method, .depth = wish.depth, .notes = {}};
+    const bool by_budget = wish.method == "auto";
+    const DepthNeeds needs = wish.method.empty() || by_budget ? DepthNeeds{} : find_engine(wish.method).needs;
+    require_kind(wish, offer, needs.any() || wish.method.empty());
     if (choice.depth.empty())
         choice.depth = default_depth(offer);
     const bool eyes_depth = offer.scene || (choice.depth == "exact" && !offer.eye_without_plane);
@@ -61,10 +61,10 @@ DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
         choice.method = choice.depth == "none" ? "rotation" : eyes_depth ? "eye-depth" : "mesh";
         if (choice.depth == "none")
             choice.notes.push_back(
-                "no scene, and no depth in " + settings.source +
+                "no scene, and no depth in " + wish.source +
                 ": method rotation (the eye only turns); --scene S gives parallax, and so does a stream "
                 "with depth (encode --depth auto)");
-        else if (settings.depth.empty() && !offer.scene)
+        else if (wish.depth.empty() && !offer.scene)
             choice.notes.push_back("no scene: depth is " +
                                    std::string(choice.depth == "exact" ? "the render's own" : "the stream's own") +
                                    ", method " + choice.method);
@@ -72,27 +72,26 @@ DepthChoice choose_depth(const Settings& settings, const DepthOffer& offer) {
     if (by_budget)
         return choice;
     if (!offer.posed && choice.method != "rotation")
-        throw InputError(expected_found(settings.source,
-                                        "pictures tagged with their pose, for --method " + choice.method,
+        throw InputError(expected_found(wish.source, "pictures tagged with their pose, for --method " + choice.method,
                                         "ordinary video (--method rotation turns it)"));
     if (needs.any() && choice.depth == "none")
         throw InputError(expected_found("--method " + choice.method,
                                         "--scene S, or a source with depth of its own, to have depth",
-                                        described(settings, offer)));
+                                        described(wish, offer)));
     if (needs.eye && !eyes_depth && choice.depth == "exact" && offer.folder)
         throw InputError(expected_found("--depth exact",
                                         "--scene S, or a rendered depth plane of this very " +
                                             std::string(offer.eye_without_plane == Eye::left ? "left" : "right") +
-                                            " eye's view beside " + settings.source,
+                                            " eye's view beside " + wish.source,
                                         "neither"));
     if (needs.eye && !eyes_depth)
         throw InputError(expected_found("--method " + choice.method,
                                         "--scene S, for the eyes' own depth, which no stream has (mesh and "
                                         "splat need none)",
                                         "--depth " + choice.depth + " alone"));
-    if (!needs.any() && !settings.method.empty())
+    if (!needs.any() && !wish.method.empty())
         choice.depth = "none";
     return choice;
 }
 
-}  // namespace equistream::play
+}  // namespace equistream

@@ -30,7 +30,7 @@ struct Span {
 
 }  // namespace
 
-CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, gl::Size most) {
+CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, ViewSize most) {
     double across = least_tangent, down = least_tangent;
     for (const FieldOfView& eye : eyes) {
         across = std::max({across, std::abs(tangent(eye.left_rad)), std::abs(tangent(eye.right_rad))});

@@ -3,7 +3,6 @@
 /// square pixels and one size for both eyes, that covers both; what is shown of it is a rectangle of whole pixels,
 /// whose own angles are said along with it. So nothing is resampled once more.
 #include <equistream/camera.h>
-#include <gl/objects.h>
 
 #include <array>
 
@@ -20,6 +19,13 @@ struct ViewPart {
     FieldOfView fov;  ///< that it has exactly
 };
 
+struct ViewSize {
+    int width = 0, height = 0;
+};
+
+/// More than any display has.
+inline constexpr ViewSize max_covering_view{16384, 16384};
+
 struct CoveringView {
     PerspectiveCamera camera;
     std::array<ViewPart, 2> parts;  ///< by eye
@@ -27,6 +33,6 @@ struct CoveringView {
 
 /// `columns` are what the left eye's field of view shall have at least; both cameras stay within `most`. Angles lie
 /// between -85 and 85 degrees where they are used.
-CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, gl::Size most);
+CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, ViewSize most);
 
 }  // namespace equistream

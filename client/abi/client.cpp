@@ -1,0 +1,252 @@
+#include "checked.h"
+#include "images.h"
+#include "module_loading.h"
+
+#include <abi/guard.h>
+
+#include <equistream/conventions.h>
+#include <equistream/pose_limits.h>
+#include <equistream_client/received_view.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+using namespace equistream;
+
+struct es_client {
+    es_client(const SessionSettings& settings, const RayModule& ray, const GlModule& gl) : session(settings, ray, gl) {}
+
+    Session session;
+    CoveringView view;  ///< of the last draw
+    bool is_drawn = false;
+};
+
+namespace {
+
+constexpr double max_seek_s = 1e12;
+
+template <typename Pointer>
+void require_pointer(const Pointer* pointer, const char* name) {
+    if (pointer == nullptr)
+        throw InputError(expected_found(name, "a pointer", "NULL"));
+}
+
+void fill_state(es_client_state* to, const SessionState& from) {
+    if (to == nullptr)
+        return;
+    fill_struct(to, "es_client_state",
+                {.struct_size = 0,
+                 .frame = from.frame,
+                 .time_s = from.time_s,
+                 .head = pose_of(from.head),
+                 .extrapolation_s = from.extrapolation_s,
+                 .fraction_done = from.fraction_done,
+                 .overdue_s = from.overdue_s,
+                 .playout_delay_s = from.playout_delay_s,
+                 .is_new = from.is_new,
+                 .is_over = from.is_over,
+                 .is_paused = from.is_paused,
+                 .is_lost = from.is_lost,
+                 .is_outside_box = from.is_outside_box});
+}
+
+/// What was shown again because reading failed is said once it is shown.
+void require_read(const SessionState& state) {
+    if (!state.problem.empty())
+        throw WorkError(state.problem);
+}
+
+GlEyes& gl_eyes_of(es_client& client) {
+    GlEyes* const eyes = client.session.gl_eyes();
+    if (eyes == nullptr)
+        throw InputError(expected_found("client", "one of ES_BACKEND_OPENGL", "one of ES_BACKEND_CPU"));
+    return *eyes;
+}
+
+}  // namespace
+
+extern "C" {
+
+uint32_t es_client_abi_version(void) {
+    return ES_CLIENT_ABI_VERSION;
+}
+
+const char* es_client_version(void) {
+    return EQUISTREAM_VERSION;
+}
+
+es_status es_client_open(const es_client_settings* settings, es_client** client, es_error* error) {
+    if (client != nullptr)
+        *client = nullptr;
+    return guarded(error, [&] {
+        require_pointer(client, "es_client_open: client");
+        const CheckedSettings checked = checked_settings(settings);
+        const bool casts_rays = !checked.by_gl && !checked.session.scene.empty();
+        *client = new es_client(checked.session, casts_rays ? load_ray_module() : RayModule{},
+                                checked.by_gl ? load_gl_module() : GlModule{});
+    });
+}
+
+void es_client_close(es_client* client) {
+    delete client;
+}
+
+es_status es_client_get_source(const es_client* client, es_client_source* source, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        const Session& session = client->session;
+        const FrameInfo& first = session.first();
+        es_client_source filled{.struct_size = 0,
+                                .is_live = session.is_live(),
+                                .has_poses = session.frame().posed,
+                                .has_depth = session.has_depth(),
+                                .width = width_of(first.camera),
+                                .height = height_of(first.camera),
+                                .frames_per_second = first.frames_per_second,
+                                .ipd_m = first.ipd_m,
+                                .head_box_radius_m = head_box_radius(first),
+                                .first_time_s = first.time_s,
+                                .first_head = pose_of(first.head),
+                                .engine = {}};
+        std::snprintf(filled.engine, sizeof filled.engine, "%s", session.engine().c_str());
+        fill_struct(source, "es_client_source", filled);
+    });
+}
+
+double es_client_now_s(const es_client* client) {
+    return client == nullptr ? 0 : client->session.now_s();
+}
+
+es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
+                           es_client_state* state, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        require_pointer(images, "images");
+        const SessionRequest checked = checked_request(request);
+        require_images(std::span<const es_eye_image, 2>(images, 2), checked);
+        const SessionPictures* pictures = nullptr;
+        const SessionState shown = client->session.render(checked, pictures);
+        for (std::size_t i = 0; i < 2; ++i)
+            write_image(pictures->eyes[i], pictures->view.parts[i], checked, images[i]);
+        fill_state(state, shown);
+        require_read(shown);
+    });
+}
+
+es_status es_client_draw(es_client* client, const es_client_request* request, es_gl_target targets[2],
+                         es_client_state* state, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        require_pointer(targets, "targets");
+        GlEyes& eyes = gl_eyes_of(*client);
+        const std::size_t sizes[] = {sizeof(es_gl_target)};
+        for (int i = 0; i < 2; ++i)
+            whole_struct(&targets[i], i == 0 ? "targets[0]" : "targets[1]", sizes);
+        const SessionState shown = client->session.draw(checked_request(request), client->view);
+        client->is_drawn = true;
+        for (int i = 0; i < 2; ++i) {
+            const ViewPart& part = client->view.parts[std::size_t(i)];
+            es_gl_target& target = targets[i];
+            eyes.blit(i, part, target.framebuffer, target.x, target.y);
+            target.width = part.width;
+            target.height = part.height;
+            target.fov = fov_of(part.fov);
+        }
+        fill_state(state, shown);
+        require_read(shown);
+    });
+}
+
+es_status es_client_get_textures(es_client* client, es_gl_textures* textures, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        const GlEyesTextures names = gl_eyes_of(*client).textures();
+        if (!client->is_drawn)
+            throw InputError(expected_found("client", "one that has drawn", "one that has not"));
+        es_gl_textures filled{.struct_size = 0,
+                              .colour = names.colour,
+                              .origin = names.origin,
+                              .inverse_depth = names.inverse_depth,
+                              .confidence = names.confidence,
+                              .inverse_depth_scale = names.inverse_depth_scale,
+                              .x = {},
+                              .y = {},
+                              .width = {},
+                              .height = {}};
+        for (int i = 0; i < 2; ++i) {
+            const ViewPart& part = client->view.parts[std::size_t(i)];
+            filled.x[i] = part.left;
+            filled.y[i] = part.top;
+            filled.width[i] = part.width;
+            filled.height[i] = part.height;
+        }
+        fill_struct(textures, "es_gl_textures", filled);
+    });
+}
+
+es_status es_client_send_head(es_client* client, const es_pose* head, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        require_pointer(head, "head");
+        client->session.send_head(checked_pose("head", *head));
+    });
+}
+
+void es_client_pause(es_client* client) {
+    if (client != nullptr)
+        client->session.pause();
+}
+
+void es_client_play(es_client* client) {
+    if (client != nullptr)
+        guarded(nullptr, [&] { client->session.play(); });
+}
+
+es_status es_client_seek(es_client* client, double time_s, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        if (const auto mismatch = range_mismatch(time_s, -max_seek_s, max_seek_s))
+            throw InputError(expected_found("time_s", mismatch->expected, mismatch->found));
+        client->session.seek(time_s);
+    });
+}
+
+es_status es_client_get_statistics(const es_client* client, es_client_statistics* statistics, es_error* error) {
+    return guarded(error, [&] {
+        require_pointer(client, "client");
+        const SessionStatistics now = client->session.statistics();
+        fill_struct(statistics, "es_client_statistics",
+                    {.struct_size = 0,
+                     .frames_received = now.received.frames,
+                     .frames_shown = now.frames_shown,
+                     .pictures_rendered = now.pictures_rendered,
+                     .bytes_received = now.received.bytes,
+                     .reconnections = now.received.reconnections,
+                     .decode_ms = now.decode_ms,
+                     .render_ms = now.render_ms,
+                     .mean_confidence = now.mean_confidence,
+                     .gaps = now.gaps});
+    });
+}
+
+es_status es_client_set_eyes(es_client_request* request, double fov_x_rad, double ipd_m, es_error* error) {
+    return guarded(error, [&] {
+        const std::size_t sizes[] = {sizeof(es_client_request)};
+        const es_client_request given = whole_struct(request, "es_client_request", sizes);
+        if (const auto mismatch = range_mismatch(fov_x_rad, 1e-3, 2 * 85 * pi / 180))
+            throw InputError(expected_found("fov_x_rad", mismatch->expected, mismatch->found));
+        if (const auto mismatch = range_mismatch(ipd_m, 0, max_ipd_m))
+            throw InputError(expected_found("ipd_m", mismatch->expected, mismatch->found));
+        if (given.width < 1 || given.height < 1)
+            throw InputError(expected_found("width, height", "at least 1",
+                                            std::to_string(given.width) + ", " + std::to_string(given.height)));
+        const double up = std::atan(std::tan(fov_x_rad / 2) * given.height / given.width);
+        for (int i = 0; i < 2; ++i) {
+            request->eyes[i].in_head = {{(i == 0 ? -0.5 : 0.5) * ipd_m, 0, 0}, {1, 0, 0, 0}};
+            request->eyes[i].fov = {-fov_x_rad / 2, fov_x_rad / 2, up, -up};
+        }
+    });
+}
+
+}  // extern "C"

@@ -1,0 +1,175 @@
+#ifndef EQUISTREAM_CLIENT_HPP
+#define EQUISTREAM_CLIENT_HPP
+/// client.h for C++17: one class that closes itself, and errors that are thrown. Header only; nothing else is linked
+/// than libequistream_client. client.h states conventions, threading and ownership.
+#include <equistream/client.h>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+/// What a call of the library said. `is_input`: an argument was wrong, and nothing was done.
+class ClientError : public std::runtime_error {
+public:
+    ClientError(es_status status, const es_error& error)
+        : std::runtime_error(error.text), is_input(status == ES_BAD_INPUT) {}
+    const bool is_input;
+};
+
+/// Settings with their size and version set; all else is as es_client_settings takes 0 to be.
+inline es_client_settings client_settings(const char* source, es_backend backend = ES_BACKEND_CPU) {
+    es_client_settings settings{};
+    settings.struct_size = sizeof settings;
+    settings.abi_version = ES_CLIENT_ABI_VERSION;
+    settings.backend = backend;
+    settings.source = source;
+    return settings;
+}
+
+/// One eye's picture in memory of its own.
+struct ClientPicture {
+    int width = 0, height = 0;
+    es_field_of_view fov{};
+    std::vector<std::uint8_t> rgba;        ///< 4 a pixel, rows from the top
+    std::vector<std::uint8_t> origin;      ///< es_origin
+    std::vector<float> depth_m;            ///< along each ray; +inf: nothing is there; NaN: not known
+    std::vector<std::uint8_t> confidence;  ///< 255 times a probability; 0 where it was not asked for
+};
+
+class Client {
+public:
+    explicit Client(const es_client_settings& settings) {
+        if (es_client_abi_version() != ES_CLIENT_ABI_VERSION)
+            throw std::runtime_error("libequistream_client: expected ABI version " +
+                                     std::to_string(ES_CLIENT_ABI_VERSION) + ", found " +
+                                     std::to_string(es_client_abi_version()));
+        check([&](es_error* error) { return es_client_open(&settings, &client_, error); });
+    }
+    explicit Client(const char* source, es_backend backend = ES_BACKEND_CPU)
+        : Client(client_settings(source, backend)) {}
+    ~Client() { es_client_close(client_); }
+    Client(Client&& other) noexcept : client_(std::exchange(other.client_, nullptr)) {}
+    Client& operator=(Client&& other) noexcept {
+        std::swap(client_, other.client_);
+        return *this;
+    }
+    Client(const Client&) = delete;
+    Client& operator=(const Client&) = delete;
+
+    es_client_source source() const {
+        es_client_source source{};
+        source.struct_size = sizeof source;
+        check([&](es_error* error) { return es_client_get_source(client_, &source, error); });
+        return source;
+    }
+    double now_s() const { return es_client_now_s(client_); }
+
+    /// An ordinary display's request: the head of the first frame, its distance between the eyes, the time now.
+    es_client_request request(int width, int height, double fov_x_rad) const {
+        const es_client_source opened = source();
+        es_client_request request{};
+        request.struct_size = sizeof request;
+        request.display_s = now_s();
+        request.head = opened.first_head;
+        request.width = width;
+        request.height = height;
+        check([&](es_error* error) { return es_client_set_eyes(&request, fov_x_rad, opened.ipd_m, error); });
+        return request;
+    }
+
+    es_client_state render(const es_client_request& request, ClientPicture (&eyes)[2]) {
+        es_eye_image images[2] = {};
+        const std::size_t pixels = std::size_t(request.width) * std::size_t(request.height);
+        for (int i = 0; i < 2; ++i) {
+            eyes[i].rgba.resize(4 * pixels);
+            eyes[i].origin.resize(pixels);
+            eyes[i].depth_m.resize(pixels);
+            eyes[i].confidence.resize(pixels);
+            images[i].struct_size = sizeof images[i];
+            images[i].pixels = eyes[i].rgba.data();
+            images[i].origin = eyes[i].origin.data();
+            images[i].depth_m = eyes[i].depth_m.data();
+            images[i].confidence = eyes[i].confidence.data();
+        }
+        es_client_state state = empty_state();
+        check([&](es_error* error) { return es_client_render(client_, &request, images, &state, error); });
+        for (int i = 0; i < 2; ++i)
+            keep(images[i], request.width, eyes[i]);
+        return state;
+    }
+    /// Whoever has memory already renders into it.
+    es_client_state render(const es_client_request& request, es_eye_image (&images)[2]) {
+        es_client_state state = empty_state();
+        check([&](es_error* error) { return es_client_render(client_, &request, images, &state, error); });
+        return state;
+    }
+    es_client_state draw(const es_client_request& request, es_gl_target (&targets)[2]) {
+        for (es_gl_target& target : targets)
+            target.struct_size = sizeof target;
+        es_client_state state = empty_state();
+        check([&](es_error* error) { return es_client_draw(client_, &request, targets, &state, error); });
+        return state;
+    }
+    es_gl_textures textures() {
+        es_gl_textures textures{};
+        textures.struct_size = sizeof textures;
+        check([&](es_error* error) { return es_client_get_textures(client_, &textures, error); });
+        return textures;
+    }
+
+    void send_head(const es_pose& head) {
+        check([&](es_error* error) { return es_client_send_head(client_, &head, error); });
+    }
+    void pause() { es_client_pause(client_); }
+    void play() { es_client_play(client_); }
+    void seek(double time_s) {
+        check([&](es_error* error) { return es_client_seek(client_, time_s, error); });
+    }
+    es_client_statistics statistics() const {
+        es_client_statistics statistics{};
+        statistics.struct_size = sizeof statistics;
+        check([&](es_error* error) { return es_client_get_statistics(client_, &statistics, error); });
+        return statistics;
+    }
+
+private:
+    template <typename Call>
+    static void check(Call call) {
+        es_error error;
+        error.text[0] = '\0';
+        if (const es_status status = call(&error); status != ES_OK)
+            throw ClientError(status, error);
+    }
+    static es_client_state empty_state() {
+        es_client_state state{};
+        state.struct_size = sizeof state;
+        return state;
+    }
+    /// Rows follow each other at the picture's own width.
+    template <typename Sample>
+    static void pack(std::vector<Sample>& samples, int of_row, int to_row, int rows) {
+        for (int y = 1; y < rows; ++y)
+            for (int x = 0; x < to_row; ++x)
+                samples[std::size_t(y) * std::size_t(to_row) + std::size_t(x)] =
+                    samples[std::size_t(y) * std::size_t(of_row) + std::size_t(x)];
+        samples.resize(std::size_t(to_row) * std::size_t(rows));
+    }
+    static void keep(const es_eye_image& image, int columns, ClientPicture& eye) {
+        eye.width = image.width;
+        eye.height = image.height;
+        eye.fov = image.fov;
+        pack(eye.rgba, 4 * columns, 4 * image.width, image.height);
+        pack(eye.origin, columns, image.width, image.height);
+        pack(eye.depth_m, columns, image.width, image.height);
+        pack(eye.confidence, columns, image.width, image.height);
+    }
+
+    es_client* client_ = nullptr;
+};
+
+}  // namespace equistream
+#endif

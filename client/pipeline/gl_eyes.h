@@ -1,0 +1,53 @@
+#pragma once
+/// The pipeline's OpenGL back end as the client library takes it from its module (modules.h). One context is current in
+/// every call, the destructor's too. Drawing state that a host may rely on is restored; equistream/client.h lists it.
+#include "covering_view.h"
+
+#include <equistream/hdr_display.h>
+#include <equistream_client/receive.h>
+#include <equistream_client/specular.h>
+#include <equistream_client/view.h>
+#include <equistream_scene/scene.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace equistream {
+
+struct GlEyesSettings {
+    const SceneDescription* scene = nullptr;  ///< whose geometry gives depth; null: the frame's own does
+    double box_radius_m = 0;
+    std::string engine;
+    std::string fill;
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    bool confidence = false;
+    bool by_depth = true;
+    std::shared_ptr<const HdrDisplay> hdr_display;  ///< for HDR streams; null: this is none
+};
+
+/// As es_gl_textures.
+struct GlEyesTextures {
+    std::uint32_t colour = 0, origin = 0, inverse_depth = 0, confidence = 0;
+    float inverse_depth_scale = 0;
+};
+
+class GlEyes {
+public:
+    virtual ~GlEyes() = default;
+    virtual void show(std::shared_ptr<const ReceivedFrame> frame) = 0;
+    virtual bool has_depth() const = 0;
+    virtual bool can_extrapolate() const = 0;
+    /// Two eyes of one size.
+    virtual void render(std::span<const EyeView> eyes, double extrapolation_s) = 0;
+    /// Of the last render. Waits for the GPU. `depth_m`: radial, NaN where it is not known.
+    virtual void download(int eye, EyePicture& picture, FloatImage& depth_m) = 0;
+    /// Copies a part of an eye's picture, the right way up for a window, without another encoding.
+    virtual void blit(int eye, const ViewPart& part, std::uint32_t framebuffer, int x, int y) = 0;
+    virtual GlEyesTextures textures() const = 0;
+};
+
+using MakeGlEyes = std::unique_ptr<GlEyes> (*)(const GlEyesSettings& settings);
+
+}  // namespace equistream

@@ -1,0 +1,114 @@
+#pragma once
+/// One client: a source, the clock that says which frame is due, and the pipeline that renders it for both eyes. One
+/// thread at a time, but for now_s() and send_head(). client.h says what each setting means.
+#include <pipeline/covering_view.h>
+#include <pipeline/cpu_pipeline.h>
+#include <pipeline/gl_eyes.h>
+#include <pipeline/modules.h>
+#include <playback/frame_loader.h>
+#include <playback/playback.h>
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+struct SessionSettings {
+    std::string source, scene, engine, fill = default_fill;
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    bool confidence = false, paused = false, loop = false, hardware = true;
+    double max_extrapolation_s = 0, exposure_stops = 0;
+};
+
+struct SessionEye {
+    Pose in_head;
+    FieldOfView fov;
+};
+
+struct SessionRequest {
+    double display_s = 0;
+    Pose head;
+    std::array<SessionEye, 2> eyes;
+    int width = 0, height = 0;
+};
+
+/// What is shown now.
+struct SessionState {
+    std::int64_t frame = 0;
+    double time_s = 0, extrapolation_s = 0, fraction_done = 0, overdue_s = 0, playout_delay_s = 0;
+    Pose head;
+    bool is_new = false, is_over = false, is_paused = false, is_lost = false, is_outside_box = false;
+    std::string problem;  ///< why reading failed; empty: it did not
+};
+
+struct SessionStatistics {
+    LoaderFigures received;
+    std::int64_t frames_shown = 0, pictures_rendered = 0;
+    double decode_ms = 0, render_ms = 0, mean_confidence = 0, gaps = 0;
+};
+
+/// Of both eyes, in memory.
+struct SessionPictures {
+    std::array<PipelineEye, 2> eyes;
+    CoveringView view;
+};
+
+class Session {
+public:
+    /// Where `gl` has a function for eyes they are rendered by OpenGL, else on the CPU. Throws InputError and
+    /// WorkError.
+    Session(const SessionSettings& settings, const RayModule& ray, const GlModule& gl);
+    ~Session();
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    double now_s() const { return loader_->now_s(); }
+    const ReceivedFrame& frame() const { return *shown_; }
+    const FrameInfo& first() const { return loader_->first(); }
+    bool is_live() const { return playback_->is_live(); }
+    bool has_depth() const;
+    const std::string& engine() const { return engine_; }
+
+    /// Into memory. The pictures stay until the next call.
+    SessionState render(const SessionRequest& request, const SessionPictures*& pictures);
+    /// Into the back end's textures.
+    SessionState draw(const SessionRequest& request, CoveringView& view);
+    GlEyes* gl_eyes() { return gl_eyes_.get(); }  ///< null: the CPU renders
+
+    void pause() { playback_->pause(); }
+    void play() { playback_->play(); }
+    void seek(double time_s);
+    /// Any thread. Whether it was sent.
+    bool send_head(const Pose& head);
+    SessionStatistics statistics() const;
+
+private:
+    void choose(const RayModule& ray, const GlModule& gl);
+    void show(SharedFrame frame);
+    SessionState advance(double display_s);
+    double wanted_extrapolation_s() const;
+    void render_cpu(const std::array<EyeView, 2>& eyes, SessionState& state);
+    void render_gl(const std::array<EyeView, 2>& eyes, SessionState& state);
+    std::array<EyeView, 2> set_views(const SessionRequest& request, SessionState& state);
+    void judge();
+
+    SessionSettings settings_;
+    std::optional<SceneDescription> scene_;
+    std::string engine_;
+    PoseSender poses_;
+    std::unique_ptr<FrameLoader> loader_;
+    std::unique_ptr<Playback> playback_;
+    SharedFrame shown_;
+    std::atomic<double> shown_time_s_ = 0;
+    CpuPipeline cpu_;
+    std::unique_ptr<GlEyes> gl_eyes_;  ///< null: the CPU renders
+    SessionPictures pictures_;
+    SessionStatistics statistics_;
+    double decode_ms_ = 0, render_ms_ = 0;  ///< sums
+    bool is_over_ = false, is_rendered_ = false;
+};
+
+}  // namespace equistream

@@ -1,0 +1,95 @@
+/// The stages table's OpenGL column.
+#include <equistream_client/stages.h>
+
+#include <fill/gl/fill_pass.h>
+#include <reproject/gl/eye_depth_finder.h>
+
+#include <equistream/comma_list.h>
+#include <equistream/error.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace equistream::gl {
+
+#define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
+    std::unique_ptr<EyeDepthFinder> on_gpu(const EngineOptions&);
+#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+    std::unique_ptr<GlFillPass> on_gpu(GlFillShared&);
+#include "stage_rows.inc"
+#undef ENGINE
+#undef FILL_PASS
+
+namespace {
+
+template <typename Make>
+struct GlRow {
+    std::string_view name;
+    Make make;  ///< null: it is not on the GPU
+};
+using MakeFinder = std::unique_ptr<EyeDepthFinder> (*)(const EngineOptions&);
+using MakePass = std::unique_ptr<GlFillPass> (*)(GlFillShared&);
+
+#define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
+    GlRow<MakeFinder>{name, std::string_view(#on_gpu) == "none" ? nullptr : static_cast<MakeFinder>(on_gpu)},
+constexpr std::array finders = {
+#include "stage_rows.inc"
+};
+#undef ENGINE
+
+#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+    GlRow<MakePass>{name, std::string_view(#on_gpu) == "none" ? nullptr : static_cast<MakePass>(on_gpu)},
+constexpr std::array passes = {
+#include "stage_rows.inc"
+};
+#undef FILL_PASS
+
+template <typename Rows>
+auto make_of(const Rows& rows, std::string_view option, std::string_view name) {
+    const auto row = std::ranges::find_if(rows, [&](const auto& each) { return each.name == name; });
+    if (row->make == nullptr)
+        throw InputError(expected_found(std::string(option), "what OpenGL has", "'" + std::string(name) + "'"));
+    return row->make;
+}
+
+}  // namespace
+
+std::unique_ptr<EyeDepthFinder> look_up_alone(const EngineOptions&) {
+    return nullptr;
+}
+
+std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
+    return make_of(finders, "--method", find_engine(engine).name)(options);
+}
+
+GlFillChain make_gl_fill_chain(const std::string& list, GlFillShared& shared) {
+    GlFillChain chain;
+    for (const FillStage* stage : parse_fills(list))
+        chain.push_back(make_of(passes, "--fill", stage->name)(shared));
+    return chain;
+}
+
+GapLookUp& GlFillShared::look_up() {
+    if (!look_up_)
+        look_up_.emplace();
+    return *look_up_;
+}
+
+std::string with_passes_of_gpu(const std::string& list, std::vector<std::string>& notes) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> instead = {
+        {{"small-wide", "small"}, {"spread", "pushpull"}, {"geometry", ""}}};
+    std::string passes_of_gpu;
+    for (const std::string_view word : split_at_commas(list)) {
+        const auto found = std::ranges::find(instead, word, [](const auto& pair) { return pair.first; });
+        const std::string_view taken = found == instead.end() ? word : found->second;
+        if (found != instead.end())
+            notes.push_back("--fill " + std::string(word) + " is of play alone: " +
+                            (taken.empty() ? "it is passed over" : std::string(taken) + " is taken"));
+        if (!taken.empty())
+            passes_of_gpu += (passes_of_gpu.empty() ? "" : ",") + std::string(taken);
+    }
+    return passes_of_gpu.empty() ? "none" : passes_of_gpu;
+}
+
+}  // namespace equistream::gl
