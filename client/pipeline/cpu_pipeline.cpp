@@ -28,6 +28,7 @@ CpuPipeline::~CpuPipeline() = default;
 void CpuPipeline::use(const PipelineWays& ways) {
     ways_ = ways;
     steps_ = std::make_unique<EyeSteps>(ways.engine, ways.engine_options, ways.mirrors);
+    right_steps_ = std::make_unique<EyeSteps>(ways.engine, ways.engine_options, ways.mirrors);
     std::unique_ptr<FrameFill>& fill = fills_[ways.fill];
     if (!fill)
         fill = std::make_unique<FrameFill>(ways.fill, geometry_.get());
@@ -167,11 +168,19 @@ void CpuPipeline::find_depths(const ReceivedFrame& frame, PipelineEye& left, Pip
     cast_depths(frame, left, right, 0, ignored);
 }
 
-void CpuPipeline::reproject(const SourceView& source, PipelineEye& left, PipelineEye& right) {
+const EyeSteps& CpuPipeline::steps_of(const PipelineEye& eye, const PipelineEye& right) const {
+    return has_right_ && &eye == &right ? *right_steps_ : *steps_;
+}
+
+void CpuPipeline::reproject(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left,
+                            PipelineEye& right) {
     steps_->set_source(source);
+    has_right_ = frame.right.has_value();
+    if (has_right_)
+        right_steps_->set_source(source_view(*frame.right, {}));
     for_both(left, right, [&](PipelineEye& eye) {
         eye.figures = {};
-        eye.figures.specular = steps_->reproject(eye.view(), eye.picture);
+        eye.figures.specular = steps_of(eye, right).reproject(eye.view(), eye.picture);
     });
 }
 
@@ -191,7 +200,7 @@ void CpuPipeline::fill_gaps_of(const ReceivedFrame& frame, const SourceView& sou
 void CpuPipeline::judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
     const ReliabilityOptions known = confidence_options(frame.main.info, takes_planes(), ways_.mirrors);
     for (PipelineEye* eye : {&left, &right}) {
-        steps_->judge(eye->view(), eye->picture, known);
+        steps_of(*eye, right).judge(eye->view(), eye->picture, known);
         const auto samples = eye->picture.reliability.samples();
         eye->figures.reliability =
             std::accumulate(samples.begin(), samples.end(), 0.0) / (255.0 * double(samples.size()));
@@ -214,7 +223,7 @@ void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, Pipeline
     start = Clock::now();
     const SourceView source = extrapolation_s > 0 ? source_view(extrapolated_.picture, extrapolated_.depth_m)
                                                   : source_view(frame.main, depths_.main);
-    reproject(source, left, right);
+    reproject(frame, source, left, right);
     times.reproject = milliseconds_since(start);
     for_both(left, right, [](PipelineEye& eye) {
         find_gap_mask(eye.picture, eye.gaps);

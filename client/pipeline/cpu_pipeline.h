@@ -102,15 +102,17 @@ private:
                      PipelineTimes& times);
     void cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory, PipelineTimes& times);
     void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
-    void reproject(const SourceView& source, PipelineEye& left, PipelineEye& right);
+    void reproject(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right);
+    const EyeSteps& steps_of(const PipelineEye& eye, const PipelineEye& right) const;
     void fill_gaps_of(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right,
                       double shown_s, PipelineTimes& times);
     void judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right);
 
     PipelineWays ways_;
     MadeDepth depth_;
-    std::unique_ptr<EyeSteps> steps_;
-    std::unique_ptr<GeometryColour> geometry_;                 ///< for all of fills_
+    std::unique_ptr<EyeSteps> steps_, right_steps_;
+    bool has_right_ = false;                    ///< foreign stereo video: the right eye has a sphere of its own
+    std::unique_ptr<GeometryColour> geometry_;  ///< for all of fills_
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by chain, as far as any was used
     FrameFill* fill_ = nullptr;                                ///< the one in use
     SourceDepths depths_;                                      ///< of the frame that was rendered last
