@@ -94,4 +94,18 @@ DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
     return choice;
 }
 
+std::optional<std::string> require_same_scene(const FrameInfo& first, const std::string& source,
+                                              const SceneDescription& scene, const std::string& file) {
+    const auto require_same = [&](const std::string& what, const std::string& rendered, const std::string& here) {
+        if (rendered != here)
+            throw InputError(expected_found(
+                file, "the " + what + " '" + rendered + "' that " + source + " was rendered from", "'" + here + "'"));
+    };
+    require_same("scene", first.scene, scene.name);
+    if (first.geometry_fingerprint.empty())
+        return source + " does not name its geometry: that of " + file + " is taken for it";
+    require_same("geometry", first.geometry_fingerprint, scene.depth_of_geometry());
+    return std::nullopt;
+}
+
 }  // namespace equistream

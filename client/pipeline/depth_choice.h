@@ -4,6 +4,7 @@
 #include <equistream/depth_code_info.h>
 #include <equistream/frame.h>
 #include <equistream_client/engine.h>
+#include <equistream_scene/scene.h>
 
 #include <optional>
 #include <string>
@@ -37,5 +38,10 @@ struct DepthChoice {
 /// Messages name options of programs (--depth). Throws InputError for a depth that this source does not have, and for a
 /// method that needs one that is not there.
 DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer);
+
+/// Throws InputError where the frames of `source` were rendered from another scene than `file`'s, or other geometry.
+/// Nothing, or a note where the frames do not name their geometry.
+std::optional<std::string> require_same_scene(const FrameInfo& first, const std::string& source,
+                                              const SceneDescription& scene, const std::string& file);
 
 }  // namespace equistream

@@ -76,6 +76,8 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
 Session::~Session() = default;
 
 void Session::choose(const RayModule& ray, const GlModule& gl) {
+    if (scene_ && shown_->posed)
+        require_same_scene(first(), settings_.source, *scene_, settings_.scene);
     const DepthOffer offer = offer_of(settings_, *shown_);
     const DepthChoice choice =
         choose_depth({.source = settings_.source, .method = settings_.engine, .depth = ""}, offer);

@@ -55,7 +55,8 @@ FramePlayer::~FramePlayer() = default;
 
 void FramePlayer::prepare(const ReceivedFrame& first, Report& report) {
     if (scene_ && first.posed)
-        check_scene(first.main.info, report);
+        if (auto note = require_same_scene(first.main.info, settings_.source, *scene_, settings_.scene.string()))
+            report.notes.push_back(std::move(*note));
     check_size(first);
     if (const std::string note = clock_note(head_path_, settings_.head); !note.empty())
         report.notes.push_back(note);
@@ -123,22 +124,6 @@ void FramePlayer::check_size(const ReceivedFrame& first) const {
         throw InputError(
             expected_found("--size", "even sides of at least " + std::to_string(min_track_side) + " for --format mp4",
                            std::to_string(eye.width) + "x" + std::to_string(eye.height)));
-}
-
-void FramePlayer::check_scene(const FrameInfo& first, Report& report) const {
-    const auto require_same = [&](const std::string& what, const std::string& rendered, const std::string& here) {
-        if (rendered != here)
-            throw InputError(
-                expected_found(settings_.scene.string(),
-                               "the " + what + " '" + rendered + "' that " + settings_.source + " was rendered from",
-                               "'" + here + "'"));
-    };
-    require_same("scene", first.scene, scene_->name);
-    if (first.geometry_fingerprint.empty())
-        report.notes.push_back(settings_.source + " does not name its geometry: that of " + settings_.scene.string() +
-                               " is taken for it");
-    else
-        require_same("geometry", first.geometry_fingerprint, scene_->depth_of_geometry());
 }
 
 PerspectiveCamera FramePlayer::eye_camera(const FrameInfo& source) const {

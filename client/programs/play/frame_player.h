@@ -74,7 +74,6 @@ private:
     /// What `geometry` fills from, where some chain may have that pass.
     void make_geometry();
     void check_size(const ReceivedFrame& first) const;
-    void check_scene(const FrameInfo& first, Report& report) const;
     void set_eyes(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;

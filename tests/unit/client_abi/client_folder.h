@@ -31,6 +31,7 @@ protected:
             frame.info.frames_per_second = 30;
             frame.info.camera = camera;
             frame.info.ipd_m = 0.063;
+            frame.info.scene = "room";
             FloatImage colour(camera.width, camera.height, 4);
             for (int y = 0; y < camera.height; ++y)
                 for (int x = 0; x < camera.width; ++x)

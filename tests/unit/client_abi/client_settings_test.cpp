@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <limits>
 
@@ -47,6 +48,25 @@ TEST_F(ClientSettings, SourcesThatAreNotThereAreNamed) {
     es_client_settings gone = settings();
     gone.source = "/nowhere/walk.mp4";
     EXPECT_NE(complaint(&gone).find("/nowhere/walk.mp4"), std::string::npos);
+}
+
+/// Read by the Embree module: what it throws comes back as a status, across two libraries.
+TEST_F(ClientSettings, AModelThatCannotBeReadIsNamed) {
+    std::ofstream(folder / "room.glb") << "no model";
+    const std::string scene = (folder / "room.json").string();
+    std::ofstream(scene) << R"({"model": "room.glb", "camera": {"keys": [{"time_s": 0, "position_m": [0, 0, 0]}]}})";
+    es_client_settings with_scene = settings();
+    with_scene.scene = scene.c_str();
+    EXPECT_NE(complaint(&with_scene).find("room.glb"), std::string::npos);
+}
+
+TEST_F(ClientSettings, AnotherSceneThanTheFramesIsRefused) {
+    const std::string scene = (folder / "hall.json").string();
+    std::ofstream(folder / "hall.glb") << "no model";
+    std::ofstream(scene) << R"({"model": "hall.glb", "camera": {"keys": [{"time_s": 0, "position_m": [0, 0, 0]}]}})";
+    es_client_settings with_scene = settings();
+    with_scene.scene = scene.c_str();
+    EXPECT_NE(complaint(&with_scene).find("expected the scene 'room' that"), std::string::npos);
 }
 
 TEST_F(ClientSettings, RequestsThatAreWrongAreRefusedAndChangeNothing) {
