@@ -9,7 +9,7 @@
  *     es_client_send_head       tells a live server where the head is
  *     es_client_close
  *
- * client.hpp wraps this for C++. docs/guide/link-client.md has two whole programs.
+ * client.hpp wraps this for C++. docs/guide/show.md explains each step.
  *
  * Conventions: conventions.h. Lengths in metres, angles in radians, times in seconds. A camera looks along -z, +x is
  * right and +y is up. Pictures are sRGB, display-referred; the first row is the top one, and in framebuffers the top
