@@ -162,7 +162,7 @@ TEST_F(GlRefresh, TurnsEachEyesOwnSphere) {
     EXPECT_EQ(seen(1, true), (std::vector{left}));
 }
 
-TEST(GlRungs, AreThoseOfAList) {
+TEST_F(GlRefresh, PassesAreThoseOfAList) {
     gl::GlFillShared shared;
     const gl::GlFillChain chain = gl::make_gl_fill_chain("small,hidden", shared);
     ASSERT_EQ(chain.size(), 2u);
