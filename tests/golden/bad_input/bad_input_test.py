@@ -463,6 +463,16 @@ class BadInput(unittest.TestCase):
         (self.out / "folder.mp4").mkdir()
         self.assert_refused(run(*play, "--out", self.out / "folder.mp4"), 2, "expected the name of a video, found a folder of this name")
 
+    def test_names_that_are_not_utf_8_end_nothing(self):
+        folder = self.out / os.fsdecode(b"frames\xff")
+        shutil.copytree(self.root / "good", folder)
+        views = self.out / "views"
+        for _ in range(2):  # the second time over its own views
+            done = run("play", folder, "--method", "rotation", "--size", "32x32", "--frames", "0", "--json", "--out", views)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for report in (done.stdout, (views / "report.json").read_text()):
+                self.assertTrue(json.loads(report)["settings"]["source"].endswith("frames\ufffd"))
+
     def test_a_file_of_another_kind_is_told_who_takes_it(self):
         xml, glb = self.out / "cbox.xml", next((self.root / "scene").glob("*.glb"))
         xml.write_text('<?xml version="1.0"?>\n<scene version="3.0.0"/>\n')
