@@ -39,11 +39,12 @@ LongitudeLatitudeRange sphere_range(const ScoredPicture& picture) {
 }
 
 void write_difference(const PicturePair& pair, const std::string& eye, const std::filesystem::path& folder,
-                      const ByteImage& picture, const ByteImage& truth) {
-    ByteImage difference(picture.width(), picture.height(), 3);
-    for (std::size_t i = 0; i < difference.samples().size(); ++i)
-        difference.samples()[i] = static_cast<std::uint8_t>(
-            std::min(255, difference_gain * std::abs(picture.samples()[i] - truth.samples()[i])));
+                      ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> truth) {
+    ByteImage difference(picture.width, picture.height, 3);
+    for (int y = 0; y < picture.height; ++y)
+        for (int i = 0; i < 3 * picture.width; ++i)
+            difference.pixel(0, y)[i] = static_cast<std::uint8_t>(
+                std::min(255, difference_gain * std::abs(picture.row(y)[i] - truth.row(y)[i])));
     const std::string name =
         pair.frame ? frame_file_name(*pair.frame, "png") : pair.picture.stem().string() + ".difference.png";
     const std::filesystem::path place = eye == "view" ? folder : folder / eye;
@@ -73,25 +74,23 @@ public:
         const ScoredPicture picture = read_scored_picture(pair.picture, options_.exposure);
         const ScoredPicture truth = read_scored_picture(pair.truth, options_.exposure);
         FrameSums sums;
-        sums.width = truth.samples.width();
-        sums.height = truth.samples.height();
-        require_size(pair.picture, picture.samples.width(), picture.samples.height(), sums.width, sums.height);
-        const FloatImage picture_display = display_values(picture, transform_);
-        const FloatImage truth_display = display_values(truth, transform_);
-        const EightBit coded{quantise_8bit(picture_display.view()), quantise_8bit(truth_display.view())};
+        sums.width = truth.width();
+        sums.height = truth.height();
+        require_size(pair.picture, picture.width(), picture.height(), sums.width, sums.height);
         const ByteImage mask = read_gaps(pair, sums.width, sums.height);
-        sums.score = score_8bit(pair, truth, {coded, mask}, histograms);
+        // Floats of whole pictures are made only where a second run asks for them.
+        ByteImage made, made_of_truth;
+        const MaskedPair masked{display_8bit(picture, transform_, made), display_8bit(truth, transform_, made_of_truth),
+                                mask};
+        sums.score = score_8bit(pair, truth, masked, histograms);
         if (!pair.second_picture.empty())
-            compare_runs(pair, {{picture_display.view(), truth_display.view()}, mask}, {picture, truth}, sums);
+            compare_runs(pair, {picture, truth, mask}, sums);
         return sums;
     }
 
 private:
-    struct EightBit {
-        ByteImage picture, truth;
-    };
     struct MaskedPair {
-        const EightBit& coded;
+        ImageView<const std::uint8_t> picture, truth;
         const ByteImage& mask;  ///< empty without gap masks
     };
 
@@ -105,11 +104,10 @@ private:
 
     FrameScore score_8bit(const PicturePair& pair, const ScoredPicture& truth_file, const MaskedPair& masked,
                           Histograms& histograms) const {
-        const auto& [picture, truth] = masked.coded;
-        const ByteImage& mask = masked.mask;
+        const auto& [picture, truth, mask] = masked;
         FrameScore score;
         score.frame = pair.frame;
-        const ErrorPlane errors = squared_errors(picture.view(), truth.view());
+        const ErrorPlane errors = squared_errors(picture, truth);
         score.error = total_error(errors);
         histograms.local().add(errors);
         if (!mask.empty())
@@ -117,11 +115,11 @@ private:
         if (options_.sphere_psnr)
             score.sphere_error = sphere_error(errors, sphere_range(truth_file));
         if (options_.ssim) {
-            if (std::min(truth.width(), truth.height()) < similarity_window)
+            if (std::min(truth.width, truth.height) < similarity_window)
                 throw InputError(expected_found(pair.truth.string(), "at least 11x11 pixels for ssim",
-                                                size_text(truth.width(), truth.height())));
-            score.similarity = structural_similarity(picture.view(), truth.view(),
-                                                     mask.empty() ? ImageView<const std::uint8_t>{} : mask.view());
+                                                size_text(truth.width, truth.height)));
+            score.similarity =
+                structural_similarity(picture, truth, mask.empty() ? ImageView<const std::uint8_t>{} : mask.view());
         }
         if (!options_.difference_folder.empty())
             write_difference(pair, eye_.eye, options_.difference_folder, picture, truth);
@@ -129,26 +127,25 @@ private:
     }
 
     struct FirstRun {
-        PictureAndTruth display;
-        const ByteImage& mask;
-    };
-    struct FirstFiles {
         const ScoredPicture& picture;
         const ScoredPicture& truth;
+        const ByteImage& mask;
     };
 
-    void compare_runs(const PicturePair& pair, const FirstRun& first, const FirstFiles& files, FrameSums& sums) const {
-        const auto& [picture, truth] = files;
+    void compare_runs(const PicturePair& pair, const FirstRun& first, FrameSums& sums) const {
+        const auto& [picture, truth, mask] = first;
         const ScoredPicture second = read_scored_picture(pair.second_picture, options_.exposure);
         const ScoredPicture second_truth = read_scored_picture(pair.second_truth, options_.exposure);
-        require_size(pair.second_picture, second.samples.width(), second.samples.height(), sums.width, sums.height);
-        require_size(pair.second_truth, second_truth.samples.width(), second_truth.samples.height(), sums.width,
-                     sums.height);
+        require_size(pair.second_picture, second.width(), second.height(), sums.width, sums.height);
+        require_size(pair.second_truth, second_truth.width(), second_truth.height(), sums.width, sums.height);
         require_independent({picture, truth}, {second, second_truth});
+        const FloatImage display = display_values(picture, transform_);
+        const FloatImage truth_display = display_values(truth, transform_);
+        const PictureAndTruth first_display{display.view(), truth_display.view()};
         const FloatImage display_2 = display_values(second, transform_);
         const FloatImage truth_display_2 = display_values(second_truth, transform_);
         const PictureAndTruth second_display{display_2.view(), truth_display_2.view()};
-        sums.display = noise_free_blocks(first.display, second_display);
+        sums.display = noise_free_blocks(first_display, second_display);
         const FloatImage linear = exposed_linear(picture, transform_);
         const FloatImage truth_linear = exposed_linear(truth, transform_);
         const FloatImage linear_2 = exposed_linear(second, transform_);
@@ -156,12 +153,12 @@ private:
         const PictureAndTruth first_linear{linear.view(), truth_linear.view()};
         const PictureAndTruth second_linear{linear_2.view(), truth_linear_2.view()};
         sums.linear = noise_free_blocks(first_linear, second_linear);
-        sums.worst_display = noise_free_worst_blocks(first.display, second_display, worst_fraction);
+        sums.worst_display = noise_free_worst_blocks(first_display, second_display, worst_fraction);
         sums.worst_linear = noise_free_worst_blocks(first_linear, second_linear, worst_fraction);
-        if (first.mask.empty())
+        if (mask.empty())
             return;
-        sums.gaps_display = noise_free_blocks(first.display, second_display, first.mask.view());
-        sums.gaps_linear = noise_free_blocks(first_linear, second_linear, first.mask.view());
+        sums.gaps_display = noise_free_blocks(first_display, second_display, mask.view());
+        sums.gaps_linear = noise_free_blocks(first_linear, second_linear, mask.view());
     }
 
     const EyePairs& eye_;

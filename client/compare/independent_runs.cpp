@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <utility>
 
 namespace equistream {
@@ -43,12 +44,17 @@ std::optional<Sampling> sampling_of(const ScoredPicture& picture) {
     return Sampling{picture.info->seed, picture.info->samples_per_pixel};
 }
 
+/// The same samples, and not one value throughout.
+template <typename Sample>
+bool same_samples(const Image<Sample>& a, const Image<Sample>& b) {
+    const auto first = a.samples();
+    const auto second = b.samples();
+    const bool constant = std::ranges::adjacent_find(first, std::not_equal_to<>()) == first.end();
+    return !constant && std::ranges::equal(first, second);
+}
+
 bool same_noise(const ScoredPicture& a, const ScoredPicture& b) {
-    const auto first = a.samples.samples();
-    const auto second = b.samples.samples();
-    const bool constant =
-        std::adjacent_find(first.begin(), first.end(), [](float u, float v) { return u != v; }) == first.end();
-    return !constant && std::equal(first.begin(), first.end(), second.begin(), second.end());
+    return a.linear == b.linear && (a.linear ? same_samples(a.radiance, b.radiance) : same_samples(a.rgb, b.rgb));
 }
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& expected, const std::string& found) {

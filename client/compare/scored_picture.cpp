@@ -19,12 +19,12 @@ void require_file(const std::filesystem::path& file, const std::string& expected
         throw InputError(expected_found(file.string(), expected, "no such file"));
 }
 
-FloatImage display_rgb(const ByteImage& png) {
+ByteImage with_three_channels(ByteImage png) {
     if (png.channels() == 3)
-        return widen_8bit(png.view());
-    FloatImage rgb(png.width(), png.height(), 3);
+        return png;
+    ByteImage rgb(png.width(), png.height(), 3);
     for (std::size_t i = 0; i < rgb.samples().size(); ++i)
-        rgb.samples()[i] = static_cast<float>(png.samples()[i / 3]) / 255.f;
+        rgb.samples()[i] = png.samples()[i / 3];
     return rgb;
 }
 
@@ -39,7 +39,7 @@ void read_exr_colour(ScoredPicture& picture, std::optional<double> exposure) {
     if (colour == frame.planes.end())
         throw InputError(expected_found(picture.file.string(), "colour channels R, G, B", "none"));
     picture.linear = true;
-    picture.samples = std::move(colour->second);
+    picture.radiance = std::move(colour->second);
     picture.exposure = exposure.value_or(frame.info.exposure);
     picture.info = std::move(frame.info);
 }
@@ -53,27 +53,36 @@ ScoredPicture read_scored_picture(const std::filesystem::path& file, std::option
     if (file.extension() == ".exr")
         read_exr_colour(picture, exposure);
     else if (file.extension() == ".png")
-        picture.samples = display_rgb(read_picture(file));
+        picture.rgb = with_three_channels(read_picture(file));
     else
         throw InputError(expected_found(file.string(), "a .png or an .exr", "'" + file.extension().string() + "'"));
     return picture;
 }
 
 FloatImage display_values(const ScoredPicture& picture, const DisplayTransform& transform) {
-    return picture.linear ? transform.to_display(picture.samples.view(), picture.exposure) : picture.samples;
+    return picture.linear ? transform.to_display(picture.radiance.view(), picture.exposure)
+                          : widen_8bit(picture.rgb.view());
+}
+
+ImageView<const std::uint8_t> display_8bit(const ScoredPicture& picture, const DisplayTransform& transform,
+                                           ByteImage& made) {
+    if (!picture.linear)
+        return picture.rgb.view();
+    made = quantise_8bit(display_values(picture, transform).view());
+    return std::as_const(made).view();
 }
 
 FloatImage exposed_linear(const ScoredPicture& picture, const DisplayTransform& transform) {
     if (!picture.linear) {
-        FloatImage linear = transform.to_linear(picture.samples.view(), 1);
+        FloatImage linear = transform.to_linear(widen_8bit(picture.rgb.view()).view(), 1);
         for (float& value : linear.samples())
             value = std::clamp(value, 0.f, 1.f);
         return linear;
     }
-    FloatImage exposed(picture.samples.width(), picture.samples.height(), 3);
-    const auto channels = static_cast<std::size_t>(picture.samples.channels());
+    FloatImage exposed(picture.width(), picture.height(), 3);
+    const auto channels = static_cast<std::size_t>(picture.radiance.channels());
     const auto factor = static_cast<float>(picture.exposure);
-    const auto in = picture.samples.samples();
+    const auto in = picture.radiance.samples();
     const auto out = exposed.samples();
     for (std::size_t i = 0; i < out.size(); ++i) {
         const float radiance = in[i / 3 * channels + i % 3];

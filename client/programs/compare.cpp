@@ -4,6 +4,7 @@
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream_cli/program.h>
+#include <equistream_cli/provenance.h>
 #include <equistream_compare/comparison_report.h>
 
 #include <atomic>
@@ -64,9 +65,7 @@ void complete(Arguments& arguments) {
 }
 
 nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeScore>& scores) {
-    nlohmann::ordered_json json;
-    json["command"] = arguments.command;
-    json["version"] = EQUISTREAM_VERSION;
+    nlohmann::ordered_json json = cli::provenance(arguments.command);
     json["picture"] = arguments.pairing.picture.string();
     json["truth"] = arguments.pairing.truth.string();
     json["second_picture"] = nullptr;
@@ -122,8 +121,8 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
     app.add_option("--difference", arguments->comparison.difference_folder,
                    "Folder for difference pictures, 8 times amplified");
     app.add_option("--out", arguments->out, "Write the report to this JSON file too");
-    app.add_flag("--json", arguments->json, "Print the report as JSON");
-    app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
+    cli::add_json_flag(app, arguments->json);
+    cli::add_progress_option(app, arguments->progress);
     return [arguments] { compare(*arguments); };
 }
 

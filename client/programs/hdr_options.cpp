@@ -1,6 +1,11 @@
 #include "hdr_options.h"
 
+#include <equistream/error.h>
+
 #include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace equistream {
 
@@ -17,9 +22,27 @@ void HdrOptions::add_to(CLI::App& app) {
             ->check(CLI::ExistingFile)};
 }
 
+namespace {
+
+/// What HdrDisplay says of a setting, said of the option that sets it.
+std::string of_option(const std::string& message) {
+    for (const auto& [setting, option] :
+         {std::pair{"display: ", "--display: "}, {"view: ", "--view-transform: "}, {"exposure: ", "--exposure: "}})
+        if (message.starts_with(setting))
+            return option + message.substr(std::string_view(setting).size());
+    return message;
+}
+
+}  // namespace
+
 std::shared_ptr<const HdrDisplay> HdrOptions::display() const {
-    const bool any = std::ranges::any_of(options_, [](const CLI::Option* option) { return option->count() > 0; });
-    return any ? std::make_shared<const HdrDisplay>(settings_) : nullptr;
+    if (std::ranges::none_of(options_, [](const CLI::Option* option) { return option->count() > 0; }))
+        return nullptr;
+    try {
+        return std::make_shared<const HdrDisplay>(settings_);
+    } catch (const InputError& error) {
+        throw InputError(of_option(error.what()));
+    }
 }
 
 }  // namespace equistream

@@ -21,8 +21,8 @@ constexpr ImGuiWindowFlags plain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
                                    ImGuiWindowFlags_NoNav | ImGuiWindowFlags_AlwaysAutoResize;
 constexpr float margin = 10;
 const ImVec2 graph_size{360, 120};
-/// Smaller letters than that are not read: what does not fit then goes to a second page.
-constexpr float least_font_scale = 0.8f;
+/// The letters are pictures of 13 rows, which lose strokes at any scale but whole ones.
+constexpr int rows_a_scale = 1080;
 constexpr float key_columns = 13;  // of the widest key's name, and one
 
 constexpr std::array<ImU32, gl::render_stage_names.size()> stage_colours = {
@@ -61,6 +61,10 @@ void draw_legend(const std::string& legend) {
 
 }  // namespace
 
+int text_scale(gl::Size window) {
+    return std::max(1, window.height / rows_a_scale);
+}
+
 Panels::Panels() {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
@@ -94,10 +98,6 @@ void Panels::build_help(float room) {
     ImGui::SetNextWindowBgAlpha(0.8f);
     ImGui::Begin("keys", nullptr, plain);
     const ImGuiStyle& style = ImGui::GetStyle();
-    const float lines = float(key_bindings().size()) + 12;
-    ImGui::SetWindowFontScale(1);
-    ImGui::SetWindowFontScale(
-        std::clamp(room / (lines * ImGui::GetTextLineHeightWithSpacing()), least_font_scale, 1.0f));
     const float line = ImGui::GetTextLineHeightWithSpacing(), names = key_columns * ImGui::CalcTextSize("m").x;
     const float wrap = ImGui::GetIO().DisplaySize.x - 2 * margin - 2 * style.WindowPadding.x - names;
     const float page_height = room - 2 * margin - 2 * style.WindowPadding.y - line;
@@ -172,6 +172,7 @@ void Panels::build(const StatusLine& status, bool with_times) {
 
 void Panels::draw(const StatusLine& status, gl::Size window, bool with_times) {
     ImGui_ImplOpenGL3_NewFrame();
+    ImGui::GetIO().FontGlobalScale = float(text_scale(window));
     // Nothing here takes keys, and events are another thread's.
     ImGui::GetIO().DisplaySize = {float(window.width), float(window.height)};
     // Panels take the size of what was in them the time before, and nothing may be drawn for long after this.

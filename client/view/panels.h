@@ -22,6 +22,10 @@ struct StatusLine {
     bool operator==(const StatusLine&) const = default;
 };
 
+/// How many pixels of the window a pixel of the letters is wide: a whole number, so that no letter loses a stroke. What
+/// does not fit into the window goes to another page.
+int text_scale(gl::Size window);
+
 class Panels {
 public:
     Panels();

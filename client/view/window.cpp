@@ -127,7 +127,7 @@ Window::~Window() {
 void Window::make_current() {
     glfwMakeContextCurrent(window_);
     if (glfwGetCurrentContext() != window_)
-        throw WorkError("view: the window's OpenGL context cannot be made current: " + last_error());
+        throw WorkError("the window's OpenGL context cannot be made current: " + last_error());
 }
 
 void Window::release() {

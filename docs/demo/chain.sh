@@ -28,8 +28,8 @@ equistream encode "$out/sphere" --out "$out/pavilion.mp4" --crf 16
 equistream info "$out/pavilion.mp4"
 
 say "4/6 play"
-equistream play "$out/pavilion.mp4" --scene "$scene" --method surface --fill small-wide,pushpull --size "$eye_size" --out "$out/eyes"
-equistream play "$out/pavilion.mp4" --method sphere --size "$eye_size" --out "$out/rotated"
+equistream play "$out/pavilion.mp4" --scene "$scene" --method eye-depth --fill small-wide,pushpull --size "$eye_size" --out "$out/eyes"
+equistream play "$out/pavilion.mp4" --method rotation --size "$eye_size" --out "$out/rotated"
 
 say "5/6 compare"
 for system in eyes rotated; do

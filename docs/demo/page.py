@@ -61,7 +61,7 @@ class Results:
 
     def quality_table(self):
         rows = []
-        for name, title in (("eyes", "surface: with depth, gaps filled"), ("rotated", "sphere: rotation only")):
+        for name, title in (("eyes", "eye-depth: by depth, gaps filled"), ("rotated", "rotation: turned only")):
             for eye, score in self.scores[name]["eyes"].items():
                 gaps = self.play[name]["eyes"][eye]["gap_fraction"]
                 rows.append([title, eye, decibels(score["psnr_db"]), f'{score["ssim"]:.4f}', f"{100 * gaps:.2f} %"])

@@ -168,11 +168,11 @@ std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText&
     app.add_flag("--overwrite", typed->options.overwrite,
                  "Render finished frames again; frames of other settings make way");
     app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");
-    app.add_option("--progress", typed->progress, "auto, json or none")->capture_default_str();
+    cli::add_progress_option(app, typed->progress);
     app.add_flag("--follow", typed->options.follow,
                  "Stay, and render each frame that a line of standard input asks for (docs/guide/render.md, \"Frames "
                  "on demand\")");
-    app.add_flag("--json", typed->options.json, "Report figures as JSON on standard output");
+    cli::add_json_flag(app, typed->options.json);
     return [typed] { return checked(*typed); };
 }
 

@@ -49,7 +49,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
         std::signal(SIGTERM, note_interrupt);
         SequenceRenderer({options, timeline, scene.lean_m, streams, interrupted}, host, report).run();
     }
-    print_report(report, host, options.json);
+    print_report(report, host, command, options.json);
 }
 
 }  // namespace

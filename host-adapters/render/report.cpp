@@ -1,6 +1,7 @@
 #include "report.h"
 
 #include <equistream/json_text.h>
+#include <equistream_cli/provenance.h>
 
 #include <nlohmann/json.hpp>
 
@@ -26,7 +27,7 @@ double peak_memory_mib() {
 
 }  // namespace
 
-void print_report(const RenderReport& r, const RenderHost& host, bool json) {
+void print_report(const RenderReport& r, const RenderHost& host, const std::string& command, bool json) {
     const double paths_per_s = static_cast<double>(r.paths) / std::max(r.render_s, 1e-9);
     const double peak_mib = peak_memory_mib();
     nlohmann::json report = {{"frames_rendered", r.frames_rendered},
@@ -47,6 +48,7 @@ void print_report(const RenderReport& r, const RenderHost& host, bool json) {
                              {"plan_s", patches.plan_s}};
     const HostFigures figures = host.figures(r.render_s, report);
     report["left_out_samples"] = figures.left_out_samples;
+    report.update(cli::provenance(command));
     if (json) {
         std::printf("%s\n", json_text(report, 2).c_str());
         return;

@@ -3,6 +3,7 @@
 #include <equistream_render/host.h>
 
 #include <cstdint>
+#include <string>
 
 namespace equistream::render_command {
 
@@ -25,6 +26,6 @@ struct RenderReport {
 };
 
 /// Text or JSON on standard output.
-void print_report(const RenderReport& report, const RenderHost& host, bool json);
+void print_report(const RenderReport& report, const RenderHost& host, const std::string& command, bool json);
 
 }  // namespace equistream::render_command

@@ -68,6 +68,17 @@ CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::stri
         ->default_str(std::to_string(seed));
 }
 
+CLI::Option* add_json_flag(CLI::App& app, bool& json) {
+    return app.add_flag("--json", json, "Report as JSON on standard output");
+}
+
+CLI::Option* add_progress_option(CLI::App& app, std::string& progress) {
+    return app
+        .add_option("--progress", progress,
+                    "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
+        ->capture_default_str();
+}
+
 std::string quoted_command(int argc, char** argv) {
     const std::string program = argc > 0 ? argv[0] : "";
     std::string command = program.substr(program.rfind('/') + 1);

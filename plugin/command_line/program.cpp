@@ -2,11 +2,14 @@
 
 #include <equistream/error.h>
 #include <equistream_cli/child_failed.h>
+#include <equistream_cli/did_you_mean.h>
 #include <equistream_cli/program.h>
 
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 namespace equistream::cli {
 
@@ -25,6 +28,33 @@ std::string one_line(std::string text) {
 int report(const std::string& name, const std::string& message, int code) {
     std::fprintf(stderr, "equistream %s: %s\n", name.c_str(), one_line(message).c_str());
     return code;
+}
+
+void add_names(const CLI::App& app, std::vector<std::string>& names) {
+    for (const CLI::Option* option : app.get_options())
+        if (!option->get_group().empty())
+            for (const std::string& name : option->get_lnames())
+                names.push_back("--" + name);
+}
+
+/// Of the parsed words that no option takes, the first option: what it may have been meant to be. Empty: there is none.
+std::string unknown_option(const CLI::App& app) {
+    for (const std::string& word : app.remaining(true)) {
+        if (!word.starts_with("--") || word.size() < 3)
+            continue;
+        const std::string name = word.substr(0, word.find('='));
+        std::vector<std::string> names;
+        add_names(app, names);
+        for (const CLI::App* subcommand : app.get_subcommands())
+            add_names(*subcommand, names);
+        return name + ": no such option" + did_you_mean(name, names);
+    }
+    return "";
+}
+
+std::string explained(const CLI::App& app, const CLI::ParseError& error) {
+    const std::string unknown = unknown_option(app);
+    return (unknown.empty() ? error.what() : unknown) + " (--help lists the options)";
 }
 
 }  // namespace
@@ -48,7 +78,7 @@ int run_program(int argc, char** argv, const ProgramText& text,
         } catch (const CLI::ParseError& e) {
             if (e.get_exit_code() == 0)
                 return app.exit(e);
-            return report(name, std::string(e.what()) + " (--help lists the options)", exit_usage);
+            return report(name, explained(app, e), exit_usage);
         }
         run();
         if (std::fflush(stdout) != 0 || std::ferror(stdout))

@@ -1,7 +1,9 @@
 #include "settings_file.h"
 
+#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream_cli/commands.h>
+#include <equistream_cli/did_you_mean.h>
 
 #include <algorithm>
 #include <sstream>
@@ -56,12 +58,12 @@ const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
     return subs.empty() ? nullptr : subs.front();
 }
 
-std::string accepted_names(const CLI::App& app) {
-    std::string names;
+std::vector<std::string> accepted_names(const CLI::App& app) {
+    std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
         if (is_accepted(*option))
-            names += (names.empty() ? "" : ", ") + option->get_lnames().front();
-    return "one of " + names;
+            names.push_back(option->get_lnames().front());
+    return names;
 }
 
 }  // namespace
@@ -104,9 +106,13 @@ void SettingsFile::require_known(const CLI::ConfigItem& item, const std::string&
     if (app != nullptr)
         key = place;
     const int line = line_of(text, key);
-    throw InputError(expected_found(
-        app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string()),
-        app != nullptr ? accepted_names(*app) : "options outside any section but of a command's", "'" + key + "'"));
+    const std::string where =
+        app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string());
+    if (app == nullptr)
+        throw InputError(expected_found(where, "options outside any section but of a command's", "'" + key + "'"));
+    const std::vector<std::string> names = accepted_names(*app);
+    throw InputError(expected_found(where, "one of " + in_a_sentence(names, ", "), "'" + key + "'") +
+                     did_you_mean(item.name, names));
 }
 
 }  // namespace equistream::cli

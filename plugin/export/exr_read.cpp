@@ -156,6 +156,24 @@ void add_targets(const ExrSession& session, const AovInfo& aov, Frame& frame, co
     }
 }
 
+/// Where the rows from `row` on are in the file; refuses the file where it ends before they do.
+exr_chunk_info_t find_chunk(const ExrSession& session, int part, const Extent& extent, int row) {
+    exr_chunk_info_t chunk{};
+    session.check(exr_read_scanline_chunk_info(session.context(), part, extent.top + row, &chunk), "finding pixels");
+    const auto bytes = static_cast<std::uint64_t>(session.size_bytes());
+    if (chunk.width != extent.width || chunk.start_y - extent.top != row || row + chunk.height > extent.height ||
+        chunk.packed_size > bytes || chunk.data_offset > bytes - chunk.packed_size)
+        session.refuse("a whole EXR frame", "a chunk that does not fit");
+    return chunk;
+}
+
+std::int32_t rows_of_chunk(const ExrSession& session, int part) {
+    std::int32_t rows = 0;
+    session.check(exr_get_scanlines_per_chunk(session.context(), part, &rows), "chunks");
+    assert(rows > 0);
+    return rows;
+}
+
 class ChunkDecoder {
 public:
     ChunkDecoder(const ExrSession& session, int part, const std::vector<ChannelTarget>& targets)
@@ -169,12 +187,7 @@ public:
 
     void decode(const Extent& extent, int row) {
         exr_context_t context = session_.context();
-        exr_chunk_info_t chunk{};
-        session_.check(exr_read_scanline_chunk_info(context, part_, extent.top + row, &chunk), "finding pixels");
-        const std::int64_t whole_width = extent.width;
-        if (chunk.width != whole_width || chunk.start_y - extent.top != row || row + chunk.height > extent.height ||
-            chunk.packed_size > static_cast<std::uint64_t>(session_.size_bytes()))
-            session_.refuse("a whole EXR frame", "a chunk that does not fit");
+        const exr_chunk_info_t chunk = find_chunk(session_, part_, extent, row);
         session_.check(initialised_ ? exr_decoding_update(context, part_, &chunk, &pipeline_)
                                     : exr_decoding_initialize(context, part_, &chunk, &pipeline_),
                        "preparing to read");
@@ -227,9 +240,7 @@ private:
 };
 
 void read_part(const ExrSession& session, int part, const Extent& extent, const std::vector<ChannelTarget>& targets) {
-    std::int32_t rows_per_chunk = 0;
-    session.check(exr_get_scanlines_per_chunk(session.context(), part, &rows_per_chunk), "chunks");
-    assert(rows_per_chunk > 0);
+    const std::int32_t rows_per_chunk = rows_of_chunk(session, part);
     const int chunk_count = (extent.height + rows_per_chunk - 1) / rows_per_chunk;
     for_each_index(
         chunk_count, [&] { return std::make_unique<ChunkDecoder>(session, part, targets); },
@@ -272,6 +283,26 @@ Frame read_exr(const std::filesystem::path& file, const std::vector<std::string>
             read_part(session, part, extent_of(session, part), targets);
     }
     return frame;
+}
+
+void require_whole_exr(const std::filesystem::path& file) {
+    const ExrSession session = ExrSession::for_reading(file);
+    checked_extent(session);
+    const int parts = part_count(session);
+    for (int part = 0; part < parts; ++part) {
+        const Extent extent = extent_of(session, part);
+        const std::int32_t rows_per_chunk = rows_of_chunk(session, part);
+        for (int row = 0; row < extent.height; row += rows_per_chunk)
+            find_chunk(session, part, extent, row);
+    }
+}
+
+void check_exr_pixels(const std::filesystem::path& file) {
+    const ExrSession session = ExrSession::for_reading(file);
+    checked_extent(session);
+    const int parts = part_count(session);
+    for (int part = 0; part < parts; ++part)
+        read_part(session, part, extent_of(session, part), {});
 }
 
 FrameInfo read_exr_info(const std::filesystem::path& file) {

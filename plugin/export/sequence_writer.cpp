@@ -128,7 +128,15 @@ void SequenceWriter::adopt_or_refuse() {
 }
 
 bool SequenceWriter::keeps_frame(std::int64_t index) const {
-    return !settings_.overwrite && index >= 0 && std::filesystem::exists(settings_.folder / frame_file_name(index));
+    const std::filesystem::path file = settings_.folder / frame_file_name(index);
+    if (settings_.overwrite || index < 0 || !std::filesystem::exists(file))
+        return false;
+    try {
+        require_whole_exr(file);
+        return true;
+    } catch (const InputError&) {
+        return false;  // a disk that was full, or a copy that was cut
+    }
 }
 
 void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {

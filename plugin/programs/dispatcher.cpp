@@ -1,6 +1,8 @@
 /// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
 /// a renderer's libraries and the client's never meet.
+#include <equistream/comma_list.h>
 #include <equistream_cli/commands.h>
+#include <equistream_cli/did_you_mean.h>
 #include <equistream_cli/hosts.h>
 
 #include <cerrno>
@@ -29,11 +31,13 @@ void print_help(std::FILE* out) {
     std::fputs("\n'equistream COMMAND --help' shows a command's options and an example.\n", out);
 }
 
-std::string names_of_commands() {
-    std::string names;
+void print_unknown(std::string_view word) {
+    std::vector<std::string_view> names;
     for (const Command& command : commands)
-        names += (names.empty() ? "" : ", ") + std::string(command.name);
-    return names;
+        names.push_back(command.name);
+    std::fprintf(stderr, "equistream: expected a command (%s), found '%.*s'%s\n",
+                 equistream::in_a_sentence(names, ", ").c_str(), static_cast<int>(word.size()), word.data(),
+                 equistream::cli::did_you_mean(word, names).c_str());
 }
 
 /// The value of `--host` among render's arguments, which decides what program runs; the program reads it too.
@@ -101,6 +105,6 @@ int main(int argc, char** argv) {
     if (name.empty())
         print_help(stderr);
     else
-        std::fprintf(stderr, "equistream: expected a command (%s), found '%s'\n", names_of_commands().c_str(), argv[1]);
+        print_unknown(name);
     return exit_usage;
 }

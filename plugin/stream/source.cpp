@@ -1,6 +1,7 @@
 #include "source.h"
 
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/formatted.h>
 #include <equistream/image.h>
 
@@ -125,9 +126,11 @@ void Source::open(const std::string& name) {
     // What libavformat says of a format that is not among ours.
     if (code == AVERROR(EINVAL) && !url)
         throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",
-                                        "a picture, or another kind of file"));
+                                        found_kind(name, "a picture, or another kind of file")));
     if (code < 0)
-        throw InputError(expected_found(name, "a video", av::error_text(code)));
+        throw InputError(expected_found(
+            name, "a video",
+            found_kind(name, (url ? "none" : "a file of another kind") + (" (libav: " + av::error_text(code) + ")"))));
     format_.reset(opened);
     StreamOptions stream_options(*format_);
     begin_waiting();

@@ -64,7 +64,8 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source, const 
         render_into_memory(*codec);
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)
-        throw InputError(source + ": " + decoder->name + ": " + av::error_text(code));
+        throw InputError(expected_found(source, "a track that " + std::string(decoder->name) + " decodes",
+                                        "none (libav: " + av::error_text(code) + ")"));
     return codec;
 }
 

@@ -19,7 +19,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from needed import expect_packages  # noqa: E402
-from options import Progress, add_common, parse  # noqa: E402
+from options import Parser, Progress, add_common, parse  # noqa: E402
 from steps import REPOSITORY, Failed, provenance, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64
@@ -52,8 +52,8 @@ def frames(text):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="equistream fit", description=__doc__.splitlines()[0],
-                                     epilog="example: equistream fit scenes/pavilion.json --db 27 --out pavilion.ini")
+    parser = Parser(prog="equistream fit", description=__doc__.splitlines()[0],
+                    epilog="example: equistream fit scenes/pavilion.json --db 27 --out pavilion.ini")
     parser.add_argument("scene", metavar="SCENE", type=pathlib.Path, help="scene description (JSON)")
     parser.add_argument("--db", type=in_range(1, 80), required=True,
                         help="the accuracy wanted: noise-free error on linear values, both eyes together, in dB (docs/compare.md)")

@@ -1,6 +1,7 @@
 """What `study` and `fit` take as every command does: --settings, --json and --progress, and how far they are."""
 
 import argparse
+import difflib
 import json
 import pathlib
 import sys
@@ -14,8 +15,8 @@ TRUE, FALSE = ("true", "on", "yes", "1"), ("false", "off", "no", "0")
 
 def add_common(parser):
     parser.add_argument("--settings", type=pathlib.Path, metavar="FILE", help="read options from a file: lines of option = value (the command line wins)")
-    parser.add_argument("--json", action="store_true", help="report as JSON")
-    parser.add_argument("--progress", choices=("auto", "json", "none"), default="auto", help="steps on standard error: as lines, as a JSON object a line, or none (auto)")
+    parser.add_argument("--json", action="store_true", help="report as JSON on standard output")
+    parser.add_argument("--progress", choices=("auto", "json", "none"), default="auto", help="auto: a line a step on standard error; json: the same as JSON; none: nothing")
 
 
 def words_of(parser, file, section):
@@ -44,12 +45,30 @@ def words_of(parser, file, section):
     return words
 
 
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as the other commands do, and takes no part of an option's name for the whole."""
+
+    def __init__(self, **settings):
+        super().__init__(allow_abbrev=False, **settings)
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message} (--help lists the options)\n")
+
+    def options(self):
+        return [name for action in self._actions for name in action.option_strings if name.startswith("--") and action.help != argparse.SUPPRESS]
+
+
 def parse(parser, section, words=None):
     """Of the command line, and of the settings file that it names."""
     words = sys.argv[1:] if words is None else list(words)
     early = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     early.add_argument("--settings", type=pathlib.Path)
     named = early.parse_known_args(words)[0].settings
+    known = {name for action in parser._actions for name in action.option_strings}
+    for name in (word.partition("=")[0] for word in words):
+        if name.startswith("--") and len(name) > 2 and name not in known:
+            near = difflib.get_close_matches(name, parser.options(), n=1, cutoff=0.75)
+            parser.error(f"{name}: no such option" + (f"; did you mean {near[0]}?" if near else ""))
     return parser.parse_args((words_of(parser, named, section) if named else []) + words)
 
 

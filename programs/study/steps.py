@@ -147,7 +147,9 @@ class Steps:
         """Its exit code and what it used."""
         if self.stopped:
             raise Failed("stopped")
-        process = subprocess.Popen([self.program, *words], cwd=self.work, stdout=out, stderr=log)
+        # A step's views are its own: those of other settings, or of an earlier preset, make way.
+        own = ["--overwrite"] if words[0] == "play" else []
+        process = subprocess.Popen([self.program, *words, *own], cwd=self.work, stdout=out, stderr=log)
         self.running.add(process.pid)
         try:
             if self.stopped:

@@ -13,7 +13,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from needed import expect_packages  # noqa: E402
-from options import add_common, parse  # noqa: E402
+from options import Parser, add_common, parse  # noqa: E402
 from presets import EXPERIMENTS, PRESETS  # noqa: E402
 from steps import RESULTS, run_as_program  # noqa: E402
 
@@ -29,8 +29,8 @@ def names_of(known):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="equistream study", description=__doc__.splitlines()[0],
-                                     epilog="example: equistream study --preset smoke --out study-out")
+    parser = Parser(prog="equistream study", description=__doc__.splitlines()[0],
+                    epilog="example: equistream study --preset smoke --out study-out")
     parser.add_argument("--preset", choices=PRESETS, default="smoke",
                         help="smoke: the bundled scene in miniature, minutes; small: the real scenes on two cores, an hour each; paper: its own numbers, a job array")
     parser.add_argument("--scenes", help="a comma-separated list; default: the preset's")

@@ -21,7 +21,7 @@ constexpr int nesting_limit = 128;
 
 const std::set<std::string>& accepted_extensions() {
     static const std::set<std::string> names{"KHR_mesh_quantization", "KHR_materials_transmission", "KHR_materials_ior",
-                                             "KHR_materials_emissive_strength"};
+                                             "KHR_materials_emissive_strength", "KHR_texture_transform"};
     return names;
 }
 

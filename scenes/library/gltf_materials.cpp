@@ -55,7 +55,7 @@ public:
         for (std::size_t i = 0; i < all.size(); ++i)
             read_material(all[i], document_.where("material", i));
         out_.materials.emplace_back();
-        out_.texture_coordinate_sets.push_back(-1);
+        out_.texture_coordinates.emplace_back();
         if (options_.shading)
             read_textures();
         decode_masks();
@@ -75,7 +75,7 @@ private:
     void read_material(const tinygltf::Material& from, const std::string& where) {
         Material to;
         to.name = from.name;
-        int coordinates = -1;
+        TextureCoordinates coordinates;
         const auto& surface = from.pbrMetallicRoughness;
         if (options_.shading) {
             to.base_colour = colour_of(surface.baseColorFactor, glm::vec3(1));
@@ -96,7 +96,7 @@ private:
         if (from.alphaMode == "MASK")
             to.alpha_mask = use_mask(from, where, coordinates);
         out_.materials.push_back(std::move(to));
-        out_.texture_coordinate_sets.push_back(coordinates);
+        out_.texture_coordinates.push_back(coordinates);
     }
 
     /// The extension writes 0 for infinity; Fresnel's equations want a number.
@@ -115,20 +115,54 @@ private:
 
     /// Checks a texture reference and returns its index; all textures of a material must share one set of coordinates.
     template <typename TextureInfo>
-    std::uint32_t use_texture(const TextureInfo& info, const std::string& where, int& coordinates) const {
+    std::uint32_t use_texture(const TextureInfo& info, const std::string& where,
+                              TextureCoordinates& coordinates) const {
         if (info.index < 0)
             return no_index;
-        if (info.extensions.contains("KHR_texture_transform"))
-            throw InputError(expected_found(where, "textures without KHR_texture_transform", "one with it"));
-        if (coordinates >= 0 && coordinates != info.texCoord)
-            throw InputError(expected_found(where, "textures that share TEXCOORD_" + std::to_string(coordinates),
-                                            "TEXCOORD_" + std::to_string(info.texCoord)));
-        coordinates = info.texCoord;
+        const TextureCoordinates own = coordinates_of(info, where);
+        if (coordinates.set >= 0 && coordinates.set != own.set)
+            throw InputError(expected_found(where, "textures that share TEXCOORD_" + std::to_string(coordinates.set),
+                                            "TEXCOORD_" + std::to_string(own.set)));
+        if (coordinates.set >= 0 && coordinates != own)
+            throw InputError(expected_found(where, "textures that share one KHR_texture_transform", "two"));
+        coordinates = own;
         return static_cast<std::uint32_t>(
             document_.checked(info.index, document_.json().textures.size(), where, "a texture"));
     }
 
-    std::uint32_t use_mask(const tinygltf::Material& from, const std::string& where, int& coordinates) {
+    template <typename TextureInfo>
+    static TextureCoordinates coordinates_of(const TextureInfo& info, const std::string& where) {
+        TextureCoordinates own;
+        own.set = info.texCoord;
+        const auto found = info.extensions.find("KHR_texture_transform");
+        if (found == info.extensions.end())
+            return own;
+        const tinygltf::Value& transform = found->second;
+        const auto number = [&](const tinygltf::Value& value, double& to) {
+            if (!value.IsNumber() || !std::isfinite(static_cast<float>(value.GetNumberAsDouble())))
+                throw InputError(expected_found(where + ", KHR_texture_transform", "finite numbers", "something else"));
+            to = value.GetNumberAsDouble();
+        };
+        const auto pair = [&](const char* key, glm::dvec2& to) {
+            if (!transform.Has(key))
+                return;
+            const tinygltf::Value& list = transform.Get(key);
+            if (!list.IsArray() || list.ArrayLen() != 2)
+                throw InputError(expected_found(where + ", KHR_texture_transform", std::string("two numbers as ") + key,
+                                                "something else"));
+            number(list.Get(0), to.x);
+            number(list.Get(1), to.y);
+        };
+        pair("offset", own.offset);
+        pair("scale", own.scale);
+        if (transform.Has("rotation"))
+            number(transform.Get("rotation"), own.rotation_rad);
+        if (transform.Has("texCoord") && transform.Get("texCoord").IsInt())
+            own.set = transform.Get("texCoord").GetNumberAsInt();
+        return own;
+    }
+
+    std::uint32_t use_mask(const tinygltf::Material& from, const std::string& where, TextureCoordinates& coordinates) {
         MaskSource source;
         const auto& surface = from.pbrMetallicRoughness;
         source.alpha_factor =
@@ -207,6 +241,13 @@ private:
 };
 
 }  // namespace
+
+glm::vec2 TextureCoordinates::moved(const glm::vec2& uv) const {
+    const glm::dvec2 scaled = scale * glm::dvec2(uv);
+    const double c = std::cos(rotation_rad), s = std::sin(rotation_rad);
+    return {static_cast<float>(offset.x + c * scaled.x + s * scaled.y),
+            static_cast<float>(offset.y - s * scaled.x + c * scaled.y)};
+}
 
 GltfMaterials read_materials(const GltfDocument& document, const ModelOptions& options) {
     return MaterialReader(document, options).read();

@@ -95,7 +95,7 @@ public:
 
     SceneModel read() {
         GltfMaterials materials = read_materials(document_, options_);
-        texture_coordinate_sets_ = std::move(materials.texture_coordinate_sets);
+        texture_coordinates_ = std::move(materials.texture_coordinates);
         out_.materials = std::move(materials.materials);
         out_.textures = std::move(materials.textures);
         out_.alpha_masks = std::move(materials.alpha_masks);
@@ -246,13 +246,16 @@ private:
         return normals;
     }
 
-    /// Only what something samples: the set its material's textures use.
+    /// Only what something samples: the set its material's textures use, where they look it up.
     void read_uvs(const tinygltf::Primitive& primitive, Mesh& mesh) const {
-        const int set = texture_coordinate_sets_[mesh.material];
-        if (set < 0)
+        const TextureCoordinates& coordinates = texture_coordinates_[mesh.material];
+        if (coordinates.set < 0)
             return;
-        if (const std::optional<Accessor> uvs = attribute(primitive, "TEXCOORD_" + std::to_string(set)))
+        if (const std::optional<Accessor> uvs = attribute(primitive, "TEXCOORD_" + std::to_string(coordinates.set)))
             mesh.uvs = read_vec2(*uvs);
+        if (coordinates.is_moved())
+            for (glm::vec2& uv : mesh.uvs)
+                uv = coordinates.moved(uv);
     }
 
     std::vector<glm::uvec3> read_triangles(const tinygltf::Primitive& primitive, std::size_t vertices,
@@ -290,7 +293,7 @@ private:
     const tinygltf::Model& gltf_;
     const ModelOptions& options_;
     SceneModel out_;
-    std::vector<int> texture_coordinate_sets_;
+    std::vector<TextureCoordinates> texture_coordinates_;  ///< by material
     std::vector<PrimitiveSource> sources_;
     std::vector<std::uint32_t> first_primitive_;  ///< by glTF mesh: its first entry in sources_
 };
@@ -300,6 +303,8 @@ private:
 SceneModel load_gltf(const std::filesystem::path& file, const ModelOptions& options) {
     const GltfDocument document(file);
     SceneModel model = ModelReader(document, options).read();
+    if (std::string note = left_out_note(document, options); !note.empty())
+        model.notes.push_back(std::move(note));
     return model;
 }
 

@@ -6,6 +6,7 @@
 
 #include <equistream/conventions.h>
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/pose_limits.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -196,9 +197,23 @@ std::vector<MovingObject> read_moving(const JsonReader& json, const fs::path& fo
     return moving;
 }
 
+/// A file of another kind is refused by what it is rather than by its first byte that is not JSON.
+void require_description(const fs::path& file) {
+    const FileKind kind = file_kind(file);
+    if (kind == FileKind::unknown || kind == FileKind::description || kind == FileKind::folder)
+        return;
+    const fs::path beside = fs::path(file).replace_extension(".json");
+    std::error_code error;
+    throw InputError(expected_found(file.string(), "a scene description (JSON)",
+                                    kind == FileKind::model && fs::is_regular_file(beside, error)
+                                        ? "a model (" + beside.string() + " beside it describes it)"
+                                        : found_kind(file, "another file")));
+}
+
 }  // namespace
 
 SceneDescription load_scene(const fs::path& file) {
+    require_description(file);
     const std::vector<std::uint8_t> bytes = read_file_bytes(file, "scene description (JSON)", description_size_limit);
     const std::string file_name = file.string();
     const JsonValue tree = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file_name);

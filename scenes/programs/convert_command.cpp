@@ -88,7 +88,7 @@ ConvertCommand add_convert_command(CLI::App& app) {
         "no instances of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
         "variants");
     command->add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
-    command->add_flag("--json", arguments->json, "report as JSON, notes included");
+    cli::add_json_flag(*command, arguments->json);
     return {command, [arguments] { convert(*arguments); }};
 }
 

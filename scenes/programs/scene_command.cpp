@@ -104,7 +104,7 @@ std::function<void()> set_up(CLI::App& app) {
         ->add_option("SCENE", informing->scene,
                      "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
         ->required();
-    info_command->add_flag("--json", informing->json, "as JSON");
+    cli::add_json_flag(*info_command, informing->json);
     const ConvertCommand converting = add_convert_command(app);
     auto placing = std::make_shared<std::string>();
     CLI::App* placements_command =

@@ -7,7 +7,7 @@ from PIL import Image
 
 
 def run(program, *words):
-    words = [str(word) for word in words]
+    words = [str(word) for word in words] + (["--overwrite"] if words[0] == "play" else [])
     result = subprocess.run([program, *words], capture_output=True, text=True)
     if result.returncode != 0:
         raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")

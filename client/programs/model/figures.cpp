@@ -2,6 +2,7 @@
 
 #include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream_cli/provenance.h>
 
 #include <nlohmann/json.hpp>
 
@@ -26,9 +27,7 @@ nlohmann::ordered_json quantiles(const std::array<double, 4>& rad, double focal_
 
 std::string Figures::json() const {
     const RayCheck& c = of_model.check;
-    nlohmann::ordered_json json;
-    json["command"] = request.command;
-    json["version"] = EQUISTREAM_VERSION;
+    nlohmann::ordered_json json = cli::provenance(request.command);
     json["scene"] = request.scene.string();
     json["model"] = request.out.string();
     json["error_px"] = request.error_px;

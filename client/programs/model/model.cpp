@@ -107,8 +107,8 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
     app.add_option("--quantile", r.quantile, "Part of the rays that must keep the bound")->capture_default_str();
     app.add_option("--rounds", r.rounds, "Rounds of checking and restoring, at most")->capture_default_str();
     cli::add_seed_option(app, r.seed, "Of all random rays");
-    app.add_flag("--json", arguments->json, "Print the figures as JSON");
-    app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
+    cli::add_json_flag(app, arguments->json);
+    cli::add_progress_option(app, arguments->progress);
     return [arguments] { run(*arguments); };
 }
 

@@ -41,7 +41,8 @@ bool parse_switch(const char* option, const std::string& text) {
 void add_gone_option(CLI::App& app, const std::string& name, const std::string& instead) {
     app.add_option_function<std::string>(name,
                                          [name, instead](const std::string&) {
-                                             std::fprintf(stderr, "play: %s is gone and changes nothing: %s\n",
+                                             std::fprintf(stderr,
+                                                          "equistream play: note: %s is gone and changes nothing: %s\n",
                                                           name.c_str(), instead.c_str());
                                          })
         ->group("");
@@ -82,6 +83,30 @@ void choose_layout(Arguments& arguments, const CLI::App& app) {
             "files for --format exr, which keeps each eye's camera", layout);
 }
 
+/// Containers whose name as --out makes it the video of both eyes, as encode's names do.
+constexpr std::array video_extensions = {".mp4", ".mkv"};
+
+/// `--out eyes.mp4` is that file, unless a folder of this name is there already. It holds both eyes: side by side, or
+/// as --layout says.
+void choose_video(Arguments& arguments, const CLI::App& app) {
+    play::Settings& settings = arguments.settings;
+    const std::filesystem::path& out = settings.out;
+    if (std::ranges::find(video_extensions, out.extension()) == video_extensions.end())
+        return;
+    const std::string option = "--out " + out.string();
+    require(!std::filesystem::is_directory(out), option.c_str(), "the name of a video", "a folder of this name");
+    settings.out_is_video = true;
+    if (app.count("--layout") == 0)
+        arguments.layout = app.count("--anaglyph") > 0 ? "anaglyph" : "sbs";
+    require(arguments.layout != "files", option.c_str(), "--layout sbs or anaglyph, both eyes in one video",
+            "--layout files");
+    if (app.count("--format") == 0)
+        arguments.format = "mp4";
+    require(arguments.format == "mp4", option.c_str(), "--format mp4, or the name of a folder",
+            "--format " + arguments.format);
+    require(!settings.reliability, option.c_str(), "the name of a folder for --reliability", "the name of a video");
+}
+
 constexpr double longest_carry_s = 1;
 
 void choose_refreshes(Arguments& arguments, const CLI::App& app) {
@@ -100,6 +125,7 @@ void choose_refreshes(Arguments& arguments, const CLI::App& app) {
 
 void complete(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
+    choose_video(arguments, app);
     settings.format = parse_format(arguments.format);
     settings.progress = cli::parse_progress(arguments.progress);
     choose_layout(arguments, app);
@@ -214,9 +240,14 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
            "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
            "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();
-    app.add_flag("--json", settings.json, "Print the report as JSON instead of a table");
-    app.add_option("--progress", arguments->progress, "auto, json or none")->capture_default_str();
-    app.add_option("--out", settings.out, "Folder for left/, right/, gaps/ and report.json")->required();
+    cli::add_json_flag(app, settings.json);
+    cli::add_progress_option(app, arguments->progress);
+    app.add_option("--out", settings.out,
+                   "Folder for left/, right/, gaps/ and report.json; or NAME.mp4 or NAME.mkv: one video of both eyes, "
+                   "side by side or by --layout anaglyph")
+        ->required();
+    app.add_flag("--overwrite", settings.overwrite,
+                 "Views of other settings in the folder make way; default: such a folder is refused");
     return [arguments, &app] { run(*arguments, app); };
 }
 

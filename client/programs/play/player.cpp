@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -25,13 +26,41 @@ namespace equistream::play {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// What was not asked for.
+bool is_default(const Json& setting) {
+    return setting.is_null() || setting == "";
+}
+
+/// Views of other settings stay, unless they may be overwritten: the report beside them says what theirs were.
+void require_own_views(const Settings& settings) {
+    const fs::path file = settings.out / "report.json";
+    if (settings.overwrite || !fs::exists(file))
+        return;
+    std::ifstream text(file);
+    const Json report = Json::parse(text, nullptr, false);
+    const auto refuse = [&](const std::string& expected, const std::string& found) {
+        throw InputError(expected_found(file.string(), expected, found) + "; choose another folder or --overwrite");
+    };
+    if (!report.is_object() || !report.contains("settings") || !report["settings"].is_object())
+        refuse("the report of play", "another file");
+    const Json now = settings_json(settings);
+    for (const auto& [name, before] : report["settings"].items())
+        if (name != "repeat" && now.contains(name) && json_text(now[name]) != json_text(before))
+            refuse(is_default(before) ? "the default " + name + " as of the views there"
+                                      : name + " " + json_text(before) + " as of the views there",
+                   is_default(now[name]) ? "the default" : json_text(now[name]));
+}
 
 /// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
-void clear_views(const fs::path& out) {
+void clear_views(const Settings& settings) {
+    const fs::path& out = settings.out;
     for (const char* view : {".", "centre", "small", "left", "right"})
         if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
             throw InputError(
                 expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
+    require_own_views(settings);
     for (const fs::path& folder : {out / "left", out / "right", out / "both", out / "gaps" / "left",
                                    out / "gaps" / "right", out / "reliability" / "left", out / "reliability" / "right"})
         for (const char* extension : {"png", "exr"})
@@ -46,23 +75,18 @@ void clear_views(const fs::path& out) {
 /// Every file of a run.
 class Outputs {
 public:
-    Outputs(const Settings& settings) : out_(settings.out) {
-        const fs::path& out = out_;
-        require_writable_folder(out);
-        lock_.emplace(out);
-        clear_views(out);
-        require_writable_folder(out / "gaps" / "left");
-        require_writable_folder(out / "gaps" / "right");
-        if (settings.reliability)
-            for (const char* eye : {"left", "right"})
-                require_writable_folder(out / "reliability" / eye);
+    explicit Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
+        if (!is_video_)
+            prepare_folder(settings);
         eyes_ = make_eyes_writer(settings);
     }
 
     void write(const PlayedFrame& frame) {
-        const std::string name = frame_file_name(frame.left.info.index, "png");
         eyes_->write({frame.left.picture, frame.left.depth_view(), frame.left.info},
                      {frame.right.picture, frame.right.depth_view(), frame.right.info});
+        if (is_video_)
+            return;
+        const std::string name = frame_file_name(frame.left.info.index, "png");
         write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
         write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
         for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}})
@@ -70,10 +94,28 @@ public:
                 write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
     }
     void finish() { eyes_->finish(); }
+    /// Beside the views; one video has none.
+    void write_report(const Report& report) const {
+        if (!is_video_)
+            write_file_atomically(out_ / "report.json", json_text(report.json(), 1) + "\n");
+    }
     std::int64_t bytes() const { return eyes_->bytes(); }
 
 private:
+    void prepare_folder(const Settings& settings) {
+        const fs::path& out = out_;
+        require_writable_folder(out);
+        lock_.emplace(out);
+        clear_views(settings);
+        require_writable_folder(out / "gaps" / "left");
+        require_writable_folder(out / "gaps" / "right");
+        if (settings.reliability)
+            for (const char* eye : {"left", "right"})
+                require_writable_folder(out / "reliability" / eye);
+    }
+
     fs::path out_;
+    bool is_video_;
     std::optional<FolderLock> lock_;  // two runs would leave a mixture
     std::unique_ptr<EyesWriter> eyes_;
 };
@@ -281,7 +323,7 @@ private:
             report_.viewing->report = report_viewing(report_.viewing->refreshes, *report_.settings.refresh_hz);
             viewing_->add_figures(report_.viewing->report);
         }
-        write_file_atomically(report_.settings.out / "report.json", json_text(report_.json(), 1) + "\n");
+        outputs_->write_report(report_);
     }
 
     Report report_;

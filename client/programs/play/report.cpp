@@ -1,25 +1,16 @@
 #include "report.h"
 
 #include <equistream/formatted.h>
+#include <equistream_cli/provenance.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <thread>
 
 namespace equistream::play {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string cpu_model() {
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
-            return line.substr(line.find(": ") + 2);
-    return "unknown";
-}
 
 /// Nearest-rank percentile of sorted samples.
 double percentile(const std::vector<double>& sorted, double share) {
@@ -151,26 +142,36 @@ Json changes_json(const std::vector<Change>& changes) {
     return json;
 }
 
+const char* format_name(Format format) {
+    return format == Format::png ? "png" : format == Format::exr ? "exr" : "mp4";
+}
+
+const char* layout_name(Layout layout) {
+    return layout == Layout::files ? "files" : layout == Layout::side_by_side ? "sbs" : "anaglyph";
+}
+
+}  // namespace
+
 Json settings_json(const Settings& settings) {
     Json json = {{"source", settings.source}, {"scene", settings.scene.string()},    {"head", settings.head.string()},
                  {"fill", settings.fill},     {"reliability", settings.reliability}, {"repeat", settings.repeat}};
+    json["method"] = settings.method;
+    json["depth"] = settings.depth;
+    json["mirrors"] = mirror_treatment_names()[std::size_t(settings.mirrors)];
     json["size"] = settings.size ? Json({settings.size->width, settings.size->height}) : Json();
     json["fov_deg"] = settings.fov_deg ? Json(*settings.fov_deg) : Json();
     json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
     json["refresh_hz"] = settings.refresh_hz ? Json(*settings.refresh_hz) : Json();
     json["network"] = settings.network;
     json["carry_s"] = settings.carry_s;
-    json["format"] = settings.format == Format::png ? "png" : settings.format == Format::exr ? "exr" : "mp4";
+    json["format"] = format_name(settings.format);
+    json["layout"] = layout_name(settings.layout);
     return json;
 }
 
-}  // namespace
-
 Json Report::json() const {
-    Json json;
-    json["command"] = settings.command;
-    json["versions"] = {{"equistream", EQUISTREAM_VERSION}, {"embree", EQUISTREAM_EMBREE_VERSION}};
-    json["machine"] = {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}};
+    Json json = cli::provenance(settings.command);
+    json["versions"] = {{"equistream", json["version"]}, {"embree", EQUISTREAM_EMBREE_VERSION}};
     json["settings"] = settings_json(settings);
     if (source && source->samples_per_pixel > 0)
         json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};

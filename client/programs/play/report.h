@@ -38,6 +38,9 @@ struct FrameFigures {
     EyeFigures left, right;
 };
 
+/// What decides the views, as report.json keeps it.
+nlohmann::ordered_json settings_json(const Settings& settings);
+
 struct Report {
     Settings settings;
     std::string method;            ///< as used, of --method auto at the start

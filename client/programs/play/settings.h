@@ -50,6 +50,8 @@ struct Settings {
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
     std::filesystem::path out;
+    bool out_is_video = false;  ///< `out` is one video of both eyes, rather than a folder
+    bool overwrite = false;     ///< views of other settings in `out` make way
 
     /// Whether eyes are reprojected or judged by where mirrors are. Rungs that look points up ask too.
     bool asks_for_mirrors() const { return mirrors != MirrorTreatment::surface || reliability; }

@@ -56,7 +56,7 @@ constexpr int video_crf = 12;
 class VideoPictures : public PictureWriter {
 public:
     VideoPictures(fs::path file, Layout layout) : file_(std::move(file)), layout_(layout) {
-        require_writable_folder(file_.parent_path());
+        require_writable_folder(file_.has_parent_path() ? file_.parent_path() : fs::path("."));
     }
     void write(ImageView<const std::uint8_t> rgb, const FrameInfo& info) override {
         if (!writer_)
@@ -88,6 +88,8 @@ private:
 };
 
 std::unique_ptr<PictureWriter> make_picture_writer(const Settings& settings, const std::string& name) {
+    if (settings.out_is_video)
+        return std::make_unique<VideoPictures>(settings.out, settings.layout);
     if (settings.format == Format::mp4)
         return std::make_unique<VideoPictures>(settings.out / (name + ".mp4"), settings.layout);
     return std::make_unique<PngPictures>(settings.out / name);

@@ -40,7 +40,7 @@ public:
 };
 
 /// By the layout: make_view_writer's of left and right; or one picture that holds both, OUT/both/frame.NNNN.png or
-/// OUT/both.mp4. Throws as that does.
+/// OUT/both.mp4, or OUT itself where that is a video. Throws as that does.
 std::unique_ptr<EyesWriter> make_eyes_writer(const Settings& settings);
 
 }  // namespace equistream::play

@@ -1,5 +1,6 @@
 /// `equistream view`: a stream in a window, seen from wherever the viewer's head is.
 #include <equistream_cli/program.h>
+#include <equistream_cli/provenance.h>
 #include <hdr_options.h>
 #include <stage_names.h>
 #include <view/viewer.h>
@@ -24,6 +25,7 @@ namespace {
 using namespace equistream;
 
 struct Arguments {
+    std::string command;
     ViewerSettings settings;
     HdrOptions hdr;
     std::filesystem::path scene, model;
@@ -101,7 +103,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
         settings.fill_chain = gl::with_passes_of_gpu(arguments.fill, notes);
     parse_fills(settings.fill_chain);  // says which words are accepted
     for (const std::string& note : notes)
-        std::fprintf(stderr, "view: %s\n", note.c_str());
+        std::fprintf(stderr, "equistream view: note: %s\n", note.c_str());
     settings.loop = parse_word<int>("--loop", arguments.loop, switches) == 1;
     settings.hardware = parse_word<int>("--decode", arguments.decode, decoders) == 1;
     settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);
@@ -131,10 +133,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
         settings.scene = load_scene(scene);
 }
 
-nlohmann::ordered_json json_of(const ViewerReport& report) {
-    nlohmann::ordered_json json;
-    json["command"] = "view";
-    json["version"] = EQUISTREAM_VERSION;
+nlohmann::ordered_json json_of(const ViewerReport& report, const std::string& command) {
+    nlohmann::ordered_json json = cli::provenance(command);
     json["seconds"] = report.seconds;
     json["refreshes"] = report.refreshes;
     json["frames"] = report.frames;
@@ -163,16 +163,17 @@ void run(Arguments& arguments, const CLI::App& app) {
         return;
     }
     if (arguments.settings.source.empty())
-        throw InputError(expected_found("view", "a stream or a folder to show", "none"));
+        throw InputError("expected a stream or a folder to show, found none");
     complete(arguments, app);
     Viewer viewer(arguments.settings);
     const ViewerReport report = viewer.run();
     if (arguments.json)
-        std::printf("%s\n", json_text(json_of(report), 2).c_str());
+        std::printf("%s\n", json_text(json_of(report, arguments.command), 2).c_str());
 }
 
-std::function<void()> set_up(CLI::App& app) {
+std::function<void()> set_up(CLI::App& app, const std::string& command) {
     auto arguments = std::make_shared<Arguments>();
+    arguments->command = command;
     ViewerSettings& settings = arguments->settings;
     app.add_option("source", settings.source,
                    "A stream or any 360 video (file or URL), or a folder of rendered frames");
@@ -226,7 +227,7 @@ std::function<void()> set_up(CLI::App& app) {
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
     app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
     app.add_option("--out", settings.out, "Folder for pictures, recordings and paths")->capture_default_str();
-    app.add_flag("--json", arguments->json, "Print figures as JSON at the end (docs/guide/view.md)");
+    cli::add_json_flag(app, arguments->json);
     app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
     return [arguments, &app] { run(*arguments, app); };
 }
@@ -235,8 +236,9 @@ std::function<void()> set_up(CLI::App& app) {
 
 int main(int argc, char** argv) {
     Headset::be_quiet();
+    const std::string command = cli::quoted_command(argc, argv);
     return cli::run_program(argc, argv,
                             {"view", "Shows a stream in a window, from wherever the head is (h there shows the keys)",
                              "equistream view walk.mp4 --scene scenes/pavilion.json"},
-                            [&](CLI::App& app) { return set_up(app); });
+                            [&](CLI::App& app) { return set_up(app, command); });
 }

@@ -1,8 +1,10 @@
 /// `equistream import`: other renderers' EXR sequences made our frames.
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/pose_limits.h>
 #include <equistream_cli/program.h>
+#include <equistream_cli/provenance.h>
 #include <equistream_files/import.h>
 
 #include <charconv>
@@ -18,7 +20,7 @@ struct Arguments {
                                                                     up;
     std::optional<cli::FrameRange> frames;
     double depth_scale = 1, near = 0, miss = 0, miss_above = 1e9, forward_at = 0.5, fov_deg = 0, fps = 30;
-    bool mirrored = false, encoded = false, dry_run = false;
+    bool mirrored = false, encoded = false, dry_run = false, json = false;
 };
 
 template <typename Value>
@@ -128,13 +130,30 @@ void complete(Arguments& a, const CLI::App& app) {
         throw InputError(expected_found("--out", "a folder (or --dry-run)", "none"));
 }
 
+nlohmann::ordered_json as_json(const Arguments& a, const files::ImportPlan& plan) {
+    nlohmann::ordered_json json = cli::provenance(a.settings.command);
+    json["out"] = a.dry_run ? nlohmann::ordered_json() : nlohmann::ordered_json(a.settings.out.string());
+    json["frames"] = plan.files.frames.size();
+    json["views"] = plan.views.size();
+    json["findings"] = nlohmann::ordered_json::array();
+    for (const files::Finding& finding : plan.findings)
+        json["findings"].push_back({{"found", finding.found}, {"taken_for", finding.taken_for}, {"why", finding.why}});
+    json["notes"] = plan.notes;
+    return json;
+}
+
+void print_json(const Arguments& a, const files::ImportPlan& plan) {
+    std::printf("%s\n", json_text(as_json(a, plan), 2).c_str());
+}
+
 void run(Arguments& a, const CLI::App& app) {
     complete(a, app);
     files::ImportPlan plan = files::make_plan(a.settings);
-    std::fputs(plan.table().c_str(), stdout);
+    if (!a.json)
+        std::fputs(plan.table().c_str(), stdout);
     std::fflush(stdout);
     if (a.dry_run)
-        return;
+        return a.json ? print_json(a, plan) : void();
     const std::size_t known_notes = plan.notes.size();
     const double total = double(plan.files.frames.size() * plan.views.size());
     {
@@ -143,6 +162,8 @@ void run(Arguments& a, const CLI::App& app) {
             progress.step(double(done), "frame " + std::to_string(index));
         });
     }
+    if (a.json)
+        return print_json(a, plan);
     for (std::size_t i = known_notes; i < plan.notes.size(); ++i)
         std::printf("note: %s\n", plan.notes[i].c_str());
 }
@@ -194,7 +215,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--name", s.info.scene, "The scene's name, for the record");
     cli::add_frames_option(app, a->frames, "FIRST-LAST or one number (default: all)");
     app.add_flag("--overwrite", s.overwrite, "Import frames again that are there; replace other frames");
-    app.add_option("--progress", a->progress, "auto, json or none")->capture_default_str();
+    cli::add_json_flag(app, a->json);
+    cli::add_progress_option(app, a->progress);
     return [a, &app] { run(*a, app); };
 }
 

@@ -29,6 +29,14 @@ Frame read_exr(const std::filesystem::path& file, const std::vector<std::string>
 /// Reads attributes only; a foreign file is an InputError.
 FrameInfo read_exr_info(const std::filesystem::path& file);
 
+/// Throws InputError for a file that was cut or never finished: each row's place must be noted and lie within it. Reads
+/// the header and a few bytes of every chunk, no pixels.
+void require_whole_exr(const std::filesystem::path& file);
+
+/// Decodes every channel of every part and keeps none; throws InputError where one is damaged. Takes the memory of a
+/// few chunks, however large the picture is.
+void check_exr_pixels(const std::filesystem::path& file);
+
 /// "frame.0007.exr"
 std::string frame_file_name(std::int64_t index, const std::string& extension = "exr");
 

@@ -34,6 +34,7 @@ public:
     explicit SequenceWriter(SequenceSettings settings);
 
     const Manifest& manifest() const { return settings_.manifest; }
+    /// Whether the folder has this frame, whole, and it stays. One that was cut or is empty counts as not there.
     bool keeps_frame(std::int64_t index) const;
     /// Writes a finished frame; the manifest takes its poses from the one with the lowest index, whenever it comes.
     void write(const Frame& frame, std::int64_t left_out_samples = 0);

@@ -8,9 +8,12 @@
 #include <equistream/formatted.h>
 #include <equistream/hdr_display.h>
 #include <equistream/json_text.h>
+#include <equistream_cli/provenance.h>
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 
 namespace equistream {
@@ -18,7 +21,7 @@ namespace equistream {
 namespace {
 
 struct Options {
-    std::string folder, target, eye;
+    std::string command, folder, target, eye;
     std::optional<cli::FrameRange> frames;
     std::string codec = "h264";
     std::string transfer = "srgb";
@@ -131,6 +134,24 @@ double error_budget_of_stream_rad() {
     return error_budget_rad(default_focal_length_px);
 }
 
+/// What coded depth loses beside exact depth, as measured in five scenes (docs/results/reproject/depth_codes.md), and
+/// what to do about it.
+struct Judgement {
+    double least_within;  ///< share of pixels within the budget
+    const char* word;
+    const char* meaning;
+};
+constexpr std::array judgements = {
+    Judgement{0.8, "fine", "at most 0.1 dB lost beside exact depth"},
+    Judgement{0.4, "fair", "up to 0.3 dB lost beside exact depth; a larger --depth-share loses less"},
+    Judgement{0, "poor",
+              "0.1 dB and more lost beside exact depth; take a larger --depth-share, or give clients the scene or a "
+              "model of it"}};
+
+const Judgement& judgement_of(const DepthTrial& trial) {
+    return *std::ranges::find_if(judgements, [&](const Judgement& j) { return trial.within >= j.least_within; });
+}
+
 /// What was chosen for a depth track and what that costs.
 nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report) {
     nlohmann::json json = {{"code", depth_code_name(*track.settings.depth_code)},
@@ -143,8 +164,17 @@ nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report)
     if (report.trial && track.settings.role == TrackRole::depth)
         json["trial"] = {{"frames", report.trial->frames},
                          {"share_of_colour", report.trial->share()},
-                         {"pixels_within_budget", report.trial->within}};
+                         {"pixels_within_budget", report.trial->within},
+                         {"judgement", judgement_of(*report.trial).word}};
     return json;
+}
+
+std::string trial_text(const DepthTrial& trial) {
+    const Judgement& judgement = judgement_of(trial);
+    return formatted("        in a trial of %d frames that took %s of the colour's bits and left %.2f %% of pixels "
+                     "within the budget of %g px\n        that is %s: %s\n",
+                     trial.frames, percent_text(trial.share()).c_str(), 100 * trial.within, default_error_budget_px,
+                     judgement.word, judgement.meaning);
 }
 
 std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
@@ -161,10 +191,7 @@ std::string depth_text(const EncodedTrack& track, const EncodeReport& report) {
         text += formatted(", CRF %g", *track.settings.crf);
     text += "\n";
     if (report.trial && track.settings.role == TrackRole::depth)
-        text +=
-            formatted("        in a trial of %d frames that took %s of the colour's bits and left %.2f %% of pixels "
-                      "within the budget\n",
-                      report.trial->frames, percent_text(report.trial->share()).c_str(), 100 * report.trial->within);
+        text += trial_text(*report.trial);
     if (track.clamped_pixels > 0)
         text += formatted("        %lld pixels lay nearer and were coded as %.3f m\n",
                           static_cast<long long>(track.clamped_pixels), track.range->near_m);
@@ -203,7 +230,7 @@ std::string motion_text(const EncodeReport& report) {
     return text;
 }
 
-nlohmann::json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
+nlohmann::ordered_json as_json(const EncodeRequest& request, const Options& options, const EncodeReport& report) {
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
     for (const EncodedTrack& track : report.tracks) {
@@ -220,38 +247,56 @@ nlohmann::json as_json(const EncodeRequest& request, const Options& options, con
         if (track.settings.depth_code)
             tracks.back()["depth_code"] = depth_json(track, report);
     }
-    return {{"file", request.target},
-            {"codec", options.codec},
-            {"crf", options.crf},
-            {"preset", options.preset},
-            {"gop", options.gop},
-            {"transfer", options.transfer},
-            {"view", options.transfer == "pq" ? nlohmann::json() : nlohmann::json(default_view)},
-            {"exposure", report.first.exposure},
-            {"scene", report.first.scene},
-            {"full_sphere", report.settings.full_sphere},
-            {"stereo", options.stereo},
-            {"sphere_tag", report.sphere_tag},
-            {"frames_per_second", report.settings.frames_per_second},
-            {"frames",
-             {{"first", request.sources.frames.front()},
-              {"last", request.sources.frames.back()},
-              {"count", report.settings.pictures}}},
-            {"not_finite_samples", report.not_finite_samples},
-            {"coding_loss", report.colour.loss
-                                ? nlohmann::json{{"frames", report.colour.frames},
-                                                 {"by_texture", coding_loss_to_json(*report.colour.loss)}}
-                                : nlohmann::json()},
-            {"tracks", tracks},
-            {"mirrors_left_out_share",
-             report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
-            {"motion", motion_json(report)},
-            {"ms_per_frame",
-             {{"read", report.read_ms / count},
-              {"motion", report.motion_ms / count},
-              {"display", report.display_ms / count},
-              {"encode", report.encode_ms / count},
-              {"wall", report.wall_ms / count}}}};
+    nlohmann::ordered_json json = cli::provenance(options.command);
+    json.update(nlohmann::ordered_json{
+        {"file", request.target},
+        {"codec", options.codec},
+        {"crf", options.crf},
+        {"preset", options.preset},
+        {"gop", options.gop},
+        {"transfer", options.transfer},
+        {"view", options.transfer == "pq" ? nlohmann::json() : nlohmann::json(default_view)},
+        {"exposure", report.first.exposure},
+        {"scene", report.first.scene},
+        {"full_sphere", report.settings.full_sphere},
+        {"stereo", options.stereo},
+        {"sphere_tag", report.sphere_tag},
+        {"frames_per_second", report.settings.frames_per_second},
+        {"frames",
+         {{"first", request.sources.frames.front()},
+          {"last", request.sources.frames.back()},
+          {"count", report.settings.pictures}}},
+        {"left_out", request.sources.left_out},
+        {"not_finite_samples", report.not_finite_samples},
+        {"coding_loss", report.colour.loss ? nlohmann::json{{"frames", report.colour.frames},
+                                                            {"by_texture", coding_loss_to_json(*report.colour.loss)}}
+                                           : nlohmann::json()},
+        {"tracks", tracks},
+        {"mirrors_left_out_share",
+         report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
+        {"motion", motion_json(report)},
+        {"ms_per_frame",
+         {{"read", report.read_ms / count},
+          {"motion", report.motion_ms / count},
+          {"display", report.display_ms / count},
+          {"encode", report.encode_ms / count},
+          {"wall", report.wall_ms / count}}}});
+    return json;
+}
+
+std::string names_of(const std::vector<std::string>& folders) {
+    std::string names;
+    for (const std::string& folder : folders)
+        names += (names.empty() ? "" : ", ") + folder + "/";
+    return names;
+}
+
+/// Of a render with both eyes: what a client makes of the one that is sent, and how to send the other.
+std::string left_out_text(const Sources& sources) {
+    return formatted("  %s is left out: clients make both eyes of %s by depth (--eye %s sends that instead, --stereo "
+                     "top-bottom both as ordinary video)\n",
+                     names_of(sources.left_out).c_str(), sources.tracks.front().folder.string().c_str(),
+                     sources.left_out.front().c_str());
 }
 
 void print_text(const EncodeRequest& request, const Options& options, const EncodeReport& report, std::FILE* out) {
@@ -280,6 +325,8 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
     }
     if (report.motion)
         std::fputs(motion_text(report).c_str(), out);
+    if (!request.sources.left_out.empty())
+        std::fprintf(out, "%s", left_out_text(request.sources).c_str());
     if (!report.not_measured.empty())
         std::fprintf(out, "  what coding takes was not measured, so that clients go by the CRF: %s\n",
                      report.not_measured.c_str());
@@ -373,8 +420,9 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "backward, forward and depth, so that clients can carry it on while frames are late; or none")
         ->check(CLI::IsMember({"auto", "none"}))
         ->capture_default_str();
-    app.add_flag("--json", options.json, "Report as JSON (to standard error where the video goes to standard output)");
-    app.add_option("--progress", options.progress, "auto, json or none")->capture_default_str();
+    cli::add_json_flag(app, options.json)
+        ->description("Report as JSON on standard output (on standard error where the video goes there)");
+    cli::add_progress_option(app, options.progress);
     return [&options] { run(options); };
 }
 
@@ -384,6 +432,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::Options options;
+    options.command = equistream::cli::quoted_command(argc, argv);
     return equistream::cli::run_program(
         argc, argv,
         {"encode", "Encode rendered frames as H.264 or H.265 video",

@@ -2,6 +2,7 @@
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/sequence.h>
 
 #include <algorithm>
@@ -117,13 +118,16 @@ Sources find_both_eyes(const SourceRequest& request) {
 Sources find_sources(const SourceRequest& request) {
     if (!fs::is_directory(request.folder))
         throw InputError(expected_found(request.folder.string(), "a folder of frames",
-                                        fs::exists(request.folder) ? "a file" : "nothing"));
+                                        fs::exists(request.folder) ? found_kind(request.folder, "a file") : "nothing"));
     if (request.packing != StereoPacking::none)
         return find_both_eyes(request);
     Sources sources;
     const fs::path main = main_folder(request);
     sources.tracks.push_back({TrackRole::main, main});
     sources.frames = chosen_frames(main, request.frames);
+    for (const char* eye : eyes_by_preference)
+        if (main != request.folder && main != request.folder / eye && holds_frames(request.folder / eye))
+            sources.left_out.emplace_back(eye);
     for (const TrackRole role : fill_roles)
         if (const auto folder = find_fill_folder(request, main, role)) {
             sources.tracks.push_back({role, *folder});

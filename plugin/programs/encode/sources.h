@@ -37,7 +37,8 @@ struct Sources {
     std::vector<SourceTrack> tracks;   ///< main first
     std::vector<std::int64_t> frames;  ///< ascending, without gaps, there in every track
     StereoPacking packing = StereoPacking::none;
-    std::filesystem::path right_eye{};  ///< where both eyes are packed: main's folder has the left one's frames
+    std::filesystem::path right_eye{};    ///< where both eyes are packed: main's folder has the left one's frames
+    std::vector<std::string> left_out{};  ///< other eyes' folders beside main's
 };
 
 /// Throws InputError naming the folder or frame that is missing.

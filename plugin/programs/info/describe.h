@@ -22,7 +22,12 @@ struct DescribeOptions {
 };
 
 Description describe_stream(const std::string& source, const DescribeOptions& options);
+/// By its first bytes.
+bool is_exr(const std::filesystem::path& file);
 Description describe_exr(const std::filesystem::path& file);
+/// The folder itself where it has frames, else its folders that have some, as a render leaves them. Throws InputError
+/// where there are none.
+std::vector<std::filesystem::path> sequences_in(const std::filesystem::path& folder);
 /// A sequence's folder, or a render's folder of several.
 Description describe_folder(const std::filesystem::path& folder, const DescribeOptions& options);
 

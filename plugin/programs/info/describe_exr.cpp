@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
 
 namespace equistream {
 
@@ -113,6 +114,14 @@ void add_part(const Header& header, int part, Description& description) {
 
 }  // namespace
 
+bool is_exr(const std::filesystem::path& file) {
+    constexpr unsigned char magic[] = {0x76, 0x2f, 0x31, 0x01};
+    char start[4] = {};
+    std::ifstream(file, std::ios::binary).read(start, sizeof start);
+    return std::equal(std::begin(magic), std::end(magic), start,
+                      [](unsigned char a, char b) { return a == static_cast<unsigned char>(b); });
+}
+
 Description describe_exr(const std::filesystem::path& file) {
     Description description;
     description.json = {
@@ -139,7 +148,7 @@ Description describe_exr(const std::filesystem::path& file) {
         ours = false;
     }
     if (ours)
-        read_exr(file);  // a header says nothing of pixels that are cut off or damaged
+        check_exr_pixels(file);  // a header says nothing of pixels that are cut off or damaged
     return description;
 }
 

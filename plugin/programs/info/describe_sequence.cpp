@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* known_folders[] = {"centre", "left", "right", "small"};
+constexpr const char* known_folders[] = {"centre", "left", "right", "small", "hidden", "patches"};
 
 bool is_sequence(const fs::path& folder) {
     return fs::is_directory(folder) && (fs::exists(folder / "manifest.json") || !list_frames(folder).empty());
@@ -109,22 +109,32 @@ Description describe_sequence(const fs::path& folder, const DescribeOptions& opt
 
 }  // namespace
 
-Description describe_folder(const fs::path& folder, const DescribeOptions& options) {
+std::vector<fs::path> sequences_in(const fs::path& folder) {
     if (is_sequence(folder))
+        return {folder};
+    std::vector<fs::path> sequences;
+    for (const char* name : known_folders)
+        if (is_sequence(folder / name))
+            sequences.push_back(folder / name);
+    if (sequences.empty())
+        throw InputError(expected_found(
+            folder.string(),
+            "frame.NNNN.exr files or manifest.json, here or in centre/, left/, right/, small/, hidden/ or patches/",
+            "none"));
+    return sequences;
+}
+
+Description describe_folder(const fs::path& folder, const DescribeOptions& options) {
+    const std::vector<fs::path> sequences = sequences_in(folder);
+    if (sequences.front() == folder)
         return describe_sequence(folder, options);
     Description all;
     all.json = {{"kind", "render"}, {"folder", folder.string()}, {"sequences", nlohmann::json::array()}};
-    for (const char* name : known_folders) {
-        if (!is_sequence(folder / name))
-            continue;
-        Description one = describe_sequence(folder / name, options);
+    for (const fs::path& sequence : sequences) {
+        Description one = describe_sequence(sequence, options);
         all.text += one.text;
         all.json["sequences"].push_back(std::move(one.json));
     }
-    if (all.text.empty())
-        throw InputError(expected_found(
-            folder.string(), "frame.NNNN.exr files or manifest.json, here or in centre/, left/, right/ or small/",
-            "none"));
     return all;
 }
 

@@ -8,7 +8,6 @@
 #include <equistream_cli/program.h>
 
 #include <cstdio>
-#include <fstream>
 
 namespace equistream {
 
@@ -21,18 +20,19 @@ struct Options {
     std::filesystem::path pictures;
 };
 
-bool is_exr(const std::string& file) {
-    constexpr unsigned char magic[] = {0x76, 0x2f, 0x31, 0x01};
-    char start[4] = {};
-    std::ifstream(file, std::ios::binary).read(start, sizeof start);
-    return std::equal(std::begin(magic), std::end(magic), start,
-                      [](unsigned char a, char b) { return a == static_cast<unsigned char>(b); });
+/// A named pipe may have no writer, and a device no end.
+void require_readable(const std::string& source) {
+    if (is_url(source))
+        return;
+    if (!std::filesystem::exists(source))
+        throw InputError(source + ": no such file or folder");
+    if (!std::filesystem::is_regular_file(source) && !std::filesystem::is_directory(source))
+        throw InputError(expected_found(source, "a file, a folder or a URL",
+                                        "a named pipe or a device (info pipe:0 reads standard input)"));
 }
 
 Description describe(const Options& options) {
     const bool url = is_url(options.source);
-    if (!url && !std::filesystem::exists(options.source))
-        throw InputError(options.source + ": no such file or folder");
     if (!url && std::filesystem::is_directory(options.source))
         return describe_folder(options.source, {options.frames});
     if (!url && is_exr(options.source))
@@ -42,11 +42,12 @@ Description describe(const Options& options) {
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
     app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames")->required();
-    app.add_flag("--json", options.json, "Report as JSON");
+    cli::add_json_flag(app, options.json);
     app.add_flag("--frames", options.frames, "List every frame with its pose");
     app.add_option("--pictures", options.pictures,
                    "Also write a PNG of every plane (depth, motion, ids, ... in false colours) into this folder");
     return [&options] {
+        require_readable(options.source);
         if (!options.pictures.empty())
             write_pictures(options.source, options.pictures);
         const Description description = describe(options);

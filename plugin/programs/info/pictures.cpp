@@ -1,10 +1,11 @@
 #include "pictures.h"
 
+#include "describe.h"
+
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-
-#include <system_error>
+#include <equistream/writable_folder.h>
 
 namespace equistream {
 
@@ -30,19 +31,22 @@ int write_frame_pictures(const fs::path& file, const fs::path& folder, const Dis
 }  // namespace
 
 int write_pictures(const fs::path& source, const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-        throw InputError(expected_found(folder.string(), "a folder to write to", error.message()));
     const DisplayTransform display;
-    if (!fs::is_directory(source))
+    if (!fs::is_directory(source)) {
+        if (!is_exr(source))
+            throw InputError(expected_found("--pictures", "an EXR frame or a folder of frames",
+                                            source.string() + ", another file (play writes the views of a stream)"));
+        require_writable_folder(folder);
         return write_frame_pictures(source, folder, display);
-    const auto frames = list_frames(source);
-    if (frames.empty())
-        throw InputError(expected_found(source.string(), "a folder with frame.NNNN.exr files", "none"));
+    }
     int count = 0;
-    for (const std::int64_t index : frames)
-        count += write_frame_pictures(source / frame_file_name(index), folder, display);
+    for (const fs::path& sequence : sequences_in(source)) {
+        // The pictures of a render lie as its frames do.
+        const fs::path target = sequence == source ? folder : folder / sequence.filename();
+        require_writable_folder(target);
+        for (const std::int64_t index : list_frames(sequence))
+            count += write_frame_pictures(sequence / frame_file_name(index), target, display);
+    }
     return count;
 }
 

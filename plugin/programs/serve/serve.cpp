@@ -9,6 +9,7 @@
 #include <equistream/formatted.h>
 #include <equistream/json_text.h>
 #include <equistream_cli/program.h>
+#include <equistream_cli/provenance.h>
 #include <equistream_cli/scratch_folder.h>
 
 #include <asio/io_context.hpp>
@@ -27,7 +28,7 @@ namespace {
 constexpr double most_patience_s = 86400;
 
 struct Options {
-    std::string source, listen;
+    std::string command, source, listen;
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
     ServerSettings server;
@@ -53,24 +54,26 @@ void say_listening(const std::string& url, bool json) {
         throw WorkError("standard output: could not be written");
 }
 
-nlohmann::json as_json(const ServerFigures& figures) {
-    return {{"viewers", figures.viewers},
-            {"refused", figures.refused},
-            {"dropped", figures.dropped},
-            {"bytes_sent", figures.bytes_sent}};
+nlohmann::ordered_json as_json(const Options& options, const ServerFigures& figures) {
+    nlohmann::ordered_json json = cli::provenance(options.command);
+    json.update(nlohmann::ordered_json{{"viewers", figures.viewers},
+                                       {"refused", figures.refused},
+                                       {"dropped", figures.dropped},
+                                       {"bytes_sent", figures.bytes_sent}});
+    return json;
 }
 
-void report(const ServerFigures& figures, bool json) {
-    if (json)
-        std::printf("%s\n", json_text(as_json(figures)).c_str());
+void report(const Options& options, const ServerFigures& figures) {
+    if (options.json)
+        std::printf("%s\n", json_text(as_json(options, figures)).c_str());
     else
         std::printf("viewers served %d, refused %d, dropped %d; %lld bytes sent\n", figures.viewers, figures.refused,
                     figures.dropped, static_cast<long long>(figures.bytes_sent));
 }
 
-void report(const LiveFigures& figures, bool json) {
-    if (json) {
-        nlohmann::json line = as_json(figures.server);
+void report(const Options& options, const LiveFigures& figures) {
+    if (options.json) {
+        nlohmann::ordered_json line = as_json(options, figures.server);
         line["live"] = {{"spheres", figures.spheres}, {"spheres_per_s", figures.spheres_per_s},
                         {"spp", figures.spp},         {"render_s", figures.render_s},
                         {"write_s", figures.write_s}, {"encode_s", figures.encode_s},
@@ -78,7 +81,7 @@ void report(const LiveFigures& figures, bool json) {
         std::printf("%s\n", json_text(line).c_str());
         return;
     }
-    report(figures.server, false);
+    report(options, figures.server);
     std::printf("%lld spheres, %.2f a second, at last with %u samples a pixel; %lld poses heard\n"
                 "ms a sphere: render %.0f, hand over %.0f, encode %.0f; %.0f from its pose to its bytes\n",
                 static_cast<long long>(figures.spheres), figures.spheres_per_s, figures.spp,
@@ -121,7 +124,7 @@ void run_recorded(const Options& options) {
         std::vector<std::string> arguments{options.source, "--out", file, "--progress", options.progress};
         arguments.insert(arguments.end(), options.more.begin(), options.more.end());
         if (!run_encode(door.io, door.stop, arguments))
-            return report(ServerFigures{}, options.json);
+            return report(options, ServerFigures{});
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     Recording recording(file, options.loop);
@@ -134,7 +137,7 @@ void run_recorded(const Options& options) {
     server.start();
     say_listening(url, options.json);
     door.io.run();
-    report(server.figures(), options.json);
+    report(options, server.figures());
 }
 
 void run_live(const Options& options) {
@@ -146,9 +149,8 @@ void run_live(const Options& options) {
     LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
     settings.server = options.server;
     const std::string url = door.open(options.listen);
-    report(
-        serve_live(door.io, door.stop, std::move(door.acceptor), settings, [&] { say_listening(url, options.json); }),
-        options.json);
+    report(options, serve_live(door.io, door.stop, std::move(door.acceptor), settings,
+                               [&] { say_listening(url, options.json); }));
 }
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
@@ -168,10 +170,10 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "Seconds after which a viewer that does not read, or stays as far behind, is dropped")
         ->capture_default_str();
     app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
-    app.add_flag("--json", options.json, "The address, and a report at the end, as a line of JSON each");
-    app.add_option("--progress", options.progress,
-                   "auto: viewers' coming and going in words; json: as lines of JSON; none")
-        ->capture_default_str();
+    cli::add_json_flag(app, options.json)
+        ->description("Report as JSON on standard output: a line with the address, and one at the end");
+    cli::add_progress_option(app, options.progress)
+        ->description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
     add_live_options(app, options.live);
     return [&options, &app] {
         options.server.log = cli::parse_progress(options.progress);
@@ -189,6 +191,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::serve::Options options;
+    options.command = equistream::cli::quoted_command(argc, argv);
     return equistream::cli::run_program(
         argc, argv,
         {"serve", "Send a recorded stream to viewers over the network, in time, or a scene as it is rendered",

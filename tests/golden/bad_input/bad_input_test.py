@@ -11,11 +11,13 @@ import pathlib
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 BIN = pathlib.Path(sys.argv.pop(1))
 SMALL = ["--size", "128x64", "--spp", "2", "--aovs", "depth"]
@@ -72,8 +74,38 @@ class BadInput(unittest.TestCase):
         commands = re.findall(r"^  (\w+)", run("--help").stdout, re.MULTILINE)
         self.assertGreater(len(commands), 8)
         self.assert_refused(run("paint"), 2, "'paint'", f"({', '.join(commands)})")
+        self.assert_refused(run("rendr"), 2, "found 'rendr'; did you mean render?")
+        self.assert_refused(run("render", self.scene, "--frame", "0-3", "--out", self.out), 2, "--frame: no such option; did you mean --frames?")
+        self.assert_refused(run("scene", "generate", "pavilion", "--outt", self.out), 2, "--outt: no such option; did you mean --out?")
         self.assert_refused(run("render", self.scene, "--sise", "64x32", "--out", self.out), 2, "--sise")
         self.assert_refused(run("render", self.scene, "--host", "cycles", "--out", self.out), 2, "cycles", "embree")
+
+    def test_shared_options_mean_the_same_in_every_command(self):
+        commands = re.findall(r"^  (\w+)", run("--help").stdout, re.MULTILINE)
+        for command in commands:
+            words = " ".join(run(command, "--help").stdout.split())
+            self.assertIn("--settings FILE", words, command)
+            if command != "scene":  # whose own commands have it
+                self.assertRegex(words, "--json [Rr]eport as JSON on standard output", command)
+            if command not in ("scene", "info", "view"):  # which have no steps
+                self.assertRegex(words, r"--progress \S+( \[auto\])? .*auto: [^;]*; json: [^;]*; none: nothing", command)
+            self.assert_refused(run(command, "--settings", self.out / "none.ini"), 2, "none.ini")
+
+    def test_progress_and_reports_in_json(self):
+        frames, stream, model = self.root / "good", self.out / "a.mkv", self.out / "m.json"
+        told = {"what", "done", "total", "note", "seconds", "seconds_left"}
+        for words in (["render", self.scene, "--frames", "0-1", *SMALL, "--out", self.out / "r"], ["encode", frames, "--out", stream],
+                      ["play", frames, "--method", "rotation", "--size", "32x32", "--frames", "0", "--out", self.out / "eyes"],
+                      ["compare", self.out / "eyes", self.out / "eyes", "--metrics", "psnr"],
+                      ["import", frames / "centre", "--out", self.out / "i", "--frames", "0"], ["model", self.scene, "--out", model, "--rays", "10000", "--error-px", "8"]):
+            result = run(*words, "--json", "--progress", "json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for line in result.stderr.splitlines():
+                if line.startswith("{"):
+                    self.assertEqual(json.loads(line).keys(), told, words[0])
+            report = json.loads(result.stdout)
+            self.assertTrue(report["command"].startswith(f"equistream {words[0]}"), report["command"])
+            self.assertTrue(report["version"] and report["machine"]["cpu"] and report["machine"]["threads"] >= 1, words[0])
 
     def test_frame_ranges(self):
         for bad in ("5-4", "-3-2", "a-b", "7-", "9999"):
@@ -193,7 +225,7 @@ class BadInput(unittest.TestCase):
         picture = next((self.root / "good").rglob("frame.*.exr"))
         still = self.out / "still.mp4"
         still.write_bytes(picture.read_bytes())
-        self.assert_refused(run("play", still, "--out", self.out / "x"), 2, "still.mp4: expected a video in MP4, Matroska", "found a picture")
+        self.assert_refused(run("play", still, "--out", self.out / "x"), 2, "still.mp4: expected a video in MP4, Matroska", "found an EXR file (info explains it")
 
     def test_a_stream_of_a_version_to_come_is_no_damage(self):
         stream = self.out / "later.mkv"
@@ -341,9 +373,27 @@ class BadInput(unittest.TestCase):
         self.assert_refused(run("compare", damaged, whole), 2, damaged, "IDAT")
         self.assert_refused(run("compare", whole, whole, "--frames", "0"), 2, "--frames", whole)
 
+    def test_a_large_picture_in_a_small_file_takes_little_more_than_its_pixels(self):
+        side, file = 8192, self.out / "black.png"
+
+        def chunk(kind, data):
+            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+        packer = zlib.compressobj(9)
+        rows = b"".join(packer.compress(bytes(side + 1)) for _ in range(side)) + packer.flush()
+        file.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)) + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+        self.assertLess(file.stat().st_size, 100_000)
+        words = [str(word) for word in (BIN / "equistream", "compare", file, file, "--metrics", "psnr", "--progress", "none")]
+        child = os.posix_spawn(words[0], words, os.environ, file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)])
+        _, status, usage = os.wait4(child, 0)
+        self.assertEqual(status, 0)
+        # Both pictures in 8 bits, an error a pixel and a copy on the way; floats of both would be 1.6 GB more.
+        self.assertLess(usage.ru_maxrss * 1024, 1.3e9)
+
     def test_a_killed_render_resumes_and_ends_in_the_same_frames(self):
         words = ["render", self.scene, "--frames", "0-5", "--size", "128x64", "--spp", "16", "--seed", "3"]
-        self.assertEqual(run(*words, "--out", self.out / "straight").returncode, 0)
+        straight = run(*words, "--out", self.out / "straight")
+        self.assertEqual(straight.returncode, 0, straight.stderr)
         killed = self.out / "killed"
         process = subprocess.Popen([BIN / "equistream", *map(str, words), "--out", killed], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
         deadline = time.monotonic() + 60
@@ -382,8 +432,68 @@ class BadInput(unittest.TestCase):
         self.assertEqual(before, {path: path.read_bytes() for path in flat.rglob("*.exr")})
         views = self.out / "views"
         self.assertEqual(run("play", flat, "--method", "rotation", "--out", views).returncode, 0)
-        self.assertEqual(run("play", flat, "--method", "rotation", "--frames", "1", "--size", "32x32", "--out", views).returncode, 0)
+        other = ["play", flat, "--method", "rotation", "--frames", "1", "--size", "32x32", "--out", views]
+        pictures = {path: path.read_bytes() for path in views.rglob("*") if path.is_file()}
+        self.assert_refused(run(*other), 2, f"{views}/report.json: expected the default size as of the views there, found [32,32]",
+                            "choose another folder or --overwrite")
+        self.assert_refused(run("play", flat, "--method", "rotation", "--fill", "none", "--out", views), 2, 'expected fill "', 'found "none"')
+        self.assertEqual(pictures, {path: path.read_bytes() for path in views.rglob("*") if path.is_file()})
+        self.assertEqual(run(*other, "--overwrite").returncode, 0)
         self.assertEqual(sorted(path.name for path in (views / "left").iterdir()), ["frame.0001.png"])
+        again = run(*other)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        (views / "report.json").write_text("[]")
+        self.assert_refused(run(*other), 2, "expected the report of play, found another file")
+
+    def test_a_video_that_is_named_is_that_file(self):
+        out = self.out / "eyes.mp4"
+        play = ["play", self.root / "good", "--method", "rotation", "--size", "64x64", "--frames", "0-1"]
+        done = run(*play, "--out", out, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([path.name for path in self.out.iterdir()], ["eyes.mp4"])
+        self.assertEqual(json.loads(done.stdout)["settings"]["layout"], "sbs")
+        tracks = json.loads(run("info", out, "--json").stdout)["tracks"]
+        self.assertEqual([(track["width"], track["height"], track["pictures"], track["stereo"]) for track in tracks], [(128, 64, 2, "sbs")])
+        red_cyan = self.out / "red-cyan.mkv"
+        self.assertEqual(run(*play, "--layout", "anaglyph", "--out", red_cyan).returncode, 0)
+        self.assertEqual(json.loads(run("info", red_cyan, "--json").stdout)["tracks"][0]["width"], 64)
+        self.assert_refused(run(*play, "--layout", "files", "--out", out), 2, f"--out {out}: expected --layout sbs or anaglyph")
+        self.assert_refused(run(*play, "--format", "png", "--out", out), 2, f"--out {out}: expected --format mp4, or the name of a folder")
+        self.assert_refused(run(*play, "--reliability", "--out", out), 2, "the name of a folder for --reliability")
+        (self.out / "folder.mp4").mkdir()
+        self.assert_refused(run(*play, "--out", self.out / "folder.mp4"), 2, "expected the name of a video, found a folder of this name")
+
+    def test_names_that_are_not_utf_8_end_nothing(self):
+        folder = self.out / os.fsdecode(b"frames\xff")
+        shutil.copytree(self.root / "good", folder)
+        views = self.out / "views"
+        for _ in range(2):  # the second time over its own views
+            done = run("play", folder, "--method", "rotation", "--size", "32x32", "--frames", "0", "--json", "--out", views)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for report in (done.stdout, (views / "report.json").read_text()):
+                self.assertTrue(json.loads(report)["settings"]["source"].endswith("frames\ufffd"))
+
+    def test_a_file_of_another_kind_is_told_who_takes_it(self):
+        xml, glb = self.out / "cbox.xml", next((self.root / "scene").glob("*.glb"))
+        xml.write_text('<?xml version="1.0"?>\n<scene version="3.0.0"/>\n')
+        frame = self.root / "good" / "centre" / "frame.0000.exr"
+        stream = self.out / "a.mkv"
+        self.assertEqual(run("encode", self.root / "good", "--preset", "ultrafast", "--out", stream).returncode, 0)
+        alone = self.out / "alone.glb"
+        alone.write_bytes(glb.read_bytes())
+        out = ["--out", self.out / "x"]
+        for words, said in (
+                (["render", xml, *out], "expected a scene description (JSON), found a scene in XML (render --host mitsuba renders Mitsuba's)"),
+                (["render", glb, *out], f"found a model ({self.scene} beside it describes it)"),
+                (["render", alone, *out], "found a model (a scene description names it"),
+                (["scene", "info", stream], "found a video (play, view, serve and info take it)"),
+                (["info", self.scene], "expected a video, found a scene description or other JSON (render renders a scene, scene info explains it)"),
+                (["info", glb], "found a model"),
+                (["info", xml], "render --host mitsuba"),
+                (["play", self.scene, *out], "found a scene description"),
+                (["play", frame, *out], "found an EXR file (info explains it; encode, play and view take its folder)"),
+                (["encode", stream, "--out", self.out / "b.mkv"], "expected a folder of frames, found a video")):
+            self.assert_refused(run(*words), 2, said)
 
     def test_play_writes_into_no_folder_of_a_render(self):
         render = self.out / "render"
@@ -435,7 +545,7 @@ class BadInput(unittest.TestCase):
         self.assertFalse([note for note in report["notes"] if "head box" in note], report["notes"])
         self.assertEqual(report["source"], {"seed": 1, "samples_per_pixel": 2})
         head.write_text("0,1000,0,0,1,0,0,0\n")
-        result = run(*words, "--head", head)
+        result = run(*words, "--head", head, "--overwrite")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("in 6 of 6 frames an eye is outside the head box", result.stdout)
 

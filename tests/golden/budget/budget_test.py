@@ -30,7 +30,7 @@ class Budget(unittest.TestCase):
         shutil.rmtree(cls.root, ignore_errors=True)
 
     def play(self, budget_ms, *options):
-        PROGRAMS.run("play", self.frames, "--method", "auto", "--budget-ms", budget_ms, "--size", "640x360", "--out", self.root / "eyes", *options)
+        PROGRAMS.run("play", self.frames, "--method", "auto", "--budget-ms", budget_ms, "--size", "640x360", "--overwrite", "--out", self.root / "eyes", *options)
         return json.loads((self.root / "eyes/report.json").read_text())
 
     @staticmethod

@@ -43,7 +43,7 @@ class Carry(unittest.TestCase):
         shutil.rmtree(cls.root, ignore_errors=True)
 
     def play(self, out, source, *options):
-        PROGRAMS.run("play", self.root / source, *VIEW, "--head", self.head, *options, "--out", self.root / out)
+        PROGRAMS.run("play", self.root / source, *VIEW, "--head", self.head, *options, "--overwrite", "--out", self.root / out)
         return json.loads((self.root / out / "report.json").read_text())
 
     def seen(self, out, refresh, eye="left"):

@@ -44,7 +44,7 @@ class LateServer(unittest.TestCase):
         return file
 
     def play(self, out, *options):
-        PROGRAMS.run("play", self.frames, *VIEW, *options, "--out", self.root / out)
+        PROGRAMS.run("play", self.frames, *VIEW, *options, "--overwrite", "--out", self.root / out)
         return json.loads((self.root / out / "report.json").read_text())
 
     def picture(self, out, index, eye="left"):

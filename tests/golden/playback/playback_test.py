@@ -37,7 +37,7 @@ class Playback(unittest.TestCase):
         self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
 
     def play(self, source, *options, out="eyes"):
-        table = PROGRAMS.run("play", source, *VIEW, *options, "--out", self.out / out)
+        table = PROGRAMS.run("play", source, *VIEW, *options, "--overwrite", "--out", self.out / out)
         report = json.loads((self.out / out / "report.json").read_text())
         self.assertIn(f"method {report['method']}, depth {report['depth']}", table)
         return report

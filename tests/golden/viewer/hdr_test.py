@@ -182,8 +182,8 @@ class Hdr(unittest.TestCase):
         self.assertIn("expected an HDR stream", self.refused("play", self.streams["srgb"], "--exposure", "1", *out))
         self.assertIn("expected an HDR stream", self.refused("view", self.streams["srgb"], "--exposure", "1", *out))
         self.assertIn("expected an HDR stream", self.refused("play", self.folder, "--exposure", "1", *out))
-        self.assertIn("view: expected one of", self.refused("view", self.streams["pq"], "--view-transform", "Filmic", *out))
-        self.assertIn("display: expected one of", self.refused("play", self.streams["pq"], "--display", "TV", *out))
+        self.assertIn("equistream view: --view-transform: expected one of", self.refused("view", self.streams["pq"], "--view-transform", "Filmic", *out))
+        self.assertIn("equistream play: --display: expected one of", self.refused("play", self.streams["pq"], "--display", "TV", *out))
         self.assertIn("--format exr", self.refused("play", self.streams["pq"], "--format", "exr", "--exposure", "1", *out))
         self.assertIn("--transfer pq", self.refused("encode", self.folder, "--transfer", "pq", "--stereo", "top-bottom", *out))
         nothing = self.root / "nothing.ocio"

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Settings files, and what is said of steps: how many, and how long they still take."""
 
-import argparse
 import contextlib
 import io
 import json
@@ -13,7 +12,7 @@ import options
 
 
 def made():
-    parser = argparse.ArgumentParser(prog="equistream study")
+    parser = options.Parser(prog="equistream study")
     parser.add_argument("--preset", choices=("smoke", "small"), default="smoke")
     parser.add_argument("--again", action="store_true")
     options.add_common(parser)
@@ -45,6 +44,22 @@ class Settings(unittest.TestCase):
         self.assertRegex(self.refused("\nspp = 4\n"), r"a\.ini:2: expected option = value with an option of equistream study, found 'spp = 4'")
         self.assertIn("a.ini:1: expected true or false, found 'perhaps'", self.refused("again = perhaps\n"))
         self.assertIn("invalid choice: 'paper'", self.refused("preset = paper\n"))
+
+
+class Mistakes(unittest.TestCase):
+    def refused(self, *words):
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said), self.assertRaises(SystemExit) as ended:
+            options.parse(made(), "study", list(words))
+        self.assertEqual(ended.exception.code, 2)
+        self.assertEqual(len(said.getvalue().splitlines()), 1, said.getvalue())
+        return said.getvalue()
+
+    def test_an_unknown_option_is_told_what_it_may_have_been(self):
+        self.assertIn("equistream study: --presets: no such option; did you mean --preset?", self.refused("--presets", "smoke"))
+        self.assertIn("--agian: no such option; did you mean --again?", self.refused("--agian"))
+        self.assertIn("--frobnicate: no such option (--help lists the options)", self.refused("--frobnicate=3"))
+        self.assertIn("invalid choice: 'huge'", self.refused("--preset", "huge"))
 
 
 class Steps(unittest.TestCase):

@@ -136,6 +136,20 @@ TEST_F(Views, AVideoHoldsEveryViewAndHasItsNameOnlyWhenItIsWhole) {
     EXPECT_EQ(reader.truncation(), "");
 }
 
+TEST_F(Views, AVideoThatIsNamedHoldsBothEyes) {
+    Settings named = settings(Format::mp4, Layout::side_by_side);
+    named.out = folder_ / "eyes.mp4";
+    named.out_is_video = true;
+    const auto views = make_eyes_writer(named);
+    views->write({view_of_frame(3), {}, info_of_frame(3)}, {view_of_frame(6), {}, info_of_frame(3)});
+    views->finish();
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "that file and nothing else";
+    StreamReader reader(named.out.string());
+    const auto picture = reader.next();
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->rgb.width(), 2 * width);
+}
+
 TEST_F(Views, BothEyesShareAPicture) {
     const EyePicture left = view_of_frame(3), right = view_of_frame(6);
     const auto views = make_eyes_writer(settings(Format::png, Layout::side_by_side));

@@ -1,4 +1,5 @@
 #include <view/keys.h>
+#include <view/panels.h>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -21,6 +22,14 @@ TEST(Keys, EachDoesOneThingAndIsNamedOnce) {
         EXPECT_FALSE(b.help.empty()) << b.name;
         EXPECT_EQ(binding_of(b.key, b.modifiers), &b);
     }
+}
+
+TEST(Panels, LettersAreScaledByWholeNumbers) {
+    // Their 13 rows lose strokes at any other scale.
+    for (const int height : {1, 300, 600, 720, 1080, 1440, 2159})
+        EXPECT_EQ(text_scale({640, height}), height < 2160 ? 1 : 2) << height;
+    EXPECT_EQ(text_scale({3840, 2160}), 2);
+    EXPECT_EQ(text_scale({7680, 4320}), 4);
 }
 
 TEST(Keys, EveryActionHasOne) {

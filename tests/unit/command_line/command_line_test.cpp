@@ -1,5 +1,7 @@
 #include <equistream/error.h>
+#include <equistream_cli/did_you_mean.h>
 #include <equistream_cli/program.h>
+#include <equistream_cli/provenance.h>
 #include <equistream_cli/scratch_folder.h>
 
 #include <gtest/gtest.h>
@@ -57,6 +59,25 @@ TEST(Seed, IsTakenExactlyOrRefused) {
 
 TEST(Progress, RefusesUnknownStyles) {
     EXPECT_THROW(parse_progress("loud"), InputError);
+}
+
+TEST(DidYouMean, NamesWhatIsNear) {
+    const std::vector<std::string> options = {"--frames", "--fps", "--size", "--spp", "--patch-side"};
+    EXPECT_EQ(nearest_word("--frame", options), "--frames");
+    EXPECT_EQ(nearest_word("--sise", options), "--size");
+    EXPECT_EQ(nearest_word("--psp", options), "--spp") << "two letters swapped are one mistake";
+    EXPECT_EQ(nearest_word("--patch", options), "--patch-side");
+    EXPECT_EQ(nearest_word("--nothing-like-it", options), "");
+    EXPECT_EQ(nearest_word("rendr", std::vector<std::string>{"encode", "render", "serve"}), "render");
+    EXPECT_EQ(did_you_mean("paint", std::vector<std::string>{"encode", "render", "serve"}), "");
+}
+
+TEST(Provenance, NamesCommandVersionAndMachine) {
+    const nlohmann::ordered_json made = provenance("equistream test --n 1");
+    EXPECT_EQ(made["command"], "equistream test --n 1");
+    EXPECT_FALSE(made["version"].get<std::string>().empty());
+    EXPECT_FALSE(made["machine"]["cpu"].get<std::string>().empty());
+    EXPECT_GE(made["machine"]["threads"], 1);
 }
 
 TEST(Command, IsQuotedForTheShell) {

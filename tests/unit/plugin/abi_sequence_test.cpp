@@ -31,6 +31,25 @@ TEST_F(AbiSequence, resumes_where_it_stopped) {
     EXPECT_EQ(read_manifest(output).shared.index, 3) << "poses are those of the first frame";
 }
 
+TEST_F(AbiSequence, a_cut_or_empty_frame_is_not_finished) {
+    es_sequence* sequence = open();
+    render(sequence, 0);
+    render(sequence, 1);
+    es_sequence_close(sequence);
+    const std::filesystem::path file = output + "/frame.0001.exr";
+    const std::string whole = file_bytes(file);
+    for (const std::size_t length : {std::size_t{0}, std::size_t{100}, whole.size() / 2, whole.size() - 1}) {
+        put_bytes(file, whole.substr(0, length));
+        sequence = open();
+        EXPECT_NE(es_sequence_has_frame(sequence, 0), 0);
+        EXPECT_EQ(es_sequence_has_frame(sequence, 1), 0) << length << " of " << whole.size() << " bytes";
+        render(sequence, 1);
+        EXPECT_NE(es_sequence_has_frame(sequence, 1), 0);
+        es_sequence_close(sequence);
+        EXPECT_EQ(file_bytes(file), whole) << "rendered anew";
+    }
+}
+
 TEST_F(AbiSequence, the_manifest_has_the_poses_of_the_lowest_frame_whenever_that_comes) {
     const auto begins_at = [&] {
         const FrameInfo first = read_manifest(output).shared;

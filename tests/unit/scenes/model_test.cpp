@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace equistream::test {
 
@@ -235,6 +236,54 @@ TEST_F(ModelTest, AlphaMaskWithCutoffAndWrap) {
     EXPECT_TRUE(model.textures[0].nearest);
     EXPECT_EQ(model.textures[0].mime_type, "image/png");
     EXPECT_EQ(model.textures[0].encoded.at(1), 'P');
+}
+
+TEST_F(ModelTest, TextureTransformsMoveTheCoordinates) {
+    const auto uvs_with = [&](const Json& transform, const char* texture = "baseColorTexture") {
+        GltfBuilder builder = masked_triangle(false);
+        builder.json["extensionsRequired"] = {"KHR_texture_transform"};
+        builder.json["materials"][0]["pbrMetallicRoughness"][texture]["index"] = 0;
+        builder.json["materials"][0]["pbrMetallicRoughness"][texture]["extensions"]["KHR_texture_transform"] =
+            transform;
+        return load(builder).meshes[0].uvs;
+    };
+    const auto expect_uvs = [](const std::vector<glm::vec2>& uvs, const std::vector<glm::vec2>& expected) {
+        ASSERT_EQ(uvs.size(), expected.size());
+        for (std::size_t i = 0; i < uvs.size(); ++i) {
+            EXPECT_NEAR(uvs[i].x, expected[i].x, 1e-6) << i;
+            EXPECT_NEAR(uvs[i].y, expected[i].y, 1e-6) << i;
+        }
+    };
+    // Corners (0, 0), (1, 0) and (0, 1).
+    expect_uvs(uvs_with({{"offset", {0.25, -1}}}), {{0.25f, -1}, {1.25f, -1}, {0.25f, 0}});
+    expect_uvs(uvs_with({{"scale", {2, -3}}}), {{0, 0}, {2, 0}, {0, -3}});
+    // The extension's own example: the lower left quadrant of the picture, whose v runs down, turned by 90 degrees.
+    expect_uvs(uvs_with({{"offset", {0, 1}}, {"rotation", std::numbers::pi / 2}, {"scale", {0.5, 0.5}}}),
+               {{0, 1}, {0, 0.5f}, {0.5f, 1}});
+    EXPECT_TRUE(uvs_with({{"texCoord", 1}}).empty()) << "the mesh has no TEXCOORD_1";
+    expect_contains(input_error([&] {
+                        uvs_with({{"scale", {2, 2}}}, "metallicRoughnessTexture");
+                    }),
+                    "textures that share one KHR_texture_transform, found two");
+    expect_contains(input_error([&] { uvs_with({{"scale", {2}}}); }), "two numbers as scale");
+    expect_contains(input_error([&] { uvs_with({{"rotation", "a quarter"}}); }), "finite numbers");
+}
+
+TEST_F(ModelTest, OneNoteSaysWhatIsLeftOut) {
+    EXPECT_TRUE(load(GltfBuilder::triangle()).notes.empty());
+    GltfBuilder builder = masked_triangle(false);
+    builder.json["materials"][0]["normalTexture"] = {{"index", 0}};
+    builder.json["materials"][0]["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 1}};
+    auto& primitive = builder.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["COLOR_0"] = primitive["attributes"]["POSITION"];
+    builder.json["animations"] = {{{"channels", Json::array()}, {"samplers", Json::array()}}};
+    const auto notes = load(builder).notes;
+    ASSERT_EQ(notes.size(), 1u);
+    expect_contains(notes[0], "model.glb: left out: normal maps (1 material), volume (1 material), vertex colours (1 "
+                              "primitive) and animations (1 animation)");
+    const auto of_geometry = load(builder, {.shading = false}).notes;
+    ASSERT_EQ(of_geometry.size(), 1u);
+    expect_contains(of_geometry[0], "model.glb: left out: animations (1 animation)");
 }
 
 TEST_F(ModelTest, AlphaMaskAnywhereOnThePlane) {

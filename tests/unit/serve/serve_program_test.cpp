@@ -74,7 +74,10 @@ TEST_F(Serving, ReportsAsJson) {
     viewer.leave();
     EXPECT_TRUE(comes_true([&] { return server.lines_with("has all") == 1; })) << server.log();
     EXPECT_EQ(server.end_by(SIGTERM), 0);
-    const auto report = nlohmann::json::parse(server.output().substr(server.output().find('\n') + 1));
+    auto report = nlohmann::json::parse(server.output().substr(server.output().find('\n') + 1));
+    EXPECT_NE(report.at("command").get<std::string>().find("--progress json"), std::string::npos);
+    for (const char* of_its_making : {"command", "version", "machine"})
+        EXPECT_EQ(report.erase(of_its_making), 1u) << of_its_making;
     EXPECT_EQ(report, (nlohmann::json{{"viewers", 1}, {"refused", 0}, {"dropped", 0}, {"bytes_sent", stream.size()}}));
     std::istringstream lines(server.log());
     for (const char* event : {"came", "has all"}) {

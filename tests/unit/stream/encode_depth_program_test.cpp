@@ -134,6 +134,23 @@ TEST_F(DepthScale, IsChosenByWhatItLeavesWithinTheBudget) {
     EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("track depth"), std::string::npos);
 }
 
+TEST_F(DepthScale, TheReportJudgesTheTrial) {
+    const auto wall = [](int x, int) { return x < 63 ? 1.0f : 3.0f; };
+    const nlohmann::json fine = depth_of(encode(wall, "--depth auto"))["trial"];
+    EXPECT_EQ(fine["judgement"], "fine") << fine;
+    // Every pixel at a depth of its own, and next to no bits for them.
+    std::mt19937 random(8);
+    const auto chaos = [&](int, int) { return 0.6f + float(random() % 1000) / 500; };
+    const nlohmann::json poor = depth_of(encode(chaos, "--depth auto --depth-share 0.01"))["trial"];
+    EXPECT_EQ(poor["judgement"], "poor") << poor;
+    EXPECT_LT(poor["pixels_within_budget"], 0.4);
+    const Ran text = run("encode '" + path("r") + "' --preset ultrafast --depth auto --depth-share 0.01 --out '" +
+                         path("a.mkv") + "'");
+    EXPECT_NE(text.output.find("that is poor: 0.1 dB and more lost beside exact depth; take a larger --depth-share"),
+              std::string::npos)
+        << text.output;
+}
+
 TEST_F(DepthScale, IsOneUnlessAskedForWhereNothingIsTried) {
     const auto wall = [](int, int) { return 2.0f; };
     EXPECT_EQ(depth_of(encode(wall, "--depth w10 --depth-crf 20"))["scale"], 1);

@@ -65,6 +65,28 @@ TEST_F(Programs, TheLeftEyeIsAboveTheRightOne) {
     EXPECT_LT(synthetic::psnr_db(half(picture->rgb, true, false), synthetic::picture(64, 64, 0)), 30);
 }
 
+TEST_F(Programs, TheEyeThatIsLeftOutIsNamed) {
+    render("r/left", 64, 64, 0, 1, Eye::left);
+    render("r/right", 64, 64, 0, 1, Eye::right);
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "' ";
+    const Ran text = run(encode);
+    ASSERT_EQ(text.status, 0) << text.errors;
+    EXPECT_NE(text.output.find("right/ is left out: clients make both eyes of " + path("r/left") +
+                               " by depth (--eye right sends that instead, --stereo top-bottom both"),
+              std::string::npos)
+        << text.output;
+    const auto left_out = [&](const std::string& more) {
+        return nlohmann::json::parse(run(encode + "--json " + more).output)["left_out"];
+    };
+    EXPECT_EQ(left_out(""), nlohmann::json({"right"}));
+    EXPECT_EQ(left_out("--eye right"), nlohmann::json({"left"}));
+    EXPECT_EQ(left_out("--stereo top-bottom"), nlohmann::json::array());
+    EXPECT_EQ(nlohmann::json::parse(
+                  run("encode '" + path("r/left") + "' --preset ultrafast --json --out '" + path("a.mkv") + "'")
+                      .output)["left_out"],
+              nlohmann::json::array());
+}
+
 TEST_F(Programs, BothEyesMustBeThereAndBelongTogether) {
     render("r/left", 64, 64, 0, 1, Eye::left);
     const std::string words = "encode '" + path("r") + "' --out '" + path("a.mkv") + "' --stereo top-bottom";

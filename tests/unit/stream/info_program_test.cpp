@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/stat.h>
+
 namespace equistream::test {
 namespace {
 
@@ -54,12 +56,61 @@ TEST_F(Programs, InfoExplainsFramesAndFolders) {
     EXPECT_EQ(json["sequences"][0]["count"], 4);
 }
 
+TEST_F(Programs, InfoDrawsEveryFolderOfARender) {
+    render("r/centre", 64, 32, 0, 1);
+    render("r/hidden", 64, 32, 0, 1);
+    const Ran ran = run("info '" + path("r") + "' --pictures '" + path("look") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    for (const char* picture : {"centre/frame.0000.colour.png", "centre/frame.0001.colour.png",
+                                "hidden/frame.0000.colour.png", "hidden/frame.0001.colour.png"})
+        EXPECT_TRUE(fs::exists(folder / "look" / picture)) << picture;
+    ASSERT_EQ(run("info '" + path("r/centre") + "' --pictures '" + path("one") + "'").status, 0);
+    EXPECT_TRUE(fs::exists(folder / "one/frame.0001.colour.png"));
+}
+
+TEST_F(Programs, InfoLeavesNoFolderWhereThereIsNothingToDraw) {
+    fs::create_directories(folder / "empty");
+    synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
+    expect_failure(run("info '" + path("empty") + "' --pictures '" + path("look") + "'"), 2, "found none");
+    expect_failure(run("info '" + path("a.mkv") + "' --pictures '" + path("look") + "'"), 2,
+                   "--pictures: expected an EXR frame or a folder of frames, found ");
+    EXPECT_FALSE(fs::exists(folder / "look"));
+}
+
 TEST_F(Programs, InfoReadsAPipe) {
     synthetic::write(folder / "a.ts", synthetic::small_stream(Codec::h264, false));
     const Ran ran = run("info pipe:0", path("a.ts"));
     EXPECT_EQ(ran.status, 0) << ran.errors;
     EXPECT_NE(ran.output.find("track main: h264, 192x96"), std::string::npos) << ran.output;
 }
+
+TEST_F(Programs, InfoWaitsForNoNamedPipe) {
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    for (const char* options : {"", "--pictures '/dev/null/none' "})
+        expect_failure(run("info " + std::string(options) + "'" + path("pipe") + "'"), 2,
+                       "pipe: expected a file, a folder or a URL, found a named pipe or a device (info pipe:0 reads "
+                       "standard input)");
+    expect_failure(run("info /dev/zero"), 2, "found a named pipe or a device");
+}
+
+#ifndef __SANITIZE_ADDRESS__  // which reserves more than any limit
+TEST_F(Programs, InfoTakesLittleMemoryForALargePictureInASmallFile) {
+    constexpr int width = 12288, height = 4096;
+    {
+        Frame frame;
+        frame.info = info(width, height, 0, Eye::centre);
+        frame.planes.emplace("colour", FloatImage(width, height, 4, 0.0f));
+        write_exr(folder / "black.exr", frame);
+    }
+    ASSERT_LT(fs::file_size(folder / "black.exr"), 4u << 20);
+    constexpr int limit_kib = 700'000;
+    static_assert(std::int64_t{width} * height * 4 * sizeof(float) > std::int64_t{limit_kib} * 1024);
+    const Ran ran = run_line("(ulimit -v " + std::to_string(limit_kib) +
+                             "; MALLOC_ARENA_MAX=1 " EQUISTREAM_BIN "/equistream-info '" + path("black.exr") + "')");
+    EXPECT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_NE(ran.output.find("part rgba: 12288x4096"), std::string::npos) << ran.output;
+}
+#endif
 
 TEST_F(Programs, InfoKeepsControlCharactersOffTheTerminal) {
     render("r", 64, 32, 0, 0);

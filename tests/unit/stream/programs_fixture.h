@@ -34,9 +34,12 @@ protected:
     synthetic::Folder folder;
 
     Ran run(const std::string& arguments, const std::string& input = "/dev/null") const {
-        const std::string command = std::string(EQUISTREAM_BIN) + "/equistream-" + arguments + " >'" +
-                                    (folder / "out").string() + "' 2>'" + (folder / "err").string() + "' <'" + input +
-                                    "'";
+        return run_line(EQUISTREAM_BIN "/equistream-" + arguments, input);
+    }
+    /// A line of the shell.
+    Ran run_line(const std::string& line, const std::string& input = "/dev/null") const {
+        const std::string command =
+            line + " >'" + (folder / "out").string() + "' 2>'" + (folder / "err").string() + "' <'" + input + "'";
         const int status = std::system(command.c_str());
         return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
     }

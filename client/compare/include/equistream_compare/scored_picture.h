@@ -12,10 +12,14 @@ namespace equistream {
 
 struct ScoredPicture {
     std::filesystem::path file;
-    bool linear = false;            ///< an EXR: `samples` is scene-linear radiance; otherwise display values in [0, 1]
-    FloatImage samples;             ///< 3 or 4 channels where linear, 3 otherwise
+    bool linear = false;            ///< an EXR
+    FloatImage radiance;            ///< where linear: scene-linear, 3 or 4 channels
+    ByteImage rgb;                  ///< where not: display values, 3 channels
     double exposure = 1;            ///< factor on radiance before the display transform; 1 where not linear
     std::optional<FrameInfo> info;  ///< EXR only
+
+    int width() const { return linear ? radiance.width() : rgb.width(); }
+    int height() const { return linear ? radiance.height() : rgb.height(); }
 };
 
 /// Reads a .png (gray becomes RGB, alpha is ignored) or the plane "colour" of an .exr. `exposure` replaces the EXR
@@ -24,6 +28,9 @@ ScoredPicture read_scored_picture(const std::filesystem::path& file, std::option
 
 /// Display-referred values in [0, 1], not rounded to 8 bits.
 FloatImage display_values(const ScoredPicture& picture, const DisplayTransform& transform);
+/// Display values in 8 bits: a PNG's own, else those of `made`, which they are put into.
+ImageView<const std::uint8_t> display_8bit(const ScoredPicture& picture, const DisplayTransform& transform,
+                                           ByteImage& made);
 /// Radiance times exposure, clipped to [0, 1]: what the default view can show.
 FloatImage exposed_linear(const ScoredPicture& picture, const DisplayTransform& transform);
 

@@ -52,6 +52,12 @@ CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::stri
 std::string quoted_command(int argc, char** argv);
 
 enum class ProgressStyle { automatic, json, none };
+/// Adds --json: the report on standard output is JSON and nothing else.
+CLI::Option* add_json_flag(CLI::App& app, bool& json);
+
+/// Adds --progress, whose value parse_progress() reads.
+CLI::Option* add_progress_option(CLI::App& app, std::string& progress);
+
 /// "auto" (a bar on a terminal, nothing elsewhere), "json" (a line per step on stderr), "none".
 ProgressStyle parse_progress(const std::string& text);
 
