@@ -54,7 +54,8 @@ protected:
 
 /// What is taken unless told otherwise.
 inline constexpr std::string_view default_finding_engine = "mesh";
-/// `engine`: of engine_stages(). Null where it finds no depth itself. Throws InputError where OpenGL has no such engine.
+/// `engine`: of engine_stages(). Null where it finds no depth itself. Throws InputError where OpenGL has no such
+/// engine.
 std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options = {});
 
 }  // namespace equistream::gl
