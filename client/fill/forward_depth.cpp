@@ -4,6 +4,7 @@
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
+#include <formulas/scalars.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -77,7 +78,7 @@ public:
           height_(height_of(grid.camera())),
           focal_(eye_.camera.focal_px()), agreement_{float(std::max(grid.box_radius_m(), glm::length(centre_))),
                                                      float(std::sin(error_budget_rad(focal_, task.error_budget_px)))},
-          closes_(columns_close(grid.camera())) {}
+          wrapping_{width_, height_, columns_close(grid.camera()), false, false} {}
 
     void run() {
         const int rows = (height_ + block_side - 1) / block_side;
@@ -155,8 +156,7 @@ private:
 
     Projected project(int x, int y) const {
         Projected out;
-        if (closes_)
-            x = (x + width_) % width_;
+        x = formulas::column_round(wrapping_, x);
         SamplePlace place;
         if (x < 0 || y < 0 || x >= width_ || y >= height_ || !grid_.find(x, y, place))
             return out;
@@ -296,7 +296,7 @@ private:
     int width_, height_;
     double focal_;
     DepthAgreement agreement_;
-    bool closes_;
+    formulas::Wrapping wrapping_;
 };
 
 }  // namespace

@@ -38,7 +38,7 @@ public:
     PointSamples(const Grid& grid, const Lookup& lookup, const GapLookUp& task)
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
           agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()), tolerance_of(task)},
-          width_(width_of(grid.camera())), height_(height_of(grid.camera())), closes_(columns_close(grid.camera())) {}
+          wrapping_(source_grid(grid.camera())) {}
 
     /// Samples of the surface that the pixel sees: false if there are too few.
     bool of_surface(int x, int y, Neighbourhood& around) const {
@@ -166,10 +166,9 @@ private:
     static float inverse(float depth_m) { return 1 / std::min(depth_m, far_distance_m); }
     /// NaN where the grid has nothing.
     float inverse_at(int x, int y) const {
-        if (closes_)
-            x = (x + width_) % width_;
+        x = formulas::column_round(wrapping_, x);
         SamplePlace place;
-        if (x < 0 || y < 0 || x >= width_ || y >= height_ || !grid_.find(x, y, place))
+        if (x < 0 || y < 0 || x >= wrapping_.width || y >= wrapping_.height || !grid_.find(x, y, place))
             return std::nanf("");
         return inverse(grid_.depth_m(place));
     }
@@ -179,8 +178,7 @@ private:
     const GapLookUp& task_;
     EyeRays rays_;
     DepthAgreement agreement_;
-    int width_, height_;
-    bool closes_;
+    formulas::Wrapping wrapping_;
 };
 
 struct NoMirrors {

@@ -5,7 +5,6 @@
 #include "../reliability/coefficients.h"
 #include "../reliability/risks.h"
 #include "../reproject/depth_finder.h"
-#include "../reproject/float_math.h"
 #include "../reproject/gl/eye_targets.h"
 #include "../reproject/hiding_surface.h"
 #include "../reproject/source_lattice.h"
@@ -59,11 +58,8 @@ std::string upper_case(std::string_view name) {
 std::string made() {
     Defines d;
     d.add("PI", pi);
-    d.add("HALF_PI", pi / 2);
     d.add_bits("UNKNOWN", 0x7fc00000u);
     d.add_bits("INFINITE", 0x7f800000u);
-    d.add("ATAN_COEFFICIENTS", atan_coefficients);
-    d.add("EDGE_ROUNDING_PX", edge_rounding_px);
     d.add("FAR_DISTANCE_M", far_distance_m);
     d.add("FARTHEST_CARRIED_M", farthest_carried_m);
     d.add("LARGEST_HALF_HEIGHT", largest_half_height);

@@ -64,7 +64,8 @@ void require(GetStatus get_status, GetLog get_log, GLuint name, GLenum what, std
 
 std::string whole_text(const Stage& stage, std::span<const std::string> defines) {
     std::string text = "#version 450 core\n#define GROUP_WIDTH " + std::to_string(group_width) +
-                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" + constants();
+                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" + constants() +
+                       with_includes(file_text("shaders.glsl"));
     for (const std::string& define : defines)
         text += "#define " + define + "\n";
     return text + (stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text));

@@ -34,15 +34,6 @@ private:
     }
 };
 
-/// Beyond a pole the rows come back on the other side.
-Sample wrapped_far(const SourceGrid& grid, int x, int y) {
-    if (y < -1 && grid.north_pole)
-        return wrapped(grid, x + grid.width / 2, -1 - y, grid.width, grid.height);
-    if (y > grid.height && grid.south_pole)
-        return wrapped(grid, x + grid.width / 2, 2 * grid.height - 1 - y, grid.width, grid.height);
-    return wrapped(grid, x, y, grid.width, grid.height);
-}
-
 }  // namespace
 
 bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>& over_reach, float s, float t,
@@ -63,7 +54,7 @@ bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, cons
     const int x0 = u >> position_bits, y0 = v >> position_bits;
     std::array<float, 16> over_reach;
     for (int i = 0; i < 16; ++i) {
-        const Sample sample = wrapped_far(grid, x0 - 1 + i % 4, y0 - 1 + i / 4);
+        const Sample sample = wrapped(grid, x0 - 1 + i % 4, y0 - 1 + i / 4);
         const float distance_m = depth_m.pixel(sample.x, sample.y)[0];
         over_reach[std::size_t(i)] = distance_m > 0 ? 1 / agreement.reach(distance_m) : std::nanf("");
     }

@@ -17,8 +17,8 @@ template <typename Lookup>
 class ImageColour {
 public:
     ImageColour(const Lookup& lookup, const SourceView& source, const DepthAgreement& agreement)
-        : lookup_(lookup), source_(source), grid_(source), agreement_(agreement), width_(width_of(source.camera)),
-          height_(height_of(source.camera)), closes_(columns_close(source.camera)) {}
+        : lookup_(lookup), source_(source), grid_(source), agreement_(agreement),
+          wrapping_(source_grid(source.camera)) {}
 
     /// What is seen at a position found: of the four samples around, those that show the nearest one's image.
     Vec3f at(PixelPosition position) const {
@@ -47,10 +47,9 @@ private:
         return s.specular ? 1 / image_distance(source_, s) : std::nanf("");
     }
     float inverse_image(int x, int y) const {
-        if (y < 0 || y >= height_)
+        if (y < 0 || y >= wrapping_.height)
             return std::nanf("");
-        return inverse_image(
-            specular_sample(source_, closes_ ? (x + width_) % width_ : std::clamp(x, 0, width_ - 1), y));
+        return inverse_image(specular_sample(source_, formulas::wrapped_column(wrapping_, x, y), y));
     }
 
     /// Whether the neighbours at (x, y) and one step further show one image.
@@ -63,8 +62,7 @@ private:
     const SourceView& source_;
     PictureGrid grid_;
     DepthAgreement agreement_;
-    int width_, height_;
-    bool closes_;
+    formulas::Wrapping wrapping_;
 };
 
 }  // namespace equistream

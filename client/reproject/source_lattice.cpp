@@ -41,17 +41,10 @@ LatticeAngles::LatticeAngles(const Camera& camera) {
 }
 
 SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_m)
-    : depth_m_(depth_m), angles_(camera) {
+    : depth_m_(depth_m), grid_(source_grid(camera)), angles_(camera) {
     const int w = depth_m.width, h = depth_m.height;
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
-        equirect_ = true;
-        const LongitudeLatitudeRange& range = sphere->range;
-        closes_ = range.closes();
-        north_pole_ = closes_ && range.latitude_max > pi / 2 - 1e-9;
-        south_pole_ = closes_ && range.latitude_min < -pi / 2 + 1e-9;
-    }
     constexpr int side = LatticeBlock::side;
-    block_columns_ = (w - (closes_ ? 0 : -1) + side - 1) / side;
+    block_columns_ = (w - first_column() + side - 1) / side;
     block_rows_ = (h + 1 + side - 1) / side;
     summaries_.resize(std::size_t(block_columns_) * std::size_t(block_rows_));
     tbb::parallel_for(0, block_rows_, [&](int block_y) {
@@ -62,17 +55,16 @@ SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_
 }
 
 void SourceLattice::wrap(int& x, int& y) const {
-    if ((y < 0 && north_pole_) || (y >= height() && south_pole_)) {
-        y = y < 0 ? -1 - y : 2 * height() - 1 - y;
-        x += width() / 2;
-    }
-    if (closes_)
-        x = x < 0 ? x + width() : x >= width() ? (x - width()) % width() : x;
+    x = formulas::column_round(grid_, formulas::column_over_pole(grid_, x, y));
+    // A block may be wider than the whole picture.
+    if (closes() && x >= width())
+        x %= width();
+    y = formulas::row_over_pole(grid_, y);
 }
 
 Vec3f SourceLattice::direction_of_tables(int column, int row) const {
     const float a = angles_.column_a[column + 1], p = angles_.row_a[row + 1];
-    if (!equirect_) {
+    if (!grid_.sphere) {
         const float scale = 1 / std::sqrt(1 + a * a + p * p);
         return {a * scale, p * scale, -scale};
     }
@@ -135,7 +127,7 @@ void SourceLattice::load(int block_x, int block_y, LatticeBlock& block) const {
         float* qy = &block.qy[first];
         float* qz = &block.qz[first];
         float* k = &block.k[first];
-        if (equirect_) {
+        if (grid_.sphere) {
             const float* b = &angles_.column_b[block.x0 - before + 1];
             const float c = angles_.row_b[row + 1];
             for (int i = 0; i < stride; ++i) {

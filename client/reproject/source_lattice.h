@@ -5,6 +5,7 @@
 /// Points are homogeneous: (q, k) stands for q / k, so that k = 0 is infinity, means of points lie on the segment
 /// between them, and a point on a plane m . X = 1 has k = m . q.
 #include "float_math.h"
+#include "warp.h"
 
 #include <equistream/camera.h>
 #include <equistream/depth_agreement.h>
@@ -73,9 +74,9 @@ public:
 
     int width() const { return depth_m_.width; }
     int height() const { return depth_m_.height; }
-    bool closes() const { return closes_; }
+    bool closes() const { return grid_.closes; }
     /// The first cell's lattice coordinates: its column is -1 where the picture does not close.
-    int first_column() const { return closes_ ? 0 : -1; }
+    int first_column() const { return closes() ? 0 : -1; }
     static constexpr int first_row() { return -1; }
     int block_columns() const { return block_columns_; }
     int block_rows() const { return block_rows_; }
@@ -112,7 +113,7 @@ private:
     Vec3f direction_of_tables(int column, int row) const;
 
     ImageView<const float> depth_m_;
-    bool closes_ = false, north_pole_ = false, south_pole_ = false, equirect_ = false;
+    SourceGrid grid_;
     int block_columns_ = 0, block_rows_ = 0;
     LatticeAngles angles_;
     std::vector<Summary> summaries_;

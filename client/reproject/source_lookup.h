@@ -2,10 +2,13 @@
 /// Where directions fall in a source picture, in single precision: one small class per projection, so that the hot
 /// loops are compiled for each and call nothing through a pointer. Directions are in the source's camera frame.
 #include "float_math.h"
+#include "warp.h"
 
 #include <equistream/camera.h>
+#include <formulas/scalars.h>
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace equistream {
@@ -37,10 +40,22 @@ struct BilinearCell {
     }
 };
 
-/// Whether a position lies in a picture of this size; false for NaN.
-inline bool lies_inside(PixelPosition p, int width, int height) {
-    constexpr float edge = edge_rounding_px;
-    return p.u >= -edge && p.u <= float(width) + edge && p.v >= -edge && p.v <= float(height) + edge;
+/// The four samples around a position, brought back into the picture.
+inline Taps taps_around(const formulas::Wrapping& grid, PixelPosition p) {
+    const BilinearCell cell(p);
+    Taps taps;
+    taps.weight = cell.weight;
+    const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x + 1 < grid.width && cell.y + 1 < grid.height;
+    for (int k = 0; k < 4; ++k) {
+        const int x = cell.x + (k & 1), y = cell.y + (k >> 1);
+        taps.x[k] = inside ? x : formulas::wrapped_column(grid, x, y);
+        taps.y[k] = inside ? y : formulas::wrapped_row(grid, y);
+    }
+    return taps;
+}
+
+inline bool lies_inside(const formulas::Wrapping& grid, PixelPosition p) {
+    return formulas::is_within(p.u, float(grid.width)) && formulas::is_within(p.v, float(grid.height));
 }
 
 class EquirectLookup {
@@ -48,69 +63,39 @@ public:
     explicit EquirectLookup(const EquirectCamera& camera);
 
     PixelPosition project(Vec3f d) const {
-        float longitude = fast_atan2(d.x, -d.z) - middle_;
-        if (longitude > float(pi))
-            longitude -= float(2 * pi);
-        else if (longitude < -float(pi))
-            longitude += float(2 * pi);
-        const float latitude = fast_atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z));
-        return {longitude * columns_per_radian_ + half_width_, (top_ - latitude) * rows_per_radian_};
+        return {formulas::sphere_column(d.x, d.z, grid_.middle, grid_.columns_per_radian, grid_.half_width),
+                formulas::sphere_row(d.x, d.y, d.z, grid_.top, grid_.rows_per_radian)};
     }
-    bool contains(PixelPosition p) const { return lies_inside(p, width_, height_); }
-    Taps taps(PixelPosition p) const {
-        const BilinearCell cell(p);
-        Taps taps;
-        taps.weight = cell.weight;
-        for (int k = 0; k < 4; ++k) {
-            taps.x[k] = cell.x + (k & 1);
-            taps.y[k] = cell.y + (k >> 1);
-        }
-        if (cell.x < 0 || cell.y < 0 || cell.x + 1 >= width_ || cell.y + 1 >= height_)
-            bring_inside(taps);
-        return taps;
-    }
+    bool contains(PixelPosition p) const { return lies_inside(grid_, p); }
+    Taps taps(PixelPosition p) const { return taps_around(grid_, p); }
     Vec3f unit_direction(int x, int y) const {
         const float c = cos_latitude_[y];
         return {c * sin_longitude_[x], sin_latitude_[y], -c * cos_longitude_[x]};
     }
 
 private:
-    /// Columns go round; beyond a pole the rows come back on the other side. Partial pictures repeat their edge.
-    void bring_inside(Taps& taps) const;
-
-    int width_ = 0, height_ = 0;
-    float middle_ = 0, half_width_ = 0, top_ = 0, columns_per_radian_ = 0, rows_per_radian_ = 0;
-    bool closes_ = false, north_pole_ = false, south_pole_ = false;
+    SourceGrid grid_;
     std::vector<float> sin_longitude_, cos_longitude_, sin_latitude_, cos_latitude_;
 };
 
 class PerspectiveLookup {
 public:
-    explicit PerspectiveLookup(const PerspectiveCamera& camera);
+    explicit PerspectiveLookup(const PerspectiveCamera& camera) : grid_(source_grid(camera)) {}
 
     PixelPosition project(Vec3f d) const {
-        const float scale = d.z < 0 ? focal_ / -d.z : std::nanf("");
-        return {half_width_ + d.x * scale, half_height_ - d.y * scale};
+        return {formulas::flat_column(d.x, d.z, grid_.focal_px, grid_.half_width),
+                formulas::flat_row(d.y, d.z, grid_.focal_px, grid_.half_height)};
     }
-    bool contains(PixelPosition p) const { return lies_inside(p, width_, height_); }
-    Taps taps(PixelPosition p) const {
-        const BilinearCell cell(p);
-        Taps taps;
-        taps.weight = cell.weight;
-        for (int k = 0; k < 4; ++k) {
-            taps.x[k] = std::clamp(cell.x + (k & 1), 0, width_ - 1);
-            taps.y[k] = std::clamp(cell.y + (k >> 1), 0, height_ - 1);
-        }
-        return taps;
-    }
+    bool contains(PixelPosition p) const { return lies_inside(grid_, p); }
+    Taps taps(PixelPosition p) const { return taps_around(grid_, p); }
     Vec3f unit_direction(int x, int y) const {
-        const Vec3f d{(float(x) + 0.5f - half_width_) / focal_, (half_height_ - float(y) - 0.5f) / focal_, -1};
+        const Vec3f d{(float(x) + 0.5f - grid_.half_width) / grid_.focal_px,
+                      (grid_.half_height - float(y) - 0.5f) / grid_.focal_px, -1};
         return d * (1 / std::sqrt(dot(d, d)));
     }
 
 private:
-    int width_ = 0, height_ = 0;
-    float focal_ = 1, half_width_ = 0, half_height_ = 0;
+    SourceGrid grid_;
 };
 
 }  // namespace equistream

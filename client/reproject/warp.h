@@ -6,6 +6,7 @@
 
 #include <equistream/depth_agreement.h>
 #include <equistream_client/view.h>
+#include <formulas/scalars.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -22,15 +23,15 @@ inline constexpr int position_one = 1 << position_bits;
 /// Below this share of the four samples' weight what is left lies too far to one side of the point to stand for it.
 inline constexpr float least_weight = 0.1f;
 
-/// Where directions fall among a source's samples.
-struct SourceGrid {
+/// Where directions fall among a source's samples, and what lies beyond its edges.
+struct SourceGrid : formulas::Wrapping {
+    SourceGrid() : formulas::Wrapping{} {}
+
     bool sphere = true;
-    int width = 0, height = 0;
     float half_width = 0, half_height = 0;
     float middle = 0, top = 0;                          ///< sphere: longitude and latitude, radians
     float columns_per_radian = 0, rows_per_radian = 0;  ///< sphere
     float focal_px = 1;                                 ///< perspective
-    bool closes = false, north_pole = false, south_pole = false;
 };
 
 SourceGrid source_grid(const Camera& camera);
@@ -39,13 +40,9 @@ struct Sample {
     int x = 0, y = 0;
 };
 
-/// The sample that stands for one up to a sample beyond the edges: columns go round; beyond a pole the rows come back
-/// on the other side; partial pictures repeat their edge. `width` and `height` of any plane of the source.
-inline Sample wrapped(const SourceGrid& grid, int x, int y, int width, int height) {
-    if ((y < 0 && grid.north_pole) || (y >= height && grid.south_pole))
-        x += width / 2;
-    x = grid.closes ? (x + width) % width : std::clamp(x, 0, width - 1);
-    return {x, std::clamp(y, 0, height - 1)};
+/// The sample that stands for one up to two beyond the edges.
+inline Sample wrapped(const formulas::Wrapping& grid, int x, int y) {
+    return {formulas::wrapped_column(grid, x, y), formulas::wrapped_row(grid, y)};
 }
 
 /// One eye to be coloured from one source.

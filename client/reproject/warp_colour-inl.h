@@ -133,8 +133,8 @@ std::uint32_t mixed_one_by_one(const SourceGrid& grid, const Tile& tile, int pix
                                const Colour& colour) {
     std::array<int, 3> sum{};
     for (int k = 0; k < 4; ++k) {
-        const Sample s = wrapped(grid, (tile.u[pixel] >> position_bits) + (k & 1),
-                                 (tile.v[pixel] >> position_bits) + (k >> 1), grid.width, grid.height);
+        const Sample s =
+            wrapped(grid, (tile.u[pixel] >> position_bits) + (k & 1), (tile.v[pixel] >> position_bits) + (k >> 1));
         const auto sample = colour(s.x, s.y);
         for (std::size_t c = 0; c < 3; ++c)
             sum[c] += int(weights >> (8 * k) & 0xff) * sample[c];

@@ -11,8 +11,6 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
-#include <limits>
-
 HWY_BEFORE_NAMESPACE();
 namespace equistream::HWY_NAMESPACE {
 
@@ -36,26 +34,20 @@ HWY_INLINE Ints all(int value) {
     return hn::Set(int_tag, value);
 }
 
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#include <formulas/vectors-inl.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
 struct Vectors {
     Floats x, y, z;
 };
 
 HWY_INLINE Floats dot(const Vectors& a, const Vectors& b) {
     return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, a.z * b.z));
-}
-
-/// atan2 as in float_math.h, lane by lane; any number where that is NaN.
-HWY_INLINE Floats atan2(Floats y, Floats x) {
-    const Floats ax = hn::Abs(x), ay = hn::Abs(y);
-    const Floats a = hn::Min(ax, ay) / hn::Max(hn::Max(ax, ay), all(std::numeric_limits<float>::min()));
-    const Floats s = a * a;
-    Floats p = all(atan_coefficients[0]);
-    for (std::size_t i = 1; i < atan_coefficients.size(); ++i)
-        p = hn::MulAdd(p, s, all(atan_coefficients[i]));
-    Floats angle = p * a;
-    angle = hn::IfThenElse(ay > ax, all(1.57079632679f) - angle, angle);
-    angle = hn::IfThenElse(x < all(0.0f), all(3.14159265359f) - angle, angle);
-    return hn::CopySign(angle, y);
 }
 
 /// What tiles to the right will read of a plane, from where this one's rows end, is asked for now: the lower samples,

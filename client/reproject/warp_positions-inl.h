@@ -25,28 +25,18 @@ struct Positions {
     Floats u, v;
 };
 
-/// The source's image of directions in its frame (conventions.h).
+/// The source's image of directions in its frame.
 HWY_INLINE Positions project(const SourceGrid& grid, const Vectors& d) {
-    if (!grid.sphere) {
-        constexpr float nowhere = -1e9f;
-        const Floats scale = all(grid.focal_px) / hn::Neg(d.z);
-        const Floats u = hn::MulAdd(d.x, scale, all(grid.half_width));
-        return {hn::IfThenElse(d.z < all(0.0f), u, all(nowhere)), hn::NegMulAdd(d.y, scale, all(grid.half_height))};
-    }
-    const Floats turn = all(float(2 * pi)), half_turn = all(float(pi));
-    Floats longitude = atan2(d.x, hn::Neg(d.z)) - all(grid.middle);
-    longitude = hn::IfThenElse(longitude > half_turn, longitude - turn, longitude);
-    longitude = hn::IfThenElse(longitude < hn::Neg(half_turn), longitude + turn, longitude);
-    const Floats latitude = atan2(d.y, hn::Sqrt(hn::MulAdd(d.x, d.x, d.z * d.z)));
-    return {hn::MulAdd(longitude, all(grid.columns_per_radian), all(grid.half_width)),
-            (all(grid.top) - latitude) * all(grid.rows_per_radian)};
+    if (grid.sphere)
+        return {formulas::sphere_column(d.x, d.z, grid.middle, grid.columns_per_radian, grid.half_width),
+                formulas::sphere_row(d.x, d.y, d.z, grid.top, grid.rows_per_radian)};
+    return {formulas::flat_column(d.x, d.z, grid.focal_px, grid.half_width),
+            formulas::flat_row(d.y, d.z, grid.focal_px, grid.half_height)};
 }
 
 /// Whether they lie in the picture; false for NaN.
 HWY_INLINE FloatMask inside(const SourceGrid& grid, const Positions& p) {
-    const Floats edge = all(-edge_rounding_px);
-    return hn::And(hn::And(p.u >= edge, p.u <= all(float(grid.width) + edge_rounding_px)),
-                   hn::And(p.v >= edge, p.v <= all(float(grid.height) + edge_rounding_px)));
+    return hn::And(formulas::is_within(p.u, float(grid.width)), formulas::is_within(p.v, float(grid.height)));
 }
 
 /// The samples nearest to some positions; any of the picture's where it does not cover them.

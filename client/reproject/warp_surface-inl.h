@@ -32,7 +32,7 @@ HWY_INLINE void samples_around(const SourceGrid& grid, Ints x0, Ints y0, Samples
     for (int k = 0; k < 4; ++k)
         for (int i = 0; i < lanes; ++i) {
             const Sample s = wrapped(grid, std::clamp(samples.x[k][i], -1, grid.width),
-                                     std::clamp(samples.y[k][i], -1, grid.height), grid.width, grid.height);
+                                     std::clamp(samples.y[k][i], -1, grid.height));
             samples.x[k][i] = s.x;
             samples.y[k][i] = s.y;
         }

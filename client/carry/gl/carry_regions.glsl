@@ -40,10 +40,6 @@ vec3 moved(mat4 by, vec3 point) {
     return (by * vec4(point, 1.0)).xyz;
 }
 
-int round_the_seam(int column) {
-    return source_closes != 0 ? (column + source_size.x) % source_size.x : column;
-}
-
 /// What may come to be seen in a pixel: the distance's upper bits and the region, so that the least is the nearest.
 const uint NO_CANDIDATE = 0xffffffffu;
 

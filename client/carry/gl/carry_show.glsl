@@ -33,7 +33,7 @@ vec3 colour_before(vec2 position, uint region) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 4; ++k) {
         ivec2 tap = ivec2(corner) + ivec2(k & 1, k >> 1);
-        tap = clamp(ivec2(round_the_seam(tap.x), tap.y), ivec2(0), source_size - 1);
+        tap = clamp(ivec2(column_round(source_wrapping(), tap.x), tap.y), ivec2(0), source_size - 1);
         if (texelFetch(region_map, tap, 0).x != region)
             continue;
         float weight = ((k & 1) != 0 ? part.x : 1.0 - part.x) * ((k >> 1) != 0 ? part.y : 1.0 - part.y);

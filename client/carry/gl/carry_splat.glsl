@@ -38,7 +38,7 @@ void main() {
     uint candidate = candidate_of(centre.z, region);
     for (int y = max(low.y, 0); y <= min(high.y, source_size.y - 1); ++y)
         for (int x = low.x; x <= high.x; ++x) {
-            int column = round_the_seam(x);
+            int column = column_round(source_wrapping(), x);
             if (column >= 0 && column < source_size.x) {
                 imageAtomicMin(candidates, ivec2(column, y), candidate);
                 mark_tile(ivec2(column, y), REACHED);

@@ -44,8 +44,7 @@ bool find_taps(vec2 position, out Taps taps, out vec4 weights) {
 
 /// NaN where the grid has nothing, and beyond its rows: patches end anywhere.
 float depth_around(ivec2 s) {
-    if (source_closes != 0)
-        s.x = (s.x + source_size.x) % source_size.x;
+    s.x = column_round(source_wrapping(), s.x);
     ivec2 place;
     bool inside = all(greaterThanEqual(s, ivec2(0))) && all(lessThan(s, source_size));
     return inside && find_sample(s, place) ? texelFetch(source_depth, place, 0).x : UNKNOWN;

@@ -74,8 +74,7 @@ bool first_image(vec3 eye, vec3 ray, float surface_m, out vec2 at) {
 
 /// 1 / distance of a sample's image, NaN where there is none or nobody has told.
 float inverse_image(ivec2 s) {
-    s.x = source_closes != 0 ? (s.x + source_size.x) % source_size.x : clamp(s.x, 0, source_size.x - 1);
-    return s.y < 0 || s.y >= source_size.y ? UNKNOWN : 1.0 / image_of(s);
+    return s.y < 0 || s.y >= source_size.y ? UNKNOWN : 1.0 / image_of(wrapped(s));
 }
 
 /// Whether a sample and the one a step further show one image.

@@ -1,5 +1,7 @@
-// Where directions fall among a source's samples: the formulas of conventions.h, as warp_positions-inl.h and look_up.h
-// have them. Directions are in the source's frame; positions in samples, from the corner of the first.
+// Where directions fall among a source's samples. Directions are in the source's frame; positions in samples, from the
+// corner of the first.
+#include "mapping.glsl.h"
+#include "wrapping.glsl.h"
 
 #define GRID_MEMBERS(each)         \
     each ivec2 source_size;        \
@@ -24,55 +26,28 @@ layout(std140, binding = 0) uniform SourceGrid {
 };
 #endif
 
-float fast_atan2(float y, float x) {
-    float ax = abs(x), ay = abs(y), larger = max(ax, ay);
-    float a = larger > 0.0 ? min(ax, ay) / larger : larger;
-    float s = a * a, p = 0.0;
-    for (int i = 0; i < 8; ++i)
-        p = p * s + ATAN_COEFFICIENTS[i];
-    float angle = p * a;
-    if (ay > ax)
-        angle = HALF_PI - angle;
-    if (x < 0.0)
-        angle = PI - angle;
-    return y < 0.0 ? -angle : angle;
-}
-
-/// Far outside where a flat picture does not look.
 vec2 position_of(vec3 d) {
     vec2 half_size = 0.5 * vec2(source_size);
-    if (source_is_sphere == 0) {
-        float scale = source_focal_px / -d.z;
-        return d.z < 0.0 ? vec2(d.x * scale + half_size.x, half_size.y - d.y * scale) : vec2(-1e9);
-    }
-    float longitude = fast_atan2(d.x, -d.z) - source_middle;
-    longitude -= longitude > PI ? 2.0 * PI : 0.0;
-    longitude += longitude < -PI ? 2.0 * PI : 0.0;
-    float latitude = fast_atan2(d.y, sqrt(d.x * d.x + d.z * d.z));
-    return vec2(longitude * columns_per_radian + half_size.x, (source_top - latitude) * rows_per_radian);
+    if (source_is_sphere == 0)
+        return vec2(flat_column(d.x, d.z, source_focal_px, half_size.x),
+                    flat_row(d.y, d.z, source_focal_px, half_size.y));
+    return vec2(sphere_column(d.x, d.z, source_middle, columns_per_radian, half_size.x),
+                sphere_row(d.x, d.y, d.z, source_top, rows_per_radian));
 }
 
 /// False for NaN.
 bool is_covered(vec2 position) {
-    return all(greaterThanEqual(position, vec2(-EDGE_ROUNDING_PX))) &&
-           all(lessThanEqual(position, vec2(source_size) + vec2(EDGE_ROUNDING_PX)));
+    return is_within(position.x, float(source_size.x)) && is_within(position.y, float(source_size.y));
 }
 
-/// Beyond a pole the rows come back on the other side.
-ivec2 over_pole(ivec2 s) {
-    bool north = s.y < 0 && source_north_pole != 0, south = s.y >= source_size.y && source_south_pole != 0;
-    return north || south ? ivec2(s.x + source_size.x / 2, north ? -1 - s.y : 2 * source_size.y - 1 - s.y) : s;
+Wrapping source_wrapping() {
+    return Wrapping(source_size.x, source_size.y, source_closes != 0, source_north_pole != 0, source_south_pole != 0);
 }
 
-/// The sample that stands for one up to two samples beyond the edges: columns go round; beyond a pole the rows come back
-/// on the other side; partial pictures repeat their edge.
+/// The sample that stands for one up to two samples beyond the edges.
 ivec2 wrapped(ivec2 s) {
-    s = over_pole(s);
-    // Where columns go round: nothing is further out than once round, and dividing whole numbers is slow.
-    int around = source_closes != 0 ? source_size.x : 0;
-    s.x += s.x < 0 ? around : 0;
-    s.x -= s.x >= source_size.x ? around : 0;
-    return clamp(s, ivec2(0), source_size - 1);
+    Wrapping grid = source_wrapping();
+    return ivec2(wrapped_column(grid, s.x, s.y), wrapped_row(grid, s.y));
 }
 
 /// Unit directions of the centres of a sample and those right of it, below it and both; they may lie beyond the edges as

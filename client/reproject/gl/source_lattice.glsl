@@ -8,13 +8,10 @@ layout(binding = 5) uniform sampler2D lattice_angles;  // of columns, and in the
 
 /// Brings a sphere's points back into the picture.
 ivec2 lattice_wrapped(ivec2 p) {
-    p = over_pole(p);
-    // Nothing is further out than a block: dividing whole numbers is slow.
-    int around = source_closes != 0 ? source_size.x : 0;
-    p.x += p.x < 0 ? around : 0;
-    p.x -= p.x >= source_size.x ? around : 0;
-    p.x -= p.x >= source_size.x ? around : 0;
-    return p;
+    Wrapping grid = source_wrapping();
+    int x = column_round(grid, column_over_pole(grid, p.x, p.y));
+    // Nothing is further out than a block.
+    return ivec2(column_round(grid, x), row_over_pole(grid, p.y));
 }
 
 float inverse_of_sample(ivec2 s) {
@@ -49,10 +46,10 @@ vec2 column_angles(int x) {
 }
 
 vec2 row_angles(int y) {
-    bool north = y < 0 && source_north_pole != 0, south = y >= source_size.y && source_south_pole != 0;
-    int of = clamp(north ? -1 - y : south ? 2 * source_size.y - 1 - y : y, -1, source_size.y);
+    Wrapping grid = source_wrapping();
+    int of = clamp(row_over_pole(grid, y), -1, source_size.y);
     vec2 row = texelFetch(lattice_angles, ivec2(of + 1, 1), 0).xy;
-    return north || south ? vec2(row.x, -row.y) : row;
+    return is_beyond_pole(grid, y) ? vec2(row.x, -row.y) : row;
 }
 
 vec3 direction_of_angles(vec2 column, vec2 row) {

@@ -14,17 +14,17 @@ TEST(FloatMath, ArcTangentIsWithinItsStatedError) {
         const double angle = -pi + 2 * pi * (i + 0.5) / 2'000'000;
         const float x = float(std::cos(angle));
         const float y = float(std::sin(angle));
-        worst = std::max(worst, std::abs(double(fast_atan2(y, x)) - std::atan2(double(y), double(x))));
+        worst = std::max(worst, std::abs(double(formulas::fast_atan2(y, x)) - std::atan2(double(y), double(x))));
     }
     EXPECT_LT(worst, 4e-7);
 }
 
 TEST(FloatMath, ArcTangentOnTheAxesAndOfNothing) {
-    EXPECT_EQ(fast_atan2(0, 0), 0);
-    EXPECT_FLOAT_EQ(fast_atan2(0, -1), float(pi));
-    EXPECT_FLOAT_EQ(fast_atan2(-1, 0), -float(pi) / 2);
-    EXPECT_TRUE(std::isnan(fast_atan2(std::nanf(""), 1)));
-    EXPECT_TRUE(std::isnan(fast_atan2(1, std::nanf(""))));
+    EXPECT_EQ(formulas::fast_atan2(0, 0), 0);
+    EXPECT_FLOAT_EQ(formulas::fast_atan2(0, -1), float(pi));
+    EXPECT_FLOAT_EQ(formulas::fast_atan2(-1, 0), -float(pi) / 2);
+    EXPECT_TRUE(std::isnan(formulas::fast_atan2(std::nanf(""), 1)));
+    EXPECT_TRUE(std::isnan(formulas::fast_atan2(1, std::nanf(""))));
 }
 
 /// A hundredth of a pixel on the widest sphere anybody reads, against the double-precision contract.

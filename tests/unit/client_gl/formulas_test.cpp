@@ -330,7 +330,7 @@ TEST_F(Formulas, SmoothSurfacesHideWhatTheHeadersSay) {
     for (std::size_t i = 0; i < queries.size(); ++i) {
         at[i] = {int(random() % (512 * position_one)), int(random() % (256 * position_one)) - position_one / 2};
         queries[i].at = glm::vec4(glm::vec2(at[i]) / float(position_one), 0, 0);
-        const Sample sample = wrapped(grid, at[i].x >> position_bits, at[i].y >> position_bits, 512, 256);
+        const Sample sample = wrapped(grid, at[i].x >> position_bits, at[i].y >> position_bits);
         const float surface_m = *depth_m.pixel(sample.x, sample.y);
         queries[i].direction = {0, 0, -1, surface_m * (1 + 0.3f * float(one(random)))};
         // So that second differences and what a point lies behind are now below what counts, now above.
