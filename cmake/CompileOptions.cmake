@@ -15,10 +15,17 @@ option(EQUISTREAM_WERROR "Warnings are errors (CI)" OFF)
 option(EQUISTREAM_FUZZ "Build the libFuzzer programs of tests/fuzz, and no other tests (preset fuzz)" OFF)
 
 add_library(equistream_options INTERFACE)
+# A header is named by its path from the root.
+target_include_directories(equistream_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(equistream_options INTERFACE
   -Wall -Wextra $<$<COMPILE_LANGUAGE:CXX>:-Wshadow> $<$<COMPILE_LANGUAGE:CXX>:-Wconversion>
   $<$<COMPILE_LANGUAGE:CXX>:-Wno-sign-conversion>
   $<$<BOOL:${EQUISTREAM_WERROR}>:-Werror>)
+
+# Loops over pixels: square roots and rounding inline, instead of calls that might set errno or raise exceptions nobody reads.
+add_library(equistream_pixel_loops INTERFACE)
+target_link_libraries(equistream_pixel_loops INTERFACE equistream_options)
+target_compile_options(equistream_pixel_loops INTERFACE -O3 -fno-math-errno -fno-trapping-math)
 
 find_program(CCACHE ccache)
 if(CCACHE)

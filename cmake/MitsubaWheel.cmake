@@ -3,7 +3,7 @@
 #   mitsuba::wheel                what a plugin or an embedding program compiles and links with
 #   EQUISTREAM_MITSUBA_FOLDER     the wheel's own folder: libmitsuba, its plugins, its command line
 #   EQUISTREAM_MITSUBA_VARIANTS   for which variants plugins are compiled: all in the wheel unless given
-#   EQUISTREAM_WITH_MITSUBA       whether all that is there; rooms that need it ask this
+#   EQUISTREAM_WITH_MITSUBA       whether all that is there; modules that need it ask this
 # Its C++ interface changes with every release and nothing in it checks that, so exactly one is accepted.
 set(EQUISTREAM_PYTHON "${CMAKE_SOURCE_DIR}/build/venv/bin/python3" CACHE FILEPATH "Python with tests/requirements.txt installed")
 set(EQUISTREAM_MITSUBA AUTO CACHE STRING "Mitsuba's plugins and host: AUTO (if the wheel is there), ON (or fail), OFF")

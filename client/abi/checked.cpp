@@ -1,7 +1,7 @@
 #include "checked.h"
 
+#include <client/stages/stages.h>
 #include <equistream/pose_limits.h>
-#include <equistream_client/stages.h>
 
 #include <cmath>
 #include <cstring>

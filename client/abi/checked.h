@@ -1,8 +1,8 @@
 #pragma once
 /// What callers hand over, checked: every number finite and in range, every text a text. Throws InputError that names
 /// the field.
-#include <abi/whole_struct.h>
-#include <session/session.h>
+#include <client/session/session.h>
+#include <plugin/abi/whole_struct.h>
 
 #include <equistream/client.h>
 

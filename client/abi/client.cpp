@@ -2,11 +2,11 @@
 #include "images.h"
 #include "module_loading.h"
 
-#include <abi/guard.h>
+#include <plugin/abi/guard.h>
 
+#include <client/receive/received_view.h>
 #include <equistream/conventions.h>
 #include <equistream/pose_limits.h>
-#include <equistream_client/received_view.h>
 
 #include <cmath>
 #include <cstdio>

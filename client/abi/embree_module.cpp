@@ -1,8 +1,8 @@
 /// Embree's module of libequistream_client: rays into the scene's geometry.
 #include "module_loading.h"
 
-#include <equistream_client/ray_colour.h>
-#include <equistream_client/ray_depth.h>
+#include <client/depth/ray_colour.h>
+#include <client/depth/ray_depth.h>
 
 namespace equistream {
 

@@ -2,12 +2,12 @@
 #include "host_gl_state.h"
 #include "module_loading.h"
 
-#include <gl/requirements.h>
-#include <reproject/gl/pq_display.h>
-#include <view/gl/eye_renderer.h>
+#include <client/gpu/requirements.h>
+#include <client/view/gl/eye_renderer.h>
+#include <client/warp/gl/pq_display.h>
 
+#include <client/depth/gl/gl_depth.h>
 #include <equistream/error.h>
-#include <equistream_client/gl_depth.h>
 
 #include <cmath>
 #include <limits>

@@ -1,6 +1,6 @@
 #pragma once
 /// Both eyes' pictures into the caller's memory.
-#include <session/session.h>
+#include <client/session/session.h>
 
 #include <equistream/client.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The library's modules: shared libraries beside it, in equistream/, loaded when the first client needs them and kept.
 /// Each is of the library's own version and code, or refused. Any thread.
-#include <pipeline/modules.h>
+#include <client/pipeline/modules.h>
 
 namespace equistream {
 

@@ -1,4 +1,4 @@
-#include <equistream_compare/comparison.h>
+#include "comparison.h"
 
 #include "independent_runs.h"
 

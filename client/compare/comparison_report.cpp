@@ -1,4 +1,4 @@
-#include <equistream_compare/comparison_report.h>
+#include "comparison_report.h"
 
 #include <algorithm>
 #include <cmath>

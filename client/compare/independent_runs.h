@@ -1,7 +1,7 @@
 #pragma once
 /// Whether two runs can give a noise-free error: it is one only where the noise of one does not know that of the other.
-#include <equistream_compare/picture_pairs.h>
-#include <equistream_compare/scored_picture.h>
+#include "picture_pairs.h"
+#include "scored_picture.h"
 
 namespace equistream {
 

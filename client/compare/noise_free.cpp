@@ -1,4 +1,4 @@
-#include <equistream_compare/noise_free.h>
+#include "noise_free.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -1,4 +1,4 @@
-#include <equistream_compare/picture_pairs.h>
+#include "picture_pairs.h"
 
 #include <equistream/error.h>
 #include <equistream/sequence.h>

@@ -1,4 +1,4 @@
-#include <equistream_compare/scored_picture.h>
+#include "scored_picture.h"
 
 #include <equistream/error.h>
 #include <equistream/picture.h>

@@ -1,4 +1,4 @@
-#include <equistream_compare/picture_metrics.h>
+#include "picture_metrics.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// What base colours are taken to say of surfaces, and numbers of how their textures are looked up.
-#include <equistream_scene/model.h>
-#include <equistream_scene/shading_model.h>
+#include <scenes/library/model.h>
+#include <scenes/library/shading_model.h>
 
 namespace equistream {
 

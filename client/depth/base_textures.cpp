@@ -1,6 +1,6 @@
 #include "base_textures.h"
 
-#include "pictures/encoded_image.h"
+#include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
 #include <equistream/srgb.h>

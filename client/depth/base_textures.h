@@ -1,6 +1,6 @@
 #pragma once
 /// Base colour textures as a client wants them: small mip chains in memory, filled when first asked for.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <array>
 #include <memory>

@@ -1,7 +1,8 @@
+#include "depth_source.h"
+
+#include <client/warp/engine.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream_client/depth_source.h>
-#include <equistream_client/engine.h>
 
 #include <algorithm>
 #include <cassert>

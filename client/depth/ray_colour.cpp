@@ -1,9 +1,9 @@
-#include <equistream_client/ray_colour.h>
+#include "ray_colour.h"
 
 #include "base_colour.h"
 #include "base_textures.h"
 
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

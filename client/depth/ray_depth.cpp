@@ -1,8 +1,8 @@
-#include <equistream_client/ray_depth.h>
+#include "ray_depth.h"
 
 #include "ray_directions.h"
 
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/blocked_range2d.h>

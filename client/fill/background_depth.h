@@ -2,8 +2,9 @@
 /// How far away the background of a gap is, where nobody knows what its pixels see. What a source did not see lies
 /// behind the edge of something that it saw; moving from the source to the eye lays the gap open between that edge and
 /// the background, along the eye's epipolar lines.
-#include <equistream_client/gaps.h>
-#include <equistream_client/view.h>
+#include "gaps.h"
+
+#include <client/warp/view.h>
 
 namespace equistream {
 

@@ -1,10 +1,10 @@
 #include "forward_depth.h"
 
-#include "../reproject/eye_rays.h"
+#include <client/warp/eye_rays.h>
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
-#include <formulas/scalars.h>
+#include <plugin/formulas/scalars.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -1,10 +1,10 @@
 #include "gap_look_up.h"
 
-#include "../reproject/eye_rays.h"
-#include "../reproject/hiding_surface.h"
-#include "../reproject/source_lookup.h"
-#include "../reproject/specular_sample.h"
-#include "../reproject/warp.h"
+#include <client/reflections/specular_sample.h>
+#include <client/warp/eye_rays.h>
+#include <client/warp/hiding_surface.h>
+#include <client/warp/source_lookup.h>
+#include <client/warp/warp.h>
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>

@@ -1,5 +1,6 @@
-#include <equistream_client/gaps.h>
-#include <equistream_client/view.h>
+#include "gaps.h"
+
+#include <client/warp/view.h>
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 #pragma once
-#include <equistream_client/fill.h>
+#include "fill.h"
 
 namespace equistream {
 

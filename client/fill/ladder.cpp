@@ -1,5 +1,6 @@
+#include "fill.h"
+
 #include <equistream/elapsed.h>
-#include <equistream_client/fill.h>
 
 #include <cassert>
 

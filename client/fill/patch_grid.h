@@ -1,9 +1,9 @@
 #pragma once
 /// The patches of one of an atlas' spheres, as samples on that sphere's grid.
-#include "sample_grid.h"
-
+#include <client/warp/sample_grid.h>
 #include <equistream/patch_slots.h>
-#include <equistream_client/fill.h>
+
+#include "fill.h"
 
 namespace equistream {
 

@@ -1,9 +1,9 @@
 #pragma once
 /// Rungs that look gap pixels up in pictures that were rendered elsewhere.
+#include "fill.h"
 #include "seen_points.h"
 
 #include <equistream/patch_slots.h>
-#include <equistream_client/fill.h>
 
 #include <optional>
 

@@ -13,7 +13,7 @@
 /// Gap pixels are the open layers of level 0.
 #include "push_pull_pyramid.h"
 
-#include <equistream_client/gaps.h>
+#include "gaps.h"
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 #include "push_pull_kernels.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "../fill/push_pull_kernels.cpp"
+#define HWY_TARGET_INCLUDE "client/fill/push_pull_kernels.cpp"
 // The scalar loops too, whatever the processor has; as in warp_kernels.cpp, nothing here takes high halves of products.
 #define HWY_COMPILE_ALL_ATTAINABLE
 #define HWY_BROKEN_EMU128 0

@@ -3,7 +3,7 @@
 /// processor has is picked when they run. Different tiles and spans may be worked on by different threads.
 #include "push_pull_pyramid.h"
 
-#include <equistream_client/gaps.h>
+#include "gaps.h"
 
 #include <cstdint>
 #include <span>

@@ -8,7 +8,7 @@
 
 #include "push_pull_layers-inl.h"
 
-#include "../reproject/depth_agreement-inl.h"
+#include <client/warp/depth_agreement-inl.h>
 
 #include <hwy/cache_control.h>
 

@@ -8,7 +8,7 @@
 
 #include "push_pull_layers-inl.h"
 
-#include <equistream_client/gaps.h>
+#include "gaps.h"
 
 #include <hwy/cache_control.h>
 

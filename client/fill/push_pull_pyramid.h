@@ -2,8 +2,8 @@
 /// The pyramid of the `pushpull` rung (push_pull.h says what it computes) as it lies in memory: 8x8 tiles of pixels
 /// near gaps with their own three levels, and dense levels above. Plain values and what finds them only; the loops are
 /// in push_pull_kernels.h.
+#include <client/warp/view.h>
 #include <equistream/depth_agreement.h>
-#include <equistream_client/view.h>
 
 #include <array>
 #include <cstddef>

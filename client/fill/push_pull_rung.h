@@ -2,7 +2,7 @@
 #include "push_pull.h"
 #include "seen_points.h"
 
-#include <equistream_client/fill.h>
+#include "fill.h"
 
 namespace equistream {
 

@@ -1,8 +1,9 @@
 #pragma once
 /// What the gap pixels of an eye see: 1 / planar depth of each, and of the pixels beside it. One plane of the picture's
 /// size, of which only those pixels are ever written or read, so that it costs no more than the gaps do.
-#include <equistream_client/gaps.h>
-#include <equistream_client/view.h>
+#include "gaps.h"
+
+#include <client/warp/view.h>
 
 #include <memory>
 #include <mutex>

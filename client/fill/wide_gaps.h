@@ -1,7 +1,8 @@
 #pragma once
 /// Gaps wide enough for a coarse picture to tell something of them.
+#include "gaps.h"
+
 #include <equistream/camera.h>
-#include <equistream_client/gaps.h>
 
 namespace equistream {
 

@@ -1,4 +1,4 @@
-#include <equistream_client/client_model.h>
+#include "client_model.h"
 
 #include "model_draft.h"
 
@@ -7,7 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/sequence.h>
-#include <equistream_scene/write_glb.h>
+#include <scenes/library/write_glb.h>
 
 namespace equistream {
 

@@ -2,7 +2,7 @@
 /// Where eyes can be: a ball around every point of a camera path. What a triangle may move there by the bound.
 #include "random.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <span>
 #include <vector>

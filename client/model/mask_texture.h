@@ -1,6 +1,6 @@
 #pragma once
 /// An alpha mask as a texture that write_glb embeds.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 namespace equistream {
 

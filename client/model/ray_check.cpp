@@ -1,7 +1,7 @@
 #include "ray_check.h"
 
 #include <equistream/bound.h>
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -1,9 +1,9 @@
 #pragma once
 /// A model against the scene it stands for, by rays from random eyes in the head boxes into random directions.
+#include "client_model.h"
 #include "head_boxes.h"
 
-#include <equistream_client/client_model.h>
-#include <equistream_scene/bvh.h>
+#include <scenes/embree/bvh.h>
 
 #include <vector>
 

@@ -2,7 +2,7 @@
 
 #include "weld.h"
 
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <tbb/parallel_for.h>
 

@@ -2,7 +2,7 @@
 /// Which triangles an eye in a head box can see, by casting rays; never less than the rays hit.
 #include "head_boxes.h"
 
-#include <equistream_scene/bvh.h>
+#include <scenes/embree/bvh.h>
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 #include "cpu_pipeline.h"
 
+#include <client/receive/received_view.h>
+#include <client/stages/stages.h>
 #include <equistream/elapsed.h>
-#include <equistream_client/received_view.h>
-#include <equistream_client/stages.h>
 
 #include <tbb/parallel_invoke.h>
 

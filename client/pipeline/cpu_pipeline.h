@@ -6,7 +6,7 @@
 #include "eye_steps.h"
 #include "frame_fill.h"
 
-#include <equistream_client/carry_on.h>
+#include <client/extrapolate/carry_on.h>
 
 #include <cstdint>
 #include <map>

@@ -1,9 +1,9 @@
 #include "decisions.h"
 
+#include <client/receive/received_view.h>
+#include <client/stages/stages.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
-#include <equistream_client/received_view.h>
-#include <equistream_client/stages.h>
 
 namespace equistream {
 

@@ -1,9 +1,9 @@
 #pragma once
 /// What the pipeline decides of a frame, once for its CPU and its GPU back end. Pure functions.
-#include <equistream_client/receive.h>
-#include <equistream_client/reliability.h>
-#include <equistream_client/specular.h>
-#include <equistream_client/view.h>
+#include <client/confidence/reliability.h>
+#include <client/receive/receive.h>
+#include <client/reflections/specular.h>
+#include <client/warp/view.h>
 
 #include <optional>
 #include <string>

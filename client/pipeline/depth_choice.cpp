@@ -1,8 +1,8 @@
 #include "depth_choice.h"
 
+#include <client/stages/stages.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
-#include <equistream_client/stages.h>
 
 namespace equistream {
 

@@ -1,10 +1,10 @@
 #pragma once
 /// Which engine and whose depth eyes are made by, from what was asked for and what there is (docs/guide/play.md, "Which
 /// method").
+#include <client/warp/engine.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/frame.h>
-#include <equistream_client/engine.h>
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <optional>
 #include <string>

@@ -1,9 +1,9 @@
 #include "depth_maker.h"
 
+#include <client/receive/received_view.h>
+#include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream_client/received_view.h>
-#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <array>
@@ -77,7 +77,7 @@ struct DepthRow {
 
 #define DEPTH_SOURCE(name, help, giver, function) DepthRow{name, function},
 constexpr std::array rows = {
-#include <stages/stage_rows.inc>
+#include <client/stages/stage_rows.inc>
 };
 #undef DEPTH_SOURCE
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What became of one eye's pixels.
-#include <equistream_client/fill.h>
-#include <equistream_client/specular.h>
+#include <client/fill/fill.h>
+#include <client/reflections/specular.h>
 
 #include <cstdint>
 #include <optional>

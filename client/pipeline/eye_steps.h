@@ -1,9 +1,9 @@
 #pragma once
 /// The steps that turn a source picture into what one eye sees, on the CPU: reproject, rework reflections, judge. Gaps
 /// are filled in between (fill.h). `play`, Python and the client library all take these.
-#include <equistream_client/engine.h>
-#include <equistream_client/reliability.h>
-#include <equistream_client/specular.h>
+#include <client/confidence/reliability.h>
+#include <client/reflections/specular.h>
+#include <client/warp/engine.h>
 
 #include <memory>
 #include <string_view>

@@ -2,11 +2,11 @@
 
 #include "decisions.h"
 
+#include <client/receive/received_view.h>
+#include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
-#include <equistream_client/received_view.h>
-#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <utility>

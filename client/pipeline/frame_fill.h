@@ -1,8 +1,8 @@
 #pragma once
 /// The fill ladder of a run and what it fills from: pictures that came with the frame, those of frames before, and the
 /// client's own geometry.
-#include <equistream_client/fill.h>
-#include <equistream_client/receive.h>
+#include <client/fill/fill.h>
+#include <client/receive/receive.h>
 
 #include <deque>
 #include <memory>

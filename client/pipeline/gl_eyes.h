@@ -3,11 +3,11 @@
 /// every call, the destructor's too. Drawing state that a host may rely on is restored; equistream/client.h lists it.
 #include "covering_view.h"
 
+#include <client/receive/receive.h>
+#include <client/reflections/specular.h>
+#include <client/warp/view.h>
 #include <equistream/hdr_display.h>
-#include <equistream_client/receive.h>
-#include <equistream_client/specular.h>
-#include <equistream_client/view.h>
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <cstdint>
 #include <memory>

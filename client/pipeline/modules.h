@@ -3,9 +3,9 @@
 /// (client/abi/module_loading.h). A null function: that module is not there.
 #include "gl_eyes.h"
 
-#include <equistream_client/depth_source.h>
-#include <equistream_client/geometry_colour.h>
-#include <equistream_scene/scene.h>
+#include <client/depth/depth_source.h>
+#include <client/depth/geometry_colour.h>
+#include <scenes/library/scene.h>
 
 #include <memory>
 #include <string>

@@ -2,8 +2,8 @@
 /// Frames of a source, read and decoded by a thread of their own into the ring of a player: the display never waits for
 /// one. A recorded source (a folder, a file) is read a few frames ahead and waits to be shown; a live one comes at its
 /// server's pace, is read as it comes, and is asked for again when its connection is lost.
-#include <equistream_client/frame_ring.h>
-#include <equistream_client/receive.h>
+#include <client/receive/receive.h>
+#include <client/timing/frame_ring.h>
 
 #include <equistream/elapsed.h>
 

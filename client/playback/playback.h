@@ -9,7 +9,7 @@
 /// after that.
 #include "frame_loader.h"
 
-#include <equistream_client/media_clock.h>
+#include <client/timing/media_clock.h>
 
 #include <optional>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 /// The feeds behind open_feed.
-#include <equistream_client/receive.h>
+#include "receive.h"
 
 namespace equistream {
 

@@ -1,8 +1,8 @@
 #include "feeds.h"
 
+#include <client/warp/engine.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream_client/engine.h>
 
 #include <filesystem>
 

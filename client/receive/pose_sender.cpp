@@ -1,4 +1,4 @@
-#include <equistream_client/pose_sender.h>
+#include "pose_sender.h"
 
 #include <equistream/elapsed.h>
 

@@ -1,4 +1,4 @@
-#include <equistream_client/received_view.h>
+#include "received_view.h"
 
 #include <equistream/bound.h>
 

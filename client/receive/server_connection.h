@@ -1,8 +1,9 @@
 #pragma once
 /// A connection to a server, on which a stream comes and poses go.
+#include "pose_sender.h"
+
 #include <equistream/elapsed.h>
 #include <equistream/patience.h>
-#include <equistream_client/pose_sender.h>
 
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>

@@ -3,13 +3,13 @@
 #include "packed_video.h"
 #include "server_connection.h"
 
+#include <client/warp/engine.h>
 #include <equistream/bound.h>
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/stream.h>
-#include <equistream_client/engine.h>
 
 #include <algorithm>
 #include <array>

@@ -1,12 +1,12 @@
 #include "session.h"
 
-#include <pipeline/depth_choice.h>
-#include <playback/head_pose.h>
+#include <client/pipeline/depth_choice.h>
+#include <client/playback/head_pose.h>
 
+#include <client/receive/received_view.h>
+#include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream_client/received_view.h>
-#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <cmath>

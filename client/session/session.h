@@ -1,12 +1,12 @@
 #pragma once
 /// One client: a source, the clock that says which frame is due, and the pipeline that renders it for both eyes. One
 /// thread at a time, but for now_s() and send_head(). client.h says what each setting means.
-#include <pipeline/covering_view.h>
-#include <pipeline/cpu_pipeline.h>
-#include <pipeline/gl_eyes.h>
-#include <pipeline/modules.h>
-#include <playback/frame_loader.h>
-#include <playback/playback.h>
+#include <client/pipeline/covering_view.h>
+#include <client/pipeline/cpu_pipeline.h>
+#include <client/pipeline/gl_eyes.h>
+#include <client/pipeline/modules.h>
+#include <client/playback/frame_loader.h>
+#include <client/playback/playback.h>
 
 #include <array>
 #include <atomic>

@@ -1,8 +1,8 @@
 /// The stages table's OpenGL column.
-#include <equistream_client/stages.h>
+#include "stages.h"
 
-#include <fill/gl/fill_pass.h>
-#include <reproject/gl/eye_depth_finder.h>
+#include <client/fill/gl/fill_pass.h>
+#include <client/warp/gl/eye_depth_finder.h>
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>
@@ -68,12 +68,6 @@ GlFillChain make_gl_fill_chain(const std::string& list, GlFillShared& shared) {
     for (const FillStage* stage : parse_fills(list))
         chain.push_back(make_of(passes, "--fill", stage->name)(shared));
     return chain;
-}
-
-GapLookUp& GlFillShared::look_up() {
-    if (!look_up_)
-        look_up_.emplace();
-    return *look_up_;
 }
 
 std::string with_passes_of_gpu(const std::string& list, std::vector<std::string>& notes) {

@@ -1,4 +1,4 @@
-#include <equistream_client/stages.h>
+#include "stages.h"
 
 #include <equistream/error.h>
 

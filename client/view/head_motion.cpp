@@ -1,7 +1,7 @@
 #include "head_motion.h"
 
+#include <client/warp/engine.h>
 #include <equistream/formatted.h>
-#include <equistream_client/engine.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 /// the head that the frame was made for, so that a frame that comes is no motion. No wall clock; one thread.
 #include "navigator.h"
 
-#include <playback/head_pose.h>
+#include <client/playback/head_pose.h>
 
-#include <equistream_client/head_prediction.h>
+#include <client/timing/head_prediction.h>
 
 #include <optional>
 #include <string>

@@ -3,7 +3,7 @@
 /// thread asks of the main thread. One small lock, held for as long as it takes to copy.
 #include "keys.h"
 
-#include <gl/objects.h>
+#include <client/gpu/objects.h>
 
 #include <bitset>
 #include <condition_variable>

@@ -1,8 +1,7 @@
 #include "panels.h"
-
-#include "gl/display.h"
 #include "keys.h"
 
+#include <client/view/gl/display.h>
 #include <equistream/formatted.h>
 
 #include <backends/imgui_impl_opengl3.h>

@@ -1,8 +1,6 @@
 #pragma once
 /// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
 /// the displaying thread. Nothing is drawn that would look the same.
-#include "gl/display.h"
-#include "gl/eye_renderer.h"
 #include "head_motion.h"
 #include "input_box.h"
 #include "panels.h"
@@ -10,13 +8,15 @@
 #include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
-#include "xr/headset.h"
 
-#include <playback/followed_head.h>
-#include <playback/frame_loader.h>
-#include <playback/playback.h>
+#include <client/playback/followed_head.h>
+#include <client/playback/frame_loader.h>
+#include <client/playback/playback.h>
+#include <client/view/gl/display.h>
+#include <client/view/gl/eye_renderer.h>
+#include <client/view/xr/headset.h>
 
-#include <equistream_client/engine.h>
+#include <client/warp/engine.h>
 
 #include <array>
 #include <memory>

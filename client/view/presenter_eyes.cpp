@@ -1,8 +1,8 @@
 /// What eyes see: from where they look, by what, and how that comes into the window.
 #include "presenter.h"
 
-#include <equistream_client/engine.h>
-#include <equistream_client/received_view.h>
+#include <client/receive/received_view.h>
+#include <client/warp/engine.h>
 
 #include <algorithm>
 #include <array>

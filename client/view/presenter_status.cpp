@@ -1,8 +1,8 @@
 /// The line at the bottom.
 #include "presenter.h"
 
+#include <client/receive/received_view.h>
 #include <equistream/formatted.h>
-#include <equistream_client/received_view.h>
 
 #include <string>
 #include <string_view>

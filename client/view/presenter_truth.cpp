@@ -1,9 +1,9 @@
 /// Path-traced eyes beside what is drawn.
 #include "presenter.h"
 
+#include <client/compare/picture_metrics.h>
+#include <client/warp/engine.h>
 #include <equistream/formatted.h>
-#include <equistream_client/engine.h>
-#include <equistream_compare/picture_metrics.h>
 
 #include <cmath>
 #include <utility>

@@ -3,7 +3,7 @@
 /// "Paths"), which play and render take. Nothing that is there is written over: names count up.
 #include <equistream/camera.h>
 #include <equistream/image.h>
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include <equistream_client/stereo_layout.h>
+#include "stereo_layout.h"
 
 #include <equistream/error.h>
 #include <equistream/rec709.h>

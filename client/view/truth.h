@@ -5,7 +5,7 @@
 #include <equistream/camera.h>
 #include <equistream/image.h>
 
-#include <equistream_client/receive.h>
+#include <client/receive/receive.h>
 
 #include <array>
 #include <condition_variable>

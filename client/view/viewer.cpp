@@ -3,7 +3,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include <pipeline/decisions.h>
+#include <client/pipeline/decisions.h>
 
 #include <algorithm>
 #include <array>

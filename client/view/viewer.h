@@ -5,7 +5,8 @@
 #include "truth.h"
 #include "viewer_settings.h"
 #include "window.h"
-#include <playback/frame_loader.h>
+
+#include <client/playback/frame_loader.h>
 
 #include <memory>
 #include <optional>

@@ -1,15 +1,15 @@
 #pragma once
 /// What a viewer is asked for, and what it says of itself in the end.
-#include "gl/display.h"
-#include "gl/stage_times.h"
+#include <client/view/gl/display.h>
+#include <client/view/gl/stage_times.h>
 
-#include <equistream_client/fill.h>
-#include <reproject/gl/eye_depth_finder.h>
+#include <client/fill/fill.h>
+#include <client/warp/gl/eye_depth_finder.h>
 
+#include <client/reflections/specular.h>
 #include <equistream/hdr_display.h>
 #include <equistream/object_motion.h>
-#include <equistream_client/specular.h>
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #include "window.h"
 
+#include <client/gpu/requirements.h>
 #include <equistream/error.h>
-#include <gl/requirements.h>
 
 // epoxy's entry points come before GLFW's own.
 #include <epoxy/gl.h>

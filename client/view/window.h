@@ -3,8 +3,8 @@
 /// and what says so.
 #include "input_box.h"
 
-#include <gl/context.h>
-#include <gl/objects.h>
+#include <client/gpu/context.h>
+#include <client/gpu/objects.h>
 
 #include <memory>
 #include <string>

@@ -1,8 +1,8 @@
-#include <equistream_embree/bsdf.h>
+#include "bsdf.h"
+#include "directions.h"
+#include "ggx.h"
 
-#include <equistream_embree/directions.h>
-#include <equistream_embree/ggx.h>
-#include <equistream_scene/shading_model.h>
+#include <scenes/library/shading_model.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <equistream_embree/directions.h>
+#include "directions.h"
 
 namespace equistream::embree_host {
 

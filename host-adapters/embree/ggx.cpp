@@ -1,7 +1,7 @@
-#include <equistream_embree/ggx.h>
+#include "ggx.h"
 
-#include <equistream_embree/directions.h>
-#include <equistream_embree/sampler.h>
+#include "directions.h"
+#include "sampler.h"
 
 #include <algorithm>
 #include <array>

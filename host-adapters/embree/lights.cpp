@@ -1,6 +1,6 @@
-#include <equistream_embree/lights.h>
+#include "lights.h"
 
-#include <equistream_embree/directions.h>
+#include "directions.h"
 
 #include <algorithm>
 #include <cmath>

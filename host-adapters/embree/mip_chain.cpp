@@ -1,6 +1,6 @@
-#include <equistream_embree/mip_chain.h>
+#include "mip_chain.h"
 
-#include "pictures/encoded_image.h"
+#include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
 #include <equistream/image.h>

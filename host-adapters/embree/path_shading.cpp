@@ -1,6 +1,6 @@
 // Worker, where its paths meet something: emission, light samples, the next direction.
-#include <equistream_embree/directions.h>
-#include <equistream_embree/path_tracer.h>
+#include "directions.h"
+#include "path_tracer.h"
 
 #include <algorithm>
 #include <cmath>

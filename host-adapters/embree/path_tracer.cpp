@@ -1,6 +1,6 @@
-#include <equistream_embree/path_tracer.h>
+#include "path_tracer.h"
 
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <algorithm>
 #include <cassert>

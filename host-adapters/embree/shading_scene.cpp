@@ -1,6 +1,6 @@
-#include <equistream_embree/shading_scene.h>
+#include "shading_scene.h"
 
-#include <equistream_embree/directions.h>
+#include "directions.h"
 
 #include <equistream/visible_normal.h>
 

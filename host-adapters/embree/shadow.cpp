@@ -1,6 +1,6 @@
-#include <equistream_embree/shadow.h>
+#include "shadow.h"
 
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <cmath>
 

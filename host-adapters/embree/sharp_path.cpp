@@ -1,4 +1,4 @@
-#include <equistream_embree/sharp_path.h>
+#include "sharp_path.h"
 
 #include <equistream/virtual_image.h>
 

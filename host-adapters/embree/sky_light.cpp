@@ -1,6 +1,6 @@
-#include <equistream_embree/sky_light.h>
+#include "sky_light.h"
 
-#include <equistream_embree/directions.h>
+#include "directions.h"
 
 #include <equistream/conventions.h>
 

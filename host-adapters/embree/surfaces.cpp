@@ -1,6 +1,6 @@
-#include <equistream_embree/surfaces.h>
+#include "surfaces.h"
 
-#include <equistream_embree/sharp_path.h>
+#include "sharp_path.h"
 
 #include <cassert>
 #include <limits>

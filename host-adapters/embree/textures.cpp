@@ -1,6 +1,6 @@
-#include <equistream_embree/textures.h>
+#include "textures.h"
 
-#include <equistream_embree/mip_chain.h>
+#include "mip_chain.h"
 
 #include <equistream/error.h>
 

@@ -1,9 +1,9 @@
 #pragma once
 /// The opaque handles of equistream.h.
-#include "film/film.h"
-#include "film/hidden_layer.h"
-#include "film/rays.h"
-#include "film/used_pixels.h"
+#include <plugin/film/film.h>
+#include <plugin/film/hidden_layer.h>
+#include <plugin/film/rays.h>
+#include <plugin/film/used_pixels.h>
 
 #include "settings.h"
 

@@ -1,6 +1,4 @@
 #include "settings.h"
-
-#include "film/film.h"
 #include "struct_size.h"
 
 #include <equistream/aov_groups.h>
@@ -8,6 +6,7 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/pose_limits.h>
+#include <plugin/film/film.h>
 
 #include <cmath>
 #include <cstring>

@@ -1,7 +1,7 @@
 #include "row_kernels.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "row_kernels.cpp"
+#define HWY_TARGET_INCLUDE "plugin/depth_code/row_kernels.cpp"
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>

@@ -25,8 +25,8 @@ inline float with_sign_of(float magnitude, float sign) {
 
 #define FORMULA inline
 #define CONSTANT inline constexpr
-#include <formulas/mapping.glsl.h>
-#include <formulas/wrapping.glsl.h>
+#include "mapping.glsl.h"
+#include "wrapping.glsl.h"
 #undef FORMULA
 #undef CONSTANT
 

@@ -79,7 +79,7 @@ HWY_INLINE Number with_sign_of(Number magnitude, Number sign) {
 
 #define FORMULA HWY_INLINE
 #define CONSTANT constexpr
-#include <formulas/mapping.glsl.h>
+#include "mapping.glsl.h"
 #undef FORMULA
 #undef CONSTANT
 

@@ -1,4 +1,4 @@
-#include <equistream_motion/find_moving_regions.h>
+#include "find_moving_regions.h"
 
 #include "fit_twist.h"
 

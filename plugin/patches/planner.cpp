@@ -1,10 +1,10 @@
+#include "planner.h"
 #include "cover.h"
 #include "slots.h"
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream_patches/planner.h>
 
 #include <cmath>
 

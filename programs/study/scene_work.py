@@ -14,7 +14,7 @@ from narrowed import made_once, merge_sequences, narrow_sequence
 from presets import SEEDS
 from steps import HERE, REPOSITORY, Failed, Steps
 
-STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stability") if folder.is_dir())
+STRESS = next(folder for folder in (HERE / "stress", REPOSITORY / "tests/stress") if folder.is_dir())
 """Scenes that break reprojection, and how they are played and scored."""
 
 

@@ -1,4 +1,4 @@
-#include <equistream_scene/bvh.h>
+#include "bvh.h"
 
 #include "bvh_build.h"
 

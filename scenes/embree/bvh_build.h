@@ -2,7 +2,7 @@
 /// How a SceneModel becomes Embree scenes. Internal to Bvh.
 #include "mask_bits.h"
 
-#include <equistream_scene/bvh.h>
+#include "bvh.h"
 
 #include <atomic>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 /// An AlphaMask at one bit a texel, 8 x 8 texels to a word: all masks of a scene full of leaves stay in the cache,
 /// where the bytes of AlphaMask would not. Internal to Bvh.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 /// The generators themselves; generators() is their table.
-#include <equistream_generate/generate.h>
+#include "generate.h"
 
 namespace equistream::generate {
 

@@ -1,9 +1,9 @@
-#include "breakers/breakers.h"
 #include "bundled.h"
 
 #include <equistream/error.h>
 #include <equistream/sequence.h>
-#include <equistream_scene/write_glb.h>
+#include <scenes/generate/breakers/breakers.h>
+#include <scenes/library/write_glb.h>
 
 #include <algorithm>
 #include <charconv>

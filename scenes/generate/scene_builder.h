@@ -3,7 +3,7 @@
 #include "paint.h"
 #include "shapes.h"
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Meshes of simple shapes, in metres, normals outwards, counter-clockwise from outside, material left to the caller.
 /// Texture coordinates are in metres along the surface unless said otherwise, so that one texture scale fits all.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <functional>
 #include <span>

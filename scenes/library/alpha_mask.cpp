@@ -1,6 +1,6 @@
 #include "alpha_mask.h"
 
-#include "pictures/encoded_image.h"
+#include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
 

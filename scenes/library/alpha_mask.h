@@ -1,6 +1,6 @@
 #pragma once
 /// From an encoded image to an AlphaMask.
-#include <equistream_scene/model.h>
+#include "model.h"
 
 #include <span>
 #include <string>

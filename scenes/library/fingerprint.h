@@ -1,6 +1,6 @@
 #pragma once
 /// The bytes that depth comes from, hashed.
-#include <equistream_scene/scene.h>
+#include "scene.h"
 
 #include <filesystem>
 #include <string>

@@ -2,7 +2,7 @@
 /// A parsed glTF file whose references are checked when they are followed. Internal to load_model.
 #include "accessor.h"
 
-#include <equistream_scene/model.h>
+#include "model.h"
 
 #include <tiny_gltf.h>
 

@@ -1,10 +1,10 @@
-#include <equistream_scene/model.h>
+#include "model.h"
 
 #include "gltf_document.h"
 #include "obj_files.h"
 #include "obj_model.h"
 
-#include <equistream_scene/scene.h>
+#include "scene.h"
 
 #include <equistream/error.h>
 #include <equistream/formatted.h>

@@ -3,7 +3,7 @@
 #include "mtl_file.h"
 #include "obj_notes.h"
 
-#include <equistream_scene/model.h>
+#include "model.h"
 
 #include <filesystem>
 #include <string>

@@ -4,7 +4,7 @@
 #include "file_bytes.h"
 #include "obj_files.h"
 
-#include "pictures/encoded_image.h"
+#include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
 

@@ -2,7 +2,7 @@
 /// From MTL's Phong model to the metal-rough one: docs/scenes.md has the table.
 #include "mtl_file.h"
 
-#include <equistream_scene/model.h>
+#include "model.h"
 
 namespace equistream {
 

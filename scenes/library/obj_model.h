@@ -1,6 +1,6 @@
 #pragma once
 /// load_model's part for Wavefront OBJ.
-#include <equistream_scene/model.h>
+#include "model.h"
 
 namespace equistream {
 

@@ -1,6 +1,6 @@
 #include "file_bytes.h"
 
-#include <equistream_scene/scene.h>
+#include "scene.h"
 
 #include <equistream/comma_list.h>
 #include <equistream/error.h>

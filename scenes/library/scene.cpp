@@ -1,4 +1,4 @@
-#include <equistream_scene/scene.h>
+#include "scene.h"
 
 #include "description_json.h"
 #include "file_bytes.h"

@@ -1,4 +1,4 @@
-#include <equistream_scene/scene.h>
+#include "scene.h"
 
 #include <equistream/error.h>
 

@@ -1,4 +1,4 @@
-#include <equistream_scene/write_glb.h>
+#include "write_glb.h"
 
 #include <equistream/error.h>
 #include <equistream/sequence.h>

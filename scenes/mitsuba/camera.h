@@ -1,6 +1,6 @@
 #pragma once
 /// The camera path's pose as a Mitsuba sensor.
-#include <equistream_mitsuba_xml/convert.h>
+#include "convert.h"
 
 #include <pugixml.hpp>
 

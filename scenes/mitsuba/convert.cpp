@@ -1,4 +1,4 @@
-#include <equistream_mitsuba_xml/convert.h>
+#include "convert.h"
 
 #include "camera.h"
 #include "shapes.h"
@@ -7,7 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/image.h>
 #include <equistream/sequence.h>
-#include <equistream_scene/shading_model.h>
+#include <scenes/library/shading_model.h>
 
 #include <sstream>
 

@@ -1,11 +1,10 @@
 #include "images.h"
-
-#include "pictures/encoded_image.h"
 #include "xml.h"
 
 #include <equistream/error.h>
 #include <equistream/image.h>
 #include <equistream/srgb.h>
+#include <plugin/pictures/encoded_image.h>
 
 #include <OpenImageIO/imageio.h>
 

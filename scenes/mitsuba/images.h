@@ -5,7 +5,7 @@
 #include "tiles.h"
 
 #include <equistream/image.h>
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <pugixml.hpp>
 

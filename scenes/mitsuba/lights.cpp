@@ -3,7 +3,7 @@
 #include "xml.h"
 
 #include <equistream/error.h>
-#include <equistream_scene/sky_image.h>
+#include <scenes/sky/sky_image.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 

@@ -2,7 +2,7 @@
 /// Sun, sky and glowing surfaces as Mitsuba emitters.
 #include "materials.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 namespace equistream::mitsuba_xml {
 

@@ -1,4 +1,4 @@
-#include <equistream_mitsuba_xml/old_scene.h>
+#include "old_scene.h"
 
 #include <equistream/error.h>
 

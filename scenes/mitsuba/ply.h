@@ -2,7 +2,7 @@
 /// Meshes as binary PLY, the form that Mitsuba reads fastest.
 #include "asset_folder.h"
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 namespace equistream::mitsuba_xml {
 

@@ -2,7 +2,7 @@
 /// Meshes and their placements as Mitsuba shapes.
 #include "lights.h"
 
-#include <equistream_mitsuba_xml/convert.h>
+#include "convert.h"
 
 namespace equistream::mitsuba_xml {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Mitsuba's images wrap alike along both axes. One that is to wrap otherwise along v than along u is written as a
 /// column of the tiles that some mesh's texture coordinates lie in, each as the wrap along v makes it.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <functional>
 #include <optional>

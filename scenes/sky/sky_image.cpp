@@ -1,4 +1,4 @@
-#include <equistream_scene/sky_image.h>
+#include "sky_image.h"
 
 #include <equistream/error.h>
 #include <equistream/rec709.h>

@@ -1,6 +1,6 @@
 #pragma once
 /// How near a fast engine's pictures are to the slow reference's, to stand beside its time.
-#include <references/plain_engines.h>
+#include <tests/support/references/plain_engines.h>
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include "bench_scene.h"
 
-#include <equistream_generate/generate.h>
+#include <scenes/generate/generate.h>
 
 #include <cstdlib>
 #include <map>

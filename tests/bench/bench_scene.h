@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes that figures are taken on: loaded at the first use, kept to the end.
-#include <equistream_client/ray_depth.h>
-#include <equistream_scene/bvh.h>
-#include <equistream_scene/scene.h>
+#include <client/depth/ray_depth.h>
+#include <scenes/embree/bvh.h>
+#include <scenes/library/scene.h>
 
 #include <optional>
 #include <string>

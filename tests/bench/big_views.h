@@ -1,6 +1,6 @@
 #pragma once
 /// What a headset would ask for: a 3840x1920 sphere and 1920x1080 eyes, with pictures of no scene.
-#include <equistream_client/view.h>
+#include <client/warp/view.h>
 
 #include <random>
 

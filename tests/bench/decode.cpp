@@ -2,9 +2,9 @@
 /// every picture and holds one back, against libavformat and libavcodec alone; and both with the way to RGB, there by
 /// libswscale. All use every core.
 #include "coded_sphere.h"
-#include "libav.h"
 
 #include <equistream/error.h>
+#include <plugin/stream/libav.h>
 
 #include <benchmark/benchmark.h>
 

@@ -5,7 +5,7 @@
 #include "bench_scene.h"
 
 #include <equistream/elapsed.h>
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <benchmark/benchmark.h>
 

@@ -3,8 +3,8 @@
 /// eye are made of.
 #include "bench_scene.h"
 
+#include <client/warp/view.h>
 #include <equistream/bound.h>
-#include <equistream_client/view.h>
 
 namespace equistream::bench {
 

@@ -3,9 +3,9 @@
 /// one core) of the same gaps, one eye after the other; with the PSNR of the filled pixels to what the eyes truly see.
 #include "bench_scene.h"
 
+#include <client/fill/fill.h>
+#include <client/warp/engine.h>
 #include <equistream/bound.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
 
 #include <benchmark/benchmark.h>
 #ifdef EQUISTREAM_WITH_OPENCV

@@ -3,14 +3,14 @@
 /// draw of everything for an eye, six for a sphere and a seventh that turns the cube equirectangular.
 #include "bench_scene.h"
 
-#include <depth/gl/depth_pass.h>
-#include <depth/gl/sphere_depth.h>
-#include <depth/gl/sphere_views.h>
+#include <client/depth/gl/depth_pass.h>
+#include <client/depth/gl/sphere_depth.h>
+#include <client/depth/gl/sphere_views.h>
+#include <client/gpu/context.h>
+#include <client/warp/gl/source_textures.h>
+#include <client/warp/view.h>
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
-#include <equistream_client/view.h>
-#include <gl/context.h>
-#include <reproject/gl/source_textures.h>
 
 #include <benchmark/benchmark.h>
 

@@ -4,14 +4,14 @@
 #include "gl_peers.h"
 #include "two_eyes_stage.h"
 
-#include <fill/gl/push_pull.h>
-#include <gl/context.h>
-#include <reliability/gl/reliability_map.h>
-#include <reproject/gl/look_up.h>
+#include <client/confidence/gl/reliability_map.h>
+#include <client/fill/gl/push_pull.h>
+#include <client/gpu/context.h>
+#include <client/warp/gl/look_up.h>
 
+#include <client/fill/fill.h>
+#include <client/warp/engine.h>
 #include <equistream/error.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>

@@ -1,6 +1,6 @@
 #include "gl_peers.h"
 
-#include <reproject/eye_rays.h>
+#include <client/warp/eye_rays.h>
 
 #include <algorithm>
 #include <array>

@@ -5,9 +5,9 @@
 #include "coded_sphere.h"
 #include "two_eyes_stage.h"
 
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
-#include <equistream_client/receive.h>
+#include <client/fill/fill.h>
+#include <client/receive/receive.h>
+#include <client/warp/engine.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>

@@ -3,8 +3,8 @@
 #include "eye_stage.h"
 #include "memory_copy.h"
 
-#include <equistream_client/engine.h>
-#include <equistream_client/reliability.h>
+#include <client/confidence/reliability.h>
+#include <client/warp/engine.h>
 
 #include <benchmark/benchmark.h>
 

@@ -5,7 +5,7 @@
 #include "big_views.h"
 #include "memory_copy.h"
 
-#include <equistream_client/engine.h>
+#include <client/warp/engine.h>
 
 #include <benchmark/benchmark.h>
 

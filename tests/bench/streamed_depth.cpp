@@ -3,13 +3,13 @@
 /// `cpu` and `gl_frame`: a new source with each picture. `gl_refresh`: the same source again, as between frames.
 #include "bench_scene.h"
 
-#include <gl/context.h>
-#include <reproject/gl/eye_depth_finder.h>
-#include <reproject/gl/look_up.h>
+#include <client/gpu/context.h>
+#include <client/warp/gl/eye_depth_finder.h>
+#include <client/warp/gl/look_up.h>
 
+#include <client/stages/stages.h>
 #include <equistream/bound.h>
 #include <equistream/error.h>
-#include <equistream_client/stages.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>

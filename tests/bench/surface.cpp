@@ -3,7 +3,7 @@
 #include "eye_stage.h"
 #include "memory_copy.h"
 
-#include <equistream_client/engine.h>
+#include <client/warp/engine.h>
 
 #include <benchmark/benchmark.h>
 

@@ -5,7 +5,7 @@
 #include "memory_copy.h"
 #include "two_eyes_stage.h"
 
-#include <equistream_client/engine.h>
+#include <client/warp/engine.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/parallel_for.h>

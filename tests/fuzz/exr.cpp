@@ -1,8 +1,8 @@
 /// An EXR frame, ours or anybody's.
-#include "plugin/frame_fixture.h"
 #include "target.h"
 
 #include <equistream/sequence.h>
+#include <tests/unit/plugin/export/frame_fixture.h>
 
 namespace equistream::fuzz {
 

@@ -1,9 +1,9 @@
 /// Another renderer's EXR file, from its headers to a converted frame.
-#include "plugin/frame_fixture.h"
 #include "target.h"
 
 #include <equistream/sequence.h>
-#include <equistream_files/import.h>
+#include <host-adapters/import/import.h>
+#include <tests/unit/plugin/export/frame_fixture.h>
 
 #include <cmath>
 

@@ -1,10 +1,10 @@
 /// A model: GLB, or glTF with its buffer in a data URI.
 #include "model_promises.h"
-#include "scenes/gltf_builder.h"
-#include "scenes/png_bytes.h"
 #include "target.h"
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
+#include <tests/unit/scenes/gltf_builder.h>
+#include <tests/unit/scenes/png_bytes.h>
 
 namespace equistream::fuzz {
 

@@ -2,7 +2,7 @@
 /// What holds of every model that load_model gives.
 #include "target.h"
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <algorithm>
 

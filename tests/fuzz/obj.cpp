@@ -2,7 +2,7 @@
 #include "model_promises.h"
 #include "target.h"
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 namespace equistream::fuzz {
 

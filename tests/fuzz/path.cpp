@@ -1,7 +1,7 @@
 /// A camera or head path (CSV).
 #include "target.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <cmath>
 

@@ -1,8 +1,8 @@
 /// A scene's description (JSON); a model and a path that it may name lie beside it.
-#include "scenes/gltf_builder.h"
 #include "target.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
+#include <tests/unit/scenes/gltf_builder.h>
 
 #include <cmath>
 

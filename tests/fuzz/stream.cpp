@@ -1,6 +1,7 @@
 /// A coded stream in any container, read to its end.
-#include "stream/synthetic.h"
 #include "target.h"
+
+#include <tests/unit/plugin/stream/synthetic.h>
 
 namespace equistream::fuzz {
 

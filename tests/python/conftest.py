@@ -10,7 +10,7 @@ import pytest
 
 BIN = pathlib.Path(os.environ["EQUISTREAM_BIN"])
 SOURCE = pathlib.Path(os.environ["EQUISTREAM_SOURCE"])
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "golden"))  # independent.py
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "programs"))  # independent.py
 
 
 def program(*words):

@@ -4,7 +4,7 @@
 #include "depth_pyramid.h"
 #include "scene_geometry.h"
 
-#include <gl/program.h>
+#include <client/gpu/program.h>
 
 #include <cstdint>
 

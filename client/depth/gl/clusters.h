@@ -1,6 +1,6 @@
 #pragma once
 /// A scene's triangles in clusters that lie close together, so that what a view does not see need not be drawn.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>

@@ -1,6 +1,6 @@
 #include "depth_pass.h"
 
-#include <gl/drawing_state.h>
+#include <client/gpu/drawing_state.h>
 
 #include <algorithm>
 #include <array>

@@ -6,9 +6,9 @@
 #include "depth_views.h"
 #include "scene_geometry.h"
 
-#include <gl/program.h>
+#include <client/gpu/program.h>
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <glm/mat4x4.hpp>
 

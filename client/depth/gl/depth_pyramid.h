@@ -2,7 +2,7 @@
 /// What hides what lies behind it: the farthest depth over squares of a view, in coarser and coarser levels (Greene,
 /// Kass and Miller 1993, "Hierarchical Z-buffer visibility"). Values are DepthPass's: near / planar depth, 0 for a
 /// miss.
-#include <gl/program.h>
+#include <client/gpu/program.h>
 
 namespace equistream::gl {
 

@@ -1,11 +1,11 @@
-#include <equistream_client/gl_depth.h>
+#include "gl_depth.h"
 
 #include "depth_pass.h"
 #include "sphere_depth.h"
 #include "sphere_views.h"
 
+#include <client/gpu/context.h>
 #include <equistream/error.h>
-#include <gl/context.h>
 
 #include <tbb/parallel_for.h>
 

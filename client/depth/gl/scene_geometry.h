@@ -1,9 +1,9 @@
 #pragma once
 /// A scene's triangles, masks and instances as shaders read them (geometry.glsl, masks.glsl). The context it was made
 /// in is current in every call.
-#include <gl/objects.h>
+#include <client/gpu/objects.h>
 
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <glm/mat4x4.hpp>
 

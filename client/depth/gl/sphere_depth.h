@@ -2,8 +2,8 @@
 /// Turns flat views of depth into the depth of a source's samples (OpenGL).
 #include "sphere_views.h"
 
-#include <reproject/gl/pixel_list.h>
-#include <reproject/gl/source_textures.h>
+#include <client/warp/gl/pixel_list.h>
+#include <client/warp/gl/source_textures.h>
 
 namespace equistream::gl {
 

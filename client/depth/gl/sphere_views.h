@@ -2,7 +2,7 @@
 /// Flat views from a source's centre that together show every sample which some eyes may look up.
 #include "depth_pass.h"
 
-#include <equistream_client/view.h>
+#include <client/warp/view.h>
 
 #include <array>
 #include <cassert>

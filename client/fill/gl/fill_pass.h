@@ -6,7 +6,7 @@
 #include "gap_mirrors.h"
 #include "patch_look_up.h"
 
-#include <equistream_client/fill.h>
+#include <client/fill/fill.h>
 
 #include <memory>
 #include <optional>

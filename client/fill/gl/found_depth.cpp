@@ -1,6 +1,6 @@
 #include "found_depth.h"
 
-#include "../push_pull_pyramid.h"
+#include <client/fill/push_pull_pyramid.h>
 
 #include <equistream/bound.h>
 #include <equistream/patches.h>

@@ -1,6 +1,6 @@
 #include "gap_look_up.h"
 
-#include "../push_pull_pyramid.h"
+#include <client/fill/push_pull_pyramid.h>
 
 #include <cassert>
 

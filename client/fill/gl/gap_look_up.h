@@ -5,8 +5,8 @@
 /// its own place, within the budget.
 #include "gap_tiles.h"
 
-#include "../../reproject/gl/eye_blocks.h"
-#include "../../reproject/gl/source_textures.h"
+#include <client/warp/gl/eye_blocks.h>
+#include <client/warp/gl/source_textures.h>
 
 #include <span>
 

@@ -1,6 +1,6 @@
 #include "gap_mirrors.h"
 
-#include "../push_pull_pyramid.h"
+#include <client/fill/push_pull_pyramid.h>
 
 #include <cassert>
 

@@ -3,7 +3,7 @@
 /// where that one shows something else in them from its own place (gap_look_up.h). For all eyes at once.
 #include "gap_look_up.h"
 
-#include "../../reproject/gl/specular_textures.h"
+#include <client/reflections/gl/specular_textures.h>
 
 namespace equistream::gl {
 

@@ -1,6 +1,6 @@
 #include "gap_tiles.h"
 
-#include "../push_pull_pyramid.h"
+#include <client/fill/push_pull_pyramid.h>
 
 #include <equistream/error.h>
 

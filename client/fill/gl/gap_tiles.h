@@ -1,9 +1,9 @@
 #pragma once
 /// Where the eyes' pictures have gaps: squares of 8x8 pixels, found on the GPU and listed there, so that passes go
 /// through those alone without the CPU's knowing how many there are.
-#include "../../reproject/gl/eye_targets.h"
+#include <client/warp/gl/eye_targets.h>
 
-#include <gl/program.h>
+#include <client/gpu/program.h>
 
 namespace equistream::gl {
 

@@ -122,4 +122,10 @@ std::unique_ptr<GlFillPass> make_gl_push_pull_pass(GlFillShared&) {
     return std::make_unique<PushPullPass>();
 }
 
+GapLookUp& GlFillShared::look_up() {
+    if (!look_up_)
+        look_up_.emplace();
+    return *look_up_;
+}
+
 }  // namespace equistream::gl

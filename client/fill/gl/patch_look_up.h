@@ -2,7 +2,7 @@
 /// Rung `patches` (fill.h) on the GPU, for all eyes at once, under gap_look_up.h's conditions.
 #include "gap_look_up.h"
 
-#include <equistream_client/fill.h>
+#include <client/fill/fill.h>
 
 #include <cstdint>
 #include <vector>

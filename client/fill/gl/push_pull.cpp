@@ -1,6 +1,6 @@
 #include "push_pull.h"
 
-#include "../push_pull_pyramid.h"
+#include <client/fill/push_pull_pyramid.h>
 
 #include <cassert>
 #include <string>

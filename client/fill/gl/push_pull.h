@@ -2,7 +2,7 @@
 /// The `pushpull` rung (fill/push_pull.h says what it computes) on the GPU, for all eyes at once.
 #include "gap_tiles.h"
 
-#include "../../reproject/gl/eye_blocks.h"
+#include <client/warp/gl/eye_blocks.h>
 
 #include <span>
 #include <vector>

@@ -1,10 +1,10 @@
 #include "arrays.h"
 #include "parts.h"
 
+#include <client/warp/engine.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
-#include <equistream_client/engine.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>

@@ -8,7 +8,7 @@
 #include <equistream/formatted.h>
 #include <equistream/plane_values.h>
 #include <equistream/sequence_writer.h>
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>

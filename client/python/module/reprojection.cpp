@@ -2,17 +2,17 @@
 #include "parts.h"
 #include "waiting.h"
 
-#include <pipeline/decisions.h>
-#include <pipeline/eye_steps.h>
+#include <client/pipeline/decisions.h>
+#include <client/pipeline/eye_steps.h>
 
+#include <client/confidence/reliability.h>
+#include <client/fill/fill.h>
+#include <client/reflections/specular.h>
+#include <client/stages/stages.h>
+#include <client/warp/engine.h>
 #include <equistream/error.h>
 #include <equistream/frame.h>
 #include <equistream/patches.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
-#include <equistream_client/reliability.h>
-#include <equistream_client/specular.h>
-#include <equistream_client/stages.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>

@@ -2,10 +2,10 @@
 #include "parts.h"
 #include "waiting.h"
 
+#include <client/receive/receive.h>
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/stream.h>
-#include <equistream_client/receive.h>
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>

@@ -2,11 +2,11 @@
 /// From both eyes' pictures to what a display shows: one eye, both side by side, through coloured glasses, behind a
 /// headset's lenses, or the sphere itself; with an overlay of what is known of the pixels, and beside another way to
 /// draw the same. One triangle over the framebuffer that is bound.
-#include <gl/program.h>
-#include <reproject/gl/eye_targets.h>
-#include <reproject/gl/source_textures.h>
+#include <client/gpu/program.h>
+#include <client/warp/gl/eye_targets.h>
+#include <client/warp/gl/source_textures.h>
 
-#include <equistream_client/stereo_layout.h>
+#include <client/view/stereo_layout.h>
 
 #include <array>
 #include <string_view>

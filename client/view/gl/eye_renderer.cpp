@@ -1,11 +1,11 @@
 #include "eye_renderer.h"
 
-#include <depth/gl/sphere_views.h>
+#include <client/depth/gl/sphere_views.h>
 
-#include <pipeline/decisions.h>
+#include <client/pipeline/decisions.h>
 
+#include <client/stages/stages.h>
 #include <equistream/bound.h>
-#include <equistream_client/stages.h>
 
 #include <algorithm>
 #include <cassert>

@@ -6,18 +6,18 @@
 #include "frame_textures.h"
 #include "stage_times.h"
 
-#include <carry/gl/motion_view.h>
-#include <depth/gl/depth_pass.h>
-#include <depth/gl/sphere_depth.h>
-#include <fill/gl/fill_pass.h>
-#include <fill/gl/found_depth.h>
-#include <reliability/gl/reliability_map.h>
-#include <reproject/gl/eye_depth_finder.h>
-#include <reproject/gl/eye_targets.h>
-#include <reproject/gl/look_up.h>
-#include <reproject/gl/mirrors.h>
+#include <client/confidence/gl/reliability_map.h>
+#include <client/depth/gl/depth_pass.h>
+#include <client/depth/gl/sphere_depth.h>
+#include <client/extrapolate/gl/motion_view.h>
+#include <client/fill/gl/fill_pass.h>
+#include <client/fill/gl/found_depth.h>
+#include <client/reflections/gl/mirrors.h>
+#include <client/warp/gl/eye_depth_finder.h>
+#include <client/warp/gl/eye_targets.h>
+#include <client/warp/gl/look_up.h>
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <array>
 #include <memory>

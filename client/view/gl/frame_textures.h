@@ -1,10 +1,10 @@
 #pragma once
 /// One received frame on the GPU: the main picture and what came to fill its gaps.
-#include <fill/gl/patch_look_up.h>
-#include <reproject/gl/source_textures.h>
+#include <client/fill/gl/patch_look_up.h>
+#include <client/warp/gl/source_textures.h>
 
-#include <equistream_client/fill.h>
-#include <equistream_client/receive.h>
+#include <client/fill/fill.h>
+#include <client/receive/receive.h>
 
 #include <array>
 #include <memory>

@@ -2,8 +2,8 @@
 
 #include "xr_calls.h"
 
+#include <client/gpu/objects.h>
 #include <equistream/error.h>
-#include <gl/objects.h>
 
 #include <glm/gtc/quaternion.hpp>
 

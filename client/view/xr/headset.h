@@ -1,9 +1,9 @@
 #pragma once
 /// A headset by the OpenXR loader: one session on the current GLX context, one frame after the other. In the thread
 /// that the context is current in. Failures of the runtime throw WorkError in one line that names the call.
-#include <pipeline/covering_view.h>
+#include <client/pipeline/covering_view.h>
 
-#include <gl/objects.h>
+#include <client/gpu/objects.h>
 
 #include <array>
 #include <memory>

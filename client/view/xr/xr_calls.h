@@ -12,8 +12,8 @@
 #include <openxr/openxr_platform.h>
 #include <openxr/openxr_reflection.h>
 
+#include <client/gpu/objects.h>
 #include <equistream/camera.h>
-#include <gl/objects.h>
 
 #include <cstdint>
 #include <optional>

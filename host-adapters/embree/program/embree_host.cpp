@@ -1,8 +1,8 @@
 #include "embree_host.h"
-
 #include "frame_job.h"
 #include "loaded_scene.h"
-#include <equistream_render/code_identity.h>
+
+#include <host-adapters/common/code_identity.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The embedded path tracer as `equistream render` drives it.
-#include <equistream_embree/surfaces.h>
-#include <equistream_render/host.h>
+#include <host-adapters/common/host.h>
+#include <host-adapters/embree/surfaces.h>
 
 #include <optional>
 

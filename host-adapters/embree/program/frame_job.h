@@ -1,7 +1,7 @@
 #pragma once
 /// One frame on all threads: tiles pulled from the plugin, rays traced, answers handed back.
 #include <equistream/equistream.h>
-#include <equistream_embree/surfaces.h>
+#include <host-adapters/embree/surfaces.h>
 
 #include <atomic>
 #include <functional>

@@ -1,6 +1,6 @@
 #include "loaded_scene.h"
 
-#include <equistream_scene/sky_image.h>
+#include <scenes/sky/sky_image.h>
 
 #include <equistream/elapsed.h>
 

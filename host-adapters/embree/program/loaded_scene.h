@@ -1,7 +1,7 @@
 #pragma once
 /// The scene as it is traced, and how it moves from frame to frame.
-#include <equistream_embree/surfaces.h>
-#include <equistream_scene/scene.h>
+#include <host-adapters/embree/surfaces.h>
+#include <scenes/library/scene.h>
 
 #include <optional>
 #include <vector>

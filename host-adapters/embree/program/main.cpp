@@ -1,6 +1,6 @@
 #include "embree_host.h"
 
-#include <equistream_render/render_program.h>
+#include <host-adapters/common/render_program.h>
 
 int main(int argc, char** argv) {
     equistream::embree_host::EmbreeHost host;

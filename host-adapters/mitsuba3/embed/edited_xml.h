@@ -1,6 +1,6 @@
 #pragma once
 /// A user's XML with our sensors and our integrator in the place of its own. Variant-independent: nodes, not objects.
-#include <equistream_mitsuba/embedded_scene.h>
+#include "embedded_scene.h"
 
 #include <mitsuba/core/parser.h>
 

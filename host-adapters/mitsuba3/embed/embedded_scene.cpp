@@ -1,4 +1,4 @@
-#include <equistream_mitsuba/embedded_scene.h>
+#include "embedded_scene.h"
 
 #include "edited_xml.h"
 #include "invoke_variant.h"

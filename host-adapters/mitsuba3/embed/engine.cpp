@@ -1,10 +1,9 @@
-#include <equistream_mitsuba/embedded_scene.h>
-
+#include "embedded_scene.h"
 #include "invoke_variant.h"
 #include "one_line.h"
-#include "version_check.h"
 
 #include <equistream/error.h>
+#include <host-adapters/mitsuba3/plugins/version_check.h>
 
 #include <mitsuba/core/appender.h>
 #include <mitsuba/core/formatter.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// Whether rays meet a surface, as alpha: what a frame's colour says of itself. Mitsuba's path integrator calls the sky
 /// a hit, and its depth integrator the holes of masks.
-#include "first_surface.h"
+#include <host-adapters/mitsuba3/plugins/first_surface.h>
 
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/integrator.h>

@@ -1,10 +1,11 @@
 #pragma once
 /// Rays of anybody's through a scene of Mitsuba's: how far they go, and what comes along them. In scalar variants by
 /// many threads.
-#include "first_surface.h"
 #include "variant_arrays.h"
 
-#include <equistream_mitsuba/embedded_scene.h>
+#include <host-adapters/mitsuba3/plugins/first_surface.h>
+
+#include "embedded_scene.h"
 
 #include <mitsuba/render/integrator.h>
 #include <mitsuba/render/sampler.h>

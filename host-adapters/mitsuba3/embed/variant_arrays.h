@@ -1,8 +1,8 @@
 #pragma once
 /// Between a variant's arrays, which may live on a device, and ours.
-#include "parameters.h"
+#include <host-adapters/mitsuba3/plugins/parameters.h>
 
-#include <equistream_mitsuba/embedded_scene.h>
+#include "embedded_scene.h"
 
 #include <drjit/dynamic.h>
 #include <mitsuba/core/transform.h>

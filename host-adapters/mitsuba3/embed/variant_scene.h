@@ -2,11 +2,12 @@
 /// EmbeddedScene for one variant of Mitsuba. Included only by the sources that instantiate it.
 #include "edited_xml.h"
 #include "hit_integrator.h"
-#include "parameters.h"
 #include "ray_tracer.h"
 #include "variant_arrays.h"
 
-#include <equistream_mitsuba/embedded_scene.h>
+#include <host-adapters/mitsuba3/plugins/parameters.h>
+
+#include "embedded_scene.h"
 
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/bsdf.h>

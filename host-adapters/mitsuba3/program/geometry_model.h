@@ -2,7 +2,7 @@
 /// A scene of Mitsuba's as the geometry that a client needs, in our world: ready to be written as GLB.
 #include "world_map.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 /// Options that only this host has.
-#include <equistream_cli/program.h>
+#include <programs/cli/program.h>
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
 /// What cuts holes, as a picture.
-#include <equistream_mitsuba/embedded_scene.h>
+#include <host-adapters/mitsuba3/embed/embedded_scene.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,14 +1,13 @@
 #include "mitsuba_host.h"
-
 #include "child_process.h"
 #include "frame_planes.h"
 #include "tile_rays.h"
-#include <equistream_render/code_identity.h>
 
 #include <equistream/aov_groups.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream_cli/own_folder.h>
+#include <host-adapters/common/code_identity.h>
+#include <programs/cli/own_folder.h>
 
 #include <nlohmann/json.hpp>
 

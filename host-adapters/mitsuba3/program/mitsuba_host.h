@@ -2,7 +2,7 @@
 /// Mitsuba as `equistream render` drives it.
 #include "scene_source.h"
 
-#include <equistream_render/host.h>
+#include <host-adapters/common/host.h>
 
 #include <optional>
 

@@ -5,8 +5,8 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
-#include <equistream_cli/own_folder.h>
-#include <equistream_scene/shading_model.h>
+#include <programs/cli/own_folder.h>
+#include <scenes/library/shading_model.h>
 
 #include <nlohmann/json.hpp>
 

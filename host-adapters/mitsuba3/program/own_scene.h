@@ -3,7 +3,7 @@
 /// moved frame by frame as the embedded host moves it.
 #include "scene_source.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 namespace equistream::mitsuba_host {
 

@@ -3,7 +3,7 @@
 #include "host_options.h"
 #include "world_map.h"
 
-#include <equistream_render/host.h>
+#include <host-adapters/common/host.h>
 
 #include <memory>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Mitsuba's analytic shapes as triangles. A triangle stands on either side of the surface by at most a tolerance.
 #include <equistream/camera.h>
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <optional>
 #include <string>

@@ -2,7 +2,7 @@
 /// Tiles of rays that the plugin hands out, answered by Mitsuba: what a hidden layer is made of.
 #include "world_map.h"
 
-#include <equistream_render/host.h>
+#include <host-adapters/common/host.h>
 
 #include <functional>
 #include <span>

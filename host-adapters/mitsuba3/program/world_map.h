@@ -2,7 +2,7 @@
 /// Between Mitsuba's world, as its XML has it, and ours: +Y up, metres. A rotation by right angles and a scale, so
 /// nothing is lost to rounding but the scale.
 #include <equistream/camera.h>
-#include <equistream_mitsuba/embedded_scene.h>
+#include <host-adapters/mitsuba3/embed/embedded_scene.h>
 
 #include <string>
 

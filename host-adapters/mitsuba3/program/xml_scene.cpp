@@ -7,7 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/formatted.h>
 #include <equistream/sequence.h>
-#include <equistream_scene/write_glb.h>
+#include <scenes/library/write_glb.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,4 +1,4 @@
-"""Where each method breaks, and whether its reliability map knows: every breaker of tests/stability over its knob.
+"""Where each method breaks, and whether its reliability map knows: every breaker of tests/stress over its knob.
 
 A method falls at the first value, from harmless to hard, at which it is 1 or 3 dB below that value's ceiling: a sphere at each eye's own place, turned.
 """

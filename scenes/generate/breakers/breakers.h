@@ -1,6 +1,6 @@
 #pragma once
-/// Scenes that break reprojection (tests/stability). Each has one knob, its first option.
-#include "bundled.h"
+/// Scenes that break reprojection (tests/stress). Each has one knob, its first option.
+#include <scenes/generate/bundled.h>
 
 namespace equistream::generate {
 

@@ -1,7 +1,7 @@
 #include "stage.h"
 
-#include "glowing_room.h"
-#include "noise.h"
+#include <scenes/generate/glowing_room.h>
+#include <scenes/generate/noise.h>
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What the breakers share: a glowing room with things in it around a head at the origin that looks along -Z.
-#include "bundled.h"
-#include "scene_builder.h"
+#include <scenes/generate/bundled.h>
+#include <scenes/generate/scene_builder.h>
 
 #include <cstdint>
 #include <string>

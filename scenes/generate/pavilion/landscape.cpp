@@ -1,6 +1,6 @@
 #include "parts.h"
 
-#include "../noise.h"
+#include <scenes/generate/noise.h>
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "paintwork.h"
 
-#include "../noise.h"
+#include <scenes/generate/noise.h>
 
 #include <algorithm>
 #include <cmath>

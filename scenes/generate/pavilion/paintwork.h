@@ -1,6 +1,6 @@
 #pragma once
 /// The pavilion's materials.
-#include "../scene_builder.h"
+#include <scenes/generate/scene_builder.h>
 
 namespace equistream::generate::pavilion {
 

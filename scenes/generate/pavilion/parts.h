@@ -3,7 +3,7 @@
 /// the floor's top is y = 0, its centre the origin.
 #include "paintwork.h"
 
-#include <equistream_scene/scene.h>
+#include <scenes/library/scene.h>
 
 namespace equistream::generate::pavilion {
 

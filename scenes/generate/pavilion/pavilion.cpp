@@ -1,5 +1,6 @@
-#include "../bundled.h"
 #include "parts.h"
+
+#include <scenes/generate/bundled.h>
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 /// Shapes that plants are put together from.
 #include "parts.h"
 
-#include "../noise.h"
+#include <scenes/generate/noise.h>
 
 namespace equistream::generate::pavilion {
 

@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 TESTS = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(TESTS / "golden"), str(TESTS / "golden/viewer")]
+sys.path[:0] = [str(TESTS / "programs"), str(TESTS / "programs/viewer")]
 from display import Display  # noqa: E402
 from fitting.choice import Chosen  # noqa: E402
 from fitting.settings import sections_of, write_settings  # noqa: E402

@@ -11,7 +11,7 @@ import needed
 from steps import HERE, Failed
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-OURS = {file.stem for folder in (HERE, REPOSITORY / "tests/stability") for file in folder.glob("*.py")} | {folder.name for folder in HERE.iterdir() if folder.is_dir()}
+OURS = {file.stem for folder in (HERE, REPOSITORY / "tests/stress") for file in folder.glob("*.py")} | {folder.name for folder in HERE.iterdir() if folder.is_dir()}
 
 
 def imported(file):
@@ -24,7 +24,7 @@ def imported(file):
 
 class Needed(unittest.TestCase):
     def test_all_that_is_imported_is_named_and_nothing_else(self):
-        files = [*HERE.rglob("*.py"), *(file for file in (REPOSITORY / "tests/stability").glob("*.py") if not file.stem.endswith("_test"))]
+        files = [*HERE.rglob("*.py"), *(file for file in (REPOSITORY / "tests/stress").glob("*.py") if not file.stem.endswith("_test"))]
         found = {name for file in files for name in imported(file)} - OURS - set(sys.stdlib_module_names) - {"equistream"}
         self.assertEqual(found, {needed.MODULES.get(name, name) for name in needed.packages()})
 

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs"))
 from independent import colour_of, read_frame  # noqa: E402
 
 AOVS = "depth,motion,normal,ids"

@@ -3,7 +3,7 @@
 
     report.py [--results docs/results/mitsuba] [--page docs/results/mitsuba.md]
 
-hosts/ is compare.py's, near-plane.json near_plane.py's, documentation/ documentation_scene.py's, time.json tests/mitsuba/time_ratio.py's.
+hosts/ is compare.py's, near-plane.json near_plane.py's, documentation/ documentation_scene.py's, time.json tests/hosts/time_ratio.py's.
 
 A table NAME stands between `<!-- table NAME -->` and `<!-- end -->`; text around markers is left alone.
 """

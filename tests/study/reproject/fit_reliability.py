@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fits the reliability map (client/reliability) to rendered pairs, and measures how well it holds on scenes it has not seen.
+"""Fits the reliability map (client/confidence) to rendered pairs, and measures how well it holds on scenes it has not seen.
 
     PYTHONPATH=build/release/package fit_reliability.py --bin build/release/bin --work FOLDER [--write]
 
@@ -11,7 +11,7 @@ tolerance are left out, and mirrors and panes of scenes with direct light only: 
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the
 weighted sum (isotonic regression). One map is fitted to pixels that went through no codec and to decoded ones; the risk `coding` tells them
 apart. Depth that the bound takes for exact and coarser depth are groups of their own. Each scene in turn is left out and judged by what the
-others give: docs/results/reproject/reliability.json; so is a fit to pixels without a codec alone (`uncoded_fit`). --write also fits to all scenes and writes client/reliability/coefficients.h.
+others give: docs/results/reproject/reliability.json; so is a fit to pixels without a codec alone (`uncoded_fit`). --write also fits to all scenes and writes client/confidence/coefficients.h.
 """
 
 import argparse

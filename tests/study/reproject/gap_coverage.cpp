@@ -4,10 +4,10 @@
 /// own rungs. Nothing is rendered: depth comes from ray casts, colours are all one grey. Prints JSON.
 #include "random_eyes.h"
 
-#include <equistream_client/engine.h>
-#include <equistream_client/fill.h>
-#include <equistream_client/ray_depth.h>
-#include <equistream_patches/planner.h>
+#include <client/depth/ray_depth.h>
+#include <client/fill/fill.h>
+#include <client/warp/engine.h>
+#include <plugin/patches/planner.h>
 
 #include <nlohmann/json.hpp>
 

@@ -17,7 +17,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "programs"))
 from independent import equirect_direction, equirect_pixel, pixel_centres, read_frame  # noqa: E402
 from renders import FRAMES, REPOSITORY, scene_parser  # noqa: E402
 from results import keep  # noqa: E402

@@ -12,11 +12,11 @@
 /// the share within the budget, over all coloured pixels, the smooth and the sampled ones, and of what it added.
 #include "random_eyes.h"
 
+#include <client/depth/ray_depth.h>
+#include <client/warp/engine.h>
 #include <equistream/bound.h>
 #include <equistream/error.h>
-#include <equistream_client/engine.h>
-#include <equistream_client/ray_depth.h>
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>

@@ -1,8 +1,8 @@
 #pragma once
 /// Random eyes in the head box of one frame of a scene: the options that name them, and the views they are made of.
 #include <equistream/bound.h>
-#include <equistream_cli/program.h>
-#include <equistream_scene/scene.h>
+#include <programs/cli/program.h>
+#include <scenes/library/scene.h>
 
 #include <algorithm>
 #include <random>

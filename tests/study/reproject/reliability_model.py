@@ -1,4 +1,4 @@
-"""The model of client/reliability: how it is fitted to pixels, judged by others and written as its coefficients.h."""
+"""The model of client/confidence: how it is fitted to pixels, judged by others and written as its coefficients.h."""
 
 import pathlib
 import re
@@ -13,7 +13,7 @@ from scipy.optimize import isotonic_regression, minimize
 from steps import Failed
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-COEFFICIENTS = REPOSITORY / "client/reliability/coefficients.h"
+COEFFICIENTS = REPOSITORY / "client/confidence/coefficients.h"
 ENTRIES_PER_UNIT, TABLE_SIZE = 16, 256
 FEWEST_IN_BIN = 500
 RIDGE = 1e-4
@@ -106,7 +106,7 @@ def header(models, provenance):
     return f"""#pragma once
 /// Written by tests/study/reproject/fit_reliability.py: change it by running that.
 {told}
-#include <equistream_client/reliability.h>
+#include "reliability.h"
 
 #include <array>
 #include <cstdint>

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(REPOSITORY / "programs/study"), str(REPOSITORY / "tests/golden")]
+sys.path[:0] = [str(REPOSITORY / "programs/study"), str(REPOSITORY / "tests/programs")]
 from independent import colour_of, read_frame, srgb  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402

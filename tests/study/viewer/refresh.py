@@ -15,7 +15,7 @@ import subprocess
 import sys
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/golden" / room) for room in ("", "viewer"))]
+sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/programs" / room) for room in ("", "viewer"))]
 from display import Display  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402

@@ -20,7 +20,7 @@ import numpy as np
 from PIL import Image
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/golden" / room) for room in ("", "viewer", "live"))]
+sys.path[:0] = [str(REPOSITORY / "programs/study"), *(str(REPOSITORY / "tests/programs" / room) for room in ("", "viewer", "live"))]
 from display import Display, ViewerProcess  # noqa: E402
 from live_server import LiveServer  # noqa: E402
 from steps import run_as_program  # noqa: E402

@@ -1,9 +1,9 @@
 #include "plain_engines.h"
 #include "plain_task.h"
-#include "reproject/lean.h"
 
+#include <client/stages/stages.h>
+#include <client/warp/lean.h>
 #include <equistream/bound.h>
-#include <equistream_client/stages.h>
 
 #include <cassert>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "plain_task.h"
 
-#include "reproject/lean.h"
+#include <client/warp/lean.h>
 
 #include <cmath>
 

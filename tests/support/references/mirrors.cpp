@@ -1,6 +1,6 @@
 #include "plain_engines.h"
 
-#include "reproject/mirror_kernels.h"
+#include <client/reflections/mirror_kernels.h>
 
 #include <equistream/virtual_image.h>
 

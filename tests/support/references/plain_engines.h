@@ -1,8 +1,8 @@
 #pragma once
 /// The engines and the rework of mirrors in plain words: double precision, one pixel after the other, through the
 /// public cameras. Tests hold the product's own to them; nothing else links them.
-#include <equistream_client/engine.h>
-#include <equistream_client/specular.h>
+#include <client/reflections/specular.h>
+#include <client/warp/engine.h>
 
 namespace equistream::plain {
 

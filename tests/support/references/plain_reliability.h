@@ -1,6 +1,6 @@
 #pragma once
-/// The reliability map in plain words (equistream_client/reliability.h), one pixel after the other.
-#include <equistream_client/reliability.h>
+/// The reliability map in plain words (client/confidence/reliability.h), one pixel after the other.
+#include <client/confidence/reliability.h>
 
 namespace equistream::plain {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// What the plain engines are made of.
-#include <equistream_client/engine.h>
+#include <client/warp/engine.h>
 
 namespace equistream::plain {
 

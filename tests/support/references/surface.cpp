@@ -1,6 +1,6 @@
 #include "plain_task.h"
-#include "reproject/hiding_surface.h"
 
+#include <client/warp/hiding_surface.h>
 #include <equistream/bound.h>
 
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 /// What lies around each pixel of an eye's picture: silhouettes, edges between origins, the way out of filled regions.
-#include <equistream_client/view.h>
+#include <client/warp/view.h>
 
 namespace equistream::plain {
 

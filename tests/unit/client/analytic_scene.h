@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes whose depth and colour have a closed form, as pictures and as a depth source.
+#include <client/depth/depth_source.h>
+#include <client/warp/engine.h>
 #include <equistream/colour.h>
-#include <equistream_client/depth_source.h>
-#include <equistream_client/engine.h>
 
 #include <algorithm>
 #include <cmath>

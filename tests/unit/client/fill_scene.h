@@ -3,7 +3,7 @@
 /// beside the ball is a gap of the `surface` engine, whose truth has a closed form.
 #include "analytic_scene.h"
 
-#include <equistream_client/fill.h>
+#include <client/fill/fill.h>
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A ball that moves and spins before a painted room, as received pictures of any time that say how it moves.
-#include <equistream_client/receive.h>
+#include <client/receive/receive.h>
 
 #include <algorithm>
 #include <cmath>

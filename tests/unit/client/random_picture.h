@@ -1,6 +1,6 @@
 #pragma once
 /// Pictures that nobody painted, for filling.
-#include <equistream_client/view.h>
+#include <client/warp/view.h>
 
 #include <algorithm>
 #include <limits>

@@ -2,8 +2,8 @@
 /// A ball before a wall as an eye sees them after reprojection: what the tests of reliability look at.
 #include "analytic_scene.h"
 
-#include <equistream_client/fill.h>
-#include <equistream_client/reliability.h>
+#include <client/confidence/reliability.h>
+#include <client/fill/fill.h>
 
 namespace equistream::test {
 

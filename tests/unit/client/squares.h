@@ -1,6 +1,6 @@
 #pragma once
 /// Squares to look at in tests of depth and colour cast from geometry.
-#include <equistream_scene/model.h>
+#include <scenes/library/model.h>
 
 #include <cstdint>
 #include <string>

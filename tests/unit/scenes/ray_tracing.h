@@ -1,6 +1,6 @@
 #pragma once
 /// What the tests of the Bvh share: rays, shapes, and an intersection that owes nothing to Embree.
-#include <equistream_scene/embree_rays.h>
+#include <scenes/embree/embree_rays.h>
 
 #include <glm/glm.hpp>
 

@@ -1,0 +1,102 @@
+#pragma once
+/// The fill ladder: what each rung does to the pixels that the source did not see. Rungs run in order; each touches
+/// only pixels whose origin is gap, and marks those it fills.
+///
+/// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
+/// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
+/// `earlier`   earlier main pictures. A sample counts only where its surface is still the same by depth agreement: what
+///             moved since is refused. (Streams carry no motion, so nothing is carried along with an object, and what
+///             slides within its own surface, a shadow or a picture on a screen, is not noticed.)
+/// `small`     the small second-eye view. Exact in position for the eye it was rendered from; the other eye gets what
+///             that eye sees too.
+/// `small-wide` the same, but only in gaps that hold a square half as wide as one of its pixels.
+/// `geometry`  the client's own geometry: its base colour, lit as the filled pixels of the same surface around are.
+/// `pushpull`  coarser and coarser levels of the picture itself (Gortler et al. 1996, "The lumigraph", section 3.4.2),
+///             kept apart by depth: a gap takes the colour of its own surface, or of the background where the gap's
+///             depth is not known, so that what is in front does not bleed into what it uncovered.
+/// `spread`    the nearest filled neighbours, layer by layer, those at the pixel's own depth before others.
+///
+/// All but the last three look up the point that a gap pixel sees in a picture that was rendered elsewhere; of the four
+/// samples around it only those on the same surface count (depth_agreement.h). What a gap pixel sees is known from the
+/// eye's depth; where there is none, the picture's own samples are drawn forward into the gaps, nearest first. Pictures
+/// without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
+#include "gaps.h"
+
+#include <client/depth/geometry_colour.h>
+#include <client/warp/engine.h>
+#include <client/warp/view.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+struct PatchAtlas;
+
+/// One picture that holds all patches of a frame (patches.h).
+struct PatchesView {
+    ImageView<const std::uint8_t> rgb{};  ///< as in SourceView, of the atlas' size
+    YuvView yuv{};
+    ImageView<const float> depth_m{};  ///< radial distance from each patch's own position, NaN where there is nothing
+    const PatchAtlas* atlas = nullptr;
+    Pose pose{};              ///< of the sphere that the patches belong to
+    double box_radius_m = 0;  ///< its head box, as in SourceView
+};
+
+/// What a frame brings to fill gaps with, borrowed until the next frame; what is not there is null or empty.
+struct FillInputs {
+    const SourceView* main = nullptr;
+    const SourceView* small = nullptr;
+    std::span<const SourceView> earlier{};  ///< main pictures of frames before, newest first, with depth
+    const SourceView* hidden = nullptr;     ///< camera and pose of main; depth_m NaN where there is no second surface
+    const PatchesView* patches = nullptr;
+    GeometryColour* geometry = nullptr;
+    /// As in EngineOptions: what a rung takes from elsewhere for a point is no farther from it than this. `geometry`
+    /// and `spread` have no use for it.
+    double error_budget_px = EngineOptions{}.error_budget_px;
+};
+
+class FillRung {
+public:
+    virtual ~FillRung() = default;
+    virtual std::string_view name() const = 0;
+    /// Whether depth of the views this rung takes its colours from, and of the eye, makes it better.
+    virtual bool wants_depth() const = 0;
+    /// A rung whose input is missing fills nothing.
+    virtual void set_frame(const FillInputs& inputs) = 0;
+    /// Fills gaps of `picture`, which shows `eye`; `gaps` are all its gaps, and those that stay open when it returns.
+    /// Where the picture has depths of its own, those of filled pixels are set too. Returns how many pixels it filled.
+    /// Any number of threads may fill pictures of their own at once.
+    virtual std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const = 0;
+
+    /// The same where nobody keeps the gaps.
+    std::int64_t fill(const EyeView& eye, EyePicture& picture) const {
+        Gaps gaps(picture.origin.view());
+        return fill(eye, picture, gaps);
+    }
+};
+
+/// Rungs in the order in which they run.
+using FillLadder = std::vector<std::unique_ptr<FillRung>>;
+
+/// Pixels filled, by the rungs' names and in their order.
+using FilledCounts = std::vector<std::pair<std::string, std::int64_t>>;
+
+/// Runs a ladder whose rungs have been given their frame.
+FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture);
+/// The same, timed: each rung's milliseconds go into `rung_ms`, one for each rung.
+FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture, std::span<double> rung_ms);
+
+/// What shows what is truly there, then push-pull (docs/decisions/0004).
+inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
+
+/// Rungs of a comma-separated list of names of fill_stages() (stages.h); "none" alone is an empty ladder. Throws
+/// InputError naming the accepted words.
+FillLadder make_fill_ladder(const std::string& list);
+
+}  // namespace equistream

@@ -1,0 +1,23 @@
+#include "constants.h"
+#include "defines.h"
+
+#include <equistream/coding_loss.h>
+#include <equistream/conventions.h>
+#include <equistream/depth_agreement.h>
+#include <equistream/virtual_image.h>
+
+namespace equistream::gl {
+
+std::string common_constants() {
+    Defines d;
+    d.add("PI", pi);
+    d.add_bits("UNKNOWN", 0x7fc00000u);
+    d.add_bits("INFINITE", 0x7f800000u);
+    d.add("FAR_DISTANCE_M", far_distance_m);
+    d.add("LEAST_REACH_SHARE", least_reach_share);
+    d.add("LEAST_SPECULAR", least_specular);
+    d.add("LOSS_TEXTURES", CodingLoss::textures);
+    return d.take();
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,106 @@
+#pragma once
+/// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
+/// without loss. All pictures of one frame come together.
+#include "pose_sender.h"
+
+#include <equistream/frame.h>
+#include <equistream/hdr_display.h>
+#include <equistream/stream.h>
+#include <equistream/yuv_picture.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace equistream {
+
+/// One picture and where it was seen from.
+struct ReceivedPicture {
+    FrameInfo info;
+    ByteImage rgb;       ///< display-referred sRGB, 3 channels; empty where `yuv` or `pq` is given
+    YuvPicture yuv;      ///< the decoder's own planes, where FeedOptions::yuv asked for them and they are of that kind
+    PqPicture pq;        ///< the same of an HDR stream, where FeedOptions::pq asked for them
+    FloatImage depth_m;  ///< where it was asked for and is there: the renderer's AOV, or the depth track's; else empty
+    /// Mirrors and glass (SourceView): of the main picture, where they were asked for and are there.
+    FloatImage specular, virtual_depth_m;
+    std::string_view decoder;  ///< of colour: DecodedPicture's; empty where nothing was coded
+    double decode_ms = 0;      ///< of colour and depth
+    double convert_ms = 0;     ///< the same
+
+    int width() const { return !pq.empty() ? pq.planes.y.width : yuv.empty() ? rgb.width() : yuv.planes.y.width; }
+    int height() const { return !pq.empty() ? pq.planes.y.height : yuv.empty() ? rgb.height() : yuv.planes.y.height; }
+};
+
+/// What is missing of a frame (lost, or not sent) is left out; a frame without its main picture is not given at all.
+struct ReceivedFrame {
+    ReceivedPicture main;
+    std::optional<ReceivedPicture> small;
+    std::optional<ReceivedPicture> hidden;   ///< the second layer: main's camera, pose and size
+    std::optional<ReceivedPicture> patches;  ///< the atlas that info.patches describes
+    bool posed = true;  ///< false for foreign video, which carries no pose: a full sphere around nobody's head
+    std::optional<ReceivedPicture> right;  ///< of foreign stereo video (StereoPacking), whose left eye is `main`
+    /// Views of the same frame that were rendered beside it, for their depth only (folders; rgb is empty).
+    std::vector<ReceivedPicture> depth_views;
+};
+
+/// Bytes as they came, of one track or one folder: of the frames that were given, and of no others.
+struct FeedTrack {
+    std::string name;
+    std::int64_t pictures = 0;
+    std::int64_t bytes = 0;
+};
+
+class FrameFeed {
+public:
+    virtual ~FrameFeed() = default;
+    /// The next frame in order; nothing at the end.
+    virtual std::optional<ReceivedFrame> next() = 0;
+    /// After the end: empty, or one line on why there was no more ("walk.mp4: main was cut after frame 5 ...").
+    virtual std::string truncation() const = 0;
+    /// What has been given so far.
+    virtual std::vector<FeedTrack> tracks() const = 0;
+    /// From 0 to 1; nothing where the end is not known.
+    virtual std::optional<double> fraction_done() const = 0;
+    /// Whether frames come at their server's pace, as StreamReader::is_live; else they wait to be asked for.
+    virtual bool is_live() const = 0;
+    /// How each track says that its samples stand for light, by libav's names ("smpte2084": PQ), whether or not a
+    /// picture of it has come. Of folders none.
+    virtual std::vector<std::string> transfers() const = 0;
+    /// From here on next() gives the frames from this one on, not before FeedOptions::first_frame; of a stream no more
+    /// is decoded for that than the group of pictures it is in. False where that cannot be done (StreamReader::seek,
+    /// before the first frame, with frames_ahead): the feed is of no further use then.
+    virtual bool seek(std::int64_t frame) = 0;
+};
+
+struct FeedOptions {
+    bool depth = false;     ///< fill ReceivedPicture::depth_m: from depth tracks, or the depth AOV of folders
+    bool hardware = false;  ///< as in StreamReadOptions
+    std::shared_ptr<PictureMemory> memory{};  ///< the same
+    bool yuv = false;  ///< the decoder's own planes in place of rgb; nothing changes for folders and foreign formats
+    bool pq = false;   ///< the same of HDR streams, which are else brought to `hdr_display`
+    /// Null: HdrDisplay's defaults. Where one is given, and HDR is not what comes, next() throws InputError.
+    std::shared_ptr<const HdrDisplay> hdr_display{};
+    /// Fill ReceivedPicture::specular and virtual_depth_m of the main picture: from the track of mirrors and glass,
+    /// or those AOVs of folders.
+    bool specular = false;
+    /// What nobody needs (never main) is neither decoded nor given, and of folders not read. Asked before each frame,
+    /// with frames_ahead by that thread; what was left out once stays so.
+    std::function<TrackRoles()> left_out{};
+    std::int64_t first_frame = 0;
+    std::int64_t last_frame = INT64_MAX;
+    /// So many frames, and the one being read, are got ready by a thread of the feed's own while the caller works on
+    /// those before; 0: read when asked for. Frames, their order and what next() throws are the same.
+    std::size_t frames_ahead = 0;
+    std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
+    /// Of a stream that comes from tcp://HOST:PORT: what is sent with it goes there. Borrowed.
+    PoseSender* poses = nullptr;
+};
+
+/// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.
+std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options = {});
+
+}  // namespace equistream

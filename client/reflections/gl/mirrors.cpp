@@ -1,0 +1,45 @@
+#include "mirrors.h"
+
+#include <client/reflections/mirror_kernels.h>
+
+#include <equistream/formatted.h>
+
+#include <string>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+std::vector<std::string> defines() {
+    return {formatted("MOST_IMAGE_DISPLACEMENT %.9g", double(most_image_displacement)),
+            formatted("MOST_IMAGE_STEPS %d", most_image_steps), formatted("MOST_IMAGE_TURNS %d", most_image_turns)};
+}
+
+}  // namespace
+
+Mirrors::Mirrors() : program_({{GL_COMPUTE_SHADER, "mirrors.glsl"}}, defines()) {}
+
+void Mirrors::rework(const SpecularSource& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
+                     const EyeTargets& targets, MirrorTreatment treatment) {
+    const auto& [view, source, specular] = picture;
+    if (!picture.tells() || depth.texture == 0 || treatment == MirrorTreatment::surface)
+        return;
+    blocks_.set(view, eyes, SpecularOptions{}.error_budget_px);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    glBindTextureUnit(0, source.colour());
+    glBindTextureUnit(1, source.depth());
+    glBindTextureUnit(2, depth.texture);
+    glBindTextureUnit(3, targets.origin());
+    specular.bind();
+    glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
+    glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+    program_.set("inverse_depth_scale", depth.scale);
+    program_.set("looks_for_images", int(treatment == MirrorTreatment::images));
+    program_.dispatch(targets.size(), targets.eyes());
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,28 @@
+#include "eye_targets.h"
+
+#include <client/gpu/defines.h>
+#include <client/warp/hiding_surface.h>
+#include <client/warp/source_lattice.h>
+#include <client/warp/view.h>
+#include <client/warp/warp.h>
+
+#include <bit>
+
+namespace equistream::gl {
+
+std::string warp_constants() {
+    Defines d;
+    d.add("LEAST_WEIGHT", least_weight);
+    d.add("LEAST_BEHIND", least_behind);
+    d.add("MOST_BEND", most_bend);
+    d.add_whole("MOST_EYES", most_eyes);
+    d.add_whole("POSITION_BITS", position_bits);
+    d.add_whole("POSITION_ONE", position_one);
+    d.add_whole("BLOCK_LEVELS", std::countr_zero(unsigned(LatticeBlock::side)));
+    d.add_unsigned("ORIGIN_GAP", unsigned(PixelOrigin::gap));
+    d.add_unsigned("ORIGIN_SOURCE", unsigned(PixelOrigin::source));
+    d.add_unsigned("ORIGIN_PUSH_PULL", unsigned(PixelOrigin::push_pull));
+    return d.take();
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,61 @@
+#include "eye_blocks.h"
+
+#include <client/warp/eye_rays.h>
+
+#include <client/warp/engine.h>
+#include <equistream/bound.h>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace equistream::gl {
+
+namespace {
+
+/// As std140 has it.
+struct EyeBlock {
+    glm::vec4 corner, right, down, eye, eye_own_axes;
+    glm::mat4 source_from_eye;
+    glm::vec4 view, agreement;
+};
+
+glm::vec4 padded(Vec3f v) {
+    return {v.x, v.y, v.z, 0};
+}
+
+}  // namespace
+
+EyeBlocks::EyeBlocks() : blocks_(make_buffer(most_eyes * sizeof(EyeBlock), GL_DYNAMIC_STORAGE_BIT)) {}
+
+void EyeBlocks::set(const SourceView& source, std::span<const EyeView> eyes, double error_budget_px) {
+    std::array<Pose, most_eyes> sources;
+    sources.fill(source.pose);
+    set(std::span(sources).first(eyes.size()), source.box_radius_m, eyes, error_budget_px);
+}
+
+void EyeBlocks::set(std::span<const Pose> sources, double box_radius_m, std::span<const EyeView> eyes,
+                    double error_budget_px) {
+    assert(eyes.size() <= std::size_t(most_eyes) && sources.size() == eyes.size());
+    std::array<EyeBlock, most_eyes> blocks;
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        const EyeRays rays(eyes[i].camera, eyes[i].pose, sources[i]);
+        const bool moved = !same_position(sources[i], eyes[i].pose);
+        const double tolerance_rad = error_budget_rad(eyes[i].camera.focal_px(), error_budget_px);
+        blocks[i] = {padded(rays.corner()),
+                     padded(rays.right()),
+                     padded(rays.down()),
+                     padded(rays.eye()),
+                     padded(rays.eye_own_axes()),
+                     glm::mat4(rays.source_from_eye()),
+                     {rays.focal_px(), rays.centre_x(), rays.centre_y(), moved ? 1.0f : 0.0f},
+                     {std::max(float(box_radius_m), rays.distance_m()), std::sin(tolerance_rad), 0, 0}};
+    }
+    glNamedBufferSubData(blocks_.name(), 0, GLsizeiptr(eyes.size() * sizeof(EyeBlock)), blocks.data());
+}
+
+}  // namespace equistream::gl

@@ -1,0 +1,110 @@
+#include "warp.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/warp/warp_kernels.cpp"
+// The scalar loops too, whatever the processor has.
+#define HWY_COMPILE_ALL_ATTAINABLE
+// Highway leaves its scalar vectors out for GCC before 12.3, which may vectorise high halves of products wrongly
+// (GCC 106322); nothing here takes those, and tests hold the scalar loops to the others.
+#define HWY_BROKEN_EMU128 0
+#include <hwy/foreach_target.h>
+
+#include "warp_planes-inl.h"
+#include "warp_surface-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+/// Leaves only pixels that nobody has coloured yet; false if there are none.
+bool keep_open(const WarpJob& job, Tile& tile) {
+    bool any = false;
+    for (int row = 0; row < tile.rows; ++row) {
+        const std::uint8_t* origin = job.origin.pixel(tile.x, tile.y + row);
+        for (int i = 0; i < tile.columns; ++i) {
+            const bool open = origin[i] == std::uint8_t(PixelOrigin::gap);
+            any = any || open;
+            if (!open)
+                tile.keep[row * tile_width + i] = 0;
+        }
+    }
+    return any;
+}
+
+std::int64_t colour(const WarpJob& job, const Tile& tile) {
+    const auto mix = [&](const PixelRows& to)
+                         HWY_ATTR { job.source.rgb.data != nullptr ? mix_rgb(job, tile, to) : mix_yuv(job, tile, to); };
+    if (tile.regular && tile.columns == tile_width) {
+        mix({job.rgba.pixel(tile.x, tile.y), job.rgba.row_stride});
+        return put_marks(job, tile);
+    }
+    alignas(64) std::uint32_t pixels[tile_pixels];
+    mix({reinterpret_cast<std::uint8_t*>(pixels), 4 * tile_width});
+    return put(job, tile, pixels);
+}
+
+bool any_open(const WarpJob& job, const Tile& tile) {
+    for (int row = 0; row < tile.rows; ++row) {
+        const std::uint8_t* origin = job.origin.pixel(tile.x, tile.y + row);
+        if (std::find(origin, origin + tile.columns, std::uint8_t(PixelOrigin::gap)) != origin + tile.columns)
+            return true;
+    }
+    return false;
+}
+
+/// Calls `map(tile)` for the tiles that have something to colour, and colours them.
+template <typename Map>
+std::int64_t over_tiles(const WarpJob& job, int row, const Map& map) {
+    Tile tile;
+    std::int64_t count = 0;
+    tile.y = row * tile_height;
+    tile.rows = std::min(tile_height, job.eye.camera.height - tile.y);
+    for (int column = 0; column * tile_width < job.eye.camera.width; ++column) {
+        tile.x = column * tile_width;
+        tile.columns = std::min(tile_width, job.eye.camera.width - tile.x);
+        if (job.only_gaps && !any_open(job, tile))
+            continue;
+        map(tile);
+        if (job.only_gaps) {
+            if (tile.regular)
+                std::fill_n(tile.keep, tile_pixels, 15);
+            tile.regular = false;
+            keep_open(job, tile);
+        }
+        count += colour(job, tile);
+    }
+    return count;
+}
+
+std::int64_t warp_tiles_here(const WarpJob& job, int first, int last) {
+    std::int64_t count = 0;
+    if (job.surface) {
+        InversePlanarRows rows(job);
+        for (int row = first; row < last; ++row) {
+            rows.prepare(row * tile_height);
+            count += over_tiles(job, row, [&](Tile& tile) HWY_ATTR { map_surface(job, rows, tile); });
+        }
+        return count;
+    }
+    DirectionFits fits(job);
+    for (int row = first; row < last; ++row)
+        count += over_tiles(job, row, [&](Tile& tile) HWY_ATTR {
+            if (!fits.map(tile))
+                map_exactly(job, tile);
+        });
+    return count;
+}
+
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace equistream {
+
+HWY_EXPORT(warp_tiles_here);
+
+std::int64_t warp_tiles(const WarpJob& job, int first, int last) {
+    return HWY_DYNAMIC_DISPATCH(warp_tiles_here)(job, first, last);
+}
+
+}  // namespace equistream
+#endif

@@ -1,0 +1,67 @@
+#include "render_program.h"
+
+#include "follow.h"
+#include "report.h"
+#include "sequence_renderer.h"
+
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+
+#include <csignal>
+#include <thread>
+
+namespace equistream::render_command {
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+extern "C" void note_interrupt(int signal) {
+    interrupted = true;
+    std::signal(signal, SIG_DFL);  // a second one ends the program at once
+}
+
+void render(RenderHost& host, RenderOptions options, const std::string& command) {
+    if (es_abi_version() != ES_ABI_VERSION)
+        throw InputError(expected_found("libequistream", "ABI version " + std::to_string(ES_ABI_VERSION),
+                                        std::to_string(es_abi_version())));
+    if (options.threads == 0)
+        options.threads = std::max(1u, std::thread::hardware_concurrency());
+    RenderReport report;
+    report.threads = options.threads;
+    const auto start = Clock::now();
+    const SceneDescription& scene = host.describe(options);
+    const Timeline timeline = make_timeline(options, scene);
+    host.load(options, timeline);
+    report.load_s = seconds_since(start);
+    if (options.follow) {
+        host.begin();
+        std::signal(SIGINT, note_interrupt);
+        std::signal(SIGTERM, note_interrupt);
+        const RenderRecord record{host.record(), host.tile_side(), command};
+        return follow({options, scene, timeline, record, interrupted}, host);
+    }
+    std::vector<Stream> streams;
+    if (host.wants_frames())
+        streams = open_streams(options, scene, timeline.path, {host.record(), host.tile_side(), command});
+    host.begin();
+    if (host.wants_frames()) {
+        std::signal(SIGINT, note_interrupt);
+        std::signal(SIGTERM, note_interrupt);
+        SequenceRenderer({options, timeline, scene.lean_m, streams, interrupted}, host, report).run();
+    }
+    print_report(report, host, command, options.json);
+}
+
+}  // namespace
+
+int run(int argc, char** argv, RenderHost& host) {
+    const HostText text = host.text();
+    return cli::run_program(
+        argc, argv, {"render", text.summary, text.example}, [&](CLI::App& app) -> std::function<void()> {
+            const auto options = add_render_options(app, text);
+            host.add_options(app);
+            return [&host, argc, argv, options] { render(host, options(), cli::quoted_command(argc, argv)); };
+        });
+}
+
+}  // namespace equistream::render_command

@@ -1,0 +1,31 @@
+#pragma once
+/// Answers to geometry rays: distance, where the point was and will be, normal, albedo, ids, what a mirror shows.
+#include "path_tracer.h"
+
+#include <span>
+
+namespace equistream::embree_host {
+
+/// World transforms of all instances at the neighbouring frames.
+struct NeighbourTransforms {
+    std::span<const glm::mat4> previous, next;
+    std::span<const std::uint8_t> moves;  ///< by instance: whether they differ from this frame's
+};
+
+/// What surfaces are told from.
+struct SurfacesScene {
+    const ShadingScene& shading;
+    NeighbourTransforms neighbours;
+};
+
+/// Where a point of a surface is at the neighbouring frames.
+struct NeighbourPoints {
+    glm::vec3 previous, next;
+};
+NeighbourPoints neighbour_points(const SurfacesScene& scene, const HitId& hit, const glm::vec3& position);
+
+/// One unfiltered sample per ray; `surfaces` as long as `rays`.
+void trace_surfaces(Worker& worker, const SurfacesScene& scene, std::span<const es_ray> rays,
+                    std::span<es_surface> surfaces);
+
+}  // namespace equistream::embree_host

@@ -1,0 +1,238 @@
+#include "convert.h"
+
+#include <equistream/aov.h>
+#include <equistream/error.h>
+#include <equistream/plane_values.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace equistream::files {
+
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+template <typename Sample>
+void mirror(Image<Sample>& image) {
+    for (int y = 0; y < image.height(); ++y)
+        std::reverse(image.pixel(0, y), image.pixel(0, y) + image.width());
+}
+
+class Converter {
+public:
+    Converter(const std::vector<const ForeignExr*>& files, const Conversion& conversion,
+              std::vector<std::string>& notes)
+        : files_(files), conversion_(conversion), conventions_(conversion.conventions), notes_(notes),
+          pose_(sphere_pose(conversion, conversion.camera_pose)) {}
+
+    void convert(const MappedPlane& mapped, Frame& frame) {
+        mapped_ = &mapped;
+        const AovInfo aov = *find_aov(mapped.plane);
+        if (aov.type == SampleType::id) {
+            frame.ids[mapped.plane] = ids();
+            return;
+        }
+        FloatImage plane;
+        if (mapped.plane == "depth")
+            plane = depth();
+        else if (mapped.plane == "backward" || mapped.plane == "forward")
+            plane = motion(mapped.plane == "backward" ? *conventions_.backward : *conventions_.forward, frame);
+        else if (mapped.plane == "normal")
+            plane = normals();
+        else
+            plane = light(int(aov.channels.size()));
+        try {
+            require_plane_values(aov, plane.view());
+        } catch (const InputError& problem) {
+            throw InputError(file().file().string() + ": " + problem.what());
+        }
+        frame.planes[mapped.plane] = std::move(plane);
+    }
+
+    const Pose& pose() const { return pose_; }
+
+private:
+    const ForeignExr& file() const { return *files_[std::size_t(mapped_->set)]; }
+    int width() const { return width_of(conversion_.camera); }
+    int height() const { return height_of(conversion_.camera); }
+    bool is_sphere() const { return std::holds_alternative<EquirectCamera>(conversion_.camera); }
+
+    FloatImage channel(std::size_t index, float outside = 0) const {
+        FloatImage image = file().read(mapped_->channels[index], outside);
+        if (conventions_.mirrored && is_sphere())
+            mirror(image);
+        return image;
+    }
+
+    template <typename Compute>
+    FloatImage filled(int channels, const Compute& compute) const {
+        FloatImage image(width(), height(), channels);
+        for (int y = 0; y < height(); ++y)
+            for (int x = 0; x < width(); ++x)
+                compute(x, y, image.pixel(x, y));
+        return image;
+    }
+
+    bool is_miss(double value) const {
+        return (conventions_.miss_value && value == *conventions_.miss_value) || value >= conventions_.miss_above;
+    }
+
+    FloatImage depth() const {
+        if (conventions_.depth == DepthKind::position)
+            return depth_of_positions();
+        const FloatImage raw = channel(0, infinity);
+        const bool planar = conventions_.depth == DepthKind::planar;
+        return filled(1, [&](int x, int y, float* out) {
+            const double value = double(*raw.pixel(x, y));
+            if (is_miss(value)) {
+                *out = infinity;
+                return;
+            }
+            const double cosine = is_sphere() ? 1 : -direction_of(conversion_.camera, x + 0.5, y + 0.5).z;
+            const double scaled = value * conventions_.depth_scale_m;
+            *out = float(planar ? (scaled + conventions_.near_plane_m) / cosine
+                                : scaled + conventions_.near_plane_m / cosine);
+        });
+    }
+
+    FloatImage depth_of_positions() const {
+        const FloatImage p[] = {channel(0), channel(1), channel(2)};
+        return filled(1, [&](int x, int y, float* out) {
+            const glm::dvec3 point(*p[0].pixel(x, y), *p[1].pixel(x, y), *p[2].pixel(x, y));
+            const double distance = glm::length(point);
+            *out = is_miss(distance) ? infinity : float(distance * conventions_.depth_scale_m);
+        });
+    }
+
+    FloatImage motion(const MotionConvention& m, const Frame& frame) const {
+        const FloatImage u = channel(0), v = channel(1);
+        const double scale = m.unit == MotionUnit::ndc ? 0.5 : 1;
+        const double sign = m.ends == MotionEnds::from_previous || m.ends == MotionEnds::from_next ? -1 : 1;
+        const double u_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * width()) *
+                               (conventions_.mirrored && is_sphere() ? -1 : 1);
+        const double v_scale = sign * (m.unit == MotionUnit::pixels ? 1 : scale * height()) * (m.y_up ? -1 : 1);
+        const auto* sphere = std::get_if<EquirectCamera>(&conversion_.camera);
+        const auto& neighbour = mapped_->plane == "backward" ? conversion_.previous : conversion_.next;
+        const auto depth = frame.planes.find("depth");
+        return filled(2, [&](int x, int y, float* out) {
+            double du = u_scale * double(*u.pixel(x, y));
+            const double dv = v_scale * double(*v.pixel(x, y));
+            if (sphere != nullptr)
+                du = shortest_column_difference(du, sphere->width, sphere->range);
+            out[0] = float(du), out[1] = float(dv);
+            if (neighbour && depth != frame.planes.end() && std::isinf(*depth->second.pixel(x, y)))
+                move_by_rotation(x, y, *neighbour, out);
+        });
+    }
+
+    /// A miss is infinitely far away; what a renderer writes there differs.
+    void move_by_rotation(int x, int y, const Pose& neighbour, float* out) const {
+        const Pose there = sphere_pose(conversion_, neighbour);
+        const glm::dvec3 d = direction_of(conversion_.camera, x + 0.5, y + 0.5);
+        const glm::dvec2 p = pixel_of(conversion_.camera, glm::inverse(there.orientation) * (pose_.orientation * d));
+        glm::dvec2 difference = p - glm::dvec2(x + 0.5, y + 0.5);
+        if (!std::isfinite(difference.x))
+            return;  // behind a perspective camera: what was written stays
+        if (const auto* sphere = std::get_if<EquirectCamera>(&conversion_.camera))
+            difference.x = shortest_column_difference(difference.x, sphere->width, sphere->range);
+        out[0] = float(difference.x), out[1] = float(difference.y);
+    }
+
+    FloatImage normals() const {
+        const FloatImage n[] = {channel(0), channel(1), channel(2)};
+        const bool turn = conversion_.pose_is_known || conventions_.normals != NormalSpace::world;
+        const glm::dquat up = glm::angleAxis(conventions_.z_up ? -pi / 2 : 0.0, glm::dvec3(1, 0, 0));
+        return filled(3, [&](int x, int y, float* out) {
+            glm::dvec3 normal(*n[0].pixel(x, y), *n[1].pixel(x, y), *n[2].pixel(x, y));
+            if (conventions_.normals_encoded && normal != glm::dvec3(0))
+                normal = 2.0 * normal - 1.0;
+            const double length = glm::length(normal);
+            out[0] = out[1] = out[2] = 0;
+            if (!(length > 1e-6))
+                return;
+            normal /= length;
+            if (conventions_.normals == NormalSpace::camera_z_forward)
+                normal.z = -normal.z;
+            normal =
+                conventions_.normals == NormalSpace::world ? up * normal : conversion_.camera_pose.orientation * normal;
+            const glm::dvec3 ray = pose_.orientation * direction_of(conversion_.camera, x + 0.5, y + 0.5);
+            if (turn && glm::dot(normal, ray) > 0)
+                normal = -normal;
+            out[0] = float(normal.x), out[1] = float(normal.y), out[2] = float(normal.z);
+        });
+    }
+
+    FloatImage light(int channels) const {
+        std::vector<FloatImage> source;
+        for (std::size_t i = 0; i < mapped_->channels.size(); ++i)
+            source.push_back(channel(i));
+        const bool is_colour = source.size() >= 3;
+        return filled(channels, [&](int x, int y, float* out) {
+            for (std::size_t i = 0; i < source.size(); ++i)
+                out[i] = *source[i].pixel(x, y);
+            if (is_colour && conversion_.colour_to_rec709 != glm::dmat3(1)) {
+                const glm::dvec3 rgb = conversion_.colour_to_rec709 * glm::dvec3(out[0], out[1], out[2]);
+                out[0] = float(rgb.x), out[1] = float(rgb.y), out[2] = float(rgb.z);
+            }
+            if (channels == 4 && source.size() == 3)
+                out[3] = 1;
+        });
+    }
+
+    IdImage ids() {
+        IdImage image(width(), height(), 1);
+        if (mapped_->channels[0].is_id) {
+            image = file().read_ids(mapped_->channels[0]);
+            if (conventions_.mirrored && is_sphere())
+                mirror(image);
+            return image;
+        }
+        const FloatImage raw = channel(0);
+        std::int64_t rounded = 0;
+        for (int y = 0; y < height(); ++y)
+            for (int x = 0; x < width(); ++x) {
+                const double value = double(*raw.pixel(x, y));
+                if (!(value > -0.5 && value < 4294967295.0))
+                    throw InputError(expected_found(file().file().string() + ": plane " + mapped_->plane +
+                                                        " at pixel " + std::to_string(x) + "," + std::to_string(y),
+                                                    "a whole number from 0", std::to_string(value)));
+                rounded += value != std::round(value) ? 1 : 0;
+                *image.pixel(x, y) = std::uint32_t(std::lround(value));
+            }
+        if (rounded > 0)
+            notes_.push_back(file().file().string() + ": " + mapped_->plane + ": " + std::to_string(rounded) +
+                             " pixels were no whole number and are rounded (a filtered plane?)");
+        return image;
+    }
+
+    const std::vector<const ForeignExr*>& files_;
+    const Conversion& conversion_;
+    const SourceConventions& conventions_;
+    std::vector<std::string>& notes_;
+    Pose pose_;
+    const MappedPlane* mapped_ = nullptr;
+};
+
+}  // namespace
+
+Frame convert_frame(const std::vector<const ForeignExr*>& files, const ChannelMap& map, const Conversion& conversion,
+                    const FrameInfo& info, std::vector<std::string>& notes) {
+    for (const ForeignExr* file : files)
+        if (file->width() != width_of(conversion.camera) || file->height() != height_of(conversion.camera))
+            throw InputError(expected_found(file->file().string(),
+                                            std::to_string(width_of(conversion.camera)) + "x" +
+                                                std::to_string(height_of(conversion.camera)) + " as in the first file",
+                                            std::to_string(file->width()) + "x" + std::to_string(file->height())));
+    Converter converter(files, conversion, notes);
+    Frame frame;
+    frame.info = info;
+    frame.info.camera = conversion.camera;
+    frame.info.camera_pose = converter.pose();
+    for (const MappedPlane& mapped : map.planes)  // the catalogue's order: depth comes before motion
+        converter.convert(mapped, frame);
+    return frame;
+}
+
+}  // namespace equistream::files

@@ -1,0 +1,81 @@
+#pragma once
+/// A whole import: first a plan, which says what was found, what it is taken for and why; then the frames.
+#include "channel_map.h"
+#include "convert.h"
+#include "file_sets.h"
+
+#include <equistream/frame.h>
+#include <scenes/library/scene.h>
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::files {
+
+/// What is laid over a preset where an option was given.
+struct Overrides {
+    std::optional<DepthKind> depth;
+    std::optional<double> depth_scale_m, near_plane_m, miss_value, miss_above, forward_at;
+    std::optional<MotionConvention> backward, forward;
+    std::optional<NormalSpace> normals;
+    std::optional<bool> normals_encoded, mirrored, z_up;
+    std::map<std::string, std::vector<std::string>> channels;
+};
+
+struct ImportSettings {
+    std::vector<std::string> sources;
+    std::filesystem::path out;
+    std::string preset = "auto";
+    Overrides overrides;
+    std::string camera = "auto";      ///< auto, equirect, perspective
+    LongitudeLatitudeRange range;     ///< equirect
+    std::optional<double> fov_x_rad;  ///< perspective
+    std::string colour_space = "auto";
+    std::filesystem::path path;  ///< CSV of the head's poses, in the source's world; empty: attributes
+    std::optional<double> frames_per_second;
+    std::int64_t first_frame = 0, last_frame = INT64_MAX;
+    FrameInfo info;  ///< eye, ipd_m, lock, lean_m, exposure, scene
+    std::string command;
+    bool overwrite = false;
+};
+
+struct Finding {
+    std::string found, taken_for, why;
+};
+
+struct PlannedView {
+    std::string view;  ///< as in the files; empty where they know none
+    Eye eye = Eye::centre;
+    ChannelMap map;
+};
+
+struct ImportPlan {
+    FileSets files;  ///< of the frames that were asked for
+    /// Where there is no neighbour: frames imported by parts are those of one import.
+    std::int64_t first_in_source = 0, last_in_source = 0;
+    SourceConventions conventions;
+    Camera camera;
+    glm::dmat3 colour_to_rec709{1};
+    double frames_per_second = 30;
+    bool poses_in_attributes = false;
+    PosePath path;
+    std::string software;
+    std::vector<PlannedView> views;
+    std::vector<Finding> findings;
+    std::vector<std::string> notes;
+
+    std::string table() const;
+};
+
+/// Reads the first frame's headers; throws InputError for what cannot be imported.
+ImportPlan make_plan(const ImportSettings& settings);
+
+/// Writes OUT/centre, left or right. Frames that are there stay, unless `overwrite`. `done` is called after each frame
+/// of each view. Throws InputError before the first frame is written, WorkError afterwards.
+void run_import(const ImportSettings& settings, ImportPlan& plan,
+                const std::function<void(std::size_t, std::int64_t)>& done);
+
+}  // namespace equistream::files

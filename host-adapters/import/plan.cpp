@@ -1,0 +1,284 @@
+#include "import.h"
+
+#include <equistream/aov.h>
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+
+#include <algorithm>
+#include <set>
+
+namespace equistream::files {
+
+namespace {
+
+template <typename Value>
+void lay_over(Value& value, const std::optional<Value>& given) {
+    if (given)
+        value = *given;
+}
+
+class Planner {
+public:
+    Planner(const ImportSettings& settings, ImportPlan& plan) : settings_(settings), plan_(plan) {
+        plan.files = find_files(settings.sources);
+        keep_frames_asked_for();
+        for (const auto& file : plan.files.frames.front().files)
+            files_.emplace_back(file);
+    }
+
+    void make() {
+        const std::string first = plan_.files.frames.front().files.front().string();
+        say(std::to_string(plan_.files.frames.size()) + " frames, " + size_text(files_[0].width(), files_[0].height()),
+            "frames " + std::to_string(plan_.files.frames.front().index) + " to " +
+                std::to_string(plan_.files.frames.back().index),
+            "such as " + first);
+        choose_preset();
+        choose_camera();
+        choose_depth_kind();
+        choose_rate();
+        choose_poses();
+        choose_colour();
+        map_views();
+    }
+
+private:
+    const ForeignExr& file() const { return files_.front(); }
+
+    void say(std::string found, std::string taken_for, std::string why) {
+        plan_.findings.push_back({std::move(found), std::move(taken_for), std::move(why)});
+    }
+
+    void keep_frames_asked_for() {
+        if (!plan_.files.frames.empty()) {
+            plan_.first_in_source = plan_.files.frames.front().index;
+            plan_.last_in_source = plan_.files.frames.back().index;
+        }
+        const auto is_outside = [&](const auto& frame) {
+            return frame.index < settings_.first_frame || frame.index > settings_.last_frame;
+        };
+        std::erase_if(plan_.files.frames, is_outside);
+        std::erase_if(plan_.files.missing, is_outside);
+        if (plan_.files.frames.empty())
+            throw InputError(
+                expected_found(settings_.sources.front(), "whole frames (in the range asked for)", "none"));
+        if (!plan_.files.missing.empty()) {
+            std::string names;
+            for (std::size_t i = 0; i < std::min<std::size_t>(plan_.files.missing.size(), 5); ++i)
+                names += (i == 0 ? "" : ", ") + plan_.files.missing[i].text;
+            plan_.notes.push_back("missing and left out: " + names +
+                                  (plan_.files.missing.size() > 5 ? " and more" : ""));
+        }
+    }
+
+    void choose_preset() {
+        plan_.software = file().software();
+        const bool guessed = settings_.preset == "auto";
+        plan_.conventions = preset(guessed ? guess_preset(file()) : settings_.preset);
+        say(plan_.software.empty() ? "no word of a renderer" : "written by " + plan_.software,
+            "conventions: " + plan_.conventions.name,
+            !guessed                           ? "--preset"
+            : plan_.conventions.name == "none" ? "nothing known speaks for another"
+                                               : "its words and channel names");
+        SourceConventions& c = plan_.conventions;
+        const Overrides& o = settings_.overrides;
+        lay_over(c.depth, o.depth);
+        lay_over(c.depth_scale_m, o.depth_scale_m);
+        lay_over(c.near_plane_m, o.near_plane_m);
+        lay_over(c.miss_above, o.miss_above);
+        lay_over(c.forward_at, o.forward_at);
+        lay_over(c.normals, o.normals);
+        lay_over(c.normals_encoded, o.normals_encoded);
+        lay_over(c.mirrored, o.mirrored);
+        lay_over(c.z_up, o.z_up);
+        if (o.miss_value)
+            c.miss_value = o.miss_value;
+        if (o.backward)
+            c.backward = o.backward;
+        if (o.forward)
+            c.forward = o.forward;
+        c.channels = o.channels;
+        // A channel that was named has a convention, if only ours.
+        if (c.channels.contains("backward") && !c.backward)
+            c.backward = MotionConvention{MotionEnds::to_previous, MotionUnit::pixels, false};
+        if (c.channels.contains("forward") && !c.forward)
+            c.forward = MotionConvention{MotionEnds::to_next, MotionUnit::pixels, false};
+    }
+
+    void choose_camera() {
+        const int width = file().width(), height = file().height();
+        const auto of_file = fov_of_attributes(file(), plan_.conventions);
+        const std::optional<double> fov_rad = settings_.fov_x_rad ? settings_.fov_x_rad : of_file;
+        const std::string why_view = settings_.fov_x_rad ? "--fov" : "attributes worldToCamera and worldToNDC";
+        std::string why = "--camera";
+        bool sphere = settings_.camera == "equirect";
+        if (settings_.camera == "auto") {
+            sphere = width == 2 * height && !fov_rad;
+            why = sphere ? "twice as wide as high" : why_view;
+            if (!sphere && !fov_rad)
+                throw InputError(expected_found(
+                    file().file().string(),
+                    "2:1 for a sphere, or --camera equirect (with --range), or --fov of a perspective view",
+                    size_text(width, height)));
+        }
+        if (!sphere && !fov_rad)
+            throw InputError(expected_found("--camera perspective", "--fov DEG", "none"));
+        if (sphere)
+            plan_.camera = EquirectCamera{width, height, settings_.range};
+        else
+            plan_.camera = PerspectiveCamera{width, height, *fov_rad};
+        const SourceConventions& c = plan_.conventions;
+        std::string text = !sphere ? formatted("perspective, %g degrees", *fov_rad * 180 / pi)
+                           : settings_.range.is_full_sphere() ? "equirect, the full sphere"
+                                                              : "equirect, a part";
+        if (sphere)
+            text += formatted(", looking at %g of its width", c.forward_at) + (c.mirrored ? " (after mirroring)" : "");
+        say(size_text(width, height), text, why);
+        if (c.z_up)
+            say("the source's world", "+Z up, turned into +Y up", "conventions " + c.name);
+    }
+
+    void choose_depth_kind() {
+        SourceConventions& c = plan_.conventions;
+        const bool sphere = std::holds_alternative<EquirectCamera>(plan_.camera);
+        if (sphere && c.depth == DepthKind::planar) {
+            if (settings_.overrides.depth)
+                throw InputError(
+                    expected_found("--depth planar", "a perspective camera", "a sphere, which has no axis"));
+            c.depth = DepthKind::radial;  // Cycles measures panoramas along the ray
+        }
+        // Of Mitsuba's sensors ours alone is a sphere, and it measures from its centre unless it is told otherwise.
+        if (sphere && !settings_.overrides.near_plane_m)
+            c.near_plane_m = 0;
+    }
+
+    void choose_rate() {
+        const auto of_file = file().frames_per_second();
+        plan_.frames_per_second = settings_.frames_per_second.value_or(of_file.value_or(30));
+        say(of_file ? formatted("framesPerSecond %g", *of_file) : "no frame rate",
+            formatted("%g frames a second", plan_.frames_per_second),
+            settings_.frames_per_second ? "--fps"
+            : of_file                   ? "attribute"
+                                        : "the default; --fps tells it");
+    }
+
+    void choose_poses() {
+        if (!settings_.path.empty()) {
+            plan_.path = read_path_csv(settings_.path);
+            say(settings_.path.string(), std::to_string(plan_.path.keys().size()) + " poses of the head", "--path");
+            if (const std::string note = clock_note(plan_.path, settings_.path.string()); !note.empty())
+                plan_.notes.push_back(note);
+            return;
+        }
+        if (!file().world_to_camera()) {
+            say("no poses", "every frame at the origin, looking along -Z", "--path CSV tells them");
+            return;
+        }
+        plan_.poses_in_attributes = true;
+        std::string taken_for;
+        pose_of_attribute(file(), plan_.conventions, taken_for);
+        say("worldToCamera", "poses of the camera: " + taken_for, "attribute");
+    }
+
+    void choose_colour() {
+        if (settings_.colour_space != "auto") {
+            plan_.colour_to_rec709 = to_rec709(named_chromaticities(settings_.colour_space), "--colour-space");
+            say("colour", settings_.colour_space + " to linear Rec.709", "--colour-space");
+            return;
+        }
+        const auto stored = file().chromaticities();
+        plan_.colour_to_rec709 = to_rec709(stored.value_or(rec709_chromaticities), file().file().string());
+        const bool other = plan_.colour_to_rec709 != glm::dmat3(1);
+        say(stored ? "chromaticities" : "no chromaticities", other ? "converted to linear Rec.709" : "linear Rec.709",
+            stored ? "attribute" : "the default; --colour-space tells it");
+    }
+
+    void map_views() {
+        std::vector<const ForeignExr*> files;
+        std::set<std::string> views;
+        for (const ForeignExr& each : files_) {
+            files.push_back(&each);
+            for (const ForeignChannel& channel : each.channels())
+                views.insert(channel.view);
+        }
+        if (views.size() > 1)
+            views.erase("");
+        for (const std::string& view : views) {
+            PlannedView planned{view, settings_.info.eye,
+                                map_channels(files, plan_.files.stems, view, plan_.conventions)};
+            const auto eye = std::ranges::find(eye_names, view);
+            if (eye != std::end(eye_names))
+                planned.eye = static_cast<Eye>(eye - std::begin(eye_names));
+            else if (!view.empty() && views.size() > 1) {
+                plan_.notes.push_back("view " + view + " is left out: expected left, right or centre");
+                continue;
+            }
+            list(planned);
+            plan_.views.push_back(std::move(planned));
+        }
+        if (plan_.views.empty())
+            throw InputError(expected_found(file().file().string(), "a view left, right or centre", "none of them"));
+    }
+
+    void list(const PlannedView& planned) {
+        const std::string view = planned.view.empty() ? "" : planned.view + ": ";
+        for (const MappedPlane& plane : planned.map.planes) {
+            std::string channels;
+            for (const ForeignChannel& channel : plane.channels)
+                channels += (channels.empty() ? "" : " ") + channel.name;
+            say(view + channels, taken_for(plane.plane), plane.why);
+        }
+        for (const LeftOut& left : planned.map.left_out)
+            say(view + left.channels, "left out", left.why);
+        if (planned.map.planes.empty())
+            throw InputError(expected_found(
+                file().file().string(), "channels that are known by their names (--channels tells others)", "none"));
+        if (std::ranges::none_of(planned.map.planes, [](const MappedPlane& p) { return p.plane == "colour"; }))
+            plan_.notes.push_back(view + "no colour was found: encode and play need it");
+    }
+
+    std::string taken_for(const std::string& plane) const {
+        const SourceConventions& c = plan_.conventions;
+        if (plane != "depth")
+            return plane;
+        constexpr const char* kinds[] = {"along the ray", "along the axis", "length of the point"};
+        std::string text = std::string("depth, ") + kinds[int(c.depth)];
+        if (c.depth_scale_m != 1)
+            text += formatted(", %g m a unit", c.depth_scale_m);
+        if (c.near_plane_m != 0)
+            text += formatted(", from a near plane at %g m", c.near_plane_m);
+        return text + (c.miss_value ? formatted(", %g: a miss", *c.miss_value)
+                                    : formatted(", from %g on a miss", c.miss_above));
+    }
+
+    const ImportSettings& settings_;
+    ImportPlan& plan_;
+    std::vector<ForeignExr> files_;
+};
+
+}  // namespace
+
+std::string ImportPlan::table() const {
+    std::size_t widths[2] = {5, 9};
+    for (const Finding& finding : findings) {
+        widths[0] = std::max(widths[0], std::min<std::size_t>(finding.found.size(), 48));
+        widths[1] = std::max(widths[1], std::min<std::size_t>(finding.taken_for.size(), 60));
+    }
+    const auto row = [&](const Finding& f) {
+        return formatted("%-*s  %-*s  %s\n", int(widths[0]), f.found.c_str(), int(widths[1]), f.taken_for.c_str(),
+                         f.why.c_str());
+    };
+    std::string text = row({"found", "taken for", "because of"});
+    for (const Finding& finding : findings)
+        text += row(finding);
+    for (const std::string& note : notes)
+        text += "note: " + note + "\n";
+    return text;
+}
+
+ImportPlan make_plan(const ImportSettings& settings) {
+    ImportPlan plan;
+    Planner(settings, plan).make();
+    return plan;
+}
+
+}  // namespace equistream::files

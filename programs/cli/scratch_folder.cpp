@@ -1,0 +1,120 @@
+#include "scratch_folder.h"
+
+#include <equistream/error.h>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <mutex>
+#include <set>
+#include <thread>
+
+namespace equistream::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array ending_signals{SIGINT, SIGTERM, SIGHUP};
+
+void remove_folder(const fs::path& folder) {
+    // Another thread may be adding a file: then the folder was not empty at the end.
+    for (int tries = 0; tries < 10; ++tries) {
+        std::error_code error;
+        fs::remove_all(folder, error);
+        if (!error)
+            return;
+    }
+}
+
+int to_remover = -1;  ///< a pipe's end, for the handler
+
+extern "C" void tell_remover(int signal) {
+    const int before = errno;
+    const auto number = static_cast<unsigned char>(signal);
+    [[maybe_unused]] const ssize_t written = write(to_remover, &number, 1);
+    errno = before;
+}
+
+/// Removes the folders that there are when a signal ends the process. Never destroyed: its thread ends with the
+/// process.
+class Remover {
+public:
+    static Remover& only() {
+        static Remover& remover = *new Remover;
+        return remover;
+    }
+
+    /// Empty where none can be made.
+    fs::path make(std::string name) {
+        const std::lock_guard lock(mutex_);
+        if (mkdtemp(name.data()) == nullptr)
+            return {};
+        return *folders_.insert(name).first;
+    }
+
+    void remove(const fs::path& folder) {
+        const std::lock_guard lock(mutex_);
+        folders_.erase(folder);
+        remove_folder(folder);
+    }
+
+private:
+    Remover() {
+        int ends[2];
+        if (pipe2(ends, O_CLOEXEC) != 0)
+            return;  // a folder stays where a signal ends the process
+        to_remover = ends[1];
+        std::thread([this, from = ends[0]] { wait(from); }).detach();
+        for (const int signal : ending_signals)
+            take_over(signal);
+    }
+
+    /// What a program does with a signal itself, or ignores, is left as it is.
+    static void take_over(int signal) {
+        struct sigaction now {};
+        if (sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL)
+            return;
+        now.sa_handler = tell_remover;
+        now.sa_flags = SA_RESTART;
+        sigaction(signal, &now, nullptr);
+    }
+
+    void wait(int from) {
+        unsigned char signal = 0;
+        while (read(from, &signal, 1) != 1)
+            if (errno != EINTR)
+                return;
+        mutex_.lock();  // for good: no folder is made or removed any more
+        for (const fs::path& folder : folders_)
+            remove_folder(folder);
+        std::signal(signal, SIG_DFL);
+        raise(signal);
+    }
+
+    std::mutex mutex_;
+    std::set<fs::path> folders_;
+};
+
+}  // namespace
+
+ScratchFolder::ScratchFolder(const std::string& program) {
+    std::error_code problem;
+    const fs::path parent = fs::temp_directory_path(problem);
+    if (problem)
+        throw WorkError("the folder for temporary files (TMPDIR): " + problem.message());
+    const std::string name = (parent / ("equistream-" + program + "-XXXXXX")).string();
+    path_ = Remover::only().make(name);
+    if (path_.empty())
+        throw WorkError(name + ": no folder could be made there");
+}
+
+ScratchFolder::~ScratchFolder() {
+    Remover::only().remove(path_);
+}
+
+}  // namespace equistream::cli

@@ -1,0 +1,138 @@
+/// `equistream compare`: scores pictures against the truth.
+#include <client/compare/comparison_report.h>
+#include <equistream/comma_list.h>
+#include <equistream/error.h>
+#include <equistream/json_text.h>
+#include <equistream/sequence.h>
+#include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
+
+#include <atomic>
+#include <cstdio>
+
+namespace {
+
+using namespace equistream;
+
+struct Arguments {
+    std::string command;
+    PairingOptions pairing;
+    ComparisonOptions comparison;
+    std::vector<std::filesystem::path> second;
+    std::string metrics = "psnr,ssim";
+    std::string eyes;
+    std::optional<cli::FrameRange> frames;
+    std::string progress = "auto";
+    std::filesystem::path gaps;
+    std::filesystem::path out;
+    std::optional<double> exposure;
+    bool json = false;
+};
+
+void choose_metrics(const std::string& list, ComparisonOptions& options) {
+    options.psnr = options.ssim = options.sphere_psnr = false;
+    for (const std::string_view word : split_at_commas(list)) {
+        if (word == "psnr")
+            options.psnr = true;
+        else if (word == "ssim")
+            options.ssim = true;
+        else if (word == "ws-psnr")
+            options.sphere_psnr = true;
+        else if (word != "none" || list != "none")
+            throw InputError(
+                expected_found("--metrics", "psnr, ssim, ws-psnr (or none)", "'" + std::string(word) + "'"));
+    }
+}
+
+void complete(Arguments& arguments) {
+    choose_metrics(arguments.metrics, arguments.comparison);
+    if (!arguments.eyes.empty())
+        for (const std::string_view eye : split_at_commas(arguments.eyes))
+            arguments.pairing.eyes.emplace_back(eye);
+    if (arguments.frames) {
+        arguments.pairing.first_frame = arguments.frames->first;
+        arguments.pairing.last_frame = arguments.frames->last;
+    }
+    if (!arguments.second.empty()) {
+        arguments.pairing.second_picture = arguments.second[0];
+        arguments.pairing.second_truth = arguments.second[1];
+    }
+    if (!arguments.gaps.empty())
+        arguments.pairing.gaps = arguments.gaps;
+    if (arguments.exposure && !(*arguments.exposure > 0))
+        throw InputError(expected_found("--exposure", "a number above 0", std::to_string(*arguments.exposure)));
+    arguments.comparison.exposure = arguments.exposure;
+}
+
+nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeScore>& scores) {
+    nlohmann::ordered_json json = cli::provenance(arguments.command);
+    json["picture"] = arguments.pairing.picture.string();
+    json["truth"] = arguments.pairing.truth.string();
+    json["second_picture"] = nullptr;
+    json["second_truth"] = nullptr;
+    if (!arguments.second.empty()) {
+        json["second_picture"] = arguments.second[0].string();
+        json["second_truth"] = arguments.second[1].string();
+    }
+    json.update(comparison_json(scores, arguments.comparison));
+    return json;
+}
+
+void compare(Arguments& arguments) {
+    complete(arguments);
+    const std::vector<EyePairs> eyes = pair_pictures(arguments.pairing);
+    std::size_t pictures = 0;
+    for (const EyePairs& eye : eyes)
+        pictures += eye.pairs.size();
+    std::vector<EyeScore> scores;
+    {
+        cli::Progress progress("comparing", static_cast<double>(pictures), cli::parse_progress(arguments.progress));
+        std::atomic<int> done = 0;
+        for (const EyePairs& eye : eyes)
+            scores.push_back(compare_eye(eye, arguments.comparison, [&] { progress.set(++done); }));
+    }
+    const std::string json = json_text(report(arguments, scores), 2) + "\n";
+    if (!arguments.out.empty())
+        write_file_atomically(arguments.out, json);
+    if (arguments.json)
+        std::fputs(json.c_str(), stdout);
+    else
+        std::fputs(comparison_table(scores, arguments.comparison).c_str(), stdout);
+}
+
+std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
+    app.add_option("A", arguments->pairing.picture,
+                   "What is scored: a folder with left/ and right/, a folder of frames, or one PNG or EXR")
+        ->required();
+    app.add_option("TRUTH", arguments->pairing.truth, "What it should be, of the same kind")->required();
+    app.add_option("--second", arguments->second,
+                   "A2 TRUTH2: a second run whose noise is independent of A's and TRUTH's; gives the noise-free error")
+        ->expected(2)
+        ->type_name("A2 TRUTH2");
+    app.add_option("--metrics", arguments->metrics, "Comma-separated: psnr, ssim, ws-psnr; or none")
+        ->capture_default_str();
+    app.add_option("--eyes", arguments->eyes,
+                   "Comma-separated: left, right, centre, small (default: left and right where they exist)");
+    cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number (default: all, the same on all sides)");
+    app.add_option("--exposure", arguments->exposure, "For EXR, instead of each frame's own exposure");
+    app.add_option("--view", arguments->comparison.view, "Display view for EXR (OpenColorIO)")->capture_default_str();
+    app.add_option("--gaps", arguments->gaps,
+                   "Folder of gap masks as play writes them: their pixels are scored apart too");
+    app.add_option("--difference", arguments->comparison.difference_folder,
+                   "Folder for difference pictures, 8 times amplified");
+    app.add_option("--out", arguments->out, "Write the report to this JSON file too");
+    cli::add_json_flag(app, arguments->json);
+    cli::add_progress_option(app, arguments->progress);
+    return [arguments] { compare(*arguments); };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    auto arguments = std::make_shared<Arguments>();
+    arguments->command = cli::quoted_command(argc, argv);
+    return cli::run_program(argc, argv,
+                            {"compare", "Score pictures against the truth: PSNR, SSIM, the noise-free error.",
+                             "equistream compare views/sphere-left truth/seed2 --json --out score.json"},
+                            [&](CLI::App& app) { return set_up(app, arguments); });
+}

@@ -1,0 +1,123 @@
+#include "colour_trial.h"
+
+#include "source_pictures.h"
+
+#include <equistream/colour.h>
+#include <equistream/error.h>
+#include <equistream/hdr_display.h>
+#include <equistream/sequence.h>
+#include <programs/cli/scratch_folder.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::size_t trial_frames = 8;
+
+bool same_size(const ByteImage& a, const ByteImage& b) {
+    return a.width() == b.width() && a.height() == b.height();
+}
+
+std::optional<Frame> colour_frame(const Sources& sources, std::size_t position) {
+    try {
+        Frame frame = read_exr(sources.tracks.front().folder / frame_file_name(sources.frames[position]), {"colour"});
+        frame.info.index = sources.frames[position];
+        return frame.planes.contains("colour") ? std::optional(std::move(frame)) : std::nullopt;
+    } catch (const InputError&) {
+        return std::nullopt;
+    }
+}
+
+/// Pictures as clients show them who ask for nothing in particular.
+class AsShown {
+public:
+    explicit AsShown(Transfer transfer) {
+        if (transfer == Transfer::pq)
+            display_.emplace();
+    }
+    ByteImage operator()(const Picture& picture) const {
+        return display_ ? of_pq(picture.pq.view()) : ByteImage(picture.rgb);
+    }
+    ByteImage operator()(const DecodedPicture& picture) const {
+        return display_ && !picture.pq.empty() ? of_pq(pq_to_rgb(picture.pq.planes).view()) : ByteImage(picture.rgb);
+    }
+
+private:
+    ByteImage of_pq(ImageView<const float> pq) const { return quantise_8bit(display_->to_display(pq).view()); }
+
+    std::optional<HdrDisplay> display_;
+};
+
+Picture picture_of(const Frame& frame, const ColourCoding& coding) {
+    ColourCoding::Coded coded = coding(frame.planes.at("colour").view(), frame.info.exposure);
+    Picture picture;
+    picture.rgb = std::move(coded.rgb);
+    picture.pq = std::move(coded.pq);
+    return picture;
+}
+
+}  // namespace
+
+TrialRange::TrialRange(std::size_t frames, int gop) {
+    const std::size_t groups = (frames + std::size_t(gop) - 1) / std::size_t(gop);
+    first = groups / 2 * std::size_t(gop);
+    if (frames - first < trial_frames && first > 0)
+        first -= std::size_t(gop);  // the last group, cut short
+    last = std::min(first + trial_frames, frames);
+}
+
+namespace {
+
+ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
+    const TrialRange range(sources.frames.size(), settings.gop);
+    const cli::ScratchFolder scratch("encode");
+    const ColourCoding coding(settings.transfer);
+    const AsShown shown(settings.transfer);
+    std::vector<ByteImage> pictures;
+    std::optional<StreamWriter> writer;
+    for (std::size_t i = range.first; i < range.last; ++i) {
+        const std::optional<Frame> frame = colour_frame(sources, i);
+        if (!frame)
+            break;
+        const Picture picture = picture_of(*frame, coding);
+        ByteImage rgb = shown(picture);
+        if (!pictures.empty() && !same_size(rgb, pictures.front()))
+            break;
+        if (!writer) {
+            StreamSettings tried = settings;
+            tried.frames_per_second = frame->info.frames_per_second;
+            tried.tracks = {{TrackRole::main, rgb.width(), rgb.height()}};
+            writer.emplace(scratch.file("trial.nut"), tried);
+        }
+        picture.write(*writer, frame->info);
+        pictures.push_back(std::move(rgb));
+    }
+    if (pictures.empty())
+        return {};
+    writer->finish();
+    CodingLossMeter meter;
+    StreamReader reader(scratch.file("trial.nut"), {.pq = true});
+    for (const ByteImage& picture : pictures) {
+        const auto decoded = reader.next();
+        const ByteImage seen = decoded ? shown(*decoded) : ByteImage();
+        if (!same_size(seen, picture))
+            throw WorkError("a trial of colour could not be read back");
+        meter.add(picture.view(), seen.view());
+    }
+    return {int(pictures.size()), double(writer->bytes().front()) / double(pictures.size()), meter.loss()};
+}
+
+}  // namespace
+
+const ColourTrial& ColourTrials::get() {
+    if (!made_)
+        made_ = try_colour(sources_, settings_);
+    return *made_;
+}
+
+}  // namespace equistream

@@ -1,0 +1,187 @@
+#include "describe.h"
+
+#include <plugin/export/frame_json.h>
+
+#include <equistream/bound.h>
+#include <equistream/depth_code.h>
+#include <equistream/error.h>
+
+#include <algorithm>
+
+namespace equistream {
+
+namespace {
+
+constexpr double degrees = 180 / pi;
+
+double head_box_radius_m(const FrameInfo& info) {
+    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
+}
+
+struct Extent {
+    glm::dvec3 low, high;
+};
+
+Extent extent_of(const std::vector<FrameInfo>& frames) {
+    Extent extent{frames.front().camera_pose.position_m, frames.front().camera_pose.position_m};
+    for (const FrameInfo& frame : frames) {
+        extent.low = glm::min(extent.low, frame.camera_pose.position_m);
+        extent.high = glm::max(extent.high, frame.camera_pose.position_m);
+    }
+    return extent;
+}
+
+}  // namespace
+
+std::string shown(const std::string& text) {
+    constexpr std::size_t longest_bytes = 1 << 16;  // of a command line that a manifest records
+    return quotable(text, longest_bytes);
+}
+
+std::string bytes_text(double bytes) {
+    if (bytes < 1000)
+        return formatted("%.0f bytes", bytes);
+    return bytes < 1e6 ? formatted("%.1f kB", bytes / 1e3) : formatted("%.2f MB", bytes / 1e6);
+}
+
+std::string camera_text(const Camera& camera) {
+    const std::string size = formatted("%dx%d", width_of(camera), height_of(camera));
+    if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
+        return size + formatted(" perspective, %.1f degrees wide", perspective->fov_x_rad * degrees);
+    const auto& range = std::get<EquirectCamera>(camera).range;
+    return size + formatted(" equirect, longitude %.1f to %.1f, latitude %.1f to %.1f degrees",
+                            range.longitude_min * degrees, range.longitude_max * degrees, range.latitude_min * degrees,
+                            range.latitude_max * degrees);
+}
+
+std::string pose_text(const Pose& pose) {
+    const auto& p = pose.position_m;
+    const auto& q = pose.orientation;
+    return formatted("at (%.4f, %.4f, %.4f) m, turned (w %.5f, x %.5f, y %.5f, z %.5f)", p.x, p.y, p.z, q.w, q.x, q.y,
+                     q.z);
+}
+
+namespace {
+
+nlohmann::json depth_code_json(const FrameInfo& info) {
+    if (!info.depth_code)
+        return nullptr;
+    const DepthRange& range = info.depth_code->range;
+    return {{"code", depth_code_name(info.depth_code->code)},
+            {"scale", info.depth_code->halved ? 2 : 1},
+            {"box_radius_m", range.box_radius_m},
+            {"near_m", range.near_m},
+            {"has_empty", range.has_empty},
+            {"clamped_pixels", info.depth_code->clamped_pixels}};
+}
+
+std::string depth_code_text(const DepthCodeInfo& depth_code) {
+    std::string text = "  depth      coded as " + std::string(depth_code_name(depth_code.code));
+    if (depth_code.halved)
+        text += " at half the columns and rows";
+    if (depth_code.code == DepthCodeId::lossless)
+        return text + ", exactly\n";
+    text +=
+        formatted(" from %.3f m on, for eyes within %.4f m", depth_code.range.near_m, depth_code.range.box_radius_m);
+    if (depth_code.range.has_empty)
+        text += "; pixels may hold no surface";
+    if (depth_code.clamped_pixels > 0)
+        text += formatted("; %u pixels lay nearer", depth_code.clamped_pixels);
+    return text + "\n";
+}
+
+nlohmann::json moving_json(const std::vector<MovingRegion>& regions) {
+    const auto vector = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
+    const auto twist = [&](const Twist& t) {
+        return nlohmann::json{{"velocity_m_s", vector(t.velocity_m_s)}, {"angular_rad_s", vector(t.angular_rad_s)}};
+    };
+    nlohmann::json json = nlohmann::json::array();
+    for (const MovingRegion& region : regions)
+        json.push_back({{"twist", twist(region.motion.twist)},
+                        {"twist_per_second", twist(region.motion.twist_per_second)},
+                        {"near_m", region.near_m},
+                        {"far_m", region.far_m},
+                        {"pixels", region.pixels()}});
+    return json;
+}
+
+/// Of CodingLoss::textures, as an example of much.
+constexpr std::size_t textured = 4;
+
+std::string coding_loss_text(const FrameInfo& info) {
+    if (!info.coding_loss)
+        return "";
+    const auto percent = [&](float texture) { return 100 * double(loss_at(*info.coding_loss, texture)); };
+    return formatted(", after which %.2g %% of flat pixels are visibly off, %.2g %% of textured ones",
+                     percent(CodingLoss::textures.front()), percent(CodingLoss::textures[textured]));
+}
+
+}  // namespace
+
+nlohmann::json frame_json(const FrameInfo& info) {
+    return {{"index", info.index},
+            {"time_s", info.time_s},
+            {"frames_per_second", info.frames_per_second},
+            {"camera", camera_to_json(info.camera)},
+            {"camera_pose", pose_to_json(info.camera_pose)},
+            {"head", pose_to_json(info.head)},
+            {"eye", eye_names[static_cast<int>(info.eye)]},
+            {"ipd_m", info.ipd_m},
+            {"lock", axis_lock_names[static_cast<int>(info.lock)]},
+            {"lean_m", info.lean_m},
+            {"head_box_radius_m", head_box_radius_m(info)},
+            {"exposure", info.exposure},
+            {"seed", info.seed},
+            {"samples_per_pixel", info.samples_per_pixel},
+            {"scene", info.scene},
+            {"host", info.host},
+            {"geometry_fingerprint", info.geometry_fingerprint},
+            {"depth_code", depth_code_json(info)},
+            {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()},
+            {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()},
+            {"moving", moving_json(info.moving)}};
+}
+
+std::string shared_text(const FrameInfo& info) {
+    std::string text = "  scene      " + (info.scene.empty() ? std::string("not said") : shown(info.scene));
+    text += formatted(", exposure %g\n", info.exposure);
+    if (!info.geometry_fingerprint.empty())
+        text += "  geometry   fingerprint " + shown(info.geometry_fingerprint) + "\n";
+    text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
+                      static_cast<unsigned long long>(info.seed),
+                      info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
+    if (info.crf)
+        text += formatted("  coded      at CRF %g", double(*info.crf)) + coding_loss_text(info) + "\n";
+    if (info.depth_code)
+        text += depth_code_text(*info.depth_code);
+    text += "  camera     " + camera_text(info.camera) + "\n";
+    text +=
+        formatted("  eye        %s, %.1f mm between the eyes", eye_names[static_cast<int>(info.eye)], info.ipd_m * 1e3);
+    if (std::holds_alternative<EquirectCamera>(info.camera))  // a perspective one turns with the head
+        text += formatted("; axes locked to the %s", axis_lock_names[static_cast<int>(info.lock)]);
+    text += "\n";
+    text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n", info.lean_m,
+                      head_box_radius_m(info));
+    return text;
+}
+
+std::string range_text(const std::vector<FrameInfo>& frames) {
+    if (frames.empty())
+        return "";
+    const auto [low, high] = extent_of(frames);
+    return formatted("  time       %.3f to %.3f s\n  positions  x %.3f to %.3f, y %.3f to %.3f, z %.3f to %.3f m\n",
+                     frames.front().time_s, frames.back().time_s, low.x, high.x, low.y, high.y, low.z, high.z);
+}
+
+nlohmann::json range_json(const std::vector<FrameInfo>& frames) {
+    if (frames.empty())
+        return nullptr;
+    const auto [low, high] = extent_of(frames);
+    return {{"first", frames.front().index},
+            {"last", frames.back().index},
+            {"time_s", {frames.front().time_s, frames.back().time_s}},
+            {"position_low_m", {low.x, low.y, low.z}},
+            {"position_high_m", {high.x, high.y, high.z}}};
+}
+
+}  // namespace equistream

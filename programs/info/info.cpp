@@ -1,0 +1,73 @@
+/// equistream info: explains any file of ours.
+#include "describe.h"
+#include "pictures.h"
+
+#include <equistream/error.h>
+#include <equistream/json_text.h>
+#include <equistream/stream.h>
+#include <programs/cli/program.h>
+
+#include <cstdio>
+
+namespace equistream {
+
+namespace {
+
+struct Options {
+    std::string source;
+    bool json = false;
+    bool frames = false;
+    std::filesystem::path pictures;
+};
+
+/// A named pipe may have no writer, and a device no end.
+void require_readable(const std::string& source) {
+    if (is_url(source))
+        return;
+    if (!std::filesystem::exists(source))
+        throw InputError(source + ": no such file or folder");
+    if (!std::filesystem::is_regular_file(source) && !std::filesystem::is_directory(source))
+        throw InputError(expected_found(source, "a file, a folder or a URL",
+                                        "a named pipe or a device (info pipe:0 reads standard input)"));
+}
+
+Description describe(const Options& options) {
+    const bool url = is_url(options.source);
+    if (!url && std::filesystem::is_directory(options.source))
+        return describe_folder(options.source, {options.frames});
+    if (!url && is_exr(options.source))
+        return describe_exr(options.source);
+    return describe_stream(options.source, {options.frames});
+}
+
+std::function<void()> set_up(CLI::App& app, Options& options) {
+    app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames")->required();
+    cli::add_json_flag(app, options.json);
+    app.add_flag("--frames", options.frames, "List every frame with its pose");
+    app.add_option("--pictures", options.pictures,
+                   "Also write a PNG of every plane (depth, motion, ids, ... in false colours) into this folder");
+    return [&options] {
+        require_readable(options.source);
+        if (!options.pictures.empty())
+            write_pictures(options.source, options.pictures);
+        const Description description = describe(options);
+        std::fputs(options.json ? (json_text(description.json, 2) + "\n").c_str() : description.text.c_str(), stdout);
+        // A file that was cut is explained; a server that failed in the middle has failed here too.
+        if (!is_url(options.source))
+            return;
+        if (const std::string cut = description.json.value("truncation", ""); !cut.empty())
+            throw WorkError(cut);
+    };
+}
+
+}  // namespace
+
+}  // namespace equistream
+
+int main(int argc, char** argv) {
+    equistream::Options options;
+    return equistream::cli::run_program(
+        argc, argv,
+        {"info", "Explain a stream, an EXR frame or a folder of frames", "equistream info sponza.mkv --frames"},
+        [&](CLI::App& app) { return equistream::set_up(app, options); });
+}

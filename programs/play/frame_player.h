@@ -1,0 +1,97 @@
+#pragma once
+/// One frame at a time: from what was received to both eyes' finished pictures, timed by stage.
+#include "report.h"
+#include "settings.h"
+
+#include <client/pipeline/cpu_pipeline.h>
+#include <client/pipeline/depth_choice.h>
+
+#include <client/receive/receive.h>
+
+#include <optional>
+#include <vector>
+
+namespace equistream::play {
+
+/// One eye of one frame, and what its file is tagged with.
+struct PlayedEye : PipelineEye {
+    FrameInfo info;
+};
+
+struct PlayedFrame {
+    PlayedEye left, right;
+    FrameFigures figures;
+    std::vector<PartTimes> parts;  ///< what its time went into, for each repetition
+};
+
+/// A refresh of a display, which shows the head where it is then and not where the frame was made for.
+struct RefreshMoment {
+    std::int64_t number = 0;
+    double display_s = 0;
+    double refresh_hz = 0;
+    Pose head;
+    double moved_on_s = 0;  ///< what moves is shown so much later than in the frame, where the frame says how
+};
+
+class FramePlayer {
+public:
+    /// Reads the head's path and the scene's description.
+    explicit FramePlayer(const Settings& settings);
+    ~FramePlayer();
+
+    /// Chooses method and depth by what came, and loads the scene's geometry where they need it; what was chosen goes
+    /// into `report`. Throws InputError if these frames cannot be played as asked; what cannot be told becomes a note.
+    void prepare(const ReceivedFrame& first, Report& report);
+    /// For --method auto: finds what the budget allows, and says so in `report`. Before the first play. The frame that
+    /// is timed is the second, which has one before it as all later ones have; null: there is only the first. From then
+    /// on only tracks are needed that the choice needs.
+    void settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report);
+    /// Whether patches came whose depth neither the stream had nor OpenGL drew.
+    bool missed_patch_depth() const { return pipeline_.missed_patch_depth(); }
+    /// `played` keeps its memory from the frame before. At a refresh: of its number and time; what the frame shows
+    /// stays as it was at the frame's own time, but for what moves.
+    void play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr);
+    /// Where the head is, by the path that was given; there must be one.
+    Pose head_at(double time_s) const { return head_path_.at(time_s); }
+    /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
+    /// after it are played in another way. Tracks that are not decoded cannot be had in the middle of a stream, so
+    /// there are only ways that need no other of those that came than the first choice; what they do not need is
+    /// decoded all the same, and counts, so that they can be left again.
+    void rechoose(const PlayedFrame& played, std::int64_t next, Report& report);
+    /// The frame that was played last, for what later ones may take from it.
+    void remember(ReceivedFrame&& frame);
+
+private:
+    DepthOffer offer(const ReceivedFrame& first) const;
+    std::optional<Eye> eye_without_plane(const ReceivedFrame& first) const;
+    void use(const Plan& plan);
+    /// Plays `timed` as it would be played after `before`.
+    Trial measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed);
+    /// `came`: what of the source did.
+    std::vector<std::string> idle_rungs(TrackRoles came) const;
+    /// Forgets all frames but this one, which was played before those to come.
+    void begin_after(const ReceivedFrame* before);
+    /// What `geometry` fills from, where some chain may have that pass.
+    void make_geometry();
+    void check_size(const ReceivedFrame& first) const;
+    void set_eyes(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr) const;
+    FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
+    PerspectiveCamera eye_camera(const FrameInfo& source) const;
+    bool takes_depth() const { return gives_depth_ && plan_.depth != "none"; }
+
+    /// All parts of plan_: decoding as it was timed, the others 0 so far.
+    PartTimes parts_with_decoding(const ReceivedFrame& frame) const;
+    /// The same with what the pipeline took.
+    PartTimes parts_of_frame(const ReceivedFrame& frame, const PipelineTimes& times) const;
+
+    Settings settings_;
+    Plan plan_;
+    bool is_settled_ = false;  ///< what is decoded is decoded for good, and has to be counted
+    std::optional<Rechooser> rechooser_;
+    PosePath head_path_;
+    std::optional<SceneDescription> scene_;
+    bool gives_depth_ = false;  ///< there is a depth source
+    CpuPipeline pipeline_;
+};
+
+}  // namespace equistream::play

@@ -1,0 +1,360 @@
+#include "player.h"
+
+#include "frame_player.h"
+#include "head_steering.h"
+#include "view_writer.h"
+
+#include <client/stages/stages.h>
+#include <client/timing/viewing.h>
+#include <equistream/elapsed.h>
+#include <equistream/error.h>
+#include <equistream/json_text.h>
+#include <equistream/locks.h>
+#include <equistream/picture.h>
+#include <equistream/sequence.h>
+#include <equistream/writable_folder.h>
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace equistream::play {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// What was not asked for.
+bool is_default(const Json& setting) {
+    return setting.is_null() || setting == "";
+}
+
+/// Views of other settings stay, unless they may be overwritten: the report beside them says what theirs were.
+void require_own_views(const Settings& settings) {
+    const fs::path file = settings.out / "report.json";
+    if (settings.overwrite || !fs::exists(file))
+        return;
+    std::ifstream text(file);
+    const Json report = Json::parse(text, nullptr, false);
+    const auto refuse = [&](const std::string& expected, const std::string& found) {
+        throw InputError(expected_found(file.string(), expected, found) + "; choose another folder or --overwrite");
+    };
+    if (!report.is_object() || !report.contains("settings") || !report["settings"].is_object())
+        refuse("the report of play", "another file");
+    const Json now = settings_json(settings);
+    for (const auto& [name, before] : report["settings"].items())
+        if (name != "repeat" && now.contains(name) && json_text(now[name]) != json_text(before))
+            refuse(is_default(before) ? "the default " + name + " as of the views there"
+                                      : name + " " + json_text(before) + " as of the views there",
+                   is_default(now[name]) ? "the default" : json_text(now[name]));
+}
+
+/// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
+void clear_views(const Settings& settings) {
+    const fs::path& out = settings.out;
+    for (const char* view : {".", "centre", "small", "left", "right"})
+        if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
+            throw InputError(
+                expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
+    require_own_views(settings);
+    for (const fs::path& folder : {out / "left", out / "right", out / "both", out / "gaps" / "left",
+                                   out / "gaps" / "right", out / "reliability" / "left", out / "reliability" / "right"})
+        for (const char* extension : {"png", "exr"})
+            if (fs::is_directory(folder))
+                for (const std::int64_t index : list_frames(folder, extension))
+                    fs::remove(folder / frame_file_name(index, extension));
+    for (const char* file : {"left.mp4", "right.mp4", "both.mp4", "report.json"})
+        if (fs::exists(out / file))
+            fs::remove(out / file);
+}
+
+/// Every file of a run.
+class Outputs {
+public:
+    explicit Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
+        if (!is_video_)
+            prepare_folder(settings);
+        eyes_ = make_eyes_writer(settings);
+    }
+
+    void write(const PlayedFrame& frame) {
+        eyes_->write({frame.left.picture, frame.left.depth_view(), frame.left.info},
+                     {frame.right.picture, frame.right.depth_view(), frame.right.info});
+        if (is_video_)
+            return;
+        const std::string name = frame_file_name(frame.left.info.index, "png");
+        write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
+        write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
+        for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}})
+            if (!played->picture.reliability.empty())
+                write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
+    }
+    void finish() { eyes_->finish(); }
+    /// Beside the views; one video has none.
+    void write_report(const Report& report) const {
+        if (!is_video_)
+            write_file_atomically(out_ / "report.json", json_text(report.json(), 1) + "\n");
+    }
+    std::int64_t bytes() const { return eyes_->bytes(); }
+
+private:
+    void prepare_folder(const Settings& settings) {
+        const fs::path& out = out_;
+        require_writable_folder(out);
+        lock_.emplace(out);
+        clear_views(settings);
+        require_writable_folder(out / "gaps" / "left");
+        require_writable_folder(out / "gaps" / "right");
+        if (settings.reliability)
+            for (const char* eye : {"left", "right"})
+                require_writable_folder(out / "reliability" / eye);
+    }
+
+    fs::path out_;
+    bool is_video_;
+    std::optional<FolderLock> lock_;  // two runs would leave a mixture
+    std::unique_ptr<EyesWriter> eyes_;
+};
+
+/// The way that uses most of all that there may be, as far as the settings tell before the source is opened.
+Plan widest_plan(const Settings& settings) {
+    const bool by_budget = settings.method == "auto";
+    const bool casts = is_cast(settings.depth) || (settings.depth.empty() && !settings.scene.empty());
+    return {.method = settings.method.empty() || by_budget ? "eye-depth" : settings.method,
+            .depth = casts && !by_budget ? "ray" : "stream",
+            .fill = settings.fill,
+            .mirrors = settings.asks_for_mirrors()};
+}
+
+/// A frame and the bytes that came with it.
+struct Incoming {
+    ReceivedFrame frame;
+    std::int64_t bytes = 0;
+};
+
+/// A frame that is shown again was not decoded again.
+void forget_decoding(ReceivedFrame& frame) {
+    frame.main.decode_ms = frame.main.convert_ms = 0;
+    for (auto* other : {&frame.small, &frame.hidden, &frame.patches})
+        if (*other)
+            (*other)->decode_ms = (*other)->convert_ms = 0;
+}
+
+class Run {
+public:
+    explicit Run(const Settings& settings) : progress_("play", 1, settings.progress) {
+        report_.settings = settings;
+        left_out_ = unneeded_roles(widest_plan(settings).choice()).to_ulong();
+        feed_ = open_feed(settings.source, {.depth = true,
+                                            .yuv = true,
+                                            .hdr_display = settings.hdr_display,
+                                            .specular = true,
+                                            .left_out = [this] { return TrackRoles(left_out_.load()); },
+                                            .first_frame = settings.frames.first,
+                                            .last_frame = settings.frames.last,
+                                            .frames_ahead = 1,
+                                            .poses = settings.head.empty() ? nullptr : &poses_});
+        player_ = std::make_unique<FramePlayer>(settings);
+        if (!settings.head.empty())
+            steering_.emplace([this](double time_s) { return player_->head_at(time_s); },
+                              [this](const ViewerPose& pose) { return poses_.send(pose); });
+        first_ = read();
+        if (!first_)
+            throw InputError(expected_found(
+                settings.source,
+                settings.frames.last < Settings{}.frames.last ? "frames in the range asked for" : "frames",
+                feed_->truncation().empty() ? "none" : feed_->truncation()));
+        player_->prepare(first_->frame, report_);
+        if (settings.method == "auto")
+            second_ = read();
+        player_->settle(first_->frame, second_ ? &second_->frame : nullptr, report_);
+        left_out_ = unneeded_roles({.engine = report_.method,
+                                    .depth = report_.depth,
+                                    .fill = report_.fill,
+                                    .mirrors = settings.asks_for_mirrors()})
+                        .to_ulong();
+        if (first_->frame.posed)
+            report_.source = first_->frame.main.info;
+        outputs_ = std::make_unique<Outputs>(settings);
+    }
+
+    void all_pictures() {
+        if (report_.settings.refresh_hz)
+            all_refreshes();
+        else
+            all_frames();
+    }
+
+    void end() {
+        outputs_->finish();
+        report_.truncation = feed_->truncation();
+        note_head_box();
+        note_patches();
+        write_report();
+    }
+
+    /// After a failure: what was made is kept and reported as far as that still works.
+    void keep_what_there_is() noexcept {
+        try {
+            outputs_->finish();
+        } catch (const std::exception&) {
+            // The failure that brought us here is the one to tell of.
+        }
+        try {
+            write_report();
+        } catch (const std::exception&) {
+            // As above: a full disk fails here again.
+        }
+    }
+
+    Report take_report() { return std::move(report_); }
+
+private:
+    std::optional<Incoming> read() {
+        std::optional<ReceivedFrame> frame = feed_->next();
+        if (!frame)
+            return std::nullopt;
+        if (steering_ && frame->posed)
+            steering_->came(frame->main.info);
+        std::int64_t bytes = 0;
+        for (const FeedTrack& track : feed_->tracks())
+            bytes += track.bytes;
+        return Incoming{std::move(*frame), bytes - std::exchange(read_bytes_, bytes)};
+    }
+
+    /// The next one to be played.
+    std::optional<Incoming> next() {
+        for (std::optional<Incoming>* waiting : {&first_, &second_})
+            if (*waiting)
+                return std::exchange(*waiting, std::nullopt);
+        return read();
+    }
+
+    void all_frames() {
+        PlayedFrame played;
+        while (std::optional<Incoming> incoming = next()) {
+            const std::int64_t index = incoming->frame.main.info.index;
+            player_->rechoose(played, index, report_);
+            player_->play(incoming->frame, played);
+            write(played);
+            progress_.step(feed_->fraction_done().value_or(0), "frame " + std::to_string(index));
+            player_->remember(std::move(incoming->frame));
+        }
+    }
+
+    void all_refreshes() {
+        report_.viewing.emplace();
+        viewing_ = std::make_unique<Simulation>(
+            report_.settings.conditions,
+            ViewingOptions{.refresh_hz = *report_.settings.refresh_hz, .carry_s = report_.settings.carry_s},
+            [this](double time_s) { return player_->head_at(time_s); });
+        PlayedFrame played;
+        std::shared_ptr<ReceivedFrame> shown;
+        for (;;) {
+            while (viewing_->needs_frame())
+                send_next();
+            const std::optional<ViewedRefresh> refresh = viewing_->next();
+            if (!refresh)
+                break;
+            report_.viewing->refreshes.push_back(*refresh);
+            if (!refresh->frame)
+                continue;
+            if (shown == viewing_->shown()) {
+                forget_decoding(*shown);
+            } else {
+                if (shown)
+                    player_->remember(std::move(*shown));
+                shown = viewing_->shown();
+            }
+            player_->rechoose(played, refresh->number, report_);
+            const double moved_on_s = report_.settings.carry_s > 0 ? refresh->moved_on_s() : 0;
+            const RefreshMoment moment{refresh->number, refresh->display_s, *report_.settings.refresh_hz,
+                                       refresh->predicted_head, moved_on_s};
+            player_->play(*shown, played, &moment);
+            write(played);
+            progress_.step(feed_->fraction_done().value_or(0), "refresh " + std::to_string(refresh->number));
+        }
+    }
+
+    void send_next() {
+        std::optional<Incoming> incoming = next();
+        if (!incoming) {
+            viewing_->end();
+            return;
+        }
+        const FrameInfo& info = incoming->frame.main.info;
+        // A server that renders for this viewer has the head of that time.
+        const ServedFrame served{info.index, info.time_s, player_->head_at(info.time_s), incoming->bytes};
+        viewing_->send(served, std::make_shared<ReceivedFrame>(std::move(incoming->frame)));
+    }
+
+    void write(PlayedFrame& played) {
+        const auto start = Clock::now();
+        outputs_->write(played);
+        played.figures.milliseconds[std::size_t(Stage::write)] = {milliseconds_since(start)};
+        report_.frames.push_back(std::move(played.figures));
+    }
+
+    void note_head_box() {
+        const auto outside = std::ranges::count_if(report_.frames, &FrameFigures::outside_head_box);
+        if (outside > 0)
+            report_.notes.push_back("in " + std::to_string(outside) + " of " + std::to_string(report_.frames.size()) +
+                                    " frames an eye is outside the head box that " + report_.settings.source +
+                                    " was rendered for: parallax there is beyond its error bound");
+    }
+
+    void note_patches() {
+        if (player_->missed_patch_depth())
+            report_.notes.push_back("--fill patches is passed over: " + report_.settings.source +
+                                    " has patches without depth, and --depth " + report_.depth +
+                                    " draws none of theirs (--depth ray casts it)");
+    }
+
+    void write_report() {
+        report_.tracks = feed_->tracks();
+        if (steering_ && steering_->figures().heads_sent > 0)
+            report_.steering = steering_->figures();
+        report_.output_bytes = outputs_->bytes();
+        if (report_.viewing) {
+            report_.viewing->report = report_viewing(report_.viewing->refreshes, *report_.settings.refresh_hz);
+            viewing_->add_figures(report_.viewing->report);
+        }
+        outputs_->write_report(report_);
+    }
+
+    Report report_;
+    cli::Progress progress_;
+    std::atomic<unsigned long> left_out_ = 0;  ///< TrackRoles, as the feed's thread asks for them
+    PoseSender poses_;
+    std::unique_ptr<FrameFeed> feed_;
+    std::optional<HeadSteering> steering_;  ///< where there is a head's path
+    std::unique_ptr<FramePlayer> player_;
+    std::unique_ptr<Outputs> outputs_;
+    std::int64_t read_bytes_ = 0;
+    std::optional<Incoming> first_, second_;  ///< as far as they were read before the first is played
+    using Simulation = ViewingSimulation<std::shared_ptr<ReceivedFrame>>;
+    std::unique_ptr<Simulation> viewing_;  ///< where there are refreshes
+};
+
+}  // namespace
+
+Report play(const Settings& settings) {
+    Run run(settings);
+    try {
+        run.all_pictures();
+        run.end();
+    } catch (const InputError& e) {
+        run.keep_what_there_is();
+        throw WorkError(e.what());
+    } catch (...) {
+        run.keep_what_there_is();
+        throw;
+    }
+    return run.take_report();
+}
+
+}  // namespace equistream::play

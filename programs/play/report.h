@@ -1,0 +1,66 @@
+#pragma once
+/// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
+#include "choice.h"
+#include "head_steering.h"
+#include "rechoose.h"
+#include "settings.h"
+
+#include <client/pipeline/eye_figures.h>
+
+#include <client/receive/receive.h>
+#include <client/timing/viewing.h>
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::play {
+
+inline constexpr std::array<const char*, 7> stage_names = {"decode", "convert",     "depth", "reproject",
+                                                           "fill",   "reliability", "write"};
+enum class Stage { decode, convert, depth, reproject, fill, reliability, write };
+
+/// Milliseconds of one stage of one frame: one sample, or one for each repetition.
+using StageTimes = std::array<std::vector<double>, stage_names.size()>;
+
+struct FrameFigures {
+    std::int64_t index = 0;
+    double time_s = 0;
+    bool has_small = false;
+    bool outside_head_box = false;  ///< an eye left the ball that the source was rendered for (bound.h)
+    StageTimes milliseconds;
+    double moved_on_s = 0;                                ///< of what moves, where it was carried on
+    std::int64_t moved_pixels = 0, uncovered_pixels = 0;  ///< of the source then
+    EyeFigures left, right;
+};
+
+/// What decides the views, as report.json keeps it.
+nlohmann::ordered_json settings_json(const Settings& settings);
+
+struct Report {
+    Settings settings;
+    std::string method;            ///< as used, of --method auto at the start
+    std::string depth;             ///< so too; "none" where nothing needed it
+    std::string gl_driver;         ///< whose OpenGL draws depth; empty where nobody's does
+    std::string fill;              ///< so too
+    std::optional<Choice> choice;  ///< of --method auto, at the start
+    std::vector<Change> changes;   ///< of it, while playing
+    std::vector<std::string> notes;
+    std::vector<FrameFigures> frames;         ///< or refreshes that are not blank
+    std::optional<Viewing> viewing;           ///< where there are refreshes
+    std::optional<SteeringFigures> steering;  ///< where heads were sent
+    std::vector<FeedTrack> tracks;
+    std::optional<FrameInfo> source;  ///< of the first main picture; nothing where it is foreign video
+    std::string truncation;
+    double scene_load_ms = 0;
+    std::int64_t output_bytes = 0;
+
+    nlohmann::ordered_json json() const;
+    std::string table() const;
+};
+
+}  // namespace equistream::play

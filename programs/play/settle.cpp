@@ -1,0 +1,143 @@
+/// FramePlayer's choice by time: frames are played as they would be, each way after the same frame.
+#include "frame_player.h"
+
+#include <client/stages/stages.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace equistream::play {
+
+namespace {
+
+/// Passes look points up by depth that is cast where none came.
+const TrackRoles depth_roles = [] {
+    TrackRoles roles;
+    for (const TrackRole role : {TrackRole::hidden_depth, TrackRole::patches_depth})
+        roles.set(std::size_t(role));
+    return roles;
+}();
+
+/// What of a source came with a frame.
+TrackRoles roles_of(const ReceivedFrame& frame) {
+    TrackRoles roles;
+    const auto add = [&](TrackRole role, bool came) { roles[std::size_t(role)] = came; };
+    const auto came = [](const std::optional<ReceivedPicture>& picture) { return picture.has_value(); };
+    const auto came_with_depth = [](const std::optional<ReceivedPicture>& picture) {
+        return picture && !picture->depth_m.empty();
+    };
+    add(TrackRole::main, true);
+    add(TrackRole::small, came(frame.small));
+    add(TrackRole::depth, !frame.main.depth_m.empty());
+    add(TrackRole::hidden, came(frame.hidden));
+    add(TrackRole::hidden_depth, came_with_depth(frame.hidden));
+    add(TrackRole::patches, came(frame.patches));
+    add(TrackRole::patches_depth, came_with_depth(frame.patches));
+    add(TrackRole::images, !frame.main.specular.empty() || !frame.main.virtual_depth_m.empty());
+    return roles;
+}
+
+}  // namespace
+
+void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second, Report& report) {
+    report.fill = settings_.fill;
+    if (settings_.method != "auto")
+        return;
+    const bool offers_planes = !first.main.depth_m.empty() && !is_cast(settings_.depth);
+    if (offers_planes)
+        pipeline_.offer_planes();
+    gives_depth_ = gives_depth_ || offers_planes;
+    const TrackRoles came = roles_of(first) | (second != nullptr ? roles_of(*second) : TrackRoles{});
+    const ReceivedFrame& timed = second != nullptr ? *second : first;
+    const int repeat = std::exchange(settings_.repeat, 3);
+    const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
+    std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
+                                                 .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
+                                                 .streamed_depth = pipeline_.hands_out_planes(),
+                                                 .poses = first.posed,
+                                                 .fill = settings_.fill,
+                                                 .idle_rungs = idle_rungs(came),
+                                                 .mirrors = settings_.asks_for_mirrors()});
+    report.choice = choose_plan(plans, settings_.budget_ms, try_plan);
+    report.choice->frame = timed.main.info.index;
+    const Plan plan = report.choice->plan();
+    if (settings_.rechoose && second != nullptr) {
+        plans = plans_after(std::move(plans), plan, came);
+        survey(plans, try_plan, *report.choice);
+        rechooser_.emplace(std::move(plans), *report.choice);
+    }
+    settings_.repeat = repeat;
+    use(plan);
+    pipeline_.forget();
+    is_settled_ = true;
+    report.method = plan.method;
+    report.depth = plan.depth;
+    if (!is_drawn(plan.depth))
+        report.gl_driver.clear();
+    report.fill = plan.fill;
+}
+
+Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed) {
+    use(plan);
+    begin_after(before);
+    PlayedFrame played;
+    play(timed, played);
+    Trial trial{.parts = {}, .filled = played.figures.left.filled};
+    for (std::size_t i = 0; i < trial.filled.size(); ++i)
+        trial.filled[i].second += played.figures.right.filled[i].second;
+    // The first round warms up; of the others the slower one counts.
+    for (std::size_t i = 1; i < played.parts.size(); ++i)
+        for (const auto& [part, ms] : played.parts[i])
+            trial.parts[part] = std::max(trial.parts[part], ms);
+    // The first pictures are decoded while scenes load, or begin with a whole one: of two the faster one is like more.
+    if (before != nullptr)
+        for (const auto& [part, ms] : parts_with_decoding(*before))
+            if (is_decoding(part) && ms > 0)  // some come with every other frame only
+                trial.parts[part] = std::min(trial.parts[part], ms);
+    return trial;
+}
+
+std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
+    std::vector<std::string> idle;
+    for (const FillStage& stage : fill_stages()) {
+        const TrackRoles colours = stage.reads & ~depth_roles;
+        if ((colours & ~came).any() || (stage.name == "geometry" && !pipeline_.has_geometry_colour()))
+            idle.emplace_back(stage.name);
+    }
+    return idle;
+}
+
+void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report& report) {
+    if (!rechooser_ || played.parts.empty())
+        return;
+    const std::optional<Change> change = rechooser_->played(played.parts.back(), next);
+    if (!change)
+        return;
+    const std::string before = plan_.fill;
+    use(change->to);
+    pipeline_.take_over(before);
+    report.changes.push_back(*change);
+}
+
+void FramePlayer::begin_after(const ReceivedFrame* before) {
+    pipeline_.forget();
+    if (before == nullptr)
+        return;
+    PlayedFrame played;
+    set_eyes(*before, played);
+    pipeline_.find_depths(*before, played.left, played.right);
+    remember(ReceivedFrame(*before));
+}
+
+void FramePlayer::use(const Plan& plan) {
+    plan_ = plan;
+    pipeline_.use({.engine = plan.method,
+                   .engine_options = {.mesh_share = plan.mesh_share},
+                   .by_depth = plan.depth != "none",
+                   .by_planes = settings_.method != "auto" || plan.depth == "stream",
+                   .fill = plan.fill,
+                   .mirrors = settings_.mirrors,
+                   .reliability = settings_.reliability});
+}
+
+}  // namespace equistream::play

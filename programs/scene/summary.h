@@ -1,0 +1,38 @@
+#pragma once
+/// Figures of a scene: what it costs and what the bound (bound.h) asks of a sphere rendered in it.
+#include <scenes/library/scene.h>
+
+#include <string>
+
+namespace equistream {
+
+struct SceneSummary {
+    std::string name;
+    std::uint64_t triangles = 0;  ///< with instances
+    std::uint64_t unique_triangles = 0;
+    std::size_t meshes = 0, instances = 0, objects = 0, materials = 0, masked_materials = 0, textures = 0;
+    std::uint64_t texture_bytes = 0;  ///< encoded
+    bool has_sun = false, has_sky = false;
+    std::string sky_image;                 ///< its file, empty without one
+    std::uint64_t emissive_triangles = 0;  ///< with instances
+    std::size_t moving_objects = 0;
+    glm::dvec3 box_low_m{0}, box_high_m{0};  ///< at time 0
+
+    double path_length_m = 0, path_duration_s = 0;
+    double turn_deg = 0;  ///< sum of the angles the gaze turns through
+    double nearest_m = 0,
+           nearest_time_s = 0;  ///< closest triangle (its mask ignored) to the head, sampled along the path
+    double lean_m = 0;
+    double box_radius_m = 0;  ///< B of bound.h for a sphere at the head's centre and the default IPD
+    double sphere_width = 0;  ///< columns that match the centre of a view with the default focal length
+    /// Depth codes if the whole default budget went to them: w at nearest_m in steps of twice the budget; infinite
+    /// where the nearest triangle is in the head box.
+    double depth_levels = 0;
+};
+
+SceneSummary summarise(const SceneModel& model, const SceneDescription& scene);
+
+std::string summary_text(const SceneSummary& summary);
+std::string summary_json(const SceneSummary& summary);
+
+}  // namespace equistream

@@ -1,0 +1,184 @@
+#include "render_child.h"
+
+#include <equistream/error.h>
+#include <programs/cli/child_failed.h>
+
+#include <asio/buffer.hpp>
+#include <asio/io_context.hpp>
+#include <asio/read_until.hpp>
+#include <asio/write.hpp>
+#include <nlohmann/json.hpp>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+extern char** environ;
+
+namespace equistream::serve {
+
+namespace {
+
+constexpr std::size_t longest_line = 65536;
+
+/// After that a child that was told to end is killed.
+constexpr std::chrono::seconds time_to_end{5};
+
+struct Pipe {
+    Pipe() {
+        if (pipe2(ends, O_CLOEXEC) != 0)
+            throw WorkError(std::string("no pipe to the renderer: ") + std::strerror(errno));
+    }
+    ~Pipe() {
+        for (const int end : ends)
+            if (end >= 0)
+                close(end);
+    }
+    Pipe(const Pipe&) = delete;
+    Pipe& operator=(const Pipe&) = delete;
+    int take(int end) { return std::exchange(ends[end], -1); }
+
+    int ends[2] = {-1, -1};
+};
+
+/// Signals of its own, and a group of its own: what a terminal sends the server the server passes on.
+class Attributes {
+public:
+    Attributes() {
+        posix_spawnattr_init(&attributes_);
+        sigset_t defaults;
+        sigemptyset(&defaults);
+        sigaddset(&defaults, SIGPIPE);
+        posix_spawnattr_setsigdefault(&attributes_, &defaults);
+        posix_spawnattr_setpgroup(&attributes_, 0);
+        posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+    }
+    ~Attributes() { posix_spawnattr_destroy(&attributes_); }
+    Attributes(const Attributes&) = delete;
+    Attributes& operator=(const Attributes&) = delete;
+    const posix_spawnattr_t* get() const { return &attributes_; }
+
+private:
+    posix_spawnattr_t attributes_;
+};
+
+}  // namespace
+
+RenderChild::RenderChild(asio::io_context& io, const std::string& program, const std::vector<std::string>& arguments,
+                         Events events)
+    : program_(program), orders_(io), answers_(io), events_(std::move(events)) {
+    spawn(arguments);
+    listen();
+}
+
+RenderChild::~RenderChild() {
+    end();
+    const auto limit = std::chrono::steady_clock::now() + time_to_end;
+    while (process_ > 0 && waitpid(process_, nullptr, WNOHANG) != process_) {
+        if (std::chrono::steady_clock::now() > limit)
+            kill(process_, SIGKILL);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
+
+void RenderChild::spawn(const std::vector<std::string>& arguments) {
+    std::string name = "equistream render";
+    std::vector<char*> argv{name.data()};
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    Pipe orders, answers;
+    const Attributes attributes;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, orders.ends[0], STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, answers.ends[1], STDOUT_FILENO);
+    const int failure = posix_spawn(&process_, program_.c_str(), &actions, attributes.get(), argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failure != 0)
+        throw WorkError(program_ + ": " + std::strerror(failure));
+    orders_.assign(orders.take(1));
+    answers_.assign(answers.take(0));
+}
+
+void RenderChild::listen() {
+    asio::async_read_until(answers_, asio::dynamic_buffer(read_, longest_line), '\n',
+                           [this](const asio::error_code& error, std::size_t count) {
+                               if (is_told_to_end_)
+                                   return;
+                               if (error)
+                                   return hear_end();
+                               const std::string line = read_.substr(0, count);
+                               read_.erase(0, count);
+                               hear(line);
+                               if (!is_told_to_end_)
+                                   listen();
+                           });
+}
+
+void RenderChild::hear(const std::string& line) {
+    RenderedFrame frame;
+    double frames_per_second = 0;
+    try {
+        const auto answer = nlohmann::json::parse(line);
+        if (!is_ready_)
+            frames_per_second = answer.at("frames_per_second").get<double>();
+        else
+            frame = {answer.at("frame").get<std::int64_t>(), answer.at("file").get<std::string>(),
+                     answer.at("render_s").get<double>(), answer.at("write_s").get<double>()};
+    } catch (const nlohmann::json::exception&) {
+        return events_.failed(std::make_exception_ptr(
+            WorkError(expected_found(program_, "an answer of render --follow", "'" + line + "'"))));
+    }
+    if (std::exchange(is_ready_, true))
+        events_.rendered(frame);
+    else
+        events_.ready(frames_per_second);
+}
+
+/// It has closed its output, and so is about to end.
+void RenderChild::hear_end() {
+    int status = 0;
+    if (waitpid(std::exchange(process_, 0), &status, 0) < 0)
+        status = 0;
+    events_.failed(problem(status));
+}
+
+std::exception_ptr RenderChild::problem(int status) const {
+    if (WIFSIGNALED(status))
+        return std::make_exception_ptr(
+            WorkError(program_ + ": was ended by signal " + std::to_string(WTERMSIG(status))));
+    if (WEXITSTATUS(status) != 0)
+        return std::make_exception_ptr(cli::ChildFailed{WEXITSTATUS(status)});  // it has said why
+    return std::make_exception_ptr(WorkError(program_ + ": has ended by itself"));
+}
+
+void RenderChild::order(const FrameOrder& order) {
+    nlohmann::json line = {{"frame", order.frame}, {"spp", order.spp}};
+    if (order.head) {
+        const glm::dvec3& p = order.head->position_m;
+        const glm::dquat& q = order.head->orientation;
+        line["position_m"] = {p.x, p.y, p.z};
+        line["orientation_wxyz"] = {q.w, q.x, q.y, q.z};
+    }
+    asio::error_code ignored;  // that it has gone its output tells
+    asio::write(orders_, asio::buffer(line.dump() + "\n"), ignored);
+}
+
+void RenderChild::end() {
+    if (std::exchange(is_told_to_end_, true))
+        return;
+    asio::error_code ignored;
+    orders_.close(ignored);
+    answers_.close(ignored);
+    if (process_ > 0)
+        kill(process_, SIGTERM);
+}
+
+}  // namespace equistream::serve

@@ -1,0 +1,66 @@
+#pragma once
+/// `equistream render --follow` as a child that stays: orders go to its standard input, answers come from its standard
+/// output (host-adapters/common/follow.h). One thread: that of the io_context.
+#include <equistream/camera.h>
+
+#include <asio/posix/stream_descriptor.hpp>
+
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace equistream::serve {
+
+struct FrameOrder {
+    std::int64_t frame = 0;
+    std::uint32_t spp = 1;
+    std::optional<Pose> head;  ///< nothing: where the scene's path has it
+};
+
+struct RenderedFrame {
+    std::int64_t frame = 0;
+    std::string file;
+    double render_s = 0, write_s = 0;
+};
+
+class RenderChild {
+public:
+    struct Events {
+        std::function<void(double frames_per_second)> ready;
+        std::function<void(const RenderedFrame&)> rendered;
+        /// It has ended without being told to: what to throw.
+        std::function<void(std::exception_ptr)> failed;
+    };
+
+    /// Throws WorkError where it cannot be started.
+    RenderChild(asio::io_context& io, const std::string& program, const std::vector<std::string>& arguments,
+                Events events);
+    /// Ends it and waits until it has.
+    ~RenderChild();
+    RenderChild(const RenderChild&) = delete;
+    RenderChild& operator=(const RenderChild&) = delete;
+
+    /// One at a time, after `ready` or `rendered`.
+    void order(const FrameOrder& order);
+    /// From here on nothing is told of it any more.
+    void end();
+
+private:
+    void spawn(const std::vector<std::string>& arguments);
+    void listen();
+    void hear(const std::string& line);
+    void hear_end();
+    std::exception_ptr problem(int status) const;
+
+    std::string program_;
+    asio::posix::stream_descriptor orders_, answers_;
+    Events events_;
+    std::string read_;
+    int process_ = 0;  // 0: has been waited for
+    bool is_ready_ = false, is_told_to_end_ = false;
+};
+
+}  // namespace equistream::serve

@@ -1,0 +1,201 @@
+/// equistream serve: a recorded stream, or a scene as it is rendered, to viewers over the network.
+#include "encode_child.h"
+#include "listen_address.h"
+#include "live_options.h"
+#include "recording.h"
+#include "server.h"
+
+#include <equistream/error.h>
+#include <equistream/formatted.h>
+#include <equistream/json_text.h>
+#include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
+#include <programs/cli/scratch_folder.h>
+
+#include <asio/io_context.hpp>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+namespace equistream::serve {
+
+namespace {
+
+constexpr double most_patience_s = 86400;
+
+struct Options {
+    std::string command, source, listen;
+    std::vector<std::string> more;  ///< behind --
+    LiveOptions live;
+    ServerSettings server;
+    std::string progress = "auto";
+    bool loop = false, json = false;
+};
+
+void check(const Options& options) {
+    if (!(options.server.patience_s >= 0.1 && options.server.patience_s <= most_patience_s))
+        throw InputError(expected_found("--patience", "0.1 to 86400 s", in_words(options.server.patience_s)));
+    if (options.server.most_viewers < 1)
+        throw InputError(expected_found("--viewers", "at least 1", std::to_string(options.server.most_viewers)));
+    if (!std::filesystem::exists(options.source))
+        throw InputError(options.source + ": no such file or folder");
+    if (!options.more.empty() && !is_scene(options.source) && !std::filesystem::is_directory(options.source))
+        throw InputError(expected_found(options.source, "a folder, to encode with what follows --", "a file"));
+}
+
+/// For scripts that wait for it.
+void say_listening(const std::string& url, bool json) {
+    std::printf("%s\n", json ? json_text(nlohmann::json{{"listening", url}}).c_str() : ("listening on " + url).c_str());
+    if (std::fflush(stdout) != 0)
+        throw WorkError("standard output: could not be written");
+}
+
+nlohmann::ordered_json as_json(const Options& options, const ServerFigures& figures) {
+    nlohmann::ordered_json json = cli::provenance(options.command);
+    json.update(nlohmann::ordered_json{{"viewers", figures.viewers},
+                                       {"refused", figures.refused},
+                                       {"dropped", figures.dropped},
+                                       {"bytes_sent", figures.bytes_sent}});
+    return json;
+}
+
+void report(const Options& options, const ServerFigures& figures) {
+    if (options.json)
+        std::printf("%s\n", json_text(as_json(options, figures)).c_str());
+    else
+        std::printf("viewers served %d, refused %d, dropped %d; %lld bytes sent\n", figures.viewers, figures.refused,
+                    figures.dropped, static_cast<long long>(figures.bytes_sent));
+}
+
+void report(const Options& options, const LiveFigures& figures) {
+    if (options.json) {
+        nlohmann::ordered_json line = as_json(options, figures.server);
+        line["live"] = {{"spheres", figures.spheres}, {"spheres_per_s", figures.spheres_per_s},
+                        {"spp", figures.spp},         {"render_s", figures.render_s},
+                        {"write_s", figures.write_s}, {"encode_s", figures.encode_s},
+                        {"age_s", figures.age_s},     {"poses", figures.poses}};
+        std::printf("%s\n", json_text(line).c_str());
+        return;
+    }
+    report(options, figures.server);
+    std::printf("%lld spheres, %.2f a second, at last with %u samples a pixel; %lld poses heard\n"
+                "ms a sphere: render %.0f, hand over %.0f, encode %.0f; %.0f from its pose to its bytes\n",
+                static_cast<long long>(figures.spheres), figures.spheres_per_s, figures.spp,
+                static_cast<long long>(figures.poses), 1e3 * figures.render_s, 1e3 * figures.write_s,
+                1e3 * figures.encode_s, 1e3 * figures.age_s);
+}
+
+/// Where viewers may come, and what ends it.
+struct Door {
+    asio::io_context io{1};
+    asio::ip::tcp::acceptor acceptor;
+    asio::signal_set stop;
+
+    explicit Door(const std::string& listen)
+        : acceptor(bind_to(io, parse_listen_address(listen, "--listen"), "--listen")), stop(io, SIGINT, SIGTERM) {}
+
+    /// Returns the address.
+    std::string open(const std::string& listen) {
+        asio::error_code error;
+        acceptor.listen(asio::socket_base::max_listen_connections, error);
+        if (error)
+            throw InputError(expected_found("--listen " + listen, "an address that is free", error.message()));
+        return url_of(acceptor.local_endpoint());
+    }
+};
+
+/// What the child leaves there goes with the rest, however it ends.
+cli::ScratchFolder& make_scratch(std::optional<cli::ScratchFolder>& scratch) {
+    scratch.emplace("serve");
+    setenv("TMPDIR", scratch->path().c_str(), 1);
+    return *scratch;
+}
+
+void run_recorded(const Options& options) {
+    Door door(options.listen);
+    std::string file = options.source;
+    std::optional<cli::ScratchFolder> scratch;
+    if (std::filesystem::is_directory(options.source)) {
+        file = make_scratch(scratch).file("stream.mkv");
+        std::vector<std::string> arguments{options.source, "--out", file, "--progress", options.progress};
+        arguments.insert(arguments.end(), options.more.begin(), options.more.end());
+        if (!run_encode(door.io, door.stop, arguments))
+            return report(options, ServerFigures{});
+    }
+    std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
+    Recording recording(file, options.loop);
+    const std::string url = door.open(options.listen);
+    Server server(std::move(door.acceptor), recording, options.server);
+    door.stop.async_wait([&](const asio::error_code& cancelled, int) {
+        if (!cancelled)
+            server.stop();
+    });
+    server.start();
+    say_listening(url, options.json);
+    door.io.run();
+    report(options, server.figures());
+}
+
+void run_live(const Options& options) {
+    if (options.loop)
+        throw InputError(expected_found("--loop: " + options.source, "a recorded stream", "a scene"));
+    Door door(options.listen);
+    std::signal(SIGPIPE, SIG_IGN);
+    std::optional<cli::ScratchFolder> scratch;
+    LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
+    settings.server = options.server;
+    const std::string url = door.open(options.listen);
+    report(options, serve_live(door.io, door.stop, std::move(door.acceptor), settings,
+                               [&] { say_listening(url, options.json); }));
+}
+
+std::function<void()> set_up(CLI::App& app, Options& options) {
+    app.add_option("SOURCE", options.source,
+                   "A recorded stream (.mkv or .mp4 as encode writes them), a render's folder, which is encoded first, "
+                   "or a scene (.json, or .xml of Mitsuba), which is rendered while it is watched")
+        ->required();
+    app.add_option("MORE", options.more,
+                   "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
+                   "render about the scene");
+    app.add_option("--listen", options.listen,
+                   "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
+                   "free")
+        ->required();
+    app.add_option("--viewers", options.server.most_viewers, "At a time; more are refused")->capture_default_str();
+    app.add_option("--patience", options.server.patience_s,
+                   "Seconds after which a viewer that does not read, or stays as far behind, is dropped")
+        ->capture_default_str();
+    app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
+    cli::add_json_flag(app, options.json)
+        ->description("Report as JSON on standard output: a line with the address, and one at the end");
+    cli::add_progress_option(app, options.progress)
+        ->description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
+    add_live_options(app, options.live);
+    return [&options, &app] {
+        options.server.log = cli::parse_progress(options.progress);
+        check(options);
+        if (is_scene(options.source))
+            return run_live(options);
+        require_live_options_unused(app, options.source);
+        run_recorded(options);
+    };
+}
+
+}  // namespace
+
+}  // namespace equistream::serve
+
+int main(int argc, char** argv) {
+    equistream::serve::Options options;
+    options.command = equistream::cli::quoted_command(argc, argv);
+    return equistream::cli::run_program(
+        argc, argv,
+        {"serve", "Send a recorded stream to viewers over the network, in time, or a scene as it is rendered",
+         "equistream serve pavilion.json --listen tcp://:9000    # and: equistream view tcp://127.0.0.1:9000 --scene "
+         "pavilion.json"},
+        [&](CLI::App& app) { return equistream::serve::set_up(app, options); });
+}

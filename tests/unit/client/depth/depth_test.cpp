@@ -1,0 +1,149 @@
+#include <tests/unit/client/analytic_scene.h>
+#include <tests/unit/client/squares.h>
+#include <tests/unit/evidence.h>
+
+#include <client/depth/ray_depth.h>
+#include <equistream/error.h>
+#include <scenes/library/write_glb.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+using glm::dvec3;
+
+/// A square wall of 8 m at z = -3 and before it a square of 1 m that moves to the right at 1 m/s.
+class RayDepthTest : public testing::Test {
+protected:
+    fs::path folder = fs::temp_directory_path() / ("equistream_depth_" + std::to_string(::getpid()));
+    SceneDescription scene;
+
+    void SetUp() override {
+        SceneModel model;
+        model.materials.resize(1);
+        add_square(model, "wall", 4, {0, 0, -3}, 0);
+        add_square(model, "block", 0.5, {0, 0, -2}, 0);
+        fs::create_directories(folder);
+        scene.model = folder / "two.glb";
+        write_glb(scene.model, model);
+        const auto key = [](double time_s, double x) { return PosePath::Key{time_s, {{x, 0, -2}, {1, 0, 0, 0}}}; };
+        scene.moving.push_back({"block", PosePath({key(0, 0), key(1, 1)}, "test")});
+    }
+    void TearDown() override { fs::remove_all(folder); }
+
+    static Distance expected(double block_x) {
+        return [block_x](const dvec3& o, const dvec3& d) {
+            const double block = to_plane(o, d, {0, 0, 1}, -2);
+            const dvec3 b = o + block * d;
+            if (std::abs(b.x - block_x) < 0.5 && std::abs(b.y) < 0.5)
+                return block;
+            const double wall = to_plane(o, d, {0, 0, 1}, -3);
+            const dvec3 w = o + wall * d;
+            return std::abs(w.x) < 4 && std::abs(w.y) < 4 ? wall : infinity;
+        };
+    }
+};
+
+TEST_F(RayDepthTest, MatchesTheClosedFormWhereverTheBlockIs) {
+    RayDepth depth(scene);
+    EXPECT_EQ(depth.triangle_count(), 4u);
+    const Pose pose{{0.2, -0.1, 0.3}, yaw_pitch(0.3, 0.1)};
+    for (const double time_s : {0.0, 0.7, 0.25}) {
+        depth.set_time(time_s);
+        for (const Camera& camera : {Camera(EquirectCamera{203, 101, {}}), Camera(PerspectiveCamera{131, 77, 1.4})}) {
+            const int width = width_of(camera), height = height_of(camera);
+            FloatImage cast(width, height, 1), exact(width, height, 1);
+            depth.cast(camera, pose, cast.view());
+            AnalyticDepth(expected(time_s)).cast(camera, pose, exact.view());
+            int different = 0, misses = 0;
+            for (std::size_t i = 0; i < cast.samples().size(); ++i) {
+                const float a = cast.samples()[i], b = exact.samples()[i];
+                misses += std::isinf(b);
+                different += !(a == b || std::abs(a - b) < 2e-5f * b);
+            }
+            EXPECT_LE(different, 2) << "pixel centres on an edge may fall either way"
+                                    << evidence(cast.view(), exact.view());
+            EXPECT_GT(misses, 0);
+        }
+    }
+}
+
+TEST_F(RayDepthTest, PatchesAreCastFromTheirOwnOrigins) {
+    PatchAtlas atlas;
+    atlas.sphere_width = 203;
+    atlas.sphere_height = 101;
+    atlas.offsets_m = {{0.2, 0, 0}, {-0.1, 0.15, 0.05}};
+    atlas.columns = 7;
+    for (const int side : {4, 6, 16}) {
+        atlas.block_side = side;
+        atlas.slots.clear();
+        // Every block, those beyond the sphere's right and lower border too, then one that nobody uses.
+        for (int y = 0; y < atlas.block_rows(); ++y)
+            for (int x = 0; x < atlas.block_columns(); ++x)
+                atlas.slots.push_back({std::uint8_t((x + y) % 2), std::uint16_t(x), std::uint16_t(y), true});
+        do
+            atlas.slots.push_back({});
+        while (atlas.slots.size() % 7 != 0);
+        atlas.rows = int(atlas.slots.size()) / 7;
+        ASSERT_FALSE(patch_atlas_problem(atlas));
+        const Pose pose{{0.2, -0.1, 0.3}, yaw_pitch(0.3, 0.1)};
+        FloatImage cast(atlas.width(), atlas.height(), 1, -1);
+        ExactDepth depth(std::make_unique<RayDepth>(scene));
+        depth.set_time(0.25);
+        ASSERT_TRUE(depth.cast_patches(atlas, pose, cast.view()));
+        int different = 0, hits = 0, unused = 0;
+        for (int y = 0; y < cast.height(); ++y)
+            for (int x = 0; x < cast.width(); ++x) {
+                const float found = *cast.pixel(x, y);
+                if (!atlas.slot_at(x, y).used) {
+                    unused += found == std::numeric_limits<float>::infinity();
+                    continue;
+                }
+                const PatchRay ray = patch_ray(atlas, x, y, x + 0.5, y + 0.5);
+                const double exact =
+                    expected(0.25)(pose.position_m + pose.orientation * ray.origin_m, pose.orientation * ray.direction);
+                hits += std::isfinite(exact);
+                different += !(found == float(exact) || std::abs(found - exact) < 2e-5 * exact);
+            }
+        EXPECT_LE(different, 3) << "pixel centres on an edge may fall either way";
+        EXPECT_GT(hits, 1000);
+        EXPECT_GE(unused, side * side);
+    }
+    FloatImage none(4, 4, 1, -1);
+    EXPECT_FALSE(ExactDepth().cast_patches(atlas, Pose{}, none.view()));
+    EXPECT_EQ(*none.pixel(0, 0), -1);
+}
+
+TEST_F(RayDepthTest, ExactPlanesGoToTheirOwnViewOnly) {
+    const Camera camera = PerspectiveCamera{4, 3, 1};
+    const Pose pose{{1, 2, 3}, yaw_pitch(0.1, 0)};
+    FloatImage out(4, 3, 1);
+    ExactDepth alone;
+    EXPECT_THROW(alone.cast(camera, pose, out.view()), WorkError);
+    alone.add(camera, pose, FloatImage(4, 3, 1, 7.0f));
+    alone.cast(camera, pose, out.view());
+    EXPECT_EQ(out.pixel(3, 2)[0], 7.0f);
+    EXPECT_THROW(alone.cast(camera, Pose{}, out.view()), WorkError);
+    EXPECT_TRUE(alone.holds(camera, pose));
+    EXPECT_FALSE(alone.holds(camera, Pose{}));
+    alone.set_time(1);
+    EXPECT_THROW(alone.cast(camera, pose, out.view()), WorkError);
+
+    ExactDepth with_ray(std::make_unique<RayDepth>(scene));
+    with_ray.cast(camera, Pose{}, out.view());
+    EXPECT_NEAR(out.pixel(1, 1)[0], 2, 0.2);
+}
+
+TEST_F(RayDepthTest, AMissingModelIsOneClearLine) {
+    scene.model = folder / "none.glb";
+    EXPECT_THROW(RayDepth depth(scene), InputError);
+}
+
+}  // namespace
+}  // namespace equistream::test

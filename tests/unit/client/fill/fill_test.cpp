@@ -1,0 +1,154 @@
+#include <tests/unit/client/fill_scene.h>
+#include <tests/unit/evidence.h>
+
+#include <client/fill/fill.h>
+#include <equistream/error.h>
+
+#include <gtest/gtest.h>
+
+namespace equistream::test {
+namespace {
+
+struct Case : FillScene {
+    Rendered small = render(ball_and_wall, red_and_smooth, PerspectiveCamera{80, 50, pi / 2}, right);
+};
+
+TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
+    Case c;
+    const std::int64_t gaps = c.picture.count(PixelOrigin::gap);
+    ASSERT_GT(gaps, 300);
+    const EyePicture before = c.picture;
+    const auto ladder = make_fill_ladder("small,spread");
+    ASSERT_EQ(ladder.size(), 2u);
+    const SourceView small_view = c.small.source(0.063);
+    for (const auto& rung : ladder)
+        rung->set_frame({.small = &small_view});
+    const std::int64_t by_small = ladder[0]->fill(c.eye, c.picture);
+    EXPECT_GT(by_small, gaps * 9 / 10);
+    EXPECT_EQ(c.picture.count(PixelOrigin::small), by_small);
+    double worst_of_small = 0;
+    int changed_elsewhere = 0;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x) {
+            const bool small = c.picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::small);
+            for (int k = 0; k < 3; ++k) {
+                const int is = c.picture.rgba.pixel(x, y)[k];
+                if (small)
+                    worst_of_small = std::max(worst_of_small, std::abs(is - c.truth.rgb.pixel(x, y)[k]) / 255.0);
+                else
+                    changed_elsewhere += is != before.rgba.pixel(x, y)[k];
+            }
+        }
+    // A pixel of the small view spans 3 m / 40: no ball's red, and the wall's colour nearly right.
+    EXPECT_LT(worst_of_small, 0.03 + half_a_step) << evidence(c.picture.rgb().view(), c.truth.rgb.view());
+    EXPECT_EQ(changed_elsewhere, 0) << evidence(c.picture.rgb().view(), before.rgb().view());
+    const std::int64_t left_over = c.picture.count(PixelOrigin::gap);
+    EXPECT_EQ(ladder[1]->fill(c.eye, c.picture), left_over);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+}
+
+/// The case of SurfaceEngine.AHiddenFloorIsNotTakenForTheSteepOneAboveIt, for what rungs look up.
+TEST(Fill, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
+    const auto floor_at = [](double height_m) {
+        return [=](const glm::dvec3& o, const glm::dvec3& d) { return to_plane(o, d, {0, 1, 0}, height_m); };
+    };
+    const Rendered source = render(floor_at(-1.6), red_and_smooth, EquirectCamera{180, 90, {}}, Pose{});
+    const SourceView view = source.source(0.6);
+    const PerspectiveCamera camera{160, 100, pi / 2};
+    const Pose pose{{0.6, 0, 0}, {1, 0, 0, 0}};
+    const auto filled_nearer_than_60_m = [&](double height_m) {
+        FloatImage depth_m(camera.width, camera.height, 1);
+        AnalyticDepth(floor_at(height_m)).cast(camera, pose, depth_m.view());
+        const auto ladder = make_fill_ladder("small");
+        ladder[0]->set_frame({.main = &view, .small = &view});
+        EyePicture picture;
+        picture.reset(camera);
+        ladder[0]->fill({camera, pose, depth_m.view()}, picture);
+        int filled = 0, all = 0;
+        for (std::size_t i = 0; i < depth_m.samples().size(); ++i)
+            if (depth_m.samples()[i] < 60) {
+                ++all;
+                filled += picture.origin.samples()[i] != 0;
+            }
+        return std::pair(filled, all);
+    };
+    const auto [seen, floor] = filled_nearer_than_60_m(-1.6);
+    EXPECT_EQ(seen, floor);
+    EXPECT_GT(floor, 4000);
+    EXPECT_EQ(filled_nearer_than_60_m(-3).first, 0);
+}
+
+/// Rungs and engines have loops of their own for what one surface is: from one picture they take the same samples.
+TEST(Fill, RungsTakeTheSamplesThatEnginesTake) {
+    FillScene scene;
+    const EyePicture by_engine = scene.picture;
+    scene.picture.reset(scene.camera);
+    scene.unfilled = scene.picture;
+    scene.fill("small", {.small = &scene.main_view}, PixelOrigin::small);
+    int others = 0, coloured = 0, worst = 0;
+    for (int y = 0; y < scene.camera.height; ++y)
+        for (int x = 0; x < scene.camera.width; ++x) {
+            const bool engine = *by_engine.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            const bool rung = *scene.picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            others += engine != rung;
+            coloured += engine && rung;
+            if (engine && rung)
+                for (int c = 0; c < 3; ++c)
+                    worst = std::max(
+                        worst, std::abs(int(by_engine.rgba.pixel(x, y)[c]) - int(scene.picture.rgba.pixel(x, y)[c])));
+        }
+    EXPECT_GT(coloured, 60000);
+    EXPECT_EQ(others, 0);
+    EXPECT_LE(worst, 1);
+}
+
+TEST(Fill, SpreadTakesTheBackgroundsColour) {
+    Case c;
+    const auto ladder = make_fill_ladder("spread");
+    ladder[0]->fill(c.eye, c.picture);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+    int wrong = 0;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 320; ++x)
+            if (c.picture.origin.pixel(x, y)[0] == std::uint8_t(PixelOrigin::neighbours))
+                wrong += std::abs(c.picture.rgba.pixel(x, y)[0] - c.truth.rgb.pixel(x, y)[0]) > 0.15 * 255;
+    EXPECT_LE(wrong, c.picture.count(PixelOrigin::neighbours) / 50)
+        << evidence(c.picture.rgb().view(), c.truth.rgb.view());
+}
+
+TEST(Fill, SpreadEndsWhereThereIsNothingToSpread) {
+    EyePicture empty;
+    empty.reset({8, 4, 1});
+    EXPECT_EQ(make_fill_ladder("spread")[0]->fill({{8, 4, 1}, {}, {}}, empty), 0);
+    EXPECT_EQ(empty.count(PixelOrigin::gap), 32);
+}
+
+TEST(Fill, WithoutDepthTheSmallViewIsLookedUpByDirection) {
+    Case c;
+    const auto ladder = make_fill_ladder("small");
+    SourceView small = c.small.source();
+    small.depth_m = {};
+    ladder[0]->set_frame({.small = &small});
+    EyeView eye = c.eye;
+    eye.depth_m = {};
+    EXPECT_GT(ladder[0]->fill(eye, c.picture), 300);
+    EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
+}
+
+TEST(Fill, WithoutASmallViewTheRungFillsNothing) {
+    Case c;
+    const auto ladder = make_fill_ladder("small");
+    ladder[0]->set_frame({});
+    EXPECT_EQ(ladder[0]->fill(c.eye, c.picture), 0);
+}
+
+TEST(Fill, LaddersAreNamed) {
+    EXPECT_TRUE(make_fill_ladder("none").empty());
+    EXPECT_THROW(make_fill_ladder(""), InputError);
+    EXPECT_THROW(make_fill_ladder("small,"), InputError);
+    EXPECT_THROW(make_fill_ladder("small,none"), InputError);
+    EXPECT_THROW(make_fill_ladder("telea"), InputError);
+}
+
+}  // namespace
+}  // namespace equistream::test

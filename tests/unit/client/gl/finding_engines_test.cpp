@@ -1,0 +1,151 @@
+/// Engines on the GPU that find the eyes' depth, but for `mesh`, show what their plain references show.
+#include "found_pictures.h"
+#include "gl_fixture.h"
+
+#include <client/warp/gl/eye_depth_finder.h>
+#include <client/warp/gl/look_up.h>
+#include <tests/unit/client/engine_scenes.h>
+
+#include <client/warp/engine.h>
+
+#include <tests/support/references/plain_engines.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace equistream::test {
+namespace {
+
+const PerspectiveCamera eye_camera{120, 75, pi / 2};
+constexpr int source_width = 360;
+
+/// Within which an engine is its plain reference, of 9,000 pixels.
+struct Expected {
+    const char* engine;
+    double least_psnr_db;
+    int most_others;
+
+    friend std::ostream& operator<<(std::ostream& out, const Expected& expected) { return out << expected.engine; }
+};
+
+class GlFindingEngines : public Gl, public testing::WithParamInterface<Expected> {};
+
+INSTANTIATE_TEST_SUITE_P(Client, GlFindingEngines,
+                         testing::Values(Expected{"mesh-plain", 50, 1}, Expected{"lean", 50, 8}), [](const auto& test) {
+                             std::string name = test.param.engine;
+                             std::erase(name, '-');
+                             return name;
+                         });
+
+std::array<EyePicture, 2> seen_by(gl::EyeDepthFinder& finder, const SourceView& view, std::span<const EyeView> eyes) {
+    gl::SourceTextures textures;
+    textures.upload(view);
+    gl::EyeTargets targets;
+    targets.size_for(eyes.front().camera, int(eyes.size()));
+    gl::LookUp surface{finder.traits().only_seen ? gl::LookUpRule::seen : gl::LookUpRule::any};
+    finder.forget_source();
+    finder.find(view, textures, eyes);
+    surface.reproject(view, textures, eyes, finder.depth(), targets);
+    std::array<EyePicture, 2> pictures;
+    for (std::size_t i = 0; i < eyes.size(); ++i)
+        targets.download(int(i), pictures[i]);
+    return pictures;
+}
+
+TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
+    const auto [engine, least_psnr_db, most_others] = GetParam();
+    const auto finder = gl::make_depth_finder(engine);
+    const SurfaceScene scene = furnished();
+    const std::vector<Pose> poses = engine_eyes();
+    const auto plain = plain::make_engine(engine);
+    for (const Camera& camera : engine_sources(source_width)) {
+        SCOPED_TRACE(width_of(camera));
+        const Rendered source = render(scene, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        const SourceView view = source.source(0.11);
+        plain->set_source(view);
+        for (std::size_t i = 0; i + 1 < poses.size(); i += 2) {
+            const std::array<EyeView, 2> eyes = {EyeView{eye_camera, poses[i], {}}, {eye_camera, poses[i + 1], {}}};
+            const std::array<EyePicture, 2> seen = seen_by(*finder, view, eyes);
+            for (std::size_t k = 0; k < 2; ++k) {
+                EyePicture expected;
+                plain->reproject(eyes[k], expected);
+                EXPECT_GT(psnr_where_seen(expected, seen[k]), least_psnr_db) << "eye " << i + k;
+                EXPECT_LE(other_origins(expected, seen[k]), most_others) << "eye " << i + k;
+            }
+        }
+    }
+}
+
+/// The CPU's own engine, where samples are few or unknown.
+void expect_the_cpus(const std::string& engine, gl::EyeDepthFinder& finder, const SourceView& view,
+                     const EyeView& eye) {
+    const auto cpu = make_engine(engine);
+    cpu->set_source(view);
+    EyePicture expected;
+    cpu->reproject(eye, expected);
+    const EyePicture found = seen_by(finder, view, {&eye, 1})[0];
+    EXPECT_GT(psnr_where_seen(expected, found), 50);
+    EXPECT_LE(other_origins(expected, found), eye.camera.width * eye.camera.height / 250 + 1);
+}
+
+/// Patches of which nothing is known, small ones and large, over edges, sky and seam too.
+TEST_P(GlFindingEngines, ShowNothingWhereNothingIsKnown) {
+    const auto finder = gl::make_depth_finder(GetParam().engine);
+    std::mt19937 random(3);
+    for (const Camera& camera : engine_sources(240)) {
+        SCOPED_TRACE(width_of(camera));
+        Rendered source = render(furnished(), smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        FloatImage& depth_m = source.depth_m;
+        for (int patch = 0; patch < 40; ++patch) {
+            const int left = int(random() % unsigned(depth_m.width())),
+                      top = int(random() % unsigned(depth_m.height()));
+            const int side = 1 << random() % 5;
+            for (int y = top; y < std::min(top + side, depth_m.height()); ++y)
+                for (int x = left; x < left + side; ++x)
+                    *depth_m.pixel(x % depth_m.width(), y) = std::nanf("");
+        }
+        const SourceView view = source.source(0.11);
+        for (const double yaw : {0.5, 2.5})
+            expect_the_cpus(GetParam().engine, *finder, view,
+                            {{120, 75, pi / 2}, {{-0.063, 0.03, 0}, yaw_pitch(yaw, 0.1)}, {}});
+    }
+}
+
+/// Of no whole number of blocks, tiles or work groups; one eye.
+TEST_P(GlFindingEngines, ShowSourcesAndEyesOfAnySize) {
+    const auto finder = gl::make_depth_finder(GetParam().engine);
+    for (const Camera& camera :
+         std::vector<Camera>{EquirectCamera{46, 23, {}}, EquirectCamera{45, 22, {}}, PerspectiveCamera{33, 31, 1.8},
+                             PerspectiveCamera{5, 3, 1.8}, EquirectCamera{98, 31, {-2.4, 2.1, -0.8, 1.1}}}) {
+        SCOPED_TRACE(width_of(camera));
+        const Rendered source = render(hall, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
+        for (const auto& [width, height] : {std::pair{37, 21}, {1, 1}, {64, 33}})
+            for (const double pitch : {0.1, 1.4, -1.5})
+                expect_the_cpus(GetParam().engine, *finder, source.source(0.11),
+                                {{width, height, 1.5}, {{0.05, 0.02, -0.06}, yaw_pitch(0.7, pitch)}, {}});
+    }
+}
+
+/// A picture of the same camera after another.
+TEST_P(GlFindingEngines, KeepNothingOfTheSourceBefore) {
+    const auto finder = gl::make_depth_finder(GetParam().engine), another = gl::make_depth_finder(GetParam().engine);
+    const EquirectCamera camera{240, 120, {}};
+    const Rendered near = render(hall, smooth_colour, camera, {}), far = render(furnished(), smooth_colour, camera, {});
+    const std::array<EyeView, 2> eyes = {EyeView{eye_camera, {{0.05, 0, 0}, yaw_pitch(0.2, 0)}, {}},
+                                         EyeView{eye_camera, {{-0.05, 0, 0}, yaw_pitch(0.2, 0)}, {}}};
+    seen_by(*finder, near.source(0.11), eyes);
+    const auto found = seen_by(*finder, far.source(0.11), eyes), expected = seen_by(*another, far.source(0.11), eyes);
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_TRUE(std::ranges::equal(found[k].rgba.samples(), expected[k].rgba.samples()));
+        EXPECT_GT(found[k].count(PixelOrigin::source), eye_camera.width * eye_camera.height * 5 / 6);
+    }
+}
+
+}  // namespace
+}  // namespace equistream::test

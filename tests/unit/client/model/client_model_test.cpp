@@ -1,0 +1,208 @@
+#include <client/model/client_model.h>
+#include <equistream/bound.h>
+#include <equistream/error.h>
+#include <scenes/embree/bvh.h>
+#include <scenes/embree/embree_rays.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <random>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const double error_rad = default_budget_share * error_budget_rad(default_focal_length_px);
+
+/// A square of n x n quads, its corner, and its sides as vectors.
+Mesh grid(const std::string& name, int n, const glm::vec3& corner, const glm::vec3& side_u, const glm::vec3& side_v) {
+    Mesh mesh;
+    mesh.name = name;
+    mesh.material = 0;
+    for (int j = 0; j <= n; ++j)
+        for (int i = 0; i <= n; ++i) {
+            mesh.positions.push_back(corner + side_u * (float(i) / float(n)) + side_v * (float(j) / float(n)));
+            mesh.uvs.emplace_back(float(i) / float(n), float(j) / float(n));
+        }
+    const auto at = [n](int i, int j) { return unsigned(j * (n + 1) + i); };
+    for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+            mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+            mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+        }
+    return mesh;
+}
+
+/// A ball whose triangles are far smaller than the bound asks for.
+Mesh ball(const glm::vec3& centre, float radius, int n) {
+    Mesh mesh = grid("ball", n, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    for (glm::vec3& p : mesh.positions) {
+        const auto d = direction_from_longitude_latitude(2 * pi * (p.x < 1 ? p.x : 0), pi * (p.y - 0.5));
+        p = centre + radius * glm::vec3(float(d.x), float(d.y), float(d.z));
+    }
+    return mesh;
+}
+
+void add(SceneModel& model, const Mesh& mesh, const glm::mat4& world_from_object = glm::mat4(1)) {
+    model.instances.push_back(
+        {std::uint32_t(model.meshes.size()), std::uint32_t(model.objects.size()), world_from_object});
+    model.meshes.push_back(mesh);
+    model.objects.push_back({mesh.name, -1, world_from_object});
+}
+
+/// A room of 10 m of finely divided walls with a ball in it, a ball behind a wall, a screen of which a mask leaves
+/// the left half, and a block that moves before a picture on the wall.
+class ClientModelTest : public testing::Test {
+protected:
+    fs::path folder = fs::temp_directory_path() / ("equistream_model_" + std::to_string(::getpid()));
+    SceneModel model;
+    SceneDescription scene;
+    ClientModelOptions options{.error_rad = error_rad,
+                               .silhouette_rad = error_rad / default_budget_share,
+                               .visibility_rays = 1 << 21,
+                               .check_rays = 1 << 17};
+
+    void SetUp() override {
+        model.materials.resize(2);
+        const glm::vec3 x(10, 0, 0), y(0, 10, 0), z(0, 0, 10), low(-5, -5, -5), high(5, 5, 5);
+        for (const Mesh& wall :
+             {grid("floor", 40, low, x, z), grid("back", 40, low, x, y), grid("left", 40, low, y, z),
+              grid("ceiling", 40, high, -x, -z), grid("front", 40, high, -x, -y), grid("right", 40, high, -y, -z)})
+            add(model, wall);
+        add(model, ball({2, 0, -3}, 1, 96));
+        add(model, ball({8, 0, 0}, 1, 96));  // outside the room
+        Mesh screen = grid("screen", 1, {-3, -1, -3}, {2, 0, 0}, {0, 2, 0});
+        screen.material = 1;
+        add(model, screen);
+        AlphaMask mask{2, 1, Wrap::repeat, Wrap::clamp, {255, 0}};
+        model.alpha_masks.push_back(mask);
+        model.materials[1].name = "screen";
+        model.materials[1].alpha_mask = 0;
+        add(model, grid("block", 2, {-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}),
+            glm::mat4({1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, -4.9f, 1}));
+        const auto key = [](double time_s, const glm::dvec3& at) { return PosePath::Key{time_s, {at, {1, 0, 0, 0}}}; };
+        scene.name = "room";
+        scene.camera_path = PosePath({key(0, {-0.5, 0, 0}), key(1, {0.5, 0, 0.2})}, "test");
+        scene.lean_m = 0.1;
+        scene.geometry_fingerprint = "0123456789abcdef";
+        scene.moving.push_back({"block", PosePath({key(0, {0, 0, -4.9}), key(1, {2, 0, -4.9})}, "test")});
+        fs::create_directories(folder);
+    }
+    void TearDown() override { fs::remove_all(folder); }
+};
+
+double hit_distance(const Bvh& bvh, const glm::dvec3& from, const glm::dvec3& towards) {
+    RTCRayHit ray = embree_ray_hit(glm::vec3(from), glm::vec3(towards));
+    bvh.intersect1(ray);
+    return double(ray.ray.tfar);
+}
+
+TEST_F(ClientModelTest, KeepsTheBoundWithFewerTriangles) {
+    const ClientModel built = build_client_model(model, scene, options);
+    EXPECT_TRUE(built.figures.holds);
+    EXPECT_EQ(built.figures.triangles_before, model.triangle_count());
+    EXPECT_EQ(built.figures.triangles_after, built.model.triangle_count());
+    EXPECT_LT(built.figures.triangles_seen, 6 * 3200 + 96 * 96 * 2 + 2 + 8 + 1) << "what is outside the room";
+    EXPECT_LT(built.model.triangle_count(), model.triangle_count() / 3);
+
+    // Eyes and rays of this test's own, with the bound written out.
+    const Bvh theirs(model), ours(built.model);
+    const double box_m = scene.lean_m + 0.5 * default_ipd_m;
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto direction = [&] { return glm::normalize(glm::dvec3(normal(random), normal(random), normal(random))); };
+    int beyond = 0, far_beyond = 0;
+    constexpr int rays = 200000;
+    for (int i = 0; i < rays; ++i) {
+        const glm::dvec3 centre = scene.camera_path.at(unit(random)).position_m;
+        const glm::dvec3 eye = centre + box_m * std::cbrt(unit(random)) * direction(), towards = direction();
+        const double r = hit_distance(theirs, eye, towards), used = hit_distance(ours, eye, towards);
+        ASSERT_TRUE(std::isfinite(r)) << "the room is closed";
+        const double shift = std::abs(box_m / (r - box_m) - box_m / (used - box_m));
+        beyond += shift > error_rad;
+        far_beyond += shift > 64 * error_rad;
+    }
+    EXPECT_LE(beyond, 3e-3 * rays) << "edges of the ball and of the screen";
+    EXPECT_LE(far_beyond, 3e-4 * rays) << "the ball's outline: 1/4 px of 2 rad x 960 px around one of 4 pi";
+}
+
+TEST_F(ClientModelTest, ALooserBoundKeepsFewerTriangles) {
+    // Only the ball is curved; what its visible half borders on stays.
+    const auto on_ball = [&] {
+        const ClientModel built = build_client_model(model, scene, options);
+        std::int64_t count = 0;
+        for (const Mesh& mesh : built.model.meshes)
+            count += std::ranges::count_if(mesh.triangles, [&](const glm::uvec3& t) {
+                return glm::distance(mesh.positions[t.x], glm::vec3(2, 0, -3)) < 1.01f;
+            });
+        return count;
+    };
+    const std::int64_t tight = on_ball();
+    options.error_rad *= 16;
+    options.silhouette_rad *= 16;
+    EXPECT_LT(on_ball(), tight / 2);
+}
+
+TEST_F(ClientModelTest, IsTheSameEachTimeAndAsItsFiles) {
+    const ClientModel built = build_client_model(model, scene, options);
+    const ClientModel again = build_client_model(model, scene, options);
+    ASSERT_EQ(built.model.meshes.size(), again.model.meshes.size());
+    for (std::size_t i = 0; i < built.model.meshes.size(); ++i)
+        EXPECT_EQ(built.model.meshes[i].triangles, again.model.meshes[i].triangles);
+
+    write_client_model(folder / "room.json", built, scene);
+    const SceneDescription read = load_scene(folder / "room.json");
+    EXPECT_EQ(read.stands_for, scene.geometry_fingerprint);
+    EXPECT_EQ(read.depth_of_geometry(), scene.geometry_fingerprint);
+    EXPECT_EQ(read.name, scene.name);
+    EXPECT_EQ(read.lean_m, scene.lean_m);
+    const SceneModel geometry = load_model(read, {.shading = false});
+    EXPECT_EQ(geometry.triangle_count(), built.model.triangle_count());
+    EXPECT_EQ(find_moving_instances(geometry, read).size(), 1u);
+    ASSERT_EQ(geometry.alpha_masks.size(), 1u);
+    EXPECT_EQ(geometry.alpha_masks[0].opaque, model.alpha_masks[0].opaque);
+
+    const Bvh bvh(geometry, {.moving_instances = find_moving_instances(geometry, read)});
+    EXPECT_NEAR(hit_distance(bvh, {-2.5, 0.1, 0}, {0, 0, -1}), 3, 1e-5) << "the screen's left half";
+    EXPECT_NEAR(hit_distance(bvh, {-1.5, 0.1, 0}, {0, 0, -1}), 5, 1e-3) << "through its right half";
+    EXPECT_NEAR(hit_distance(bvh, {0.1, 0.1, 0}, {0, 0, -1}), 4.9, 1e-5) << "the block";
+}
+
+TEST_F(ClientModelTest, WhatAMoverHidesIsKept) {
+    const ClientModel built = build_client_model(model, scene, options);
+    const std::vector<std::uint32_t> movers = find_moving_instances(built.model, scene);
+    Bvh bvh(built.model, {.moving_instances = movers});
+    bvh.move(instance_transforms(built.model, scene, 1));
+    EXPECT_NEAR(hit_distance(bvh, {0.1, 0.1, 0}, {0, 0, -1}), 5, 1e-3);
+    EXPECT_NEAR(hit_distance(bvh, {2.1, 2.1, 0}, {0, 0, -1}), 5, 1e-3);
+    EXPECT_NEAR(hit_distance(bvh, {2.3, 0.2, -4.5}, {0, 0, -1}), 0.4, 1e-5);
+}
+
+TEST_F(ClientModelTest, OptionsOutOfRangeAreOneClearLine) {
+    const auto refused = [&] { EXPECT_THROW(build_client_model(model, scene, options), InputError); };
+    const ClientModelOptions good = options;
+    options.error_rad = 0;
+    refused();
+    options.error_rad = std::nan("");
+    refused();
+    options = good;
+    options.silhouette_rad = 0.5 * good.error_rad;
+    refused();
+    options = good;
+    scene.lean_m = 0;
+    options.ipd_m = 0;
+    refused();
+    options = good;
+    scene.camera_path = {};
+    refused();
+}
+
+}  // namespace
+}  // namespace equistream::test

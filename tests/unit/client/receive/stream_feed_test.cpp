@@ -1,0 +1,416 @@
+/// Streams as a client meets them: to their very last frame, and with tracks that are not ours or not of one recording.
+#include <client/receive/receive.h>
+#include <client/warp/engine.h>
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <numeric>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t first_index = 5, frame_count = 9;
+
+FrameInfo info(std::int64_t index, int width, int height) {
+    FrameInfo info;
+    info.index = index;
+    info.time_s = double(index) / 30;
+    info.camera = EquirectCamera{width, height, {}};
+    info.scene = "test";
+    return info;
+}
+
+/// Another grey for each frame, to tell them apart after coding; a small one is brighter by 20.
+std::uint8_t main_grey(std::int64_t index) {
+    return std::uint8_t(40 + 15 * (index - first_index));
+}
+
+class StreamFeeds : public testing::Test {
+protected:
+    void SetUp() override { fs::create_directories(folder_); }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    fs::path write(const std::string& name, bool length_is_known) const {
+        const fs::path file = folder_ / name;
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.gop = 4;
+        settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::small, 64, 64}};
+        settings.pictures = length_is_known ? std::uint32_t(frame_count) : 0;
+        StreamWriter writer(file.string(), settings);
+        for (std::int64_t index = first_index; index < first_index + frame_count; ++index) {
+            const std::uint8_t grey = main_grey(index);
+            writer.write(TrackRole::main, ByteImage(128, 64, 3, grey).view(), info(index, 128, 64));
+            writer.write(TrackRole::small, ByteImage(64, 64, 3, std::uint8_t(grey + 20)).view(), info(index, 64, 64));
+        }
+        writer.finish();
+        return file;
+    }
+
+    /// Makes our frame data of some tracks unknown to us: the video is somebody else's then. `first` and `last` count
+    /// the track's pictures in coded order.
+    static void disown(const fs::path& file, std::initializer_list<TrackRole> tracks, std::int64_t first = 0,
+                       std::int64_t last = frame_count - 1) {
+        std::ifstream in(file, std::ios::binary);
+        std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+        int disowned = 0;
+        for (const TrackRole role : tracks) {
+            // UUID, version and size, then the role; written beside one another, so their bytes stand together.
+            const auto payload = encode_frame_info(role, info(0, 2, 2));
+            const auto uuid_end = payload.begin() + 16;
+            std::int64_t picture = -1;
+            for (auto at = bytes.begin();; ++at) {
+                at = std::search(at, bytes.end(), payload.begin(), uuid_end,
+                                 [](char byte, std::uint8_t of_ours) { return std::uint8_t(byte) == of_ours; });
+                if (at == bytes.end())
+                    break;
+                if (std::uint8_t(at[20]) != payload[20] || ++picture < first || picture > last)
+                    continue;
+                *at ^= 0x55;
+                ++disowned;
+            }
+        }
+        EXPECT_EQ(disowned, (last - first + 1) * std::int64_t(tracks.size()));
+        std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+    }
+
+    fs::path folder_ = fs::temp_directory_path() / ("equistream_stream_feeds_" + std::to_string(::getpid()));
+};
+
+TEST_F(StreamFeeds, TheLastFrameComesWithItsSmallPictureToo) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts"})
+        for (const bool length_is_known : {true, false}) {
+            SCOPED_TRACE(std::string(name) + (length_is_known ? "" : ", length not known"));
+            const auto feed = open_feed(write(name, length_is_known).string());
+            std::int64_t expected = first_index;
+            while (const auto frame = feed->next()) {
+                EXPECT_EQ(frame->main.info.index, expected);
+                EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(expected), 3);
+                ASSERT_TRUE(frame->small);
+                EXPECT_EQ(frame->small->info.index, expected);
+                EXPECT_NEAR(frame->small->rgb.pixel(32, 32)[1], main_grey(expected) + 20, 3);
+                ++expected;
+            }
+            EXPECT_EQ(expected, first_index + frame_count);
+            EXPECT_EQ(feed->truncation(), "");
+            EXPECT_FALSE(feed->next()) << "after the end";
+        }
+}
+
+TEST_F(StreamFeeds, TheLastFrameAloneCanBeAskedFor) {
+    constexpr std::int64_t last = first_index + frame_count - 1;
+    const auto feed = open_feed(write("a.mkv", true).string(), {.first_frame = last, .last_frame = last});
+    const auto frame = feed->next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->main.info.index, last);
+    EXPECT_TRUE(frame->small);
+    EXPECT_FALSE(feed->next());
+    EXPECT_EQ(feed->truncation(), "");
+}
+
+TEST_F(StreamFeeds, JumpsBringWholeFrames) {
+    for (const char* name : {"a.mkv", "a.mp4", "a.ts"}) {
+        const auto feed = open_feed(write(name, true).string());
+        EXPECT_FALSE(feed->is_live());
+        ASSERT_TRUE(feed->next());
+        for (const std::int64_t wanted : {11, 6, 13, 5, 9}) {
+            SCOPED_TRACE(std::string(name) + " to " + std::to_string(wanted));
+            ASSERT_TRUE(feed->seek(wanted));
+            std::int64_t expected = wanted;
+            while (const auto frame = feed->next()) {
+                EXPECT_EQ(frame->main.info.index, expected);
+                EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(expected), 3);
+                ASSERT_TRUE(frame->small);
+                EXPECT_EQ(frame->small->info.index, expected);
+                ++expected;
+            }
+            EXPECT_EQ(expected, first_index + frame_count);
+            EXPECT_EQ(feed->truncation(), "");
+        }
+        ASSERT_TRUE(feed->seek(first_index + frame_count));
+        EXPECT_FALSE(feed->next());
+    }
+}
+
+/// Frames of foreign video are numbered as they are shown, wherever one jumps to.
+TEST_F(StreamFeeds, JumpsInForeignVideoCountOn) {
+    const fs::path file = write("a.mkv", true);
+    disown(file, {TrackRole::main, TrackRole::small});
+    const auto feed = open_feed(file.string());
+    ASSERT_EQ(feed->next()->main.info.index, 0);
+    for (const std::int64_t wanted : {6, 2, 0, 8}) {
+        ASSERT_TRUE(feed->seek(wanted));
+        for (std::int64_t expected = wanted; expected < frame_count; ++expected) {
+            const auto frame = feed->next();
+            ASSERT_TRUE(frame) << wanted;
+            EXPECT_EQ(frame->main.info.index, expected);
+            EXPECT_NEAR(frame->main.info.time_s, double(expected) / 30, 1e-6);
+            EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(first_index + expected), 4);
+        }
+        EXPECT_FALSE(feed->next());
+        EXPECT_EQ(feed->truncation(), "");
+    }
+}
+
+TEST_F(StreamFeeds, PatchesAreOfMainsSphere) {
+    for (const int sphere_width : {128, 16384}) {
+        SCOPED_TRACE(sphere_width);
+        const fs::path file = folder_ / "patches.mkv";
+        StreamSettings settings;
+        settings.preset = "ultrafast";
+        settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::patches, 64, 64}};
+        StreamWriter writer(file.string(), settings);
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), info(first_index, 128, 64));
+        FrameInfo atlas = info(first_index, sphere_width, sphere_width / 2);
+        atlas.patches.emplace();
+        atlas.patches->sphere_width = sphere_width;
+        atlas.patches->sphere_height = sphere_width / 2;
+        atlas.patches->offsets_m = {{0.02, 0, 0}};
+        atlas.patches->columns = atlas.patches->rows = 4;
+        atlas.patches->slots.assign(16, {0, 3, 2, true});
+        writer.write(TrackRole::patches, ByteImage(64, 64, 3, 99).view(), atlas);
+        writer.finish();
+        const auto feed = open_feed(file.string());
+        if (sphere_width == 128) {
+            EXPECT_TRUE(feed->next()->patches);
+            continue;
+        }
+        try {
+            feed->next();
+            ADD_FAILURE() << "would be looked up in a sphere of a size that no picture has";
+        } catch (const WorkError& error) {
+            EXPECT_EQ(std::string(error.what()), file.string() + ": frame " + std::to_string(first_index) +
+                                                     " of patches: expected the sphere of its main picture, 128x64, "
+                                                     "found 16384x8192");
+        }
+    }
+}
+
+TEST_F(StreamFeeds, NoJumpsWhileAThreadReadsAhead) {
+    const auto feed = open_feed(write("a.mkv", true).string(), {.frames_ahead = 2});
+    ASSERT_TRUE(feed->next());
+    EXPECT_FALSE(feed->seek(7));
+}
+
+TEST_F(StreamFeeds, MirrorsComeWithTheMainPictureWhereAskedFor) {
+    const fs::path file = folder_ / "mirrors.mkv";
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::images, 128, 64, DepthCodeId::w10}};
+    FloatImage image_m(128, 64, 1, std::nanf(""));
+    for (int y = 0; y < 64; ++y)
+        std::fill_n(image_m.pixel(0, y), 64, 2.0f);
+    StreamWriter writer(file.string(), settings);
+    for (std::int64_t index = first_index; index < first_index + 2; ++index) {
+        FrameInfo with_code = info(index, 128, 64);
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), with_code);
+        with_code.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
+        writer.write_depth(TrackRole::images, image_m.view(), with_code);
+    }
+    writer.finish();
+    for (const bool depth : {false, true})
+        for (const bool specular : {false, true}) {
+            SCOPED_TRACE(std::to_string(depth) + std::to_string(specular));
+            const auto feed = open_feed(file.string(), {.depth = depth, .specular = specular});
+            int frames = 0;
+            while (const auto frame = feed->next()) {
+                ++frames;
+                ASSERT_EQ(frame->main.specular.empty(), !specular);
+                ASSERT_EQ(frame->main.virtual_depth_m.empty(), !specular);
+                if (!specular)
+                    continue;
+                EXPECT_EQ(*frame->main.specular.pixel(20, 30), 1);
+                EXPECT_NEAR(*frame->main.virtual_depth_m.pixel(20, 30), 2, 0.02);
+                EXPECT_EQ(*frame->main.specular.pixel(100, 30), 0);
+            }
+            EXPECT_EQ(frames, 2);
+        }
+}
+
+TEST_F(StreamFeeds, ASecondTrackOfSomebodyElsesVideoIsNoSecondEye) {
+    const fs::path file = write("a.mkv", true);
+    disown(file, {TrackRole::main, TrackRole::small});
+    const auto feed = open_feed(file.string());
+    std::int64_t expected = 0;
+    while (const auto frame = feed->next()) {
+        EXPECT_FALSE(frame->posed);
+        EXPECT_FALSE(frame->small);
+        EXPECT_EQ(frame->main.info.index, expected) << "pictures are numbered as they come";
+        EXPECT_EQ(frame->main.rgb.width(), 128);
+        EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(first_index + expected), 3);
+        ++expected;
+    }
+    EXPECT_EQ(expected, frame_count);
+}
+
+TEST_F(StreamFeeds, TracksThatDoNotBelongTogetherAreNotPaired) {
+    const fs::path small_is_foreign = write("a.mkv", true), main_is_foreign = write("b.mkv", true);
+    disown(small_is_foreign, {TrackRole::small});
+    disown(main_is_foreign, {TrackRole::main});
+    for (const fs::path& file : {small_is_foreign, main_is_foreign}) {
+        const auto feed = open_feed(file.string());
+        std::int64_t frames = 0;
+        while (const auto frame = feed->next()) {
+            EXPECT_EQ(frame->posed, file == small_is_foreign);
+            EXPECT_EQ(frame->main.rgb.width(), 128);
+            EXPECT_FALSE(frame->small) << file << ", frame " << frame->main.info.index;
+            ++frames;
+        }
+        EXPECT_EQ(frames, frame_count) << file;
+    }
+}
+
+TEST_F(StreamFeeds, APictureThatLostItsDataIsDroppedAndTheRestIsStillOurs) {
+    struct Case {
+        TrackRole role;
+        std::int64_t first, last;
+    };
+    for (const Case& lost : {Case{TrackRole::main, 4, 4}, Case{TrackRole::small, 4, 4}, Case{TrackRole::main, 0, 0},
+                             Case{TrackRole::small, 0, 0}, Case{TrackRole::main, 0, 2}}) {
+        SCOPED_TRACE(std::string(track_name(lost.role)) + " from " + std::to_string(lost.first));
+        const fs::path file = write("a.mkv", true);
+        disown(file, {lost.role}, lost.first, lost.last);
+        const auto feed = open_feed(file.string());
+        std::int64_t frames = 0, small = 0, earlier = -1;
+        while (const auto frame = feed->next()) {
+            EXPECT_TRUE(frame->posed);
+            EXPECT_GT(frame->main.info.index, earlier);
+            earlier = frame->main.info.index;
+            EXPECT_NEAR(frame->main.rgb.pixel(64, 32)[1], main_grey(earlier), 3);
+            ++frames;
+            small += frame->small.has_value();
+        }
+        const std::int64_t count = lost.last - lost.first + 1;
+        EXPECT_EQ(frames, frame_count - (lost.role == TrackRole::main ? count : 0));
+        EXPECT_EQ(small, frame_count - count);
+        EXPECT_NE(feed->truncation(), "") << "what is missing is said";
+    }
+}
+
+TEST_F(StreamFeeds, AShortVideoOfSomebodyElseIsNotLost) {
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 128, 64}};
+    const fs::path file = folder_ / "short.mkv";
+    StreamWriter writer(file.string(), settings);
+    for (const std::int64_t index : {0, 1})
+        writer.write(TrackRole::main, ByteImage(128, 64, 3, 90).view(), info(index, 128, 64));
+    writer.finish();
+    disown(file, {TrackRole::main}, 0, 1);
+    const auto feed = open_feed(file.string());
+    for (const std::int64_t index : {0, 1}) {
+        const auto frame = feed->next();
+        ASSERT_TRUE(frame);
+        EXPECT_FALSE(frame->posed);
+        EXPECT_EQ(frame->main.info.index, index);
+    }
+    EXPECT_FALSE(feed->next());
+}
+
+/// Mean of 255.
+int brightness_of(const ReceivedPicture& picture) {
+    double sum = 0;
+    const auto add = [&](const auto& plane, double scale) {
+        for (int y = 0; y < picture.height(); ++y)
+            for (int x = 0; x < picture.width(); ++x)
+                sum += scale * plane.pixel(x, y)[0];
+    };
+    if (!picture.rgb.empty())
+        add(picture.rgb.view(), 1);
+    else if (!picture.yuv.empty())
+        add(picture.yuv.planes.y, 1);
+    else
+        add(picture.pq.planes.y, 255.0 / 1023);
+    return int(sum / (picture.width() * picture.height()));
+}
+
+/// Both eyes in each picture: each is a full sphere of its own size.
+TEST_F(StreamFeeds, OfOtherPeoplesStereoVideoBothEyesCome) {
+    struct Case {
+        StereoPacking packing;
+        Transfer transfer;
+        int width, height;
+    };
+    for (const auto& [packing, transfer, width, height] : {Case{StereoPacking::top_bottom, Transfer::srgb, 128, 128},
+                                                           {StereoPacking::side_by_side, Transfer::srgb, 256, 64},
+                                                           {StereoPacking::top_bottom, Transfer::pq, 128, 128},
+                                                           {StereoPacking::side_by_side, Transfer::pq, 256, 64}})
+        for (const char* name : {"both.mkv", "both.mp4"}) {
+            SCOPED_TRACE(std::string(name) + " " + std::to_string(int(packing)) + " " + std::to_string(int(transfer)));
+            StreamSettings settings;
+            settings.preset = "ultrafast";
+            settings.transfer = transfer;
+            settings.stereo = packing;
+            settings.tagged = false;
+            settings.tracks = {{TrackRole::main, width, height}};
+            const fs::path file = folder_ / name;
+            StreamWriter writer(file.string(), settings);
+            ByteImage both(width, height, 3, 200);
+            FloatImage both_pq(width, height, 3, 0.6f);
+            for (int y = 0; y < 64; ++y) {
+                std::fill_n(both.pixel(0, y), 3 * 128, std::uint8_t(60));
+                std::fill_n(both_pq.pixel(0, y), 3 * 128, 0.3f);
+            }
+            for (const std::int64_t index : {0, 1, 2, 3, 4, 5})
+                if (transfer == Transfer::pq)
+                    writer.write_pq(TrackRole::main, both_pq.view(), info(index, width, height));
+                else
+                    writer.write(TrackRole::main, both.view(), info(index, width, height));
+            writer.finish();
+            for (const bool planes : {false, true}) {
+                const auto feed = open_feed(file.string(), {.yuv = planes, .pq = planes});
+                int frames = 0;
+                while (const auto frame = feed->next()) {
+                    ++frames;
+                    EXPECT_FALSE(frame->posed);
+                    ASSERT_TRUE(frame->right);
+                    int brightness[2] = {};
+                    for (const ReceivedPicture* eye : {&frame->main, &*frame->right}) {
+                        ASSERT_EQ(eye->width(), 128);
+                        ASSERT_EQ(eye->height(), 64);
+                        EXPECT_TRUE(same_camera(eye->info.camera, EquirectCamera{128, 64, {}}));
+                        ASSERT_EQ(eye->rgb.empty(), planes);
+                        brightness[eye != &frame->main] = brightness_of(*eye);
+                    }
+                    EXPECT_GT(brightness[1], brightness[0] + 60);
+                }
+                EXPECT_EQ(frames, 6);
+            }
+        }
+}
+
+TEST_F(StreamFeeds, BytesAreThoseOfTheFramesThatWereGiven) {
+    const std::string file = write("a.mkv", true).string();
+    std::map<TrackRole, std::vector<std::int64_t>> bytes;
+    StreamReader reader(file);
+    while (const auto picture = reader.next())
+        bytes[picture->role].push_back(picture->bytes);
+    for (const StreamTrackSummary& track : reader.tracks()) {
+        const auto& of_pictures = bytes.at(track.role);
+        EXPECT_EQ(std::accumulate(of_pictures.begin(), of_pictures.end(), std::int64_t{0}), track.bytes);
+        EXPECT_GT(of_pictures[0], of_pictures[2]) << "a key frame, then one that is told from it";
+    }
+    const auto feed = open_feed(file, {.first_frame = first_index + 1, .last_frame = first_index + 3});
+    while (feed->next()) {
+    }
+    ASSERT_EQ(feed->tracks().size(), 2u);
+    for (const FeedTrack& track : feed->tracks()) {
+        const auto& all = bytes.at(track.name == "main" ? TrackRole::main : TrackRole::small);
+        EXPECT_EQ(track.pictures, 3);
+        EXPECT_EQ(track.bytes, all[1] + all[2] + all[3]) << track.name;
+    }
+}
+
+}  // namespace
+}  // namespace equistream::test

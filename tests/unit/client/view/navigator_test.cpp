@@ -1,0 +1,107 @@
+#include <client/view/navigator.h>
+
+#include <equistream/conventions.h>
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+
+namespace equistream::test {
+namespace {
+
+Steering holding(std::initializer_list<Action> actions) {
+    Steering steering;
+    for (const Action action : actions)
+        steering.held.set(std::size_t(action));
+    return steering;
+}
+
+/// So long, in refreshes of that length.
+void hold(Navigator& navigator, const Steering& steering, double seconds, double refresh_s) {
+    for (double t = 0; t < seconds - 1e-9; t += refresh_s)
+        navigator.steer(steering, refresh_s);
+}
+
+void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
+    EXPECT_LT(glm::distance(a, b), tolerance) << a.x << ' ' << a.y << ' ' << a.z;
+}
+
+TEST(Navigator, TurnsAtItsSpeedWhateverTheRefreshRate) {
+    for (const double refresh_s : {1 / 240.0, 1 / 60.0, 0.1}) {
+        Navigator navigator;
+        hold(navigator, holding({Action::turn_left, Action::turn_up}), 1, refresh_s);
+        EXPECT_NEAR(navigator.yaw_rad(), Navigator::turn_rad_per_s, 1e-6);
+        EXPECT_NEAR(navigator.pitch_rad(), Navigator::turn_rad_per_s, 1e-6);
+    }
+}
+
+/// Left is +X's other side: the head then looks along -X.
+TEST(Navigator, LeftAndUpAreWhereTheyShouldBe) {
+    Navigator navigator;
+    Steering drag;
+    drag.drag_yaw_rad = pi / 2;
+    navigator.steer(drag, 0);
+    expect_near(navigator.head({}).orientation * glm::dvec3(0, 0, -1), {-1, 0, 0}, 1e-12);
+    drag = {};
+    drag.drag_pitch_rad = pi / 4;
+    navigator.steer(drag, 0);
+    expect_near(navigator.head({}).orientation * glm::dvec3(0, 0, -1), {-std::sqrt(0.5), std::sqrt(0.5), 0}, 1e-12);
+}
+
+TEST(Navigator, NobodyLooksOverTheTop) {
+    Navigator navigator;
+    hold(navigator, holding({Action::turn_down}), 10, 0.1);
+    EXPECT_DOUBLE_EQ(navigator.pitch_rad(), -pi / 2);
+    hold(navigator, holding({Action::turn_left}), 10, 0.1);
+    EXPECT_LE(std::abs(navigator.yaw_rad()), pi);
+}
+
+TEST(Navigator, MovesWhereItLooksOnTheLevelAndStartsSoftly) {
+    Navigator navigator;
+    Steering drag;
+    drag.drag_yaw_rad = pi / 2;
+    drag.drag_pitch_rad = 1;
+    navigator.steer(drag, 0);
+    hold(navigator, holding({Action::move_forward}), 1, 1e-3);
+    // Full speed but for the soft start, of which half is lost.
+    const double way = Navigator::move_m_per_s * (1 - Navigator::soft_start_s / 2);
+    expect_near(navigator.offset_m(), {-way, 0, 0}, 1e-3 * way);
+    const glm::dvec3 there = navigator.offset_m();
+    hold(navigator, {}, 1, 1e-3);
+    EXPECT_LT(glm::distance(navigator.offset_m(), there), Navigator::move_m_per_s * Navigator::soft_start_s);
+}
+
+TEST(Navigator, SticksDoWhatKeysDo) {
+    Navigator keys, sticks;
+    Steering steering;
+    steering.turn_x = -1;
+    steering.move_y = 1;
+    hold(keys, holding({Action::turn_left, Action::move_up}), 0.5, 0.01);
+    hold(sticks, steering, 0.5, 0.01);
+    EXPECT_NEAR(keys.yaw_rad(), sticks.yaw_rad(), 1e-12);
+    expect_near(keys.offset_m(), sticks.offset_m(), 1e-12);
+}
+
+/// Where a frame's own head is turned, so is what the viewer adds to it.
+TEST(Navigator, GoesAlongWithTheFramesHead) {
+    Navigator navigator;
+    hold(navigator, holding({Action::move_right}), 1, 0.01);
+    const Pose around{{1, 2, 3}, glm::angleAxis(pi / 2, glm::dvec3(0, 1, 0))};
+    const Pose head = navigator.head(around);
+    expect_near(head.position_m - around.position_m, {0, 0, -navigator.offset_m().x}, 1e-12);
+    navigator.centre();
+    EXPECT_EQ(navigator.head(around).position_m, around.position_m);
+}
+
+TEST(HeadBoxFading, IsNothingWithinAndAllFarOutside) {
+    EXPECT_EQ(head_box_fading(0.1, 0.13), 0);
+    EXPECT_EQ(head_box_fading(0.13, 0.13), 0);
+    EXPECT_NEAR(head_box_fading(0.13 + 0.125, 0.13), 0.5, 1e-12);
+    EXPECT_EQ(head_box_fading(0.5, 0.13), 1);
+    EXPECT_NEAR(head_box_fading(2.5, 2), 0.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace equistream::test

@@ -1,0 +1,379 @@
+/// What is shown when: of a folder, on a time that the test makes up, and of a server that stalls, goes and comes back.
+#include "frames_folder.h"
+#include "paced_server.h"
+
+#include <client/playback/playback.h>
+
+#include <equistream/error.h>
+#include <equistream/stream.h>
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <functional>
+#include <numeric>
+#include <vector>
+
+namespace equistream::test {
+namespace {
+
+constexpr double refresh_s = 1.0 / 90;
+
+struct Refresh {
+    double now_s;
+    double time_s;
+    std::int64_t shown;  ///< index of the frame; -1: none so far
+    ClockState state;
+    bool is_over;
+};
+
+class RecordedPlayback : public FramesFolder {
+protected:
+    /// Time that the test makes up goes on by refreshes; reading takes the time that it takes.
+    std::vector<Refresh> watch(Playback& playback, const std::function<bool(const Refresh&)>& until) {
+        std::vector<Refresh> seen;
+        for (int i = 0; i < 20000; ++i, now_s_ += refresh_s, doze()) {
+            const Playback::Moment moment = playback.refresh(now_s_);
+            if (moment.frame)
+                shown_ = moment.frame->main.info.index;
+            seen.push_back({now_s_, playback.time_s(), shown_, playback.state(), moment.is_over});
+            if (until(seen.back()))
+                return seen;
+        }
+        ADD_FAILURE() << "nothing came of it within 20 s";
+        return seen;
+    }
+    static std::vector<std::int64_t> frames_of(const std::vector<Refresh>& seen) {
+        std::vector<std::int64_t> frames;
+        for (const Refresh& refresh : seen)
+            if (frames.empty() || frames.back() != refresh.shown)
+                frames.push_back(refresh.shown);
+        return frames;
+    }
+    static std::vector<std::int64_t> range(std::int64_t first, std::int64_t last) {
+        std::vector<std::int64_t> all(std::size_t(last - first + 1));
+        std::iota(all.begin(), all.end(), first);
+        return all;
+    }
+
+    double now_s_ = 3;
+    std::int64_t shown_ = -1;
+};
+
+TEST_F(RecordedPlayback, ShowsEveryFrameInItsTurnAndThenIsOver) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(seen.front().shown, 0) << "the first refresh has something to show";
+    EXPECT_EQ(frames_of(seen), range(0, frame_count - 1));
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+        ASSERT_GE(seen[i].time_s, seen[i - 1].time_s) << i;
+        // Never faster than its own pace by more than it takes to come level after the start.
+        ASSERT_LE(seen[i].time_s - seen[i - 1].time_s, 1.5 * refresh_s) << i;
+        ASSERT_GE(seen[i].time_s + 1e-6, double(seen[i].shown) * interval_s) << i;
+        ASSERT_LT(seen[i].time_s, double(seen[i].shown + 1) * interval_s + refresh_s) << i;
+    }
+    EXPECT_FALSE(playback.refresh(now_s_ + refresh_s).is_over) << "said once";
+}
+
+/// All of a short one is read before its time begins: then nothing waits, and it plays at the pace of its frames.
+TEST_F(RecordedPlayback, KeepsThePaceOfItsFrames) {
+    for (int index = 3; index < frame_count; ++index)
+        std::filesystem::remove(folder / "centre" / frame_file_name(index));
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    watch(playback, [&](const Refresh&) { return loader.state().ended; });
+    playback.play();
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    // Three intervals of three refreshes each, and at most 0.1 s to come up to speed.
+    EXPECT_GE(seen.size(), 9U);
+    EXPECT_LE(seen.size(), 18U);
+}
+
+/// Slower than a frame a second too: the last one is shown as long as the others.
+TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder / "centre");
+    for (const int index : {0, 1}) {
+        Frame frame;
+        frame.info.index = index;
+        frame.info.frames_per_second = 0.5;
+        frame.info.time_s = 2 * index;
+        frame.info.camera = EquirectCamera{32, 16, {}};
+        frame.planes["colour"] = FloatImage(32, 16, 4, 0.1f);
+        write_exr(folder / "centre" / frame_file_name(index), frame);
+    }
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    watch(playback, [&](const Refresh&) { return loader.state().ended; });
+    playback.play();
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_NEAR(double(seen.size()) * refresh_s, 4, 0.2);
+}
+
+/// Between frames what moves goes on with time; a frame that was stepped to is shown as it is.
+TEST_F(RecordedPlayback, WhatMovesIsLaterThanItsFrameAsTimeIs) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
+    double most_s = 0;
+    watch(playback, [&](const Refresh& refresh) {
+        const double later_s = playback.later_s(0.2, 0.03);
+        EXPECT_NEAR(later_s, std::max(0.0, refresh.time_s - double(refresh.shown) * interval_s), 1e-9);
+        most_s = std::max(most_s, later_s);
+        return refresh.shown == 4;
+    });
+    EXPECT_GT(most_s, 0.4 * interval_s);
+    playback.pause();
+    playback.seek(2 * interval_s);
+    watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+    EXPECT_EQ(playback.later_s(0.2), 0);
+}
+
+TEST_F(RecordedPlayback, TimeWaitsForReadingAndRushesNothingAfterIt) {
+    std::atomic<int> allowed = 2;
+    FrameLoader loader(folder.string(), {.left_out = [&] {
+                           while (allowed <= 0)
+                               doze();
+                           return --allowed, TrackRoles{};
+                       }});
+    Playback playback(loader);
+    int waited = 0;
+    watch(playback, [&](const Refresh& refresh) { return refresh.shown == 1 && ++waited > 200; });
+    EXPECT_LE(playback.time_s(), 2 * interval_s + 1e-6);
+    allowed = frame_count;
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(frames_of(seen), range(1, frame_count - 1));
+    for (std::size_t i = 1; i < seen.size(); ++i)
+        ASSERT_LE(seen[i].time_s - seen[i - 1].time_s, 1.5 * refresh_s) << i;
+}
+
+TEST_F(RecordedPlayback, PausesStepsAndJumps) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    watch(playback, [&](const Refresh& refresh) { return refresh.now_s > 4; });
+    EXPECT_EQ(shown_, 0);
+    EXPECT_EQ(playback.time_s(), 0);
+    EXPECT_FALSE(playback.is_moving());
+    for (const std::int64_t next : {1, 2, 3}) {
+        playback.step();
+        EXPECT_TRUE(playback.is_moving());
+        watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+        EXPECT_EQ(shown_, next);
+        EXPECT_NEAR(playback.time_s(), double(next) * interval_s, 1e-9);
+    }
+    playback.seek(1 * interval_s);
+    watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+    EXPECT_EQ(shown_, 1);
+    playback.seek(8 * interval_s);
+    playback.play();
+    const auto seen = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(frames_of({seen.begin() + 1, seen.end()}).back(), frame_count - 1);
+    EXPECT_FALSE(std::ranges::any_of(seen, [](const Refresh& r) { return r.shown > 1 && r.shown < 8; }));
+    playback.pause();
+    playback.play();  // what is over begins anew
+    const auto again = watch(playback, [](const Refresh& refresh) { return refresh.is_over; });
+    EXPECT_EQ(frames_of(again), ([&] {
+                  auto all = range(0, frame_count - 1);
+                  if (again.front().shown == frame_count - 1)
+                      all.insert(all.begin(), frame_count - 1);
+                  return all;
+              }()));
+    playback.seek(100);
+    EXPECT_TRUE(watch(playback, [](const Refresh& refresh) { return refresh.is_over; }).back().is_over);
+}
+
+TEST_F(RecordedPlayback, AFailureComesAfterWhatCouldBeReadAndPauses) {
+    std::ofstream(folder / "centre" / frame_file_name(3)) << "no picture";
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
+    EXPECT_THROW(watch(playback, [](const Refresh&) { return false; }), std::exception);
+    EXPECT_EQ(shown_, 2);
+    EXPECT_TRUE(playback.is_paused());
+    EXPECT_EQ(playback.refresh(now_s_ + refresh_s).frame, nullptr);
+}
+
+class LivePlayback : public RecordedPlayback {
+protected:
+    static constexpr int pictures = 24;
+    std::vector<std::vector<char>> parts = coded(pictures);
+    PoseSender poses;
+
+    /// In real time, as servers are.
+    std::vector<Refresh> watch_live(FrameLoader& loader, Playback& playback,
+                                    const std::function<bool(const Refresh&)>& until) {
+        std::vector<Refresh> seen;
+        for (int i = 0; i < 60000; ++i, doze()) {
+            const double now_s = loader.now_s();
+            const Playback::Moment moment = playback.refresh(now_s);
+            if (moment.frame)
+                shown_ = moment.frame->main.info.index;
+            seen.push_back({now_s, playback.time_s(), shown_, playback.state(), moment.is_over});
+            if (until(seen.back()))
+                return seen;
+        }
+        ADD_FAILURE() << "nothing came of it within a minute";
+        return seen;
+    }
+    /// Never back, and forward at most as fast as the clock may; a refresh that was held up for a second is a cut.
+    static void expect_calm(const std::vector<Refresh>& seen) {
+        const MediaClockOptions clock;
+        for (std::size_t i = 1; i < seen.size(); ++i) {
+            const double elapsed_s = seen[i].now_s - seen[i - 1].now_s;
+            ASSERT_GE(seen[i].time_s, seen[i - 1].time_s) << i;
+            ASSERT_GE(seen[i].shown, seen[i - 1].shown) << i;
+            if (elapsed_s < clock.pause_s) {
+                ASSERT_LE(seen[i].time_s - seen[i - 1].time_s, clock.max_rate * elapsed_s + 1e-9) << i;
+            }
+        }
+    }
+};
+
+TEST_F(LivePlayback, AStallIsCalmAndSoIsWhatComesAfterIt) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    ASSERT_TRUE(loader.is_live());
+    Playback playback(loader);
+    const auto before = watch_live(loader, playback, [](const Refresh& r) { return r.state == ClockState::stalled; });
+    expect_calm(before);
+    const double stalled_at_s = playback.time_s();
+    EXPECT_GT(playback.overdue_s(), 0);
+    EXPECT_GE(shown_, 1);
+    EXPECT_LT(shown_, pictures / 2);
+    EXPECT_EQ(playback.attempts(), 0) << "silent is not gone";
+    server.give(parts, pictures / 2, pictures);
+    server.close();
+    const auto after = watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    expect_calm(after);
+    EXPECT_GE(after.front().time_s, stalled_at_s);
+    EXPECT_EQ(shown_, pictures - 1);
+    EXPECT_TRUE(std::ranges::any_of(after, [](const Refresh& r) {
+        return r.shown > pictures / 2 && r.shown < pictures - 1;
+    })) << "what came after the stall is played, not cut to its end";
+}
+
+/// Where it is by now: ahead of the play-out delay by up to what is asked for, through the stall and after it, never
+/// back; what is seen later is later.
+TEST_F(LivePlayback, WhatMovesIsWhereItIsByNow) {
+    constexpr double most_ahead_s = 0.1;
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    std::vector<double> now_s, at_s, ahead_s;
+    const auto note = [&](const Refresh& r) {
+        if (r.shown < 0)
+            return;
+        const double later_s = playback.later_s(most_ahead_s);
+        now_s.push_back(r.now_s);
+        at_s.push_back(double(r.shown) / 30 + later_s);
+        ahead_s.push_back(at_s.back() - r.time_s);
+        EXPECT_GE(later_s, 0);
+        EXPECT_LE(ahead_s.back(), most_ahead_s + 1e-6);
+        EXPECT_GE(playback.later_s(most_ahead_s, 0.02), later_s);
+        EXPECT_NEAR(playback.later_s(0), later_s - ahead_s.back(), 1e-6) << "at least at the clock's own time";
+    };
+    watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.state == ClockState::stalled; });
+    EXPECT_NEAR(ahead_s.back(), most_ahead_s, 1e-6) << "as far ahead as it may be, once nothing comes";
+    server.give(parts, pictures / 2, pictures);
+    server.close();
+    watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.is_over; });
+    EXPECT_GT(*std::ranges::max_element(ahead_s), 0.05);
+    const MediaClockOptions clock;
+    for (std::size_t i = 1; i < at_s.size(); ++i) {
+        const double elapsed_s = now_s[i] - now_s[i - 1];
+        ASSERT_GE(at_s[i], at_s[i - 1] - 1e-6) << i;
+        if (elapsed_s < clock.pause_s) {
+            ASSERT_LE(at_s[i] - at_s[i - 1], clock.max_rate * elapsed_s + 0.01) << i;
+        }
+    }
+}
+
+TEST_F(LivePlayback, PausingStopsThePictureAndNotTheStream) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
+    playback.pause();
+    const std::int64_t paused_at = shown_;
+    server.give(parts, pictures / 2, pictures);
+    server.close();
+    watch_live(loader, playback, [&](const Refresh&) { return loader.state().ended; });
+    EXPECT_EQ(shown_, paused_at);
+    playback.play();
+    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_EQ(shown_, pictures - 1);
+}
+
+TEST_F(LivePlayback, AServerThatHasSentAllIsLeft) {
+    PacedServer server;
+    server.give(parts, 0, pictures);
+    FrameLoader loader(server.address(), {.poses = &poses});
+    Playback playback(loader);
+    watch_live(loader, playback, [](const Refresh& r) { return r.shown > 0; });
+    server.end();
+    EXPECT_TRUE(server.is_left());
+    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_EQ(shown_, pictures - 1);
+}
+
+/// Who reads is never made to wait then, and has to be asked to end all the same.
+TEST_F(LivePlayback, ANoiseWithoutEndIsLeft) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    std::vector<char> noise(1 << 16);
+    for (std::size_t i = 0; i < noise.size(); ++i)
+        noise[i] = char((i * 2654435761U) >> 13);
+    server.flood(noise);
+    const auto start = Clock::now();
+    {
+        FrameLoader loader(server.address(), {.poses = &poses});
+        for (int i = 0; i < 1000; ++i)
+            doze();
+        EXPECT_FALSE(loader.state().ended);
+    }
+    EXPECT_LT(seconds_since(start), 15);
+}
+
+/// After ten seconds; the paths of a network may have vanished without a word.
+TEST_F(LivePlayback, AServerThatFallsSilentIsAskedAgain) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    const auto start = Clock::now();
+    watch_live(loader, playback, [&](const Refresh&) { return playback.attempts() > 0; });
+    EXPECT_GT(seconds_since(start), 9);
+    EXPECT_FALSE(loader.state().ended);
+    server.close();
+    server.give(parts, 0, pictures);
+    server.close();
+    watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_EQ(shown_, pictures - 1);
+}
+
+TEST_F(LivePlayback, AServerThatIsLostIsAskedAgain) {
+    PacedServer server;
+    server.give(parts, 0, pictures / 2);
+    server.close();
+    FrameLoader loader(server.address(), {});
+    Playback playback(loader);
+    watch_live(loader, playback, [&](const Refresh&) { return playback.attempts() > 1; });
+    EXPECT_GE(shown_, 0) << "the last frame stays";
+    const std::int64_t lost_at = shown_;
+    EXPECT_LT(lost_at, pictures / 2);
+    EXPECT_FALSE(loader.state().ended);
+    // It begins anew, with frames that were seen: a reel of their own.
+    const auto lost_reel = loader.state().reel;
+    server.give(parts, 0, pictures);
+    server.close();
+    const auto seen = watch_live(loader, playback, [](const Refresh& r) { return r.is_over; });
+    EXPECT_NE(loader.state().reel, lost_reel);
+    EXPECT_EQ(playback.attempts(), 0);
+    EXPECT_EQ(shown_, pictures - 1);
+    EXPECT_TRUE(std::ranges::any_of(seen, [](const Refresh& r) { return r.shown == 0; }));
+}
+
+}  // namespace
+}  // namespace equistream::test

@@ -1,0 +1,93 @@
+#include <client/warp/hiding_surface.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace equistream::test {
+namespace {
+
+constexpr DepthAgreement agreement{0.1f, 1e-3f};
+/// The tolerance as samples have it: w over B.
+constexpr float budget = agreement.tolerance / agreement.box_radius_m;
+
+/// Of a function of column and row, 0 at the first of the inner four.
+std::array<float, 16> sampled(const std::function<float(float, float)>& over_reach) {
+    std::array<float, 16> samples;
+    for (int i = 0; i < 16; ++i)
+        samples[std::size_t(i)] = over_reach(float(i % 4 - 1), float(i / 4 - 1));
+    return samples;
+}
+
+TEST(HidingSurface, APlaneHidesWhatLiesBehindItByMoreThanTwoBudgets) {
+    // Steep: its samples are a hundred budgets apart.
+    const auto plane = [](float x, float y) { return 1 + 100 * budget * x - 70 * budget * y; };
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int i = 0; i < 200; ++i) {
+        const float s = uniform(random), t = uniform(random), here = plane(s, t);
+        EXPECT_TRUE(surface_hides(agreement, sampled(plane), s, t, here - 2.01f * budget));
+        EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here - 1.99f * budget));
+        EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here)) << "on it";
+        EXPECT_FALSE(surface_hides(agreement, sampled(plane), s, t, here + 50 * budget)) << "before it";
+    }
+}
+
+TEST(HidingSurface, WhatBendsIsGivenWhatInterpolationMayBeOffBy) {
+    // Second differences of two budgets along both axes.
+    const auto bowl = [](float x, float y) { return 1 + budget * (x * x + y * y); };
+    const float interpolated = 1 + budget, half = 0.5f;
+    EXPECT_FALSE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 3.9f * budget));
+    EXPECT_TRUE(surface_hides(agreement, sampled(bowl), half, half, interpolated - 4.1f * budget));
+    const auto bent = [](float x, float) { return 1 + 5 * budget * x * x; };
+    EXPECT_FALSE(surface_hides(agreement, sampled(bent), half, half, 0)) << "bends too much to say anything";
+    const auto twisted = [](float x, float y) { return 1 + 9 * budget * x * y; };
+    EXPECT_FALSE(surface_hides(agreement, sampled(twisted), half, half, 0)) << "so does this";
+}
+
+/// The corner of a room, seen anywhere between samples: what lies in it is not hidden by what these interpolate to.
+TEST(HidingSurface, ACreaseHidesNothingThatLiesInIt) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int i = 0; i < 500; ++i) {
+        const float at = uniform(random), kink = 8 * budget * uniform(random), slope = budget * 40 * uniform(random);
+        const auto corner = [&](float x, float) { return 1 + slope * x + kink * std::max(x - at, 0.0f); };
+        for (const float s : {at, uniform(random)})
+            EXPECT_FALSE(surface_hides(agreement, sampled(corner), s, uniform(random), corner(s, 0) - 1.99f * budget));
+    }
+}
+
+TEST(HidingSurface, StepsAndUnknownSamplesHideNothing) {
+    for (int i = 0; i < 16; ++i) {
+        for (const float odd : {std::nanf(""), HUGE_VALF, 1 + 9 * budget}) {
+            std::array<float, 16> samples;
+            samples.fill(1);
+            EXPECT_TRUE(surface_hides(agreement, samples, 0.5f, 0.5f, 0));
+            samples[std::size_t(i)] = odd;
+            EXPECT_FALSE(surface_hides(agreement, samples, 0.5f, 0.5f, 0)) << i << " " << odd;
+        }
+    }
+}
+
+/// A sphere's samples go round and over its poles; the same surface hides everywhere.
+TEST(HidingSurface, GoesRoundTheSphere) {
+    const EquirectCamera camera{32, 16, {}};
+    const SourceGrid grid = source_grid(camera);
+    FloatImage depth_m(32, 16, 1, 2.0f);
+    const float behind = 1 / agreement.reach(3), on_it = 1 / agreement.reach(2);
+    for (const int x : {-1, 0, 15, 30, 31})
+        for (const int y : {-1, 0, 7, 14, 15}) {
+            const int u = (x << position_bits) + 40, v = (y << position_bits) + 90;
+            EXPECT_TRUE(surface_hides(agreement, grid, depth_m.view(), u, v, behind)) << x << " " << y;
+            EXPECT_FALSE(surface_hides(agreement, grid, depth_m.view(), u, v, on_it)) << x << " " << y;
+        }
+    // Beyond the upper pole, above column 3, lie columns 18 and 19 of the first rows.
+    depth_m.pixel(19, 1)[0] = 5;
+    EXPECT_FALSE(surface_hides(agreement, grid, depth_m.view(), 3 << position_bits, -(1 << position_bits), behind));
+    EXPECT_TRUE(surface_hides(agreement, grid, depth_m.view(), 10 << position_bits, -(1 << position_bits), behind));
+}
+
+}  // namespace
+}  // namespace equistream::test

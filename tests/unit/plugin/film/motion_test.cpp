@@ -1,0 +1,107 @@
+// Motion against closed forms: seam, poles, rotation, and points behind a perspective camera.
+#include <plugin/film/motion.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace equistream {
+namespace {
+
+const EquirectCamera sphere{360, 180, {}};  // one pixel is one degree
+
+Pose at(double x, double y, double z) {
+    return {{x, y, z}, glm::dquat(1, 0, 0, 0)};
+}
+
+Pose yawed(double degrees) {
+    return {{0, 0, 0}, glm::angleAxis(degrees * pi / 180, glm::dvec3(0, 1, 0))};
+}
+
+TEST(SphereMotion, camera_and_point_at_rest_is_none) {
+    const Motion motion(sphere, at(0, 0, 0), at(0, 0, 0));
+    for (int x = 0; x < 360; x += 7)
+        for (int y = 0; y < 180; ++y) {
+            const glm::dvec2 pixel(x + 0.5, y + 0.5);
+            EXPECT_LT(glm::length(motion.of_point(pixel, 3.0 * sphere.direction(pixel.x, pixel.y))), 1e-9);
+            EXPECT_LT(glm::length(motion.of_direction(pixel)), 1e-9);
+        }
+}
+
+TEST(SphereMotion, turning_the_camera_left_moves_everything_right) {
+    // A yaw of +10 degrees about +Y turns the camera to its left, so that what it sees moves right by 10 columns.
+    const Motion motion(sphere, yawed(0), yawed(10));
+    for (const double u : {0.5, 100.5, 355.5})
+        for (const double v : {0.5, 45.5, 90.0, 179.5}) {
+            const glm::dvec2 moved = motion.of_direction({u, v});
+            EXPECT_NEAR(moved.x, 10, 1e-9);
+            EXPECT_NEAR(moved.y, 0, 1e-9);
+        }
+}
+
+TEST(SphereMotion, takes_the_shortest_way_round_the_seam) {
+    // Straight behind is the seam. A point that passes from 179 degrees on the right to 179 on the left moves by +2.
+    const Motion motion(sphere, at(0, 0, 0), at(0, 0, 0));
+    const glm::dvec2 moved = motion.of_point({359, 90}, sphere.direction(1, 90));
+    EXPECT_NEAR(moved.x, 2, 1e-9);
+    EXPECT_NEAR(motion.of_point({1, 90}, sphere.direction(359, 90)).x, -2, 1e-9);
+}
+
+TEST(SphereMotion, is_finite_at_the_poles_and_on_the_camera) {
+    const Motion motion(sphere, at(0, 0, 0), at(1, 2, 3));
+    for (const glm::dvec3& point : {glm::dvec3(1, 9, 3), glm::dvec3(1, -9, 3), glm::dvec3(1, 2, 3)}) {
+        const glm::dvec2 moved = motion.of_point({0.5, 0.5}, point);
+        EXPECT_TRUE(std::isfinite(moved.x) && std::isfinite(moved.y));
+        EXPECT_LE(std::abs(moved.x), 180);
+        EXPECT_LE(std::abs(moved.y), 180);
+    }
+}
+
+TEST(SphereMotion, a_partial_range_has_no_seam) {
+    const EquirectCamera window{90, 45, {-pi / 4, pi / 4, -pi / 8, pi / 8}};
+    const Motion motion(window, at(0, 0, 0), at(0, 0, 0));
+    const glm::dvec2 moved = motion.of_point({0.5, 22.5}, window.direction(200.5, 22.5));
+    EXPECT_NEAR(moved.x, 200, 1e-9) << "out of the window, where the point is";
+}
+
+TEST(PerspectiveMotion, matches_similar_triangles) {
+    const PerspectiveCamera view{400, 300, pi / 2};  // f = 200
+    // One metre to the right at four metres' depth: 50 pixels to the left.
+    const Motion motion(view, at(0, 0, 0), at(1, 0, 0));
+    const glm::dvec2 moved = motion.of_point({200, 150}, {0, 0, -4});
+    EXPECT_NEAR(moved.x, -50, 1e-9);
+    EXPECT_NEAR(moved.y, 0, 1e-9);
+}
+
+TEST(PerspectiveMotion, points_behind_go_out_of_the_image_on_their_own_side) {
+    const PerspectiveCamera view{400, 300, pi / 2};
+    const Motion motion(view, at(0, 0, 0), at(0, 0, -10));
+    const double far = Motion::farther_px(view);
+    const glm::dvec2 centre(200, 150);
+    const auto target = [&](const glm::dvec3& point) { return motion.of_point({10, 20}, point) + glm::dvec2(10, 20); };
+    EXPECT_NEAR(glm::distance(target({1, 0, -5}), centre + far * glm::dvec2(1, 0)), 0, 1e-6);
+    EXPECT_NEAR(glm::distance(target({0, 2, -5}), centre + far * glm::dvec2(0, -1)), 0, 1e-6);
+    EXPECT_NEAR(glm::distance(target({0, 0, -5}), centre + far * glm::dvec2(1, 0)), 0, 1e-6) << "straight behind";
+    EXPECT_NEAR(glm::distance(target({-3, 0, -10}), centre + far * glm::dvec2(-1, 0)), 0, 1e-6) << "just beside";
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> anywhere(-20, 20);
+    for (int i = 0; i < 100000; ++i) {
+        const glm::dvec2 p = target({anywhere(random), anywhere(random), anywhere(random)});
+        ASSERT_LE(glm::distance(p, centre), far * (1 + 1e-12));
+    }
+}
+
+TEST(PerspectiveMotion, is_continuous_where_a_point_falls_beside_the_camera) {
+    const PerspectiveCamera view{400, 300, pi / 2};
+    const Motion motion(view, at(0, 0, 0), at(0, 0, 0));
+    glm::dvec2 last = motion.of_point({200, 150}, {1, 0.5, -0.2});
+    for (double z = -0.2; z < 0.2; z += 1e-5) {
+        const glm::dvec2 next = motion.of_point({200, 150}, {1, 0.5, z});
+        ASSERT_LT(glm::distance(last, next), 60);
+        last = next;
+    }
+}
+
+}  // namespace
+}  // namespace equistream

@@ -1,0 +1,196 @@
+#include <equistream/error.h>
+#include <programs/cli/did_you_mean.h>
+#include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
+#include <programs/cli/scratch_folder.h>
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <vector>
+
+namespace equistream::cli {
+namespace {
+
+TEST(Size, ReadsWidthAndHeight) {
+    const Size size = parse_size("960x480");
+    EXPECT_EQ(size.width, 960);
+    EXPECT_EQ(size.height, 480);
+}
+
+TEST(Size, RefusesWhatIsNoSize) {
+    for (const char* bad : {"", "960", "x480", "960x", "0x480", "-1x2", "960x480x2", "99999x2", "9e2x480", "960 x480"})
+        EXPECT_THROW(parse_size(bad), InputError) << bad;
+}
+
+TEST(Frames, ReadsRangesAndSingles) {
+    EXPECT_EQ(parse_frames("0-149").last, 149);
+    EXPECT_EQ(parse_frames("7").first, 7);
+    EXPECT_EQ(parse_frames("7").last, 7);
+}
+
+TEST(Frames, RefusesEmptyBackwardAndNegativeRanges) {
+    for (const char* bad : {"", "5-4", "-3", "-3-4", "3-", "a-b", "1-2-3", "0-99999999999"})
+        EXPECT_THROW(parse_frames(bad), InputError) << bad;
+}
+
+TEST(Seed, IsTakenExactlyOrRefused) {
+    const auto parse = [](std::vector<std::string> words) {
+        CLI::App app;
+        std::uint64_t seed = 1;
+        add_seed_option(app, seed, "A seed");
+        app.parse(words);
+        return seed;
+    };
+    EXPECT_EQ(parse({}), 1u);
+    EXPECT_EQ(parse({"18446744073709551615", "--seed"}), std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(parse({"0", "--seed"}), 0u);
+    for (const char* bad : {"18446744073709551616", "99999999999999999999", "-1", "1e3", "0x10", " 1", "", "1.5"})
+        EXPECT_THROW(parse({bad, "--seed"}), InputError) << bad;
+}
+
+TEST(Progress, RefusesUnknownStyles) {
+    EXPECT_THROW(parse_progress("loud"), InputError);
+}
+
+TEST(DidYouMean, NamesWhatIsNear) {
+    const std::vector<std::string> options = {"--frames", "--fps", "--size", "--spp", "--patch-side"};
+    EXPECT_EQ(nearest_word("--frame", options), "--frames");
+    EXPECT_EQ(nearest_word("--sise", options), "--size");
+    EXPECT_EQ(nearest_word("--psp", options), "--spp") << "two letters swapped are one mistake";
+    EXPECT_EQ(nearest_word("--patch", options), "--patch-side");
+    EXPECT_EQ(nearest_word("--nothing-like-it", options), "");
+    EXPECT_EQ(nearest_word("rendr", std::vector<std::string>{"encode", "render", "serve"}), "render");
+    EXPECT_EQ(did_you_mean("paint", std::vector<std::string>{"encode", "render", "serve"}), "");
+}
+
+TEST(Provenance, NamesCommandVersionAndMachine) {
+    const nlohmann::ordered_json made = provenance("equistream test --n 1");
+    EXPECT_EQ(made["command"], "equistream test --n 1");
+    EXPECT_FALSE(made["version"].get<std::string>().empty());
+    EXPECT_FALSE(made["machine"]["cpu"].get<std::string>().empty());
+    EXPECT_GE(made["machine"]["threads"], 1);
+}
+
+TEST(Command, IsQuotedForTheShell) {
+    std::vector<std::string> words = {"equistream", "a b", "it's", "--x=1"};
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    EXPECT_EQ(quoted_command(4, argv.data()), "equistream 'a b' 'it'\\''s' --x=1");
+}
+
+/// Runs a program with one option --n and returns its exit code; stderr goes to `errors`.
+int run(
+    std::vector<std::string> words, int& n, std::string& errors, const std::function<void()>& body = [] {}) {
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    testing::internal::CaptureStderr();
+    const int code = run_program(static_cast<int>(argv.size()), argv.data(), {"test", "A test.", "equistream test"},
+                                 [&](CLI::App& app) -> std::function<void()> {
+                                     app.add_option("--n", n, "A number");
+                                     return body;
+                                 });
+    errors = testing::internal::GetCapturedStderr();
+    return code;
+}
+
+TEST(Program, MapsErrorsToExitCodesAndOneLine) {
+    int n = 0;
+    std::string errors;
+    EXPECT_EQ(run({"p", "--n", "3"}, n, errors), exit_done);
+    EXPECT_EQ(n, 3);
+    EXPECT_EQ(errors, "");
+    EXPECT_EQ(run({"p", "--n", "x"}, n, errors), exit_usage);
+    EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+    EXPECT_EQ(run({"p", "--unknown"}, n, errors), exit_usage);
+    EXPECT_NE(errors.find("--unknown"), std::string::npos) << errors;
+    EXPECT_EQ(run({"p"}, n, errors, [] { throw InputError("scene.json:3: expected a,\nfound b\n"); }), exit_usage);
+    EXPECT_EQ(errors, "equistream test: scene.json:3: expected a, found b\n");
+    EXPECT_EQ(run({"p"}, n, errors, [] { throw WorkError("disk full"); }), exit_failed);
+}
+
+TEST(Program, ReadsSettingsAndRefusesUnknownKeys) {
+    const std::string file = testing::TempDir() + "settings.ini";
+    int n = 0;
+    std::string errors;
+    std::ofstream(file) << "n = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_done) << errors;
+    EXPECT_EQ(n, 5);
+    EXPECT_EQ(run({"p", "--settings", file, "--n", "6"}, n, errors), exit_done) << errors;
+    EXPECT_EQ(n, 6);
+    std::ofstream(file) << "# mine\nn = 4\nm = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":3: expected one of n, found 'm'\n");
+    std::ofstream(file) << "n = 4\n[other]\nn = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file +
+                          ":2: expected options outside any section but of a command's, found 'other'\n");
+    std::ofstream(file) << "n = 4\n[play]\nm = 5\nmethod = mesh\n[test]\nn = 7\n[encode]\ncrf = 20\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_done)
+        << "other commands' sections are theirs: " << errors;
+    EXPECT_EQ(n, 7);
+    std::ofstream(file) << "[play]\nm = 5\n[test]\nn = 7\nm = 5\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":5: expected one of n, found 'test.m'\n");
+    std::ofstream(file) << "help = true\n";
+    EXPECT_EQ(run({"p", "--settings", file}, n, errors), exit_usage);
+    EXPECT_EQ(errors, "equistream test: " + file + ":1: expected one of n, found 'help'\n");
+    EXPECT_EQ(run({"p", "--settings", file + ".missing"}, n, errors), exit_usage);
+}
+
+TEST(Program, AFileBeyondTheLimitOfSizesIsAnErrorAndNotTheEnd) {
+    const auto before = std::signal(SIGXFSZ, SIG_DFL);
+    int n = 0;
+    std::string errors;
+    EXPECT_EQ(run({"p"}, n, errors), exit_done);
+    EXPECT_EQ(std::signal(SIGXFSZ, before), SIG_IGN);
+}
+
+/// The folder that a process makes, fills and leaves to a signal.
+class InterruptedScratch : public testing::TestWithParam<int> {};
+
+TEST_P(InterruptedScratch, IsRemovedAndTheSignalEndsTheProcess) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        const ScratchFolder folder("test"), another("test");
+        std::filesystem::create_directory(folder.path() / "inner");
+        std::ofstream(folder.file("inner/a")) << "bytes";
+        const std::string names = folder.path().string() + "\n" + another.path().string() + "\n";
+        if (write(ends[1], names.data(), names.size()) != static_cast<ssize_t>(names.size()))
+            _exit(1);
+        for (;;)
+            pause();
+    }
+    std::string names;
+    while (std::count(names.begin(), names.end(), '\n') < 2) {
+        char c = 0;
+        ASSERT_EQ(read(ends[0], &c, 1), 1);
+        names += c;
+    }
+    close(ends[0]);
+    close(ends[1]);
+    kill(child, GetParam());
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == GetParam()) << status;
+    std::istringstream lines(names);
+    for (std::string name; std::getline(lines, name);)
+        EXPECT_FALSE(std::filesystem::exists(name)) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptedScratch, testing::Values(SIGINT, SIGTERM, SIGHUP));
+
+}  // namespace
+}  // namespace equistream::cli

@@ -1,0 +1,220 @@
+/// What equistream-encode makes of folders of frames, and what it says of those it cannot take.
+#include <tests/unit/plugin/stream/frame_info_matcher.h>
+#include <tests/unit/programs/programs_fixture.h>
+
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+
+namespace equistream::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What coding takes is said, and no video fails for want of a place to measure it.
+TEST_F(Programs, EncodeSaysWhatCodingTakesOrWhyItDoesNot) {
+    render("r/centre", 96, 64, 0, 9);
+    const std::string words = "encode '" + path("r") + "' --preset veryfast --crf 30 --json --out '";
+    const Ran ran = run(words + path("a.mkv") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    const auto loss = nlohmann::json::parse(ran.output)["coding_loss"];
+    EXPECT_EQ(loss["frames"], 8);
+    ASSERT_EQ(loss["by_texture"].size(), CodingLoss::textures.size());
+    const auto described = nlohmann::json::parse(run("info '" + path("a.mkv") + "' --json").output);
+    EXPECT_EQ(described["tracks"][0]["first_frame"]["coding_loss"], loss["by_texture"]);
+    EXPECT_NE(run("info '" + path("a.mkv") + "'").output.find("of flat pixels are visibly off"), std::string::npos);
+
+    setenv("TMPDIR", path("nowhere").c_str(), 1);
+    const Ran without = run(words + path("b.mkv") + "'");
+    const Ran told = run("encode '" + path("r") + "' --preset veryfast --out '" + path("c.mkv") + "'");
+    unsetenv("TMPDIR");
+    ASSERT_EQ(without.status, 0) << without.errors;
+    EXPECT_TRUE(nlohmann::json::parse(without.output)["coding_loss"].is_null());
+    EXPECT_NE(told.output.find("was not measured"), std::string::npos) << told.output;
+}
+
+/// A target that cannot be written is found before anything is coded.
+TEST_F(Programs, EncodeLooksAtItsTargetFirst) {
+    render("r/centre", 96, 64, 0, 1);
+    setenv("TMPDIR", path("nowhere").c_str(), 1);
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/folder/a.mkv") + "'"), 2,
+                   "expected a place that can be written");
+    unsetenv("TMPDIR");
+}
+
+/// A frame of another size ends the trial, and the coding with what came before kept.
+TEST_F(Programs, EncodeKeepsWhatCameBeforeAFrameOfAnotherShape) {
+    render("r/centre", 96, 64, 0, 3);
+    render("r/centre", 64, 96, 4, 5);
+    expect_failure(run("encode '" + path("r") + "' --preset veryfast --out '" + path("a.mkv") + "'"), 1,
+                   "what was coded so far is kept in");
+    EXPECT_TRUE(fs::exists(folder / "a.mkv.part"));
+}
+
+TEST_F(Programs, EncodeMakesBothTracks) {
+    render("r/centre", 192, 96, 3, 10);
+    render("r/small", 96, 64, 3, 10, Eye::right);
+    const std::string words = "encode '" + path("r") + "' --preset veryfast --json --crf 20 --out '";
+    const Ran ran = run(words + path("a.mkv") + "' --fill-crf 20");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    const auto report = nlohmann::json::parse(ran.output);
+    const auto coarser = nlohmann::json::parse(run(words + path("b.mkv") + "'").output);
+    const auto as_coarse = nlohmann::json::parse(run(words + path("c.mkv") + "' --fill-crf 28").output);
+    EXPECT_EQ(coarser["tracks"][0]["bytes"], report["tracks"][0]["bytes"]);
+    EXPECT_LT(coarser["tracks"][1]["bytes"], report["tracks"][1]["bytes"]);
+    EXPECT_EQ(coarser["tracks"][1]["bytes"], as_coarse["tracks"][1]["bytes"]);
+    EXPECT_EQ(report["frames"]["count"], 8);
+    EXPECT_EQ(report["tracks"].size(), 2u);
+    EXPECT_TRUE(report["full_sphere"]);
+    EXPECT_GT(report["ms_per_frame"]["encode"], 0.0);
+    StreamReader reader(path("a.mkv"));
+    const auto pictures = synthetic::read_all(reader);
+    ASSERT_EQ(pictures.size(), 16u);
+    EXPECT_EQ(reader.truncation(), "");
+    for (const DecodedPicture& picture : pictures) {
+        ASSERT_TRUE(picture.info);
+        const bool main = picture.role == TrackRole::main;
+        const int width = main ? 192 : 96, height = main ? 96 : 64;
+        FrameInfo expected = info(width, height, picture.info->index, main ? Eye::centre : Eye::right);
+        expected.crf = 20.0f;
+        EXPECT_EQ(picture.info->coding_loss.has_value(), main);
+        expected.coding_loss = picture.info->coding_loss;
+        expect_same_info(*picture.info, expected);
+        EXPECT_GT(synthetic::psnr_db(picture.rgb, synthetic::picture(width, height, picture.info->index)), 33);
+    }
+    StreamReader as_usual(path("b.mkv"));
+    for (const DecodedPicture& picture : synthetic::read_all(as_usual)) {
+        ASSERT_TRUE(picture.info);
+        EXPECT_EQ(picture.info->crf, picture.role == TrackRole::main ? 20.0f : 28.0f);
+    }
+    const auto described = nlohmann::json::parse(run("info '" + path("b.mkv") + "' --json").output);
+    EXPECT_EQ(described["tracks"][1]["first_frame"]["crf"], 28);
+    EXPECT_NE(run("info '" + path("b.mkv") + "'").output.find("at CRF 20"), std::string::npos);
+}
+
+TEST_F(Programs, EncodeChoosesFoldersAndFrames) {
+    render("r/left", 64, 64, 0, 3, Eye::left);
+    render("r/right", 64, 64, 0, 5, Eye::right);
+    render("r/small", 64, 64, 0, 1, Eye::right);
+    const std::string r = "encode '" + path("r");
+    const auto tracks = [&](const std::string& more) {
+        const Ran ran = run(r + more + " --json --preset ultrafast --out '" + path("a.mkv") + "'");
+        EXPECT_EQ(ran.status, 0) << ran.errors;
+        return nlohmann::json::parse(ran.output, nullptr, false);
+    };
+    EXPECT_EQ(tracks("' --fill none")["tracks"][0]["folder"], path("r/left"));
+    EXPECT_EQ(tracks("' --fill none --eye right")["frames"]["last"], 5);
+    EXPECT_EQ(tracks("/right' --frames 2-4")["frames"]["count"], 3);
+    EXPECT_EQ(tracks("/left'")["tracks"].size(), 1u);
+    EXPECT_EQ(tracks("/left' --fill small --frames 0-1")["tracks"].size(), 2u);
+    const std::string out = " --out '" + path("b.mkv") + "'";
+    expect_failure(run(r + "'" + out), 2, "small: expected frames 0-3, found no frame.0002.exr");
+    expect_failure(run(r + "' --eye centre" + out), 2, "centre: expected frame.NNNN.exr files, found none");
+    expect_failure(run(r + "' --fill none --frames 2-9" + out), 2, "found no frame.0004.exr");
+    expect_failure(run(r + "' --frames 9-2" + out), 2, "9-2");
+    expect_failure(run(r + "' --fill both" + out), 2, "small");
+    EXPECT_FALSE(fs::exists(folder / "b.mkv"));
+}
+
+TEST_F(Programs, EncodeReportsBesideTheStreamItWritesToStandardOutput) {
+    render("r", 64, 64, 0, 2);
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out ";
+    ASSERT_EQ(run(encode + "'" + path("a.ts") + "'").status, 0);
+    for (const char* target : {"pipe:1", "pipe:", "pipe:1 --json"}) {
+        const Ran ran = run(encode + target);
+        ASSERT_EQ(ran.status, 0) << ran.errors;
+        EXPECT_EQ(ran.output, text_of(folder / "a.ts")) << "the stream and nothing else: " << target;
+        const char* report =
+            std::string(target).ends_with("--json") ? "\"frames_per_second\": 30" : "frames 0-2, H.264";
+        EXPECT_NE(ran.errors.find(report), std::string::npos) << ran.errors;
+        EXPECT_EQ(ran.errors.find("360 degree"), std::string::npos) << "MPEG-TS has no place for the tag";
+    }
+    EXPECT_NE(run(encode + "'" + path("a.mkv") + "'").output.find("tagged as 360 degree video"), std::string::npos);
+    EXPECT_EQ(run(encode + "'" + path("a.ts") + "'").output.find("tagged as"), std::string::npos);
+}
+
+TEST_F(Programs, EncodeSaysWhatIsWrong) {
+    render("r/centre", 64, 64, 0, 1);
+    render("odd", 65, 64, 0, 0);
+    fs::create_directories(folder / "empty");
+    const std::string r = "encode '" + path("r") + "' --out '" + path("a.mkv") + "'";
+    expect_failure(run("encode '" + path("none") + "' --out a.mkv"), 2, "found nothing");
+    expect_failure(run("encode '" + path("empty") + "' --out a.mkv"), 2, "found an empty folder");
+    expect_failure(run("encode '" + path("odd") + "' --out '" + path("o.mkv") + "'"), 2, "found 65x64");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("a.wmv") + "'"), 2, "ending in one of .mp4");
+    expect_failure(run(r + " --crf 77"), 2, "--crf: expected 0 to 51, found 77");
+    expect_failure(run(r + " --fill-crf 77"), 2, "--fill-crf: expected 0 to 51, found 77");
+    expect_failure(run(r + " --gop 0"), 2, "--gop: expected 1 to 10000, found 0");
+    expect_failure(run(r + " --preset swift"), 2, "--preset: expected one of ultrafast");
+    expect_failure(run(r + " --depth-share 10"), 2, "at most 1, 0.1 being 10 %, found 10");
+    expect_failure(run(r + " --depth-share 0"), 2, "--depth-share: expected a share");
+    expect_failure(run(r + " --codec av1"), 2, "codec");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("no/such/a.mkv") + "'"), 2,
+                   "No such file or directory");
+}
+
+TEST_F(Programs, AFrameThatIsDamagedKeepsWhatCameBefore) {
+    render("r", 64, 64, 0, 9);
+    fs::resize_file(folder / "r" / "frame.0006.exr", 700);
+    const Ran ran = run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'");
+    expect_failure(ran, 1, "frame.0006.exr");
+    EXPECT_NE(ran.errors.find("kept in " + path("a.mkv.part")), std::string::npos) << ran.errors;
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+    StreamReader reader(path("a.mkv.part"));
+    EXPECT_EQ(synthetic::read_all(reader).size(), 6u);
+    EXPECT_NE(reader.truncation().find("cut after frame 5 (6 of 10 pictures play)"), std::string::npos);
+}
+
+TEST_F(Programs, AFrameOfAnotherSizeIsNamed) {
+    render("r", 64, 64, 0, 5);
+    render("r", 96, 64, 3, 3);
+    const Ran ran = run("encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'");
+    expect_failure(
+        ran, 1, path("r/frame.0003.exr") + ": expected 64x64 pixels as in the frames before it, found 96x64; what was");
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+}
+
+TEST_F(Programs, AFrameOfAnotherRenderIsNamed) {
+    render("r", 64, 64, 0, 5);
+    render("r", 64, 64, 3, 3, Eye::centre, 1001);
+    const std::string encode = "encode '" + path("r") + "' --preset ultrafast --out '" + path("a.mkv") + "'";
+    const std::string frame = path("r/frame.0003.exr");
+    expect_failure(run(encode), 1, frame + ": expected seed 1000 as in the frames before it, found 1001; what was");
+    Manifest manifest;
+    manifest.shared = info(64, 64, 0, Eye::centre);
+    write_manifest(folder / "r", manifest);
+    expect_failure(run(encode + " --frames 3"), 2,
+                   frame + ": expected seed 1000 as in " + path("r/manifest.json") + ", found 1001");
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+    EXPECT_EQ(run(encode + " --frames 0-2").status, 0);
+}
+
+TEST_F(Programs, AFullDiskIsOneLine) {
+    render("r", 192, 96, 0, 9);
+    fs::create_symlink("/dev/full", folder / "full.mkv");
+    expect_failure(run("encode '" + path("r") + "' --out '" + path("full.mkv") + "'"), 1, "No space left on device");
+    // A disk that fills up on the way, for anybody who runs this: files may have 32 KiB from here on.
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const rlimit small{32 * 1024, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const Ran ran = run("encode '" + path("r") + "' --crf 0 --out '" + path("a.mkv") + "'");
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    expect_failure(ran, 1, "File too large; what was coded so far is kept in");
+    EXPECT_FALSE(fs::exists(folder / "a.mkv"));
+    EXPECT_GT(fs::file_size(folder / "a.mkv.part"), 0u);
+}
+
+/// JSON holds UTF-8 alone; a folder's name may be any bytes.
+TEST_F(Programs, ANameThatIsNotUtf8IsReported) {
+    const std::string name = "r\xff";
+    render(name, 96, 64, 0, 1);
+    const Ran ran =
+        run("encode '" + path(name) + "' --preset ultrafast --json --progress json --out '" + path("a\xff.mkv") + "'");
+    ASSERT_EQ(ran.status, 0) << ran.errors;
+    EXPECT_NE(nlohmann::json::parse(ran.output).dump().find("a\xef\xbf\xbd.mkv"), std::string::npos) << ran.output;
+    EXPECT_TRUE(fs::exists(path("a\xff.mkv")));
+}
+
+}  // namespace
+}  // namespace equistream::test

@@ -1,0 +1,246 @@
+/// `play --method auto`: which ways there are, and that their order is the one measured.
+#include "fake_times.h"
+
+#include <client/fill/fill.h>
+#include <equistream/bound.h>
+#include <tests/unit/client/analytic_scene.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace equistream::play {
+namespace {
+
+using equistream::test::Rendered;
+using glm::dvec3;
+namespace test = equistream::test;
+
+const Pose source_pose, moved{{0.063, 0.02, 0}, {1, 0, 0, 0}};
+
+TEST(Plans, AskOnlyForWhatIsThere) {
+    for (const PlanInputs& inputs : fakes::all_inputs())
+        for (const Plan& plan : plans_by_accuracy(inputs)) {
+            SCOPED_TRACE(plan.words());
+            const DepthNeeds needs = make_engine(plan.method)->needs_depth(source_pose, moved);
+            EXPECT_EQ(plan.depth != "none", needs.any());
+            EXPECT_TRUE(inputs.geometry || !(needs.eye || plan.depth == "ray"));
+            EXPECT_TRUE(inputs.streamed_depth || plan.depth != "stream");
+            EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "proxy-sphere"));
+            const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
+            EXPECT_TRUE(std::ranges::count(ladders, plan.fill) > 0 || plan.fill == "none" || plan.fill == "pushpull")
+                << plan.fill;
+        }
+}
+
+TEST(Plans, AreTriedOnceEachAndEndWithWhatAlwaysPlays) {
+    for (const PlanInputs& inputs : fakes::all_inputs()) {
+        const std::vector<Plan> plans = plans_by_accuracy(inputs);
+        std::set<std::string> words;
+        for (const Plan& plan : plans)
+            EXPECT_TRUE(words.insert(plan.words()).second) << plan.words() << " twice";
+        ASSERT_FALSE(plans.empty());
+        EXPECT_EQ(plans.back().depth, "none");
+        EXPECT_EQ(plans.back().fill, "none");
+    }
+}
+
+TEST(Plans, AreAsManyAsTheGuideSays) {
+    PlanInputs inputs{.geometry = true, .fill = default_fill};
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+    inputs.streamed_depth = true;
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 51u);
+    inputs.idle_rungs = {"hidden", "patches"};
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+}
+
+/// Depth that OpenGL draws takes the place of rays, and leaves the stream's own depth undecoded as they do.
+TEST(Plans, CastDepthAsTheyAreTold) {
+    const PlanInputs rays{.geometry = true, .fill = default_fill};
+    PlanInputs drawn = rays;
+    drawn.cast = "gl";
+    std::vector<Plan> expected = plans_by_accuracy(rays);
+    for (Plan& plan : expected)
+        if (plan.depth == "ray")
+            plan.depth = "gl";
+    EXPECT_EQ(plans_by_accuracy(drawn), expected);
+    for (const char* depth : {"ray", "gl", "gl-cube"})
+        EXPECT_TRUE(
+            unneeded_roles({.engine = "eye-depth", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
+    EXPECT_FALSE(unneeded_roles({.engine = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
+}
+
+TEST(Plans, AreBarredOnlyByTracksThatCame) {
+    const PlanInputs inputs{
+        .geometry = true, .streamed_depth = true, .fill = default_fill, .idle_rungs = {"hidden", "patches"}};
+    const std::vector<Plan> plans = plans_by_accuracy(inputs);
+    TrackRoles came;
+    came.set(std::size_t(TrackRole::main));
+    // Without tracks to leave out nothing is barred, whatever comes first.
+    for (const Plan& chosen : plans)
+        EXPECT_EQ(plans_after(plans, chosen, came), plans) << chosen.words();
+    // The depth track, which the slowest start leaves out, bars only what takes depth from it.
+    came.set(std::size_t(TrackRole::depth));
+    const auto takes_it = [](const Plan& plan) { return plan.depth == "stream"; };
+    EXPECT_EQ(plans_after(plans, plans.front(), came).size(),
+              plans.size() - std::size_t(std::ranges::count_if(plans, takes_it)));
+    EXPECT_TRUE(std::ranges::none_of(plans_after(plans, plans.back(), came), takes_it));
+    // Mirrors are looked up by depth: once they are left out, so is all that has depth.
+    came.set(std::size_t(TrackRole::images));
+    for (const Plan& plan : plans_after(plans, plans.back(), came))
+        EXPECT_EQ(plan.depth, "none") << plan.words();
+    came = {};
+    came.set(std::size_t(TrackRole::hidden));
+    const Plan without_hidden{.method = "eye-depth", .depth = "ray", .fill = "pushpull"};
+    for (const Plan& plan : plans_after(plans, without_hidden, came))
+        EXPECT_FALSE(plan.fill.starts_with("hidden") && plan.depth != "none") << plan.words();
+}
+
+TEST(Plans, NeedToKnowOfMirrorsOnlyWhereSomethingAsksForThem) {
+    const auto needs_images = [](const Plan& plan) {
+        return !unneeded_roles(plan.choice())[std::size_t(TrackRole::images)];
+    };
+    for (const char* by_points : {"hidden", "patches", "earlier", "small", "small-wide,pushpull"})
+        EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = by_points, .mirrors = false}));
+    for (const char* otherwise : {"none", "pushpull", "geometry,spread"}) {
+        EXPECT_FALSE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise, .mirrors = false}));
+        EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = otherwise}));
+    }
+    EXPECT_FALSE(needs_images({.method = "proxy-sphere", .depth = "none", .fill = "small"})) << "nothing has depth";
+    for (const bool mirrors : {false, true})
+        for (const Plan& plan :
+             plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "pushpull", .mirrors = mirrors}))
+            EXPECT_EQ(needs_images(plan), mirrors && plan.depth != "none") << plan.words();
+}
+
+/// Balls before a wall, textured, from a sphere whose streamed depth has 8 bits of w; behind the balls the hidden
+/// layer, and frames before from where the head came from.
+class Accuracy {
+public:
+    Accuracy()
+        : source_(test::render(distance, colour, sphere, source_pose)),
+          hidden_(test::render(second_distance, colour, sphere, source_pose)),
+          earlier_(test::render(distance, colour, sphere, Pose{{-0.04, -0.02, 0.02}, {1, 0, 0, 0}})) {
+        for (float& r : hidden_.depth_m.samples())
+            if (std::isinf(r))
+                r = std::numeric_limits<float>::quiet_NaN();
+        for (const dvec3& way_m : {dvec3(0.063, 0, 0), {-0.063, 0, 0}, {0.03, 0.05, 0}, {-0.04, -0.03, 0.03}}) {
+            Truth truth{{way_m, {1, 0, 0, 0}}};
+            truth.picture = test::render(distance, colour, eye_camera, truth.pose);
+            truths_.push_back(std::move(truth));
+        }
+        coded_ = source_.depth_m;
+        const double step = bounded_inverse_depth(0.8, box_m) / 255;
+        for (float& r : coded_.samples()) {
+            const double w = step * std::round(bounded_inverse_depth(double(r), box_m) / step);
+            r = float(w > 0 ? box_m + box_m / w : test::infinity);
+        }
+    }
+
+    /// Over all eyes.
+    double psnr_db(const Plan& plan) const {
+        SourceView source = source_.source(box_m);
+        if (plan.depth == "stream")
+            source.depth_m = coded_.view();
+        const auto engine = make_engine(plan.method, {.mesh_share = plan.mesh_share});
+        const FillLadder ladder = make_fill_ladder(plan.fill);
+        engine->set_source(source);
+        const SourceView hidden = hidden_.source(box_m), earlier = earlier_.source(box_m);
+        for (const auto& rung : ladder)
+            rung->set_frame({.main = &source, .earlier = {&earlier, 1}, .hidden = &hidden});
+        double squares = 0, samples = 0;
+        for (const Truth& truth : truths_) {
+            const EyeView eye{eye_camera, truth.pose, truth.picture.depth_m.view()};
+            EyePicture picture;
+            engine->reproject(eye, picture);
+            fill_gaps(ladder, eye, picture);
+            const ByteImage rgb = picture.rgb();
+            for (std::size_t i = 0; i < rgb.samples().size(); ++i, ++samples)
+                squares += std::pow(double(rgb.samples()[i]) - double(truth.picture.rgb.samples()[i]), 2);
+        }
+        return 10 * std::log10(255 * 255 * samples / squares);
+    }
+
+private:
+    static std::array<double, 4> distances(const dvec3& o, const dvec3& d) {
+        std::array all = {test::to_sphere(o, d, {0.3, 0, -1.5}, 0.4), test::to_sphere(o, d, {-0.5, 0.2, -1}, 0.15),
+                          test::to_plane(o, d, {0, 0, 1}, -3), test::to_plane(o, d, {0, 1, 0}, -1)};
+        std::ranges::sort(all);
+        return all;
+    }
+    static double distance(const dvec3& o, const dvec3& d) { return distances(o, d)[0]; }
+    static double second_distance(const dvec3& o, const dvec3& d) { return distances(o, d)[1]; }
+    static dvec3 colour(const dvec3& p, double) { return test::smooth(p, 20); }
+
+    static constexpr double box_m = 0.07;
+    inline static const EquirectCamera sphere{1280, 640, {}};
+    inline static const PerspectiveCamera eye_camera{320, 200, pi / 2};
+
+    struct Truth {
+        Pose pose;
+        test::Rendered picture{};
+    };
+    test::Rendered source_, hidden_, earlier_;
+    FloatImage coded_;
+    std::vector<Truth> truths_;
+};
+
+/// A tenth of a decibel is what a depth code may lose: ways that near each other are as good. With the eyes' own depth
+/// and without are two orders, as how much rungs are worth beside it is the scene's; with the same rungs it is ahead.
+TEST(Plans, ComeInTheOrderOfWhatTheyMeasure) {
+    constexpr double as_good_db = 0.1;
+    const Accuracy accuracy;
+    double worst_by_surface_db = 99, worst_without_db = 99;
+    std::map<std::string, double> by_surface_db;
+    for (const Plan& plan :
+         plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})) {
+        const bool by_surface = plan.method == "eye-depth";
+        const double db = accuracy.psnr_db(plan);
+        double& worst_yet_db = by_surface ? worst_by_surface_db : worst_without_db;
+        EXPECT_LE(db, worst_yet_db + as_good_db) << plan.words();
+        worst_yet_db = std::min(worst_yet_db, db);
+        double& same_rungs_db = by_surface_db.try_emplace(plan.fill, 99).first->second;
+        if (by_surface)
+            same_rungs_db = std::min(same_rungs_db, db);
+        else
+            EXPECT_LE(db, same_rungs_db + as_good_db) << plan.words();
+    }
+    EXPECT_LT(worst_without_db, 20);
+}
+
+/// The series ends where a finer mesh is no better and a coarser one is worse than what the last rung is worth.
+TEST(Plans, HaveMeshesAsDenseAsIsWorthIt) {
+    const Accuracy accuracy;
+    const auto psnr_db = [&](double share) { return accuracy.psnr_db({"mesh", share, "ray", "hidden,pushpull"}); };
+    const double finest_db = psnr_db(mesh_shares.front()), coarsest_db = psnr_db(mesh_shares.back());
+    EXPECT_LT(std::abs(psnr_db(mesh_shares.front() / 2) - finest_db), 0.01);
+    EXPECT_LT(coarsest_db, finest_db - 0.01);
+    EXPECT_GT(coarsest_db, finest_db - 0.2);
+    EXPECT_LT(psnr_db(2 * mesh_shares.back()), coarsest_db - 3);
+}
+
+TEST(Plans, LeaveRungsOutOneAtATimeTheLeastWorthFirst) {
+    using Ladders = std::vector<std::string>;
+    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {}),
+              (Ladders{"hidden,patches,earlier,pushpull", "hidden,patches,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("small-wide,patches,small,geometry,spread", {}),
+              (Ladders{"small-wide,patches,small,geometry,spread", "small-wide,patches,geometry,spread",
+                       "patches,geometry,spread", "patches,spread", "spread"}));
+    // What fills nothing makes no ladder of its own.
+    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {"patches", "small"}),
+              (Ladders{"hidden,patches,earlier,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("hidden,patches,pushpull", {"patches", "hidden"}), Ladders{"hidden,patches,pushpull"});
+    // A guess goes before what is truly there, wherever it stands.
+    EXPECT_EQ(shorter_ladders("hidden,spread,pushpull", {}),
+              (Ladders{"hidden,spread,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_ladders("pushpull,small,spread", {}),
+              (Ladders{"pushpull,small,spread", "small,spread", "spread"}));
+    EXPECT_EQ(shorter_ladders("earlier", {}), Ladders{"earlier"});
+    EXPECT_EQ(shorter_ladders("none", {}), Ladders{"none"});
+}
+
+}  // namespace
+}  // namespace equistream::play

@@ -1,0 +1,90 @@
+/// What a viewer of a live stream is sent while there is no new picture: something that it can pass over.
+#include <programs/serve/live_stream.h>
+
+#include <tests/unit/plugin/stream/synthetic.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <string>
+
+namespace equistream::serve {
+namespace {
+
+const std::string nothing = "\xec\x80";
+
+std::string given(Feed& feed, double elapsed_s) {
+    std::array<char, 1 << 16> block;
+    const Portion portion = feed.next(block, elapsed_s);
+    EXPECT_EQ(portion.problem, "");
+    return {block.data(), portion.bytes};
+}
+
+TEST(LiveStreams, SayThatTheServerIsThereEverySecond) {
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    EXPECT_EQ(given(*feed, 5), "") << "nothing may stand before the header";
+    stream.set_header("header");
+    EXPECT_EQ(given(*feed, 7), "header");
+    EXPECT_EQ(given(*feed, 7.9), "");
+    std::array<char, 16> block;
+    EXPECT_EQ(feed->next(block, 7.9).again_s, 8);
+    EXPECT_EQ(given(*feed, 8.1), nothing);
+    EXPECT_EQ(given(*feed, 8.2), "");
+    stream.publish("picture", true);
+    EXPECT_EQ(given(*feed, 8.5), "picture");
+    EXPECT_EQ(given(*feed, 9.2), "");
+    EXPECT_EQ(given(*feed, 9.6), nothing);
+    stream.end();
+    EXPECT_EQ(given(*feed, 20), "");
+    EXPECT_TRUE(feed->next(block, 20).ended);
+}
+
+TEST(LiveStreams, ReadersPassOverIt) {
+    const synthetic::Folder folder;
+    std::string pending, sent;
+    LiveStream stream([] {});
+    const auto feed = stream.open_feed();
+    double now_s = 0;
+    StreamSettings settings;
+    settings.preset = "ultrafast";
+    settings.tracks = {{TrackRole::main, 192, 96}};
+    settings.live = true;
+    StreamWriter writer("live.mkv", settings, {.take = [&](std::span<const std::uint8_t> bytes) {
+                            pending.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+                        }});
+    const auto pass_on = [&](bool begins_group) {
+        if (begins_group && sent.empty())
+            stream.set_header(pending);
+        else
+            stream.publish(pending, true);
+        pending.clear();
+        for (int i = 0; i < 2; ++i)  // and then nothing, for longer than may be silence
+            sent += given(*feed, now_s += 2);
+    };
+    pass_on(true);
+    constexpr int pictures = 5;
+    for (int index = 0; index < pictures; ++index) {
+        if (index % 2 == 0)
+            writer.begin_group();
+        writer.write(TrackRole::main, synthetic::picture(192, 96, index).view(), synthetic::info(192, 96, index));
+        writer.flush();
+        pass_on(false);
+    }
+    writer.finish();
+    pass_on(false);
+    EXPECT_NE(sent.find(nothing + std::string("\x1f\x43\xb6\x75")), std::string::npos) << "before a cluster";
+    std::ofstream(folder / "sent.mkv", std::ios::binary) << sent;
+    StreamReader reader((folder / "sent.mkv").string());
+    int read = 0;
+    while (const auto picture = reader.next()) {
+        ASSERT_TRUE(picture->info);
+        EXPECT_EQ(picture->info->index, read++);
+    }
+    EXPECT_EQ(read, pictures + 1) << "the last one comes once more, to say so";
+    EXPECT_EQ(reader.truncation(), "");
+}
+
+}  // namespace
+}  // namespace equistream::serve

@@ -1,0 +1,178 @@
+// Files that lie, end early or ask for too much: each must end in one InputError that names the file.
+#include <tests/unit/scenes/gltf_builder.h>
+#include <tests/unit/scenes/png_bytes.h>
+#include <tests/unit/scenes/temporary_folder.h>
+
+#include <scenes/library/scene.h>
+
+#include <random>
+
+namespace equistream::test {
+
+namespace {
+
+class HostileModelTest : public TemporaryFolder {
+protected:
+    std::string refusal(const GltfBuilder& builder) const { return refusal(builder.glb()); }
+    std::string refusal(const std::string& bytes) const {
+        const std::filesystem::path file = write("hostile.glb", bytes);
+        const std::string error = input_error([&] { load_model(file); });
+        EXPECT_EQ(error.rfind(file.string(), 0), 0u) << "the file should come first: " << error;
+        return error;
+    }
+};
+
+}  // namespace
+
+TEST_F(HostileModelTest, MissingFileFolderAndNonsense) {
+    expect_contains(input_error([&] { load_model(folder_ / "none.glb"); }),
+                    "none.glb: expected a glTF model, found no such file");
+    expect_contains(input_error([&] { load_model(folder_); }), "not a regular file");
+    expect_contains(refusal(std::string()), "glTF");
+    expect_contains(refusal(std::string("this is not a model")), "glTF");
+    refusal(std::string(100, '['));
+    expect_contains(refusal(std::string(100000, '[')), "nested");
+}
+
+TEST_F(HostileModelTest, TruncatedAtEveryByte) {
+    const std::string whole = GltfBuilder::triangle().glb();
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        refusal(whole.substr(0, length));
+    expect_contains(refusal(whole.substr(0, whole.size() - 1)), "truncated");
+}
+
+TEST_F(HostileModelTest, IndicesOutOfRange) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.buffer[builder.buffer.size() - 2] = 3;
+    expect_contains(refusal(builder), "mesh 0, primitive 0: expected indices below 3, found 3");
+}
+
+TEST_F(HostileModelTest, ReferencesOutOfRange) {
+    const auto broken = [](const char* pointer, const Json& value) {
+        GltfBuilder builder = GltfBuilder::triangle();
+        builder.json[Json::json_pointer(pointer)] = value;
+        return builder;
+    };
+    expect_contains(refusal(broken("/accessors/0/bufferView", 9)), "buffer view");
+    expect_contains(refusal(broken("/bufferViews/0/buffer", 4)), "buffer");
+    expect_contains(refusal(broken("/bufferViews/0/byteOffset", 1u << 30)), "buffer");
+    expect_contains(refusal(broken("/bufferViews/0/byteLength", 1u << 30)), "buffer");
+    expect_contains(refusal(broken("/accessors/0/byteOffset", 40)), "accessor 0");
+    expect_contains(refusal(broken("/accessors/0/count", 4)), "accessor 0");
+    expect_contains(refusal(broken("/accessors/0/count", 4000000000u)), "2^28");
+    expect_contains(refusal(broken("/accessors/1/count", 2)), "multiple of 3");
+    expect_contains(refusal(broken("/accessors/0/type", "VEC2")), "components");
+    expect_contains(refusal(broken("/accessors/1/componentType", gl_short)), "unsigned");
+    expect_contains(refusal(broken("/bufferViews/0/byteStride", 4)), "stride");
+    expect_contains(refusal(broken("/meshes/0/primitives/0/material", 0)), "material");
+    expect_contains(refusal(broken("/meshes/0/primitives/0/indices", 7)), "accessor");
+    expect_contains(refusal(broken("/meshes/0/primitives/0/attributes", {{"NORMAL", 0}})), "POSITION");
+    expect_contains(refusal(broken("/nodes/0/mesh", 2)), "mesh");
+    GltfBuilder cycle = broken("/nodes/0/children", {0});
+    refusal(cycle);
+    cycle.json["scenes"] = {{{"nodes", {0}}}};
+    expect_contains(refusal(cycle), "a cycle");
+    expect_contains(refusal(broken("/nodes/0/scale", {1, 1})), "scale");
+    refusal(broken("/scenes", {{{"nodes", {5}}}}));
+}
+
+TEST_F(HostileModelTest, AbsurdCountsWithoutBytes) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["accessors"][0].erase("bufferView");
+    builder.json["accessors"][0]["count"] = 30000000;
+    expect_contains(refusal(builder), "without a buffer view");
+}
+
+TEST_F(HostileModelTest, SparseIndexOutOfRange) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    const int indices = builder.view(GltfBuilder::bytes_of<std::uint16_t>({3}));
+    const int values = builder.view(GltfBuilder::bytes_of<float>({5, 6, 7}));
+    builder.json["accessors"][0]["sparse"] = {
+        {"count", 1},
+        {"indices", {{"bufferView", indices}, {"componentType", gl_unsigned_short}, {"byteOffset", 0}}},
+        {"values", {{"bufferView", values}, {"byteOffset", 0}}}};
+    expect_contains(refusal(builder), "indices below 3, found 3");
+}
+
+TEST_F(HostileModelTest, NotFinite) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(builder.buffer.data() + 8, &nan, 4);
+    expect_contains(refusal(builder), "finite");
+    builder = GltfBuilder::triangle();
+    builder.json["nodes"][0]["translation"] = {1e300, 0, 0};
+    expect_contains(refusal(builder), "finite");
+}
+
+TEST_F(HostileModelTest, BeyondTheLimitOfCoordinates) {
+    const auto vertex_at = [](float x) {
+        GltfBuilder builder = GltfBuilder::triangle();
+        std::memcpy(builder.buffer.data(), &x, 4);
+        return builder;
+    };
+    EXPECT_NO_THROW(load_model(write("far.glb", vertex_at(1e9f).glb())));
+    expect_contains(refusal(vertex_at(1e19f)), "coordinates from -1e9 to 1e9, found (1e+19, ");
+    expect_contains(refusal(vertex_at(-1.1e9f)), "coordinates from -1e9 to 1e9, found (-1.1e+09, ");
+    GltfBuilder placed = vertex_at(1e5f);
+    placed.json["nodes"][0]["scale"] = {1e5, 1, 1};
+    expect_contains(refusal(placed), "in metres: expected coordinates from -1e9 to 1e9, found (1e+10, ");
+    placed.json["nodes"][0]["scale"] = {1e3, 1, 1};
+    SceneDescription scene;
+    scene.model = write("unit.glb", placed.glb());
+    EXPECT_NO_THROW(load_model(scene));
+    scene.model_unit_m = 100;
+    expect_contains(input_error([&] { load_model(scene); }), "in metres: expected coordinates from -1e9 to 1e9");
+}
+
+TEST_F(HostileModelTest, UnknownRequiredExtension) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+    const std::string error = refusal(builder);
+    expect_contains(error, "found KHR_draco_mesh_compression");
+    expect_contains(error, "KHR_mesh_quantization");
+}
+
+TEST_F(HostileModelTest, NothingInIt) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["nodes"] = Json::array();
+    expect_contains(refusal(builder), "at least one triangle");
+}
+
+TEST_F(HostileModelTest, DamagedMask) {
+    GltfBuilder builder = GltfBuilder::triangle();
+    builder.json["images"] = {{{"bufferView", builder.view("notapng!")}, {"mimeType", "image/png"}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    builder.json["materials"] = {
+        {{"alphaMode", "MASK"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    expect_contains(refusal(builder), "texture 0");
+    builder.json["textures"] = {{{"source", 3}}};
+    expect_contains(refusal(builder), "image");
+
+    std::string png = png_rgba(2, 1, {255, 0, 0, 255, 0, 255, 0, 0});
+    png[png.find("IDAT") + 6] ^= 1;
+    builder.json["images"] = {{{"bufferView", builder.view(png)}, {"mimeType", "image/png"}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    ::testing::internal::CaptureStderr();
+    expect_contains(refusal(builder), "texture 0: expected a whole PNG image, found a damaged chunk IDAT");
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << "libpng's own line";
+}
+
+/// Random damage to a whole file: loads or is refused, but never crashes, hangs or eats memory.
+TEST_F(HostileModelTest, RandomDamage) {
+    const std::string whole = GltfBuilder::triangle().glb();
+    std::mt19937 random(3);
+    for (int round = 0; round < 400; ++round) {
+        std::string bytes = whole;
+        for (int i = 0; i < 1 + round % 4; ++i)
+            bytes[random() % bytes.size()] = static_cast<char>(random());
+        const std::filesystem::path file = write("damaged.glb", bytes);
+        try {
+            const SceneModel model = load_model(file);
+            EXPECT_GE(model.triangle_count(), 1u);
+        } catch (const InputError& error) {
+            expect_contains(error.what(), file.string());
+        }
+    }
+}
+
+}  // namespace equistream::test
