@@ -62,13 +62,25 @@ void require(GetStatus get_status, GetLog get_log, GLuint name, GLenum what, std
     throw std::logic_error(std::string(where) + ": " + log);
 }
 
+/// Extensions have to be named before all else.
+std::string take_extensions(std::string& text) {
+    std::string taken;
+    for (std::size_t at = text.find("#extension"); at != std::string::npos; at = text.find("#extension", at)) {
+        const std::size_t length = text.find('\n', at) + 1 - at;
+        taken += text.substr(at, length);
+        text.erase(at, length);
+    }
+    return taken;
+}
+
 std::string whole_text(const Stage& stage, std::span<const std::string> defines) {
-    std::string text = "#version 450 core\n#define GROUP_WIDTH " + std::to_string(group_width) +
-                       "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" + constants() +
-                       with_includes(file_text("shaders.glsl"));
+    std::string body = stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text);
+    std::string text = "#version 450 core\n" + take_extensions(body) + "#define GROUP_WIDTH " +
+                       std::to_string(group_width) + "\n#define GROUP_HEIGHT " + std::to_string(group_height) + "\n" +
+                       constants() + with_includes(file_text("shaders.glsl"));
     for (const std::string& define : defines)
         text += "#define " + define + "\n";
-    return text + (stage.text.empty() ? shader_text(stage.file) : with_includes(stage.text));
+    return text + body;
 }
 
 Object<ShaderKind> compiled(const Stage& stage, const std::string& text) {
