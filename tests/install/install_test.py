@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / folder) for folder in ("golden", "golden/viewer")]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1] / folder) for folder in ("programs", "programs/viewer")]
 import display  # noqa: E402
 
 HEADERS = {  # each with the languages it promises to be
