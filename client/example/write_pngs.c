@@ -1,6 +1,6 @@
-/* What both eyes see of a stream, as PNG files: the head stands still and looks around by a degree a frame.
+/* What both eyes see of a stream's first frame, as PNG files, while the head turns by a degree a picture.
  *     cc write_pngs.c $(pkg-config --cflags --libs equistream-client libpng) -o write_pngs
- *     ./write_pngs STREAM OUT_DIR FRAMES */
+ *     ./write_pngs STREAM OUT_DIR PICTURES */
 #include <equistream/client.h>
 
 #include <math.h>
@@ -31,9 +31,9 @@ static void write_png(const char* folder, const char* eye, int frame, const es_e
 }
 
 int main(int argc, char** argv) {
-    if (argc != 4) return fprintf(stderr, "usage: write_pngs STREAM OUT_DIR FRAMES\n"), 2;
+    if (argc != 4) return fprintf(stderr, "usage: write_pngs STREAM OUT_DIR PICTURES\n"), 2;
     const es_client_settings settings = {
-        .struct_size = sizeof settings, .abi_version = ES_CLIENT_ABI_VERSION, .source = argv[1]};
+        .struct_size = sizeof settings, .abi_version = ES_CLIENT_ABI_VERSION, .source = argv[1], .paused = 1};
     es_error error;
     es_client* client;
     check(es_client_open(&settings, &client, &error), &error);
