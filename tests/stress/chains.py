@@ -170,7 +170,7 @@ def reprojected(renders, method):
 
     # Without mirrors thresholds are of what each method makes of mirrors and glass itself, and of whether the map knows.
     # The paper's has no virtual depth.
-    engine = es.Reprojector("surface" if method == "paper" else method, fill=ladder(),
+    engine = es.Reprojector("eye-depth" if method == "paper" else method, fill=ladder(),
                             mirrors="images" if renders.breaker.mirrors and method != "paper" else "surface")
     for eye, truth in zip(eyes, truths):
         picture = engine(source, eye.info.camera, eye.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)
@@ -183,7 +183,7 @@ def displayed(frame):
 
 def ceiling(own_of, truth_of):
     """The score of spheres at the eyes' own places: functions of an eye's name that give its frames in time."""
-    score, turn = Score(), es.Reprojector("sphere", fill="none")
+    score, turn = Score(), es.Reprojector("rotation", fill="none")
     for eye in EYES:
         for own, truth in zip(own_of(eye), truth_of(eye), strict=True):
             picture = turn(own, truth.info.camera, truth.info.camera_pose, reliability=True)

@@ -20,7 +20,7 @@ NETWORKS = {"late motion": "delay={value:g}", "lost packets": "delay=20,loss={va
 SECONDS, REFRESH_HZ = 2, 15
 FIRST, LAST = REFRESH_HZ, 2 * REFRESH_HZ - 2
 """Refreshes at which there is something to show however late frames are."""
-DEPTH = {"surface": ["--scene", "motion.json"], "sphere": [], "lean": []}
+DEPTH = {"eye-depth": ["--scene", "motion.json"], "rotation": [], "proxy-sphere": []}
 CODING = ("--crf", 16)
 making = threading.Lock()
 
@@ -80,7 +80,7 @@ def frames(folder):
 
 def score(program, folder, network, method, out):
     depth = [folder / word if word == "motion.json" else word for word in DEPTH.get(method, ["--depth", "stream"])]
-    played.run(program, "play", folder / "motion.mp4", "--method", method, *depth, "--fill", "pushpull" if method != "sphere" else "none", "--head", folder / "head.csv",
+    played.run(program, "play", folder / "motion.mp4", "--method", method, *depth, "--fill", "pushpull" if method != "rotation" else "none", "--head", folder / "head.csv",
                "--refresh", REFRESH_HZ, "--network", network, "--size", chains.size_text(chains.EYE_SIZE), "--fov", 90, "--reliability", "--progress", "none", "--out", out)
     found = chains.Score()
     for eye in chains.EYES:
