@@ -89,8 +89,6 @@ using FilledCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
 /// Runs a ladder whose rungs have been given their frame.
 FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture);
-/// The same, timed: each rung's milliseconds go into `rung_ms`, one for each rung.
-FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture, std::span<double> rung_ms);
 
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
 inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";

@@ -126,24 +126,22 @@ void CpuPipeline::cast_depths(const ReceivedFrame& frame, PipelineEye& left, Pip
         cast(main.camera, main.camera_pose, memory.main);
         depths_.main = std::move(memory.main);
     }
-    cast_fill_depths(frame, memory, times);
+    const auto start = Clock::now();
+    cast_fill_depths(frame, memory);
+    times.fill_depth = milliseconds_since(start);
 }
 
-void CpuPipeline::cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory, PipelineTimes& times) {
+void CpuPipeline::cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory) {
     const auto has_depth = [&](const FrameInfo& view) {
         return depth_.planes == nullptr || depth_.casts_any_view || depth_.planes->holds(view.camera, view.camera_pose);
     };
     if (frame.small && fill_->takes_small() && has_depth(frame.small->info)) {
-        const auto start = Clock::now();
         cast(frame.small->info.camera, frame.small->info.camera_pose, memory.small);
         depths_.small = std::move(memory.small);
-        times.small_depth = milliseconds_since(start);
     }
     if (frame.patches && fill_->has("patches")) {
-        const auto start = Clock::now();
         cast_patches(*frame.patches, memory.patches);
         depths_.patches = std::move(memory.patches);
-        times.patches_depth = milliseconds_since(start);
     }
 }
 
@@ -185,16 +183,9 @@ void CpuPipeline::reproject(const ReceivedFrame& frame, const SourceView& source
 }
 
 void CpuPipeline::fill_gaps_of(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left,
-                               PipelineEye& right, double shown_s, PipelineTimes& times) {
+                               PipelineEye& right, double shown_s) {
     fill_->set_frame(frame, depths_, {source, shown_s});
-    std::vector<double> left_ms(fill_->names().size()), right_ms(left_ms);
-    for_both(left, right, [&](PipelineEye& eye) {
-        eye.figures.filled = fill_->fill(eye.view(), eye.picture, &eye == &left ? left_ms : right_ms);
-    });
-    const std::span<const double> shared_ms = fill_->set_frame_ms();
-    times.passes.assign(shared_ms.begin(), shared_ms.end());
-    for (std::size_t i = 0; i < times.passes.size(); ++i)
-        times.passes[i] += std::max(left_ms[i], right_ms[i]);
+    for_both(left, right, [&](PipelineEye& eye) { eye.figures.filled = fill_->fill(eye.view(), eye.picture); });
 }
 
 void CpuPipeline::judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
@@ -231,7 +222,7 @@ void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, Pipeline
         eye.figures.gaps = eye.picture.count(PixelOrigin::gap);
     });
     start = Clock::now();
-    fill_gaps_of(frame, source, left, right, frame.main.info.time_s + extrapolation_s, times);
+    fill_gaps_of(frame, source, left, right, frame.main.info.time_s + extrapolation_s);
     times.fill = milliseconds_since(start);
     if (!ways_.reliability)
         return;

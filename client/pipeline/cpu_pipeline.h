@@ -36,10 +36,9 @@ struct PipelineEye {
 
 /// Milliseconds of one frame, both eyes.
 struct PipelineTimes {
-    double depth = 0;                           ///< all of it, with what moving objects take
-    double small_depth = 0, patches_depth = 0;  ///< of `depth`, what pictures for gaps took
+    double depth = 0;       ///< all of it, with what moving objects take
+    double fill_depth = 0;  ///< of `depth`, what pictures for gaps took
     double reproject = 0, fill = 0, reliability = 0;
-    std::vector<double> passes;  ///< of `fill`, by each pass
 };
 
 /// How frames are shown; may change from frame to frame.
@@ -100,12 +99,12 @@ private:
     void cast(const Camera& camera, const Pose& pose, FloatImage& depth_m);
     void cast_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                      PipelineTimes& times);
-    void cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory, PipelineTimes& times);
+    void cast_fill_depths(const ReceivedFrame& frame, SourceDepths& memory);
     void cast_patches(const ReceivedPicture& patches, FloatImage& depth_m);
     void reproject(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right);
     const EyeSteps& steps_of(const PipelineEye& eye, const PipelineEye& right) const;
     void fill_gaps_of(const ReceivedFrame& frame, const SourceView& source, PipelineEye& left, PipelineEye& right,
-                      double shown_s, PipelineTimes& times);
+                      double shown_s);
     void judge(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right);
 
     PipelineWays ways_;

@@ -4,7 +4,6 @@
 
 #include <client/receive/received_view.h>
 #include <client/stages/stages.h>
-#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
 
@@ -50,13 +49,6 @@ bool FrameFill::has(std::string_view rung) const {
     return has_rung(ladder_, rung);
 }
 
-std::vector<std::string> FrameFill::names() const {
-    std::vector<std::string> names;
-    for (const auto& rung : ladder_)
-        names.emplace_back(rung->name());
-    return names;
-}
-
 bool FrameFill::takes_small() const {
     return std::ranges::any_of(
         ladder_, [](const auto& rung) { return find_fill(rung->name()).reads[std::size_t(TrackRole::small)]; });
@@ -97,17 +89,13 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
-    set_frame_ms_.clear();
-    for (const auto& rung : ladder_) {
-        const auto start = Clock::now();
+    for (const auto& rung : ladder_)
         rung->set_frame({.main = address(main_),
                          .small = address(small_),
                          .earlier = earlier_views_,
                          .hidden = address(hidden_),
                          .patches = address(patches_),
                          .geometry = geometry_});
-        set_frame_ms_.push_back(milliseconds_since(start));
-    }
 }
 
 void FrameFill::take_over(FrameFill& before) {

@@ -36,12 +36,7 @@ public:
     };
     /// Takes what there is of a frame, borrowed until the next one.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);
-    std::vector<std::string> names() const;  ///< of its rungs
-    FilledCounts fill(const EyeView& eye, EyePicture& picture, std::span<double> rung_ms) const {
-        return fill_gaps(ladder_, eye, picture, rung_ms);
-    }
-    /// Milliseconds that each rung took for its part of set_frame.
-    std::span<const double> set_frame_ms() const { return set_frame_ms_; }
+    FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(ladder_, eye, picture); }
     /// Keeps a frame's main picture for the frames to come, where a rung asks for it; `depths` gets the memory of those
     /// that are kept no longer.
     void remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths);
@@ -57,7 +52,6 @@ private:
     };
 
     FillLadder ladder_;
-    std::vector<double> set_frame_ms_;
     bool has_earlier_rung_ = false;
     GeometryColour* geometry_;
     std::deque<Earlier> earlier_;  ///< newest first

@@ -15,7 +15,7 @@ namespace equistream::gl {
 
 #define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
     std::unique_ptr<EyeDepthFinder> on_gpu(const EngineOptions&);
-#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu)                                   \
     std::unique_ptr<GlFillPass> on_gpu(GlFillShared&);
 #include "stage_rows.inc"
 #undef ENGINE
@@ -38,7 +38,7 @@ constexpr std::array finders = {
 };
 #undef ENGINE
 
-#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
+#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu)                                   \
     GlRow<MakePass>{name, std::string_view(#on_gpu) == "none" ? nullptr : static_cast<MakePass>(on_gpu)},
 constexpr std::array passes = {
 #include "stage_rows.inc"

@@ -10,8 +10,7 @@ namespace equistream {
 
 #define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
     std::unique_ptr<Engine> on_cpu(std::string_view, const EngineOptions&);
-#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
-    std::unique_ptr<FillRung> on_cpu();
+#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu) std::unique_ptr<FillRung> on_cpu();
 #include "stage_rows.inc"
 #undef ENGINE
 #undef FILL_PASS
@@ -41,9 +40,8 @@ constexpr std::array depths = {
 };
 #undef DEPTH_SOURCE
 
-#define FILL_PASS(name, help, reads, needs_depth, invents, shows_truth, left_out, on_cpu, on_gpu)                      \
-    FillStage{                                                                                                         \
-        {name, "", help, is_there(#on_gpu)}, TrackRoles(reads), needs_depth, invents, shows_truth, left_out, on_cpu},
+#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu)                                   \
+    FillStage{{name, "", help, is_there(#on_gpu)}, TrackRoles(reads), needs_depth, invents, left_out, on_cpu},
 constexpr std::array fills = {
 #include "stage_rows.inc"
 };

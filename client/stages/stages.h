@@ -43,7 +43,6 @@ struct FillStage : Stage {
     TrackRoles reads;          ///< tracks without which it fills nothing
     bool needs_depth = false;  ///< of the main picture or the eye; without it the pass fills nothing
     bool invents = false;      ///< its colours are guessed from the picture's own
-    bool shows_truth = false;  ///< its colours were rendered for the gaps: 2 dB and more there
     int left_out = 0;          ///< which pass goes first where time is short: the lowest
     std::unique_ptr<FillRung> (*make)() = nullptr;
 };

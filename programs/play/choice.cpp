@@ -4,119 +4,149 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <optional>
-#include <utility>
 
 namespace equistream::play {
 
 namespace {
 
-class Search {
-public:
-    Search(const std::vector<Plan>& plans, double budget_ms, const Measure& measure)
-        : plans_(plans), measure_(measure), is_tried_(plans.size()), estimates_ms_(plans.size()) {
-        assert(!plans.empty());
-        choice_.budget_ms = budget_ms;
-    }
-
-    Choice run() {
-        for (std::size_t i = 0; i < plans_.size() && !choice_.fits; ++i) {
-            estimates_ms_[i] = known_.at_least_ms(plans_[i]);
-            if (i == 0 || estimates_ms_[i] <= choice_.budget_ms)
-                try_plan(i);
-        }
-        if (!choice_.fits)
-            find_fastest();
-        const std::size_t end = choice_.fits ? index_of(choice_.plan()) : plans_.size();
-        for (std::size_t i = 0; i < end; ++i)
-            if (!is_tried_[i])
-                choice_.passed_over.push_back({plans_[i], estimates_ms_[i]});
-        if (choice_.fits && end > 0)
-            choice_.next_better = reason_against(end - 1);
-        return std::move(choice_);
-    }
-
-private:
-    std::size_t index_of(const Plan& plan) const {
-        return std::size_t(std::ranges::find(plans_, plan) - plans_.begin());
-    }
-
-    std::string reason_against(std::size_t i) const {
-        const std::string words = plans_[i].words();
-        if (!is_tried_[i])
-            return formatted("%s, %.1f ms estimated", words.c_str(), estimates_ms_[i]);
-        const auto tried = std::ranges::find(choice_.tried, plans_[i], &TriedPlan::plan);
-        return formatted("%s, %.1f ms tried", words.c_str(), tried->trial.milliseconds());
-    }
-
-    void try_plan(std::size_t i) {
-        const double estimate_ms = known_.at_least_ms(plans_[i]);
-        choice_.tried.push_back({plans_[i], measure_(plans_[i]), estimate_ms});
-        is_tried_[i] = true;
-        const Trial& trial = choice_.tried.back().trial;
-        known_.learn(trial.parts);
-        choice_.fits = trial.milliseconds() <= choice_.budget_ms;
-        if (choice_.fits || trial.milliseconds() < choice_.tried[choice_.chosen].trial.milliseconds())
-            choice_.chosen = choice_.tried.size() - 1;
-    }
-
-    void find_fastest() {
-        while (!choice_.fits) {
-            std::optional<std::size_t> next;
-            for (std::size_t i = 0; i < plans_.size(); ++i)
-                // Of equals the least accurate: what is not known of it is the least work.
-                if (!is_tried_[i] && (!next || known_.at_least_ms(plans_[i]) <= known_.at_least_ms(plans_[*next])))
-                    next = i;
-            if (!next || known_.at_least_ms(plans_[*next]) >= choice_.tried[choice_.chosen].trial.milliseconds())
-                return;
-            try_plan(*next);
-        }
-    }
-
-    const std::vector<Plan>& plans_;
-    const Measure& measure_;
-    std::vector<bool> is_tried_;
-    std::vector<double> estimates_ms_;  ///< when it was their turn
-    KnownTimes known_;
-    Choice choice_;
-};
+double median(const std::deque<FrameTimes>& window, double FrameTimes::*ms) {
+    std::vector<double> samples(window.size());
+    std::ranges::transform(window, samples.begin(), [&](const FrameTimes& times) { return times.*ms; });
+    const auto middle = samples.begin() + std::ptrdiff_t(samples.size() / 2);
+    std::ranges::nth_element(samples, middle);
+    return *middle;
+}
 
 }  // namespace
 
 Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measure& measure) {
-    return Search(plans, budget_ms, measure).run();
-}
-
-void survey(const std::vector<Plan>& plans, const Measure& measure, Choice& choice) {
-    KnownTimes known = choice.known();
-    for (const Plan& plan : plans)
-        if (!std::isfinite(known.at_most_ms(plan))) {
-            choice.surveyed.push_back({plan, measure(plan)});
-            known.learn(choice.surveyed.back().trial.parts);
+    Choice choice;
+    choice.budget_ms = budget_ms;
+    std::string before;
+    for (const Plan& plan : plans) {
+        const auto alike =
+            std::ranges::find_if(choice.tried, [&](const TriedPlan& tried) { return tried.plan.reprojects_as(plan); });
+        if (alike != choice.tried.end() && alike->trial.milliseconds.unfilled > budget_ms) {
+            choice.passed_over.push_back({plan, alike->trial.milliseconds.unfilled});
+            before = formatted("%s, at least %.1f ms", plan.words().c_str(), choice.passed_over.back().at_least_ms);
+            continue;
         }
-}
-
-KnownTimes Choice::known() const {
-    KnownTimes known;
-    for (const auto* trials : {&tried, &surveyed})
-        for (const TriedPlan& trial : *trials)
-            known.learn(trial.trial.parts);
-    known.learn(tried[chosen].trial.parts);
-    return known;
+        choice.tried.push_back({plan, measure(plan)});
+        const double ms = choice.tried.back().trial.milliseconds.all;
+        choice.fits = ms <= budget_ms;
+        if (choice.fits || ms < choice.tried[choice.chosen].trial.milliseconds.all)
+            choice.chosen = choice.tried.size() - 1;
+        if (choice.fits)
+            break;
+        before = formatted("%s, %.1f ms tried", plan.words().c_str(), ms);
+    }
+    if (choice.fits)
+        choice.next_better = before;
+    return choice;
 }
 
 std::string Choice::line() const {
-    const TriedPlan& taken = tried[chosen];
     std::string text =
-        formatted("%s: %.1f ms of %.1f", taken.plan.words().c_str(), taken.trial.milliseconds(), budget_ms);
+        formatted("%s: %.1f ms of %.1f", plan().words().c_str(), tried[chosen].trial.milliseconds.all, budget_ms);
     if (!fits)
-        text += " (nothing fits; this is the fastest";
+        text += " (nothing fits; this is the fastest tried";
     else if (next_better.empty())
         text += " (the most accurate there is";
     else
         text += " (next better: " + next_better;
-    return text + formatted("; %zu tried, %zu passed over by estimate)", tried.size(), passed_over.size());
+    return text + formatted("; %zu tried, %zu passed over)", tried.size(), passed_over.size());
+}
+
+std::string Change::line() const {
+    const std::string expected = expected_ms ? formatted(", %.1f ms expected", *expected_ms) : "";
+    return formatted("frame %lld: %s to %s%s (%s took %.1f ms of %.1f)", static_cast<long long>(frame),
+                     is_up ? "up" : "down", to.words().c_str(), expected.c_str(), from.words().c_str(), median_ms,
+                     budget_ms);
+}
+
+Rechooser::Rechooser(const std::vector<Plan>& plans, const Choice& choice, const RechooseOptions& options)
+    : budget_ms_(choice.budget_ms), options_(options), patience_(options.patience), has_median_(true) {
+    for (const Plan& plan : plans) {
+        if (plan == choice.plan())
+            current_ = plans_.size();
+        Known& known = plans_.emplace_back(plan);
+        if (const auto tried = std::ranges::find(choice.tried, plan, &TriedPlan::plan); tried != choice.tried.end())
+            known.ms = known.best_ms = tried->trial.milliseconds.all;
+        if (const auto passed = std::ranges::find(choice.passed_over, plan, &PassedPlan::plan);
+            passed != choice.passed_over.end())
+            known.ms = passed->at_least_ms;
+    }
+    assert(plans_[current_].ms);
+}
+
+std::optional<Change> Rechooser::played(const FrameTimes& milliseconds, std::int64_t next) {
+    window_.push_back(milliseconds);
+    ++frames_since_change_;
+    if (window_.size() < options_.window)
+        return std::nullopt;
+    if (window_.size() > options_.window)
+        window_.pop_front();
+    const double median_ms = median(window_, &FrameTimes::all);
+    learn(median_ms);
+    std::optional<std::size_t> to;
+    const bool is_over = median_ms > options_.over * budget_ms_;
+    if (is_over)
+        to = cheaper(median_ms, median(window_, &FrameTimes::unfilled));
+    else if (frames_since_change_ >= patience_)
+        to = more_accurate(&Known::ms);
+    if (!to && !is_over && frames_since_change_ >= std::min(options_.retry * patience_, options_.longest_patience))
+        to = more_accurate(&Known::best_ms);
+    if (!to)
+        return std::nullopt;
+    return change_to(*to, median_ms, next);
+}
+
+void Rechooser::learn(double median_ms) {
+    const double change = has_median_ ? median_ms / *plans_[current_].ms : 1;
+    for (Known& known : plans_)
+        if (known.ms)
+            *known.ms *= change;
+    Known& current = plans_[current_];
+    current.ms = median_ms;
+    current.best_ms = std::min(current.best_ms.value_or(median_ms), median_ms);
+    has_median_ = true;
+}
+
+std::optional<std::size_t> Rechooser::cheaper(double median_ms, double unfilled_ms) const {
+    const auto is_too_slow = [&](const Plan& plan) {
+        return unfilled_ms > budget_ms_ && plan.reprojects_as(plans_[current_].plan);
+    };
+    for (const double limit_ms : {budget_ms_, median_ms})
+        for (std::size_t i = current_ + 1; i < plans_.size(); ++i)
+            if (!is_too_slow(plans_[i].plan) && plans_[i].ms.value_or(0) < limit_ms)
+                return i;
+    return std::nullopt;
+}
+
+std::optional<std::size_t> Rechooser::more_accurate(std::optional<double> Known::*ms) const {
+    for (std::size_t i = 0; i < current_; ++i)
+        if ((plans_[i].*ms).value_or(budget_ms_) <= options_.room * budget_ms_)
+            return i;
+    return std::nullopt;
+}
+
+Change Rechooser::change_to(std::size_t plan, double median_ms, std::int64_t next) {
+    const bool is_up = plan < current_;
+    if (!is_up && came_up_)
+        patience_ = std::min(2 * patience_, options_.longest_patience);
+    Change change{.frame = next,
+                  .from = plans_[current_].plan,
+                  .to = plans_[plan].plan,
+                  .median_ms = median_ms,
+                  .expected_ms = plans_[plan].ms,
+                  .budget_ms = budget_ms_,
+                  .is_up = is_up};
+    current_ = plan;
+    came_up_ = is_up;
+    has_median_ = false;
+    window_.clear();
+    frames_since_change_ = 0;
+    return change;
 }
 
 }  // namespace equistream::play

@@ -1,64 +1,112 @@
 #pragma once
-/// Of all ways to play a frame, the most accurate one that keeps to a time, found with few trials.
-#include "plan_times.h"
+/// `--method auto`: of the ways to play, the most accurate one that keeps to a time, at the start and while playing.
+#include "plan.h"
 
 #include <client/fill/fill.h>
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace equistream::play {
 
-/// A frame, both eyes.
-struct Trial {
-    PartTimes parts;
-    FilledCounts filled{};  ///< by each rung
+/// Milliseconds of a frame, both eyes.
+struct FrameTimes {
+    double all = 0;
+    double unfilled = 0;  ///< of `all`, what is the same with any fill chain
+};
 
-    double milliseconds() const { return total_ms(parts); }
+struct Trial {
+    FrameTimes milliseconds;
+    FilledCounts filled{};  ///< by each pass
 };
 
 struct TriedPlan {
     Plan plan;
     Trial trial;
-    double estimate_ms = 0;  ///< what it was known to take at least before it was tried
 };
 
 struct PassedPlan {
     Plan plan;
-    double estimate_ms = 0;  ///< what it was known to take at least when it was its turn
+    double at_least_ms = 0;  ///< what its method took without filling
 };
 
 struct Choice {
     double budget_ms = 0;
-    std::int64_t frame = 0;               ///< index of the one that was played
+    std::int64_t frame = 0;               ///< index of the one that was timed
     std::vector<TriedPlan> tried;         ///< in order
-    std::vector<PassedPlan> passed_over;  ///< by their estimate, in order of accuracy
-    std::vector<TriedPlan> surveyed;      ///< by survey
+    std::vector<PassedPlan> passed_over;  ///< in order
     std::size_t chosen = 0;               ///< of `tried`
-    bool fits = false;                    ///< false: none did, and the chosen one is the fastest
-    std::string next_better{};            ///< what kept the next more accurate plan from being chosen; empty: none is
+    bool fits = false;                    ///< false: none did, and the chosen one is the fastest that was tried
+    std::string next_better{};            ///< the next more accurate plan and its time; empty: there is none
 
     const Plan& plan() const { return tried[chosen].plan; }
-    /// By all trials; of parts that were timed more than once, the chosen plan's.
-    KnownTimes known() const;
     std::string line() const;  ///< what was chosen and why, in one line
 };
 
-/// Plays a frame a few times and says how long each part of it took.
+/// Plays a frame and says how long it took.
 using Measure = std::function<Trial(const Plan&)>;
 
-/// Goes through `plans` once, from the most accurate down. A plan of which what is known of its parts exceeds the
-/// budget already is passed over; any other is tried, which makes its parts known; the first that a trial shows to keep
-/// to the budget is taken, so never one on an estimate alone. A first trial tells of a method all but what other depth
-/// and mesh density change: that makes about as many trials as there are methods, depths and densities together, not
-/// their product with ladders. Where none fits, plans are tried from the one that may be fastest on until no other can
-/// be faster than the fastest tried.
+/// Tries `plans` from the most accurate down, until one keeps to the budget. Where a method is too slow without any
+/// filling, its shorter chains are passed over.
 Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measure& measure);
 
-/// Tries plans of which some part was in no trial yet, so that what all plans take is known when one is chosen again
-/// while playing.
-void survey(const std::vector<Plan>& plans, const Measure& measure, Choice& choice);
+struct RechooseOptions {
+    std::size_t window = 15;     ///< frames whose median counts; a change is followed by that many at least
+    double over = 1.1;           ///< of the budget: a median above it is too slow
+    double room = 0.8;           ///< of the budget: what a more accurate plan must be expected to keep to
+    std::int64_t patience = 60;  ///< frames since the last change before a step up: 2 s
+    std::int64_t longest_patience = 3840;
+    std::int64_t retry = 8;  ///< times the patience: wait for a plan that has fitted before, by its best time alone
+};
+
+struct Change {
+    std::int64_t frame = 0;  ///< index of the first that is played by `to`
+    Plan from, to;
+    double median_ms = 0;                 ///< what frames took by `from`
+    std::optional<double> expected_ms{};  ///< by `to`; nothing: that was never timed
+    double budget_ms = 0;
+    bool is_up = false;  ///< `to` is the more accurate one
+
+    std::string line() const;
+};
+
+/// While playing, a plan's time is what its frames took last; as the plan at hand gets slower or faster, so do all.
+///
+/// Down: to the next plan that may keep to the budget, else to one that is faster than the plan at hand. Up: to the
+/// most accurate plan whose time leaves room, and after a longer wait to one whose best time ever did. Whenever a step
+/// up is followed by a step down, the next one waits twice as long.
+class Rechooser {
+public:
+    /// `plans` from the most accurate down, the chosen one among them.
+    Rechooser(const std::vector<Plan>& plans, const Choice& choice, const RechooseOptions& options = {});
+
+    /// After each frame, with what it took: what is to be played from frame `next` on, where that changes.
+    std::optional<Change> played(const FrameTimes& milliseconds, std::int64_t next);
+
+private:
+    struct Known {
+        Plan plan;
+        std::optional<double> ms{}, best_ms{};  ///< nothing: neither tried nor played
+    };
+
+    void learn(double median_ms);
+    std::optional<std::size_t> cheaper(double median_ms, double unfilled_ms) const;
+    std::optional<std::size_t> more_accurate(std::optional<double> Known::*ms) const;
+    Change change_to(std::size_t plan, double median_ms, std::int64_t next);
+
+    std::vector<Known> plans_;
+    double budget_ms_;
+    RechooseOptions options_;
+    std::size_t current_ = 0;
+    std::deque<FrameTimes> window_;
+    std::int64_t frames_since_change_ = 0;
+    std::int64_t patience_;
+    bool has_median_ = false;  ///< of the plan at hand since it was taken
+    bool came_up_ = false;     ///< by the last change
+};
 
 }  // namespace equistream::play

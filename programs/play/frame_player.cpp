@@ -166,6 +166,18 @@ void FramePlayer::set_eyes(const ReceivedFrame& frame, PlayedFrame& played, cons
     }
 }
 
+std::array<double, 2> FramePlayer::decoding_ms(const ReceivedFrame& frame) const {
+    std::array ms = {frame.main.decode_ms, frame.main.convert_ms};
+    for (const auto& [role, other] : {std::pair{TrackRole::small, &frame.small},
+                                      {TrackRole::hidden, &frame.hidden},
+                                      {TrackRole::patches, &frame.patches}})
+        if (*other && !uncounted_[std::size_t(role)]) {
+            ms[0] += (*other)->decode_ms;
+            ms[1] += (*other)->convert_ms;
+        }
+    return ms;
+}
+
 void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh) {
     require_tagged_size(frame.main, settings_.source);
     if (frame.small)
@@ -182,15 +194,10 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
         figures.moved_on_s =
             pipeline_.extrapolation_s(frame, played.left, played.right, refresh->moved_on_s, scene_.has_value());
     StageTimes& times = figures.milliseconds;
-    double decode_ms = frame.main.decode_ms, convert_ms = frame.main.convert_ms;
-    for (const auto* other : {&frame.small, &frame.hidden, &frame.patches})
-        if (*other) {
-            decode_ms += (*other)->decode_ms;
-            convert_ms += (*other)->convert_ms;
-        }
+    const auto [decode_ms, convert_ms] = decoding_ms(frame);
     times[std::size_t(Stage::decode)] = {decode_ms};
     times[std::size_t(Stage::convert)] = {convert_ms};
-    played.parts.clear();
+    played.times.clear();
     for (int i = 0; i < settings_.repeat; ++i) {
         PipelineTimes pipeline;
         pipeline_.render(frame, played.left, played.right, figures.moved_on_s, pipeline);
@@ -200,7 +207,10 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
         times[std::size_t(Stage::fill)].push_back(pipeline.fill);
         if (settings_.reliability)
             times[std::size_t(Stage::reliability)].push_back(pipeline.reliability);
-        played.parts.push_back(parts_of_frame(frame, pipeline));
+        const double after_depth_ms = pipeline.reproject + pipeline.reliability;
+        played.times.push_back({.all = decode_ms + convert_ms + pipeline.depth + after_depth_ms + pipeline.fill,
+                                .unfilled = frame.main.decode_ms + frame.main.convert_ms + pipeline.depth -
+                                            pipeline.fill_depth + after_depth_ms});
     }
     figures.moved_pixels = pipeline_.moved_pixels();
     figures.uncovered_pixels = pipeline_.uncovered_pixels();

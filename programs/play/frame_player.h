@@ -8,6 +8,7 @@
 
 #include <client/receive/receive.h>
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct PlayedEye : PipelineEye {
 struct PlayedFrame {
     PlayedEye left, right;
     FrameFigures figures;
-    std::vector<PartTimes> parts;  ///< what its time went into, for each repetition
+    std::vector<FrameTimes> times;  ///< of each repetition
 };
 
 /// A refresh of a display, which shows the head where it is then and not where the frame was made for.
@@ -53,7 +54,7 @@ public:
     void play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr);
     /// Where the head is, by the path that was given; there must be one.
     Pose head_at(double time_s) const { return head_path_.at(time_s); }
-    /// For --method auto, between what was played last (nothing yet: no parts) and frame `next`: whether that and those
+    /// For --method auto, between what was played last (nothing yet: no times) and frame `next`: whether that and those
     /// after it are played in another way. Tracks that are not decoded cannot be had in the middle of a stream, so
     /// there are only ways that need no other of those that came than the first choice; what they do not need is
     /// decoded all the same, and counts, so that they can be left again.
@@ -68,7 +69,7 @@ private:
     /// Plays `timed` as it would be played after `before`.
     Trial measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed);
     /// `came`: what of the source did.
-    std::vector<std::string> idle_rungs(TrackRoles came) const;
+    std::vector<std::string> idle_passes(TrackRoles came) const;
     /// Forgets all frames but this one, which was played before those to come.
     void begin_after(const ReceivedFrame* before);
     /// What `geometry` fills from, where some chain may have that pass.
@@ -77,16 +78,13 @@ private:
     void set_eyes(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh = nullptr) const;
     FrameInfo eye_info(const ReceivedFrame& frame, Eye eye, const RefreshMoment* refresh = nullptr) const;
     PerspectiveCamera eye_camera(const FrameInfo& source) const;
+    /// Decoding, then conversion.
+    std::array<double, 2> decoding_ms(const ReceivedFrame& frame) const;
     bool takes_depth() const { return gives_depth_ && plan_.depth != "none"; }
-
-    /// All parts of plan_: decoding as it was timed, the others 0 so far.
-    PartTimes parts_with_decoding(const ReceivedFrame& frame) const;
-    /// The same with what the pipeline took.
-    PartTimes parts_of_frame(const ReceivedFrame& frame, const PipelineTimes& times) const;
 
     Settings settings_;
     Plan plan_;
-    bool is_settled_ = false;  ///< what is decoded is decoded for good, and has to be counted
+    TrackRoles uncounted_;  ///< while ways are timed: tracks that came and would not be decoded
     std::optional<Rechooser> rechooser_;
     PosePath head_path_;
     std::optional<SceneDescription> scene_;

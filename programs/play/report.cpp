@@ -96,37 +96,28 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
 }
 
 Json plan_json(const Plan& plan) {
-    return {{"method", plan.method}, {"mesh_share", plan.mesh_share}, {"depth", plan.depth}, {"fill", plan.fill}};
-}
-
-Json trials_json(const std::vector<TriedPlan>& trials) {
-    Json json = Json::array();
-    for (const auto& [plan, trial, estimate_ms] : trials) {
-        Json entry = plan_json(plan);
-        entry["estimate_ms"] = estimate_ms;
-        entry["milliseconds"] = trial.milliseconds();
-        entry["parts"] = Json::object();
-        for (const auto& [part, ms] : trial.parts)
-            entry["parts"][part.name] = ms;
-        entry["filled"] = Json::object();
-        for (const auto& [rung, count] : trial.filled)
-            entry["filled"][rung] = count;
-        json.push_back(std::move(entry));
-    }
-    return json;
+    return {{"method", plan.method}, {"depth", plan.depth}, {"fill", plan.fill}};
 }
 
 Json choice_json(const Choice& choice) {
     Json json = {
         {"budget_ms", choice.budget_ms}, {"frame", choice.frame}, {"fits", choice.fits}, {"line", choice.line()}};
-    json["tried"] = trials_json(choice.tried);
+    json["tried"] = Json::array();
+    for (const auto& [plan, trial] : choice.tried) {
+        Json entry = plan_json(plan);
+        entry["milliseconds"] = trial.milliseconds.all;
+        entry["unfilled_ms"] = trial.milliseconds.unfilled;
+        entry["filled"] = Json::object();
+        for (const auto& [pass, count] : trial.filled)
+            entry["filled"][pass] = count;
+        json["tried"].push_back(std::move(entry));
+    }
     json["chosen"] = choice.chosen;
     json["passed_over"] = Json::array();
-    for (const PassedPlan& passed : choice.passed_over) {
-        json["passed_over"].push_back(plan_json(passed.plan));
-        json["passed_over"].back()["estimate_ms"] = passed.estimate_ms;
+    for (const auto& [plan, at_least_ms] : choice.passed_over) {
+        json["passed_over"].push_back(plan_json(plan));
+        json["passed_over"].back()["at_least_ms"] = at_least_ms;
     }
-    json["surveyed"] = trials_json(choice.surveyed);
     return json;
 }
 
@@ -137,7 +128,7 @@ Json changes_json(const std::vector<Change>& changes) {
                         {"from", plan_json(change.from)},
                         {"to", plan_json(change.to)},
                         {"median_ms", change.median_ms},
-                        {"estimate_ms", change.estimate_ms},
+                        {"expected_ms", change.expected_ms ? Json(*change.expected_ms) : Json()},
                         {"line", change.line()}});
     return json;
 }

@@ -2,7 +2,6 @@
 /// Figures of a run: times by stage, gaps and what filled them, bytes. Written as report.json and as a table.
 #include "choice.h"
 #include "head_steering.h"
-#include "rechoose.h"
 #include "settings.h"
 
 #include <client/pipeline/eye_figures.h>

@@ -4,6 +4,7 @@
 #include <client/stages/stages.h>
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 namespace equistream::play {
@@ -51,25 +52,22 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
     const ReceivedFrame& timed = second != nullptr ? *second : first;
     const int repeat = std::exchange(settings_.repeat, 3);
     const auto try_plan = [&](const Plan& plan) { return measure(plan, second != nullptr ? &first : nullptr, timed); };
-    std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
-                                                 .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
-                                                 .streamed_depth = pipeline_.hands_out_planes(),
-                                                 .poses = first.posed,
-                                                 .fill = settings_.fill,
-                                                 .idle_rungs = idle_rungs(came),
-                                                 .mirrors = settings_.asks_for_mirrors()});
+    const std::vector<Plan> plans = plans_by_accuracy({.geometry = scene_.has_value(),
+                                                       .cast = is_drawn(settings_.depth) ? settings_.depth : "ray",
+                                                       .streamed_depth = pipeline_.hands_out_planes(),
+                                                       .poses = first.posed,
+                                                       .fill = settings_.fill,
+                                                       .idle_passes = idle_passes(came),
+                                                       .mirrors = settings_.asks_for_mirrors()});
     report.choice = choose_plan(plans, settings_.budget_ms, try_plan);
     report.choice->frame = timed.main.info.index;
     const Plan plan = report.choice->plan();
-    if (settings_.rechoose && second != nullptr) {
-        plans = plans_after(std::move(plans), plan, came);
-        survey(plans, try_plan, *report.choice);
-        rechooser_.emplace(std::move(plans), *report.choice);
-    }
+    if (settings_.rechoose && second != nullptr)
+        rechooser_.emplace(plans_after(plans, plan, came), *report.choice);
     settings_.repeat = repeat;
     use(plan);
     pipeline_.forget();
-    is_settled_ = true;
+    uncounted_ = {};
     report.method = plan.method;
     report.depth = plan.depth;
     if (!is_drawn(plan.depth))
@@ -80,24 +78,28 @@ void FramePlayer::settle(const ReceivedFrame& first, const ReceivedFrame* second
 Trial FramePlayer::measure(const Plan& plan, const ReceivedFrame* before, const ReceivedFrame& timed) {
     use(plan);
     begin_after(before);
+    uncounted_ = unneeded_roles(plan.choice());
     PlayedFrame played;
     play(timed, played);
-    Trial trial{.parts = {}, .filled = played.figures.left.filled};
+    // The first round warms up; of the others the slower one counts.
+    Trial trial{.milliseconds = std::ranges::max(played.times | std::views::drop(1), {}, &FrameTimes::all),
+                .filled = played.figures.left.filled};
     for (std::size_t i = 0; i < trial.filled.size(); ++i)
         trial.filled[i].second += played.figures.right.filled[i].second;
-    // The first round warms up; of the others the slower one counts.
-    for (std::size_t i = 1; i < played.parts.size(); ++i)
-        for (const auto& [part, ms] : played.parts[i])
-            trial.parts[part] = std::max(trial.parts[part], ms);
     // The first pictures are decoded while scenes load, or begin with a whole one: of two the faster one is like more.
-    if (before != nullptr)
-        for (const auto& [part, ms] : parts_with_decoding(*before))
-            if (is_decoding(part) && ms > 0)  // some come with every other frame only
-                trial.parts[part] = std::min(trial.parts[part], ms);
+    if (before != nullptr) {
+        const auto main_ms = [](const ReceivedFrame& frame) { return frame.main.decode_ms + frame.main.convert_ms; };
+        const auto all_ms = [&](const ReceivedFrame& frame) {
+            const auto [decode_ms, convert_ms] = decoding_ms(frame);
+            return decode_ms + convert_ms;
+        };
+        trial.milliseconds.all -= std::max(all_ms(timed) - all_ms(*before), 0.0);
+        trial.milliseconds.unfilled -= std::max(main_ms(timed) - main_ms(*before), 0.0);
+    }
     return trial;
 }
 
-std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
+std::vector<std::string> FramePlayer::idle_passes(TrackRoles came) const {
     std::vector<std::string> idle;
     for (const FillStage& stage : fill_stages()) {
         const TrackRoles colours = stage.reads & ~depth_roles;
@@ -108,9 +110,9 @@ std::vector<std::string> FramePlayer::idle_rungs(TrackRoles came) const {
 }
 
 void FramePlayer::rechoose(const PlayedFrame& played, std::int64_t next, Report& report) {
-    if (!rechooser_ || played.parts.empty())
+    if (!rechooser_ || played.times.empty())
         return;
-    const std::optional<Change> change = rechooser_->played(played.parts.back(), next);
+    const std::optional<Change> change = rechooser_->played(played.times.back(), next);
     if (!change)
         return;
     const std::string before = plan_.fill;
@@ -132,7 +134,6 @@ void FramePlayer::begin_after(const ReceivedFrame* before) {
 void FramePlayer::use(const Plan& plan) {
     plan_ = plan;
     pipeline_.use({.engine = plan.method,
-                   .engine_options = {.mesh_share = plan.mesh_share},
                    .by_depth = plan.depth != "none",
                    .by_planes = settings_.method != "auto" || plan.depth == "stream",
                    .fill = plan.fill,

@@ -1,7 +1,8 @@
 /// `play --method auto`: which ways there are, and that their order is the one measured.
-#include "fake_times.h"
+#include <programs/play/plan.h>
 
 #include <client/fill/fill.h>
+#include <client/stages/stages.h>
 #include <equistream/bound.h>
 #include <tests/unit/client/analytic_scene.h>
 
@@ -10,7 +11,6 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <set>
 
 namespace equistream::play {
 namespace {
@@ -21,61 +21,53 @@ namespace test = equistream::test;
 
 const Pose source_pose, moved{{0.063, 0.02, 0}, {1, 0, 0, 0}};
 
-TEST(Plans, AskOnlyForWhatIsThere) {
-    for (const PlanInputs& inputs : fakes::all_inputs())
-        for (const Plan& plan : plans_by_accuracy(inputs)) {
-            SCOPED_TRACE(plan.words());
-            const DepthNeeds needs = make_engine(plan.method)->needs_depth(source_pose, moved);
-            EXPECT_EQ(plan.depth != "none", needs.any());
-            EXPECT_TRUE(inputs.geometry || !(needs.eye || plan.depth == "ray"));
-            EXPECT_TRUE(inputs.streamed_depth || plan.depth != "stream");
-            EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "proxy-sphere"));
-            const std::vector<std::string> ladders = shorter_ladders(inputs.fill, inputs.idle_rungs);
-            EXPECT_TRUE(std::ranges::count(ladders, plan.fill) > 0 || plan.fill == "none" || plan.fill == "pushpull")
-                << plan.fill;
+TEST(Plans, AskOnlyForWhatIsThereOnceEach) {
+    for (const char* fill :
+         {"hidden,patches,earlier,small,small-wide,geometry,pushpull", "patches,small", "pushpull", "none"})
+        for (const unsigned there : {0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u}) {
+            const PlanInputs inputs{.geometry = (there & 1) != 0,
+                                    .streamed_depth = (there & 2) != 0,
+                                    .poses = (there & 4) != 0,
+                                    .fill = fill};
+            const std::vector<std::string> chains = shorter_chains(inputs.fill, inputs.idle_passes);
+            const std::vector<Plan> plans = plans_by_accuracy(inputs);
+            ASSERT_FALSE(plans.empty());
+            EXPECT_EQ(plans.back().words(), "rotation, depth none, fill none");
+            for (const Plan& plan : plans) {
+                SCOPED_TRACE(plan.words());
+                EXPECT_EQ(std::ranges::count(plans, plan), 1);
+                const DepthNeeds needs = make_engine(plan.method)->needs_depth(source_pose, moved);
+                EXPECT_EQ(plan.depth != "none", needs.any());
+                EXPECT_TRUE(inputs.geometry || !(needs.eye || plan.depth == "ray"));
+                EXPECT_TRUE(inputs.streamed_depth || plan.depth != "stream");
+                EXPECT_TRUE(inputs.poses || (!needs.any() && plan.method != "proxy-sphere"));
+                EXPECT_TRUE(std::ranges::count(chains, plan.fill) > 0 || plan.fill == "none") << plan.fill;
+            }
         }
 }
 
-TEST(Plans, AreTriedOnceEachAndEndWithWhatAlwaysPlays) {
-    for (const PlanInputs& inputs : fakes::all_inputs()) {
-        const std::vector<Plan> plans = plans_by_accuracy(inputs);
-        std::set<std::string> words;
-        for (const Plan& plan : plans)
-            EXPECT_TRUE(words.insert(plan.words()).second) << plan.words() << " twice";
-        ASSERT_FALSE(plans.empty());
-        EXPECT_EQ(plans.back().depth, "none");
-        EXPECT_EQ(plans.back().fill, "none");
-    }
-}
-
-TEST(Plans, AreAsManyAsTheGuideSays) {
+TEST(Plans, AreAsManyAsDecision15Says) {
     PlanInputs inputs{.geometry = true, .fill = default_fill};
-    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 11u);
     inputs.streamed_depth = true;
-    EXPECT_EQ(plans_by_accuracy(inputs).size(), 51u);
-    inputs.idle_rungs = {"hidden", "patches"};
-    EXPECT_EQ(plans_by_accuracy(inputs).size(), 27u);
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 16u);
+    inputs.geometry = false;
+    EXPECT_EQ(plans_by_accuracy(inputs).size(), 8u);
 }
 
 /// Depth that OpenGL draws takes the place of rays, and leaves the stream's own depth undecoded as they do.
 TEST(Plans, CastDepthAsTheyAreTold) {
-    const PlanInputs rays{.geometry = true, .fill = default_fill};
-    PlanInputs drawn = rays;
-    drawn.cast = "gl";
-    std::vector<Plan> expected = plans_by_accuracy(rays);
-    for (Plan& plan : expected)
-        if (plan.depth == "ray")
-            plan.depth = "gl";
-    EXPECT_EQ(plans_by_accuracy(drawn), expected);
-    for (const char* depth : {"ray", "gl", "gl-cube"})
-        EXPECT_TRUE(
-            unneeded_roles({.engine = "eye-depth", .depth = depth, .fill = "none"})[std::size_t(TrackRole::depth)]);
+    for (const std::string depth : {"ray", "gl", "gl-cube"}) {
+        const Plan first = plans_by_accuracy({.geometry = true, .cast = depth, .fill = "none"}).front();
+        EXPECT_EQ(first.words(), "eye-depth, depth " + depth + ", fill none");
+        EXPECT_TRUE(unneeded_roles(first.choice())[std::size_t(TrackRole::depth)]);
+    }
     EXPECT_FALSE(unneeded_roles({.engine = "mesh", .depth = "stream", .fill = "none"})[std::size_t(TrackRole::depth)]);
 }
 
 TEST(Plans, AreBarredOnlyByTracksThatCame) {
     const PlanInputs inputs{
-        .geometry = true, .streamed_depth = true, .fill = default_fill, .idle_rungs = {"hidden", "patches"}};
+        .geometry = true, .streamed_depth = true, .fill = default_fill, .idle_passes = {"hidden", "patches"}};
     const std::vector<Plan> plans = plans_by_accuracy(inputs);
     TrackRoles came;
     came.set(std::size_t(TrackRole::main));
@@ -145,7 +137,7 @@ public:
         SourceView source = source_.source(box_m);
         if (plan.depth == "stream")
             source.depth_m = coded_.view();
-        const auto engine = make_engine(plan.method, {.mesh_share = plan.mesh_share});
+        const auto engine = make_engine(plan.method);
         const FillLadder ladder = make_fill_ladder(plan.fill);
         engine->set_source(source);
         const SourceView hidden = hidden_.source(box_m), earlier = earlier_.source(box_m);
@@ -189,57 +181,42 @@ private:
 };
 
 /// A tenth of a decibel is what a depth code may lose: ways that near each other are as good. With the eyes' own depth
-/// and without are two orders, as how much rungs are worth beside it is the scene's; with the same rungs it is ahead.
+/// and without are two orders, as how much passes are worth beside it is the scene's; with the same passes it is ahead.
 TEST(Plans, ComeInTheOrderOfWhatTheyMeasure) {
     constexpr double as_good_db = 0.1;
     const Accuracy accuracy;
-    double worst_by_surface_db = 99, worst_without_db = 99;
-    std::map<std::string, double> by_surface_db;
+    double worst_by_eye_db = 99, worst_without_db = 99;
+    std::map<std::string, double> by_eye_db;
     for (const Plan& plan :
          plans_by_accuracy({.geometry = true, .streamed_depth = true, .fill = "hidden,earlier,pushpull"})) {
-        const bool by_surface = plan.method == "eye-depth";
+        const bool by_eye = plan.method == "eye-depth";
         const double db = accuracy.psnr_db(plan);
-        double& worst_yet_db = by_surface ? worst_by_surface_db : worst_without_db;
+        double& worst_yet_db = by_eye ? worst_by_eye_db : worst_without_db;
         EXPECT_LE(db, worst_yet_db + as_good_db) << plan.words();
         worst_yet_db = std::min(worst_yet_db, db);
-        double& same_rungs_db = by_surface_db.try_emplace(plan.fill, 99).first->second;
-        if (by_surface)
-            same_rungs_db = std::min(same_rungs_db, db);
-        else
-            EXPECT_LE(db, same_rungs_db + as_good_db) << plan.words();
+        const double same_passes_db = by_eye_db.try_emplace(plan.fill, by_eye ? db : 99).first->second;
+        EXPECT_LE(db, same_passes_db + as_good_db) << plan.words();
     }
     EXPECT_LT(worst_without_db, 20);
 }
 
-/// The series ends where a finer mesh is no better and a coarser one is worse than what the last rung is worth.
-TEST(Plans, HaveMeshesAsDenseAsIsWorthIt) {
-    const Accuracy accuracy;
-    const auto psnr_db = [&](double share) { return accuracy.psnr_db({"mesh", share, "ray", "hidden,pushpull"}); };
-    const double finest_db = psnr_db(mesh_shares.front()), coarsest_db = psnr_db(mesh_shares.back());
-    EXPECT_LT(std::abs(psnr_db(mesh_shares.front() / 2) - finest_db), 0.01);
-    EXPECT_LT(coarsest_db, finest_db - 0.01);
-    EXPECT_GT(coarsest_db, finest_db - 0.2);
-    EXPECT_LT(psnr_db(2 * mesh_shares.back()), coarsest_db - 3);
-}
-
-TEST(Plans, LeaveRungsOutOneAtATimeTheLeastWorthFirst) {
-    using Ladders = std::vector<std::string>;
-    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {}),
-              (Ladders{"hidden,patches,earlier,pushpull", "hidden,patches,pushpull", "hidden,pushpull", "pushpull"}));
-    EXPECT_EQ(shorter_ladders("small-wide,patches,small,geometry,spread", {}),
-              (Ladders{"small-wide,patches,small,geometry,spread", "small-wide,patches,geometry,spread",
-                       "patches,geometry,spread", "patches,spread", "spread"}));
-    // What fills nothing makes no ladder of its own.
-    EXPECT_EQ(shorter_ladders("hidden,patches,earlier,pushpull", {"patches", "small"}),
-              (Ladders{"hidden,patches,earlier,pushpull", "hidden,pushpull", "pushpull"}));
-    EXPECT_EQ(shorter_ladders("hidden,patches,pushpull", {"patches", "hidden"}), Ladders{"hidden,patches,pushpull"});
+TEST(Plans, LeavePassesOutOneAtATimeTheLeastWorthFirst) {
+    using Chains = std::vector<std::string>;
+    EXPECT_EQ(shorter_chains("hidden,patches,earlier,pushpull", {}),
+              (Chains{"hidden,patches,earlier,pushpull", "hidden,patches,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_chains("small-wide,patches,small,geometry,spread", {}),
+              (Chains{"small-wide,patches,small,geometry,spread", "small-wide,patches,geometry,spread",
+                      "patches,geometry,spread", "patches,spread", "spread"}));
+    // What fills nothing makes no chain of its own.
+    EXPECT_EQ(shorter_chains("hidden,patches,earlier,pushpull", {"patches", "small"}),
+              (Chains{"hidden,patches,earlier,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_chains("hidden,patches,pushpull", {"patches", "hidden"}), Chains{"hidden,patches,pushpull"});
     // A guess goes before what is truly there, wherever it stands.
-    EXPECT_EQ(shorter_ladders("hidden,spread,pushpull", {}),
-              (Ladders{"hidden,spread,pushpull", "hidden,pushpull", "pushpull"}));
-    EXPECT_EQ(shorter_ladders("pushpull,small,spread", {}),
-              (Ladders{"pushpull,small,spread", "small,spread", "spread"}));
-    EXPECT_EQ(shorter_ladders("earlier", {}), Ladders{"earlier"});
-    EXPECT_EQ(shorter_ladders("none", {}), Ladders{"none"});
+    EXPECT_EQ(shorter_chains("hidden,spread,pushpull", {}),
+              (Chains{"hidden,spread,pushpull", "hidden,pushpull", "pushpull"}));
+    EXPECT_EQ(shorter_chains("pushpull,small,spread", {}), (Chains{"pushpull,small,spread", "small,spread", "spread"}));
+    EXPECT_EQ(shorter_chains("earlier", {}), Chains{"earlier"});
+    EXPECT_EQ(shorter_chains("none", {}), Chains{"none"});
 }
 
 }  // namespace
