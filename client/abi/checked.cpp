@@ -83,7 +83,7 @@ CheckedSettings checked_settings(const es_client_settings* settings) {
     session.hardware = s.software == 0;
     require(range_mismatch(s.max_extrapolation_s, 0, 1), "max_extrapolation_s");
     session.max_extrapolation_s = s.max_extrapolation_s;
-    require(range_mismatch(s.exposure_stops, -most_exposure_stops, most_exposure_stops), "exposure_stops");
+    require(range_mismatch(s.exposure_stops, -max_exposure_stops, max_exposure_stops), "exposure_stops");
     session.exposure_stops = s.exposure_stops;
     return checked;
 }

@@ -33,12 +33,12 @@ public:
         renderer_.show(std::move(frame), times_);
     }
     bool has_depth() const override { return renderer_.has_depth(); }
-    bool can_extrapolate() const override { return settings_.by_depth && renderer_.can_carry_on(); }
+    bool can_extrapolate() const override { return settings_.by_depth && renderer_.can_extrapolate(); }
 
     void render(std::span<const EyeView> eyes, double extrapolation_s) override {
         const gl::HostGlState kept;
         eyes_.assign(eyes.begin(), eyes.end());
-        renderer_.carry_on(extrapolation_s);
+        renderer_.extrapolate(extrapolation_s);
         renderer_.look(eyes, settings_.by_depth, times_);
         renderer_.draw(
             {.surface = settings_.by_depth, .reliability = settings_.confidence, .mirrors = settings_.mirrors},

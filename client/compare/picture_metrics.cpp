@@ -13,7 +13,7 @@ namespace equistream {
 
 namespace {
 
-constexpr std::uint32_t largest_pixel_error = 3 * 255 * 255;
+constexpr std::uint32_t max_pixel_error = 3 * 255 * 255;
 
 /// Adds up row sums that were computed in parallel, in the order of the rows.
 template <typename RowSum>
@@ -93,7 +93,7 @@ ErrorSum sphere_error(const ErrorPlane& errors, const LongitudeLatitudeRange& ra
     });
 }
 
-ErrorHistogram::ErrorHistogram() : pixels_(largest_pixel_error + 1, 0) {}
+ErrorHistogram::ErrorHistogram() : pixels_(max_pixel_error + 1, 0) {}
 
 void ErrorHistogram::add(const ErrorPlane& errors) {
     for (const std::uint32_t error : errors.samples())

@@ -150,23 +150,22 @@ private:
         const Floats length2 = hn::MulAdd(a, a, hn::MulAdd(b, b, all(1.0f)));
         const Floats over_length = over_sqrt(length2);
         const Floats n2 = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, nz * nz));
-        const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(least_length2));
+        const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(min_length2));
         const Floats inverse_r = q * over_length;
         const Floats sx = hn::NegMulAdd(all(n.centre.x), inverse_r, a * over_length);
         const Floats sy = hn::NegMulAdd(all(n.centre.y), inverse_r, b * over_length);
         const Floats sz = hn::Neg(hn::MulAdd(all(n.centre.z), inverse_r, over_length));
-        const Floats s2 = hn::Max(hn::MulAdd(sx, sx, hn::MulAdd(sy, sy, sz * sz)), all(least_distance2));
+        const Floats s2 = hn::Max(hn::MulAdd(sx, sx, hn::MulAdd(sy, sy, sz * sz)), all(min_distance2));
         const Floats facing = hn::Abs(hn::NegMulAdd(
             nx, all(n.centre.x), hn::NegMulAdd(ny, all(n.centre.y), hn::NegMulAdd(nz, all(n.centre.z), all(1.0f)))));
         const Floats nearer = over_sqrt(s2), density = all(n.density) * over_length * nearer;
-        const Floats size2 = density * density * over_length * nearer * hn::Max(facing, all(least_facing));
-        const Floats most = all(most_halvings), none = all(0.0f);
+        const Floats size2 = density * density * over_length * nearer * hn::Max(facing, all(min_facing));
+        const Floats most = all(max_halvings), none = all(0.0f);
         const Floats doublings = all(0.5f) * fast_log2(size2);
-        const Floats aslant =
-            hn::IfThenElseZero(q > none, all(-0.5f) * fast_log2(hn::Max(cosine2, all(least_cosine2))));
+        const Floats aslant = hn::IfThenElseZero(q > none, all(-0.5f) * fast_log2(hn::Max(cosine2, all(min_cosine2))));
         parallax_px = all(n.focal_px * n.baseline_m) * inverse_r;
         const Floats sine = hn::MulAdd(all(n.pole.x), sx, hn::MulAdd(all(n.pole.y), sy, all(n.pole.z) * sz)) * nearer;
-        const Floats closer = all(-0.5f) * fast_log2(hn::Max(hn::NegMulAdd(sine, sine, all(1.0f)), all(least_cosine2)));
+        const Floats closer = all(-0.5f) * fast_log2(hn::Max(hn::NegMulAdd(sine, sine, all(1.0f)), all(min_cosine2)));
         const Floats rows = hn::Min(hn::Max(hn::Neg(doublings), none), most);
         const Floats columns = hn::Min(hn::Max(hn::Neg(doublings) - closer, none), most);
         of(risks, Risk::blur) = detail * all(0.5f) * (rows + columns);
@@ -179,8 +178,8 @@ private:
     HWY_INLINE void flat(Floats detail, Risks& risks) const {
         const RiskNumbers& n = job_.numbers;
         const float doublings = std::log2(n.density);
-        of(risks, Risk::blur) = detail * all(std::clamp(-doublings, 0.0f, most_halvings));
-        of(risks, Risk::minification) = detail * all(std::clamp(doublings, 0.0f, most_halvings));
+        of(risks, Risk::blur) = detail * all(std::clamp(-doublings, 0.0f, max_halvings));
+        of(risks, Risk::minification) = detail * all(std::clamp(doublings, 0.0f, max_halvings));
         of(risks, Risk::grazing) = all(0.0f);
         of(risks, Risk::parallax) = log_of(all(n.focal_px * n.baseline_m));
     }
@@ -192,7 +191,7 @@ private:
         const Nearest sample =
             nearest_sample(job_.grid, Vectors{hn::MulAdd(all(eye.x), q, r.x), hn::MulAdd(all(eye.y), q, r.y),
                                               hn::MulAdd(all(eye.z), q, r.z)});
-        const FloatMask mirror = hn::And(sample.covered, value_at(job_.specular, sample) > all(least_specular));
+        const FloatMask mirror = hn::And(sample.covered, value_at(job_.specular, sample) > all(min_specular));
         return hn::VecFromMask(int_tag, hn::RebindMask(int_tag, mirror));
     }
 

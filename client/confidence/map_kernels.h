@@ -13,7 +13,7 @@
 namespace equistream {
 
 /// Loops go by so many bytes: rows of all planes hold as many and two more, however narrow the picture.
-inline constexpr int least_map_width = 32;
+inline constexpr int min_map_width = 32;
 
 /// One eye whose pixels are to be judged, and planes in between, all of the picture's size and allocated by the caller.
 struct MapJob {

@@ -38,7 +38,7 @@ public:
     }
 
 private:
-    static constexpr int margin = least_map_width + 16;
+    static constexpr int margin = min_map_width + 16;
     int stride_;
     std::unique_ptr<Sample[]> samples_;
 };
@@ -52,7 +52,7 @@ HWY_INLINE void over_row(int width, const At& at) {
 }
 
 /// Bytes by the block, for loops whose pointers a compiler cannot tell apart.
-using BlockTag = hn::CappedTag<std::uint8_t, least_map_width>;
+using BlockTag = hn::CappedTag<std::uint8_t, min_map_width>;
 using Block = hn::Vec<BlockTag>;
 constexpr BlockTag block_tag;
 
@@ -86,7 +86,7 @@ HWY_INLINE void inverse_planar_row(const RiskNumbers& n, int y, float* to) {
         const Floats depth = hn::LoadU(float_tag, from + x);
         const Floats length2 = hn::MulAdd(a, a, all(1 + b * b));
         const Floats inverse = length2 * over_sqrt(length2) / depth;
-        hn::StoreU(hn::IfThenElseZero(depth > all(0.0f), hn::Min(inverse, all(largest_inverse_m))), float_tag, to + x);
+        hn::StoreU(hn::IfThenElseZero(depth > all(0.0f), hn::Min(inverse, all(max_inverse_m))), float_tag, to + x);
     });
 }
 
@@ -175,7 +175,7 @@ private:
     HWY_INLINE void mark_steps(const RiskNumbers& n, int y, const Planar& planar, std::uint8_t* marks) {
         const float *two_above = planar(y - 2), *above = planar(y - 1), *here = planar(y), *below = planar(y + 1),
                     *two_below = planar(y + 2);
-        const Floats least = all(n.least_step_inverse_m);
+        const Floats least = all(n.min_step_inverse_m);
         over_row(width_, [&](int x) HWY_ATTR {
             const Floats p = hn::LoadU(float_tag, here + x - 2), q = hn::LoadU(float_tag, here + x - 1),
                          r = hn::LoadU(float_tag, here + x), s = hn::LoadU(float_tag, here + x + 1),

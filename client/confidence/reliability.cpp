@@ -16,7 +16,7 @@ using reliability_model::Group;
 using reliability_model::groups;
 
 /// The calibration table covers sums from 0 to its last entry; beyond that it stays.
-inline std::uint8_t look_up(const Group& group, float sum) {
+inline std::uint8_t resample(const Group& group, float sum) {
     const auto entry = int(std::min(sum * reliability_model::entries_per_unit, float(group.share_255.size() - 1)));
     return group.share_255[std::size_t(entry)];
 }
@@ -50,7 +50,7 @@ ByteImage judge(const SourceView& source, const EyeView& eye, const EyePicture& 
                 const ReliabilityOptions& options, const Told& told) {
     RiskNumbers numbers(source, eye, picture, options);
     const int width = picture.origin.width(), height = picture.origin.height();
-    const int row_width = std::max(width, least_map_width + 2);
+    const int row_width = std::max(width, min_map_width + 2);
     EyePicture wide;
     FloatImage wide_depth_m;
     if (row_width > width) {
@@ -123,7 +123,7 @@ float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks
     float sum = 0;
     for (std::size_t k = 0; k < risks.size(); ++k)
         sum += weighted.weights[k] * risks[k];
-    return float(look_up(weighted, sum)) * (1 / 255.0f);
+    return float(resample(weighted, sum)) * (1 / 255.0f);
 }
 
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,

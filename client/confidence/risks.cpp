@@ -12,7 +12,7 @@ namespace equistream {
 
 namespace {
 
-constexpr float most_radii_outside = 2;
+constexpr float max_radii_outside = 2;
 constexpr int longest_step = 8;
 
 /// Rows of a sphere per radian; a flat view's at its middle, where they are fewest.
@@ -63,11 +63,11 @@ RiskNumbers::RiskNumbers(const SourceView& source, const EyeView& eye, bool has_
     const double box = source.box_radius_m > 0 ? source.box_radius_m : baseline_m;
     if (box > 0) {
         const double share = baseline_m / box;
-        outside = float(std::clamp(share - 1 - 1e-6, 0.0, double(most_radii_outside)));
+        outside = float(std::clamp(share - 1 - 1e-6, 0.0, double(max_radii_outside)));
         depth_error_px = float(options.depth_tolerance_w * share * focal);
     }
     // Far outside the box w is B / r, so a step of w is B times one of 1 / r.
-    least_step_inverse_m = float(error_budget_rad(focal) / std::max<double>(baseline_m, 1e-6));
+    min_step_inverse_m = float(error_budget_rad(focal) / std::max<double>(baseline_m, 1e-6));
     if (std::holds_alternative<EquirectCamera>(source.camera)) {
         const glm::dvec3 up = glm::conjugate(eye.pose.orientation) * (source.pose.orientation * glm::dvec3(0, 1, 0));
         pole = {float(up.x), float(up.y), float(up.z)};

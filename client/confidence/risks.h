@@ -7,13 +7,13 @@
 
 namespace equistream {
 
-inline constexpr float most_halvings = 4;
+inline constexpr float max_halvings = 4;
 inline constexpr float twentieths = 20;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
-inline constexpr float largest_inverse_m = 1e4f;
-inline constexpr float least_cosine2 = 1e-6f, least_facing = 1e-3f, least_distance2 = 1e-6f;
+inline constexpr float max_inverse_m = 1e4f;
+inline constexpr float min_cosine2 = 1e-6f, min_facing = 1e-3f, min_distance2 = 1e-6f;
 /// So that the normal of what is infinitely far divides by something.
-inline constexpr float least_length2 = 1e-30f;
+inline constexpr float min_length2 = 1e-30f;
 /// What log2 is above a straight line from power to power, over the product of the fractions to either side.
 inline constexpr float log2_correction = 0.346607f;
 
@@ -35,7 +35,7 @@ struct RiskNumbers {
     CodingLoss coding_loss;               ///< zeros where nothing was coded
     int step = 1;                         ///< a source pixel, in pixels of the eye
     int texture_reach = 4;                ///< pixels to either side that Risk::texture is a mean over
-    float least_step_inverse_m = 0;       ///< of inverse planar depth, at a silhouette
+    float min_step_inverse_m = 0;         ///< of inverse planar depth, at a silhouette
     bool mirrors = false;                 ///< the source's specular mask counts
     KnownDepth known = KnownDepth::fine;  ///< an eye that has not moved needs none
 

@@ -6,9 +6,9 @@
 namespace equistream {
 
 /// Smaller triangles' textures are looked up as if they were so large.
-inline constexpr float least_triangle_m2 = 1e-12f;
+inline constexpr float min_triangle_m2 = 1e-12f;
 /// Of the angle at which a surface is seen: flatter ones' textures are looked up as if they were not.
-inline constexpr float least_seen_cosine = 1e-3f;
+inline constexpr float min_seen_cosine = 1e-3f;
 
 /// False of what shines by itself, mirrors or is glass, so that its base colour says little.
 inline bool is_matte(const Material& material) {

@@ -1,6 +1,6 @@
 #pragma once
 /// What a client that has the scene's geometry knows of a surface's colour: where a ray hits, and the surface's base
-/// colour there, unlit. One interface, so that the fill ladder needs no ray tracer.
+/// colour there, unlit. One interface, so that the fill chain needs no ray tracer.
 #include <glm/glm.hpp>
 
 #include <cstdint>

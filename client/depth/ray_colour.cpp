@@ -101,9 +101,9 @@ GeometryHit RayColour::State::Loaded::shade(const GeometryRay& ray, const HitId&
         hit.normal = -hit.normal;
     if (texture_of(id) != no_index) {
         const glm::vec2 a = c.uv[1] - c.uv[0], b = c.uv[2] - c.uv[0];
-        const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, least_triangle_m2));
+        const float uv_per_m = std::sqrt(std::abs(a.x * b.y - a.y * b.x) / std::max(area, min_triangle_m2));
         const glm::vec2 uv = (1 - id.u - id.v) * c.uv[0] + id.u * c.uv[1] + id.v * c.uv[2];
-        const float width_m = ray.spread_rad * distance_m / std::sqrt(std::max(std::abs(cosine), least_seen_cosine));
+        const float width_m = ray.spread_rad * distance_m / std::sqrt(std::max(std::abs(cosine), min_seen_cosine));
         hit.base_colour *= textures.lookup(material.base_colour_texture, uv, width_m * uv_per_m);
     }
     hit.matte = is_matte(material);

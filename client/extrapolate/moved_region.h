@@ -12,9 +12,9 @@
 namespace equistream {
 
 /// Rows that one pixel may come to cover, each way: what comes nearer by more is no longer seen well anyway.
-inline constexpr double largest_half_height = 16;
+inline constexpr double max_half_height = 16;
 /// What goes beyond is not seen.
-inline constexpr double farthest_carried_m = 1e9;
+inline constexpr double max_extrapolated_m = 1e9;
 
 class MovedRegion {
 public:
@@ -42,7 +42,7 @@ public:
                 half_v += 0.5 * std::abs(to->pixel.y - centre->pixel.y);
             }
         half_u = std::min(half_u, 0.5 * width_);
-        half_v = std::min(half_v, largest_half_height);
+        half_v = std::min(half_v, max_half_height);
         const int left = int(std::ceil(centre->pixel.x - 0.5 - half_u)),
                   top = int(std::ceil(centre->pixel.y - 0.5 - half_v));
         const int right = int(std::floor(centre->pixel.x - 0.5 + half_u)),
@@ -109,7 +109,7 @@ private:
         const double distance_m = glm::length(to);
         const glm::dvec2 at = pixel_of(camera_, to);
         // Streams may say anything, and a flat view has no end: neither may leave the numbers that pixels are.
-        if (!(distance_m > 0 && distance_m < farthest_carried_m && std::abs(at.x) < 4.0 * width_ &&
+        if (!(distance_m > 0 && distance_m < max_extrapolated_m && std::abs(at.x) < 4.0 * width_ &&
               std::abs(at.y) < 4.0 * height_))
             return std::nullopt;
         return After{at, distance_m};

@@ -1,6 +1,6 @@
 #pragma once
-/// The fill ladder: what each rung does to the pixels that the source did not see. Rungs run in order; each touches
-/// only pixels whose origin is gap, and marks those it fills.
+/// The fill chain: what each fill pass does to the pixels that the source did not see. Fill passes run in order; each
+/// touches only pixels whose origin is gap, and marks those it fills.
 ///
 /// `hidden`    the source's second layer: what lies behind the first surface along the same rays.
 /// `patches`   blocks of spheres beside the source's that the server predicted the eyes to need.
@@ -56,18 +56,18 @@ struct FillInputs {
     const SourceView* hidden = nullptr;     ///< camera and pose of main; depth_m NaN where there is no second surface
     const PatchesView* patches = nullptr;
     GeometryColour* geometry = nullptr;
-    /// As in EngineOptions: what a rung takes from elsewhere for a point is no farther from it than this. `geometry`
-    /// and `spread` have no use for it.
+    /// As in EngineOptions: what a fill pass takes from elsewhere for a point is no farther from it than this.
+    /// `geometry` and `spread` have no use for it.
     double error_budget_px = EngineOptions{}.error_budget_px;
 };
 
-class FillRung {
+class FillPass {
 public:
-    virtual ~FillRung() = default;
+    virtual ~FillPass() = default;
     virtual std::string_view name() const = 0;
-    /// Whether depth of the views this rung takes its colours from, and of the eye, makes it better.
+    /// Whether depth of the views this fill pass takes its colours from, and of the eye, makes it better.
     virtual bool wants_depth() const = 0;
-    /// A rung whose input is missing fills nothing.
+    /// A fill pass whose input is missing fills nothing.
     virtual void set_frame(const FillInputs& inputs) = 0;
     /// Fills gaps of `picture`, which shows `eye`; `gaps` are all its gaps, and those that stay open when it returns.
     /// Where the picture has depths of its own, those of filled pixels are set too. Returns how many pixels it filled.
@@ -81,20 +81,20 @@ public:
     }
 };
 
-/// Rungs in the order in which they run.
-using FillLadder = std::vector<std::unique_ptr<FillRung>>;
+/// Fill passes in the order in which they run.
+using FillChain = std::vector<std::unique_ptr<FillPass>>;
 
-/// Pixels filled, by the rungs' names and in their order.
+/// Pixels filled, by the fill passes' names and in their order.
 using FilledCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
-/// Runs a ladder whose rungs have been given their frame.
-FilledCounts fill_gaps(const FillLadder& ladder, const EyeView& eye, EyePicture& picture);
+/// Runs a fill chain whose fill passes have been given their frame.
+FilledCounts fill_gaps(const FillChain& chain, const EyeView& eye, EyePicture& picture);
 
 /// What shows what is truly there, then push-pull (docs/decisions/0004).
 inline constexpr const char* default_fill = "hidden,patches,earlier,pushpull";
 
-/// Rungs of a comma-separated list of names of fill_stages() (stages.h); "none" alone is an empty ladder. Throws
-/// InputError naming the accepted words.
-FillLadder make_fill_ladder(const std::string& list);
+/// Fill passes of a comma-separated list of names of fill_stages() (stages.h); "none" alone is an empty fill chain.
+/// Throws InputError naming the accepted words.
+FillChain make_fill_chain(const std::string& list);
 
 }  // namespace equistream

@@ -59,7 +59,7 @@ private:
 struct Projected {
     float u = 0, v = 0;
     float inverse = std::numeric_limits<float>::quiet_NaN();
-    float distance = 0, reach = 0;  ///< from the grid's own centre; reach as in DepthAgreement
+    float distance = 0, clearance = 0;  ///< from the grid's own centre; clearance as in DepthAgreement
 };
 
 /// A block and one sample further to each side, so that surfaces do not end at a block's edge.
@@ -169,7 +169,7 @@ private:
             return out;
         out = project_point(point);
         out.distance = float(distance);
-        out.reach = agreement_.reach(depth);
+        out.clearance = agreement_.clearance(depth);
         return out;
     }
 
@@ -232,7 +232,7 @@ private:
         const Projected &p = at(patch, a), &q = at(patch, b);
         if (std::isnan(p.inverse) || std::isnan(q.inverse))
             return false;
-        if (agreement_.same(p.reach, q.reach))
+        if (agreement_.same(p.clearance, q.clearance))
             return true;
         const glm::ivec2 step = b - a;
         return continues(patch, a - step, p, q) || continues(patch, b + step, q, p);
@@ -249,7 +249,7 @@ private:
         return std::abs(expected - w(q)) <= agreement_.tolerance;
     }
 
-    float w(const Projected& p) const { return agreement_.box_radius_m / p.reach; }
+    float w(const Projected& p) const { return agreement_.box_radius_m / p.clearance; }
     static const Projected& at(const Patch& patch, glm::ivec2 p) { return patch[p.y][p.x]; }
 
     /// `sign`: 1, or -1 for a footprint.

@@ -1,6 +1,6 @@
 #pragma once
-/// The `pushpull` rung's filling of one picture. What it computes, level by level (pixels are level 0; a cell of level
-/// l covers 2^l x 2^l pixels):
+/// The `pushpull` fill pass's filling of one picture. What it computes, level by level (pixels are level 0; a cell of
+/// level l covers 2^l x 2^l pixels):
 ///
 /// A pixel has one layer, a cell up to two, far and near. A layer has a mean w = B / (r - B) (depth_agreement.h) and is
 /// *coloured* or *open*: open where all its pixels are gaps. Only pixels in or next to 8x8 tiles that hold a gap count;

@@ -1,7 +1,7 @@
 #pragma once
-/// The pyramid of the `pushpull` rung (push_pull.h says what it computes) as it lies in memory: 8x8 tiles of pixels
-/// near gaps with their own three levels, and dense levels above. Plain values and what finds them only; the loops are
-/// in push_pull_kernels.h.
+/// The pyramid of the `pushpull` fill pass (push_pull.h says what it computes) as it lies in memory: 8x8 tiles of
+/// pixels near gaps with their own three levels, and dense levels above. Plain values and what finds them only; the
+/// loops are in push_pull_kernels.h.
 #include <client/warp/view.h>
 #include <equistream/depth_agreement.h>
 
@@ -23,7 +23,7 @@ struct SurfaceDepths {
         if (depth_m.data == nullptr)
             return 0;
         const float depth = depth_m.pixel(x, y)[0];
-        return depth > 0 ? box_radius_m / DepthAgreement{box_radius_m, tolerance}.reach(depth) : 0;
+        return depth > 0 ? box_radius_m / DepthAgreement{box_radius_m, tolerance}.clearance(depth) : 0;
     }
 };
 

@@ -13,24 +13,24 @@ namespace equistream {
 
 /// Things that are costly to make, lent to one fill at a time.
 template <typename Thing>
-class Spares {
+class ObjectPool {
 public:
-    std::unique_ptr<Thing> take() {
+    std::unique_ptr<Thing> acquire() {
         const std::scoped_lock lock(mutex_);
-        if (spares_.empty())
+        if (pool_.empty())
             return std::make_unique<Thing>();
-        std::unique_ptr<Thing> thing = std::move(spares_.back());
-        spares_.pop_back();
+        std::unique_ptr<Thing> thing = std::move(pool_.back());
+        pool_.pop_back();
         return thing;
     }
-    void give_back(std::unique_ptr<Thing> thing) {
+    void release(std::unique_ptr<Thing> thing) {
         const std::scoped_lock lock(mutex_);
-        spares_.push_back(std::move(thing));
+        pool_.push_back(std::move(thing));
     }
 
 private:
     std::mutex mutex_;
-    std::vector<std::unique_ptr<Thing>> spares_;
+    std::vector<std::unique_ptr<Thing>> pool_;
 };
 
 class SeenPoints {

@@ -1,5 +1,5 @@
 #pragma once
-/// How much the `spread` rung takes a gap pixel and its neighbour for one surface, by their depths.
+/// How much the `spread` fill pass takes a gap pixel and its neighbour for one surface, by their depths.
 #include <algorithm>
 #include <cmath>
 
@@ -11,14 +11,14 @@ inline constexpr float same_surface_likeness = 0.1f;
 /// By which squares of depths' relative differences count.
 inline constexpr float likeness_steepness = 1e3f;
 /// Where one of both is infinite, or not known.
-inline constexpr float least_likeness = 1e-6f;
+inline constexpr float min_likeness = 1e-6f;
 
 /// 1 at the same depth, less the more the depths' ratio differs from one; never quite 0.
 inline float depth_likeness(float a_m, float b_m) {
     if (a_m == b_m)
         return 1;
     const float difference = std::abs(a_m - b_m) / std::min(a_m, b_m);
-    return std::isfinite(difference) ? 1 / (1 + likeness_steepness * difference * difference) : least_likeness;
+    return std::isfinite(difference) ? 1 / (1 + likeness_steepness * difference * difference) : min_likeness;
 }
 
 }  // namespace equistream

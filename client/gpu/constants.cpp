@@ -14,8 +14,8 @@ std::string common_constants() {
     d.add_bits("UNKNOWN", 0x7fc00000u);
     d.add_bits("INFINITE", 0x7f800000u);
     d.add("FAR_DISTANCE_M", far_distance_m);
-    d.add("LEAST_REACH_SHARE", least_reach_share);
-    d.add("LEAST_SPECULAR", least_specular);
+    d.add("MIN_CLEARANCE_SHARE", min_clearance_share);
+    d.add("MIN_SPECULAR", min_specular);
     d.add("LOSS_TEXTURES", CodingLoss::textures);
     return d.take();
 }

@@ -15,7 +15,7 @@ namespace equistream::gl {
 
 namespace {
 
-constexpr EGLint most_devices = 16;
+constexpr EGLint max_devices = 16;
 
 /// A context without a surface. Its display stays initialised: EGL has one of each device for the whole process, which
 /// others may use.
@@ -72,9 +72,9 @@ std::vector<EGLDisplay> displays() {
         return {eglGetDisplay(EGL_DEFAULT_DISPLAY)};
     if (client_has("EGL_EXT_device_enumeration") && client_has("EGL_EXT_device_query") &&
         client_has("EGL_EXT_platform_device")) {
-        std::array<EGLDeviceEXT, most_devices> devices{};
+        std::array<EGLDeviceEXT, max_devices> devices{};
         EGLint count = 0;
-        if (eglQueryDevicesEXT(most_devices, devices.data(), &count) != EGL_TRUE)
+        if (eglQueryDevicesEXT(max_devices, devices.data(), &count) != EGL_TRUE)
             count = 0;
         for (const bool software : {false, true})
             for (EGLint i = 0; i < count; ++i) {

@@ -30,8 +30,8 @@ void require_within(GLenum limit, std::int64_t wanted, const std::string& what) 
 
 /// After storage was asked for.
 void require_memory(const std::string& what) {
-    constexpr int most_flags = 8;
-    for (int i = 0; i < most_flags; ++i) {
+    constexpr int max_flags = 8;
+    for (int i = 0; i < max_flags; ++i) {
         const GLenum error = glGetError();
         if (error == GL_NO_ERROR)
             return;
@@ -63,7 +63,7 @@ Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
 
 }  // namespace
 
-std::int64_t most_storage_bytes() {
+std::int64_t max_storage_bytes() {
     GLint64 bytes = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
     return bytes;
@@ -101,8 +101,8 @@ void require_complete(const Framebuffer& framebuffer) {
 
 void download(GLuint texture, int layer, Size size, const PixelLayout& layout, void* to, std::size_t row_bytes) {
     // A call's size has 32 bits.
-    constexpr std::size_t most_bytes = std::numeric_limits<GLsizei>::max();
-    const int band = int(std::clamp<std::size_t>(most_bytes / row_bytes, 1, std::size_t(size.height)));
+    constexpr std::size_t max_bytes = std::numeric_limits<GLsizei>::max();
+    const int band = int(std::clamp<std::size_t>(max_bytes / row_bytes, 1, std::size_t(size.height)));
     glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glPixelStorei(GL_PACK_ROW_LENGTH, GLint(row_bytes / layout.bytes));

@@ -72,7 +72,7 @@ Buffer make_buffer_of(std::span<const T> content, GLbitfield flags = 0) {
 }
 
 /// Of one storage block of a shader's, at most.
-std::int64_t most_storage_bytes();
+std::int64_t max_storage_bytes();
 
 /// Whose status is not complete throws WorkError.
 void require_complete(const Framebuffer& framebuffer);

@@ -27,7 +27,7 @@ void require_options(const ClientModelOptions& options, const SceneDescription& 
         throw InputError(expected_found("inter-pupillary distance", "0 m or more", formatted("%g m", options.ipd_m)));
     if (scene.camera_path.empty())
         throw InputError(expected_found(scene.file.string(), "a camera path", "none"));
-    if (!(head_box_radius_centre(scene.lean_m, options.ipd_m) > 0))
+    if (!(head_box_radius_centre(scene.head_radius_m, options.ipd_m) > 0))
         throw InputError(expected_found(scene.file.string(), "a head box: a lean or an IPD above 0", "neither"));
 }
 
@@ -58,7 +58,7 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
     };
     ClientModel out;
     ClientModelFigures& figures = out.figures;
-    figures.box_radius_m = head_box_radius_centre(scene.lean_m, options.ipd_m);
+    figures.box_radius_m = head_box_radius_centre(scene.head_radius_m, options.ipd_m);
     figures.triangles_before = model.triangle_count();
     figures.unique_before = model.unique_triangle_count();
     const HeadBoxes boxes(scene.camera_path, figures.box_radius_m);

@@ -11,7 +11,7 @@ namespace equistream {
 
 namespace {
 
-constexpr double most_centres = 512;
+constexpr double max_centres = 512;
 
 struct BoundingBall {
     glm::dvec3 centre;
@@ -30,7 +30,7 @@ HeadBoxes::HeadBoxes(const PosePath& path, double radius_m) : radius_m_(radius_m
     double length = 0;
     for (std::size_t i = 1; i < path.keys().size(); ++i)
         length += glm::distance(path.keys()[i].pose.position_m, path.keys()[i - 1].pose.position_m);
-    const double step = std::max(radius_m, length / most_centres);
+    const double step = std::max(radius_m, length / max_centres);
     centres_.push_back(path.keys().front().pose.position_m);
     for (const PosePath::Key& key : path.keys()) {
         const glm::dvec3 from = centres_.back(), to = key.pose.position_m;

@@ -18,7 +18,7 @@ constexpr const char* own_name = "equistream model";
 /// An instance this strict is placed with its mesh as it is.
 constexpr int exact_log4 = std::numeric_limits<int>::min();
 
-double largest_scale(const glm::mat4& m) {
+double max_scale(const glm::mat4& m) {
     return std::max({glm::length(glm::vec3(m[0])), glm::length(glm::vec3(m[1])), glm::length(glm::vec3(m[2]))});
 }
 
@@ -153,7 +153,7 @@ int ModelDraft::allowed_log4(std::uint32_t instance) const {
         const TriangleCorners corners = corners_of(mesh, t, placed.world_from_object);
         allowed = std::min(allowed, boxes_.allowed_m(corners, boxes_.distance_m(corners), error_rad_));
     }
-    const double own_space = allowed / largest_scale(placed.world_from_object);
+    const double own_space = allowed / max_scale(placed.world_from_object);
     return own_space > 0 ? int(std::floor(0.5 * std::log2(own_space))) - strictness_[instance] : exact_log4;
 }
 

@@ -7,7 +7,7 @@ namespace equistream {
 
 namespace {
 
-constexpr double widest_rad = 85 * pi / 180, least_tangent = 1e-3;
+constexpr double widest_rad = 85 * pi / 180, min_tangent = 1e-3;
 /// Angles come in single precision: what ends so little beyond a pixel ends at it.
 constexpr double edge_px = 1e-3;
 
@@ -31,12 +31,12 @@ struct Span {
 }  // namespace
 
 CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, ViewSize most) {
-    double across = least_tangent, down = least_tangent;
+    double across = min_tangent, down = min_tangent;
     for (const FieldOfView& eye : eyes) {
         across = std::max({across, std::abs(tangent(eye.left_rad)), std::abs(tangent(eye.right_rad))});
         down = std::max({down, std::abs(tangent(eye.up_rad)), std::abs(tangent(eye.down_rad))});
     }
-    const double left_eye = std::max(least_tangent, tangent(eyes[0].right_rad) - tangent(eyes[0].left_rad));
+    const double left_eye = std::max(min_tangent, tangent(eyes[0].right_rad) - tangent(eyes[0].left_rad));
     const double focal_px =
         std::min({columns / left_eye, 0.5 * most.width / across - 0.5, 0.5 * most.height / down - 0.5});
     CoveringView view;

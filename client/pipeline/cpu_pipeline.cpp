@@ -66,7 +66,7 @@ void CpuPipeline::take_over(const std::string& fill_before) {
 
 double CpuPipeline::extrapolation_s(const ReceivedFrame& frame, const PipelineEye& left, const PipelineEye& right,
                                     double wanted_s, bool has_scene) const {
-    if (!can_carry_on(frame.main, wanted_s) || !takes_depth())
+    if (!can_extrapolate(frame.main, wanted_s) || !takes_depth())
         return 0;
     for (const PipelineEye* eye : {&left, &right}) {
         const DepthNeeds needs = engine().needs_depth(frame.main.info.camera_pose, eye->pose);
@@ -206,7 +206,7 @@ void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, Pipeline
         set_frame_time(frame);
     cast_depths(frame, left, right, extrapolation_s, times);
     if (extrapolation_s > 0)
-        extrapolator_.carry_on(frame.main, depths_.main, extrapolation_s, extrapolated_);
+        extrapolator_.extrapolate(frame.main, depths_.main, extrapolation_s, extrapolated_);
     else
         extrapolated_.moved_pixels = extrapolated_.uncovered_pixels = 0;
     if (takes_depth())

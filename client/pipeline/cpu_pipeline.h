@@ -6,7 +6,7 @@
 #include "eye_steps.h"
 #include "frame_fill.h"
 
-#include <client/extrapolate/carry_on.h>
+#include <client/extrapolate/extrapolate.h>
 
 #include <cstdint>
 #include <map>
@@ -115,8 +115,8 @@ private:
     std::map<std::string, std::unique_ptr<FrameFill>> fills_;  ///< by chain, as far as any was used
     FrameFill* fill_ = nullptr;                                ///< the one in use
     SourceDepths depths_;                                      ///< of the frame that was rendered last
-    PictureCarrier extrapolator_;
-    CarriedPicture extrapolated_;
+    PictureExtrapolator extrapolator_;
+    ExtrapolatedPicture extrapolated_;
     bool missed_patch_depth_ = false;
 };
 

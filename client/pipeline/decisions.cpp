@@ -20,7 +20,7 @@ TrackRoles unneeded_roles(const PipelineChoice& choice) {
     }
     // All others are looked up by the eye's depth, mirrors too.
     need(TrackRole::depth, with_depth && !is_cast(choice.depth));
-    need(TrackRole::images, with_depth && (choice.mirrors || looks_points_up));
+    need(TrackRole::reflections, with_depth && (choice.mirrors || looks_points_up));
     return ~needed;
 }
 

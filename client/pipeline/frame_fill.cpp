@@ -36,26 +36,27 @@ void require_whole(const ReceivedPicture& picture, const std::string& what, int 
 
 }  // namespace
 
-bool has_rung(const FillLadder& ladder, std::string_view name) {
-    return std::ranges::any_of(ladder, [&](const auto& rung) { return rung->name() == name; });
+bool has_pass(const FillChain& chain, std::string_view name) {
+    return std::ranges::any_of(chain, [&](const auto& fill_pass) { return fill_pass->name() == name; });
 }
 
-FrameFill::FrameFill(const std::string& rungs, GeometryColour* geometry)
-    : ladder_(make_fill_ladder(rungs)), has_earlier_rung_(has_rung(ladder_, "earlier")), geometry_(geometry) {}
+FrameFill::FrameFill(const std::string& passes, GeometryColour* geometry)
+    : chain_(make_fill_chain(passes)), has_earlier_pass_(has_pass(chain_, "earlier")), geometry_(geometry) {}
 
 FrameFill::~FrameFill() = default;
 
-bool FrameFill::has(std::string_view rung) const {
-    return has_rung(ladder_, rung);
+bool FrameFill::has(std::string_view fill_pass) const {
+    return has_pass(chain_, fill_pass);
 }
 
 bool FrameFill::takes_small() const {
-    return std::ranges::any_of(
-        ladder_, [](const auto& rung) { return find_fill(rung->name()).reads[std::size_t(TrackRole::small)]; });
+    return std::ranges::any_of(chain_, [](const auto& fill_pass) {
+        return find_fill(fill_pass->name()).reads[std::size_t(TrackRole::small)];
+    });
 }
 
 bool FrameFill::wants_depth() const {
-    return std::ranges::any_of(ladder_, [](const auto& rung) { return rung->wants_depth(); });
+    return std::ranges::any_of(chain_, [](const auto& fill_pass) { return fill_pass->wants_depth(); });
 }
 
 void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown) {
@@ -89,25 +90,25 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     if (geometry_)
         geometry_->set_time(shown.time_s);
     const auto address = [](const auto& view) { return view ? &*view : nullptr; };
-    for (const auto& rung : ladder_)
-        rung->set_frame({.main = address(main_),
-                         .small = address(small_),
-                         .earlier = earlier_views_,
-                         .hidden = address(hidden_),
-                         .patches = address(patches_),
-                         .geometry = geometry_});
+    for (const auto& fill_pass : chain_)
+        fill_pass->set_frame({.main = address(main_),
+                              .small = address(small_),
+                              .earlier = earlier_views_,
+                              .hidden = address(hidden_),
+                              .patches = address(patches_),
+                              .geometry = geometry_});
 }
 
 void FrameFill::take_over(FrameFill& before) {
     if (&before == this)
         return;
-    if (has_earlier_rung_)
+    if (has_earlier_pass_)
         earlier_ = std::move(before.earlier_);
     before.earlier_.clear();
 }
 
 void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths) {
-    if (!has_earlier_rung_ || depths.main.empty())
+    if (!has_earlier_pass_ || depths.main.empty())
         return;
     earlier_.push_front({std::move(main), std::exchange(depths.main, {})});
     if (earlier_.size() <= kept_frames)

@@ -21,7 +21,7 @@ void FollowedHead::show(const Pose& frame_head) {
 
 void FollowedHead::sent(const Pose& head) {
     sent_m_.push_back(head.position_m);
-    if (sent_m_.size() > most_sent)
+    if (sent_m_.size() > max_sent)
         sent_m_.pop_front();
 }
 

@@ -19,7 +19,7 @@ public:
     bool is_followed() const { return is_followed_; }
 
 private:
-    static constexpr std::size_t most_sent = 4096;  // two minutes of them
+    static constexpr std::size_t max_sent = 4096;  // two minutes of them
 
     Pose around_;
     std::deque<glm::dvec3> sent_m_;  // positions

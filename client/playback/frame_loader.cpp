@@ -11,7 +11,7 @@ namespace equistream {
 namespace {
 
 /// Of a recorded source; the ring has room for them while it keeps what is shown.
-constexpr std::size_t most_ahead = 3;
+constexpr std::size_t max_ahead = 3;
 /// As many as a play-out delay takes, and some: a quarter of a second at 30 frames/s.
 constexpr FrameRingOptions ring_options{.kept = 1, .capacity = 12};
 
@@ -51,7 +51,7 @@ FrameLoader::~FrameLoader() {
 }
 
 bool FrameLoader::may_read() const {
-    return !ended_ && !failure_ && (is_live_ || ahead_ < most_ahead);
+    return !ended_ && !failure_ && (is_live_ || ahead_ < max_ahead);
 }
 
 void FrameLoader::run() {

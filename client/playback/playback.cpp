@@ -101,8 +101,8 @@ Playback::Moment Playback::refresh(double now_s) {
     return is_live() ? refresh_live(loaded.ended, elapsed_s) : refresh_recorded(loaded.ended, elapsed_s);
 }
 
-double Playback::later_s(double most_ahead_s, double until_seen_s) const {
-    const double ahead_s = is_live() && path_delay_s_ ? std::clamp(behind_s_ + until_seen_s, 0.0, most_ahead_s) : 0;
+double Playback::extrapolation_s(double max_ahead_s, double until_seen_s) const {
+    const double ahead_s = is_live() && path_delay_s_ ? std::clamp(behind_s_ + until_seen_s, 0.0, max_ahead_s) : 0;
     return shown_number_ < 0 ? 0 : std::max(0.0, time_s_ - shown_s_) + ahead_s;
 }
 

@@ -41,10 +41,10 @@ public:
 
     bool is_live() const { return loader_.is_live(); }
     double time_s() const { return time_s_; }  ///< of the source
-    /// By how much what moves by itself is to be shown later than in the frame (carry_on.h) where that is seen so long
-    /// after the last refresh: at time_s(), and of a live source by up to `most_ahead_s` more, as if frames came as
+    /// By how much what moves by itself is to be shown later than in the frame (extrapolate.h) where that is seen so
+    /// long after the last refresh: at time_s(), and of a live source by up to `max_ahead_s` more, as if frames came as
     /// soon as the path lets them. Goes on without a step, for what the path takes is followed slowly.
-    double later_s(double most_ahead_s, double until_seen_s = 0) const;
+    double extrapolation_s(double max_ahead_s, double until_seen_s = 0) const;
     double fraction_done() const { return fraction_done_; }
     ClockState state() const { return state_; }
     /// Of a live source: for how long the next frame has been overdue; 0: it is not.

@@ -110,7 +110,7 @@ private:
         const bool with_depth = wants_depth_of(view);
         if (with_depth)
             planes.push_back("depth");
-        if (view == main_ && with_colour && wants(TrackRole::images))
+        if (view == main_ && with_colour && wants(TrackRole::reflections))
             planes.insert(planes.end(), image_planes_.begin(), image_planes_.end());
         Frame frame = read_exr(path, planes);
         renders_.try_emplace(view, folder_ / view).first->second.require(path, frame.info);

@@ -13,7 +13,7 @@ ImageView<const float> plane_or_nothing(const FloatImage& plane) {
 }  // namespace
 
 double head_box_radius(const FrameInfo& info) {
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
+    return head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
 }
 
 SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {

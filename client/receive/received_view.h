@@ -1,5 +1,5 @@
 #pragma once
-/// A received picture as engines and rungs take it. What comes out borrows the picture's pixels. Pure functions.
+/// A received picture as engines and fill passes take it. What comes out borrows the picture's pixels. Pure functions.
 #include "receive.h"
 
 #include <client/warp/view.h>

@@ -26,8 +26,8 @@ namespace {
 
 /// A picture is waited for until a later one of its track has come, or so much is held: tracks are interleaved only
 /// roughly (a fragmented mp4 through a pipe brings a group of one, then of the other), and one may simply have ended.
-constexpr std::size_t most_held_frames = 64;
-constexpr std::size_t most_held_bytes = std::size_t{512} << 20;
+constexpr std::size_t max_held_frames = 64;
+constexpr std::size_t max_held_bytes = std::size_t{512} << 20;
 
 /// A track is somebody else's if its first pictures carry no frame data; a single one of ours may have lost it.
 constexpr int pictures_to_judge_by = 4;
@@ -177,7 +177,7 @@ private:
                     bytes += picture->rgb.samples().size() + picture->depth_m.samples().size_bytes() +
                              (picture->yuv.empty() ? 0 : yuv_bytes(*picture)) +
                              (picture->pq.empty() ? 0 : 2 * yuv_bytes(*picture));
-        return waiting_.size() > most_held_frames || bytes > most_held_bytes;
+        return waiting_.size() > max_held_frames || bytes > max_held_bytes;
     }
     static std::size_t yuv_bytes(const DecodedPicture& picture) {
         return std::size_t(picture.width) * std::size_t(picture.height) * 3 / 2;
@@ -349,7 +349,7 @@ private:
 
     /// Mirrors and glass of the main picture, where they came.
     void give_images(Partial& partial, ReceivedPicture& main) {
-        std::optional<DecodedPicture>& images = partial.picture(TrackRole::images);
+        std::optional<DecodedPicture>& images = partial.picture(TrackRole::reflections);
         if (!images)
             return;
         require_same_view(main, *images);

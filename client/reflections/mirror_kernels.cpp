@@ -47,7 +47,7 @@ public:
     }
 
     HWY_INLINE FloatMask specular(const Nearest& sample) const {
-        return hn::And(sample.covered, value_at(job_.source.specular, sample) > all(least_specular));
+        return hn::And(sample.covered, value_at(job_.source.specular, sample) > all(min_specular));
     }
 
     HWY_INLINE Ints answers(const MirrorRays& r, Positions& at) const {
@@ -104,7 +104,7 @@ private:
         const Floats scale = image_m / hn::Sqrt(dot(r.towards, r.towards));
         const Vectors from_eye = sum(scaled(r.towards, scale), eye(), all(-1.0f));
         const Vectors beside = sum(from_eye, r.ray, hn::Neg(dot(from_eye, r.ray)));
-        return dot(beside, beside) <= all(most_image_displacement * most_image_displacement) * dot(from_eye, from_eye);
+        return dot(beside, beside) <= all(max_image_displacement * max_image_displacement) * dot(from_eye, from_eye);
     }
 
     /// The first image on each ray beyond the surface that it meets.
@@ -116,10 +116,10 @@ private:
         const Positions from = project(job_.grid, r.towards), to = project(job_.grid, r.ray);
         const Floats du = to.u - from.u, dv = to.v - from.v;
         const Floats apart = hn::Ceil(hn::Sqrt(hn::MulAdd(du, du, dv * dv)));
-        const Floats steps = hn::Min(hn::Max(apart, all(1.0f)), all(float(most_image_steps)));
+        const Floats steps = hn::Min(hn::Max(apart, all(1.0f)), all(float(max_image_steps)));
         const Floats step_inverse = nearest_inverse / steps;
         FloatMask before = open;
-        for (int k = 0; k <= most_image_steps; ++k) {
+        for (int k = 0; k <= max_image_steps; ++k) {
             const Floats step = all(float(k));
             const FloatMask going = hn::And(open, step <= steps);
             if (hn::AllFalse(float_tag, going))
@@ -143,7 +143,7 @@ private:
     /// From a distance along a ray to the image that the source has in that direction, to the ray's point nearest to
     /// it, and so on, until the image lies on the ray.
     HWY_INLINE void follow(const Vectors& ray, Floats distance_m, FloatMask open, FoundImages& images) const {
-        for (int turn = 0; turn < most_image_turns && !hn::AllFalse(float_tag, open); ++turn) {
+        for (int turn = 0; turn < max_image_turns && !hn::AllFalse(float_tag, open); ++turn) {
             const Vectors point = sum(eye(), ray, distance_m);
             const Floats image_m = image_distance(nearest_sample(job_.grid, point));
             const Vectors from_eye = sum(scaled(point, image_m / hn::Sqrt(dot(point, point))), eye(), all(-1.0f));

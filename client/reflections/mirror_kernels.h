@@ -26,9 +26,9 @@ struct MirrorJob {
 
 /// Sine of 1 degree. Where no image is found, a colour displaced by less is mostly nearer the truth than what would
 /// fill the gap, one displaced by more is not (docs/decisions/0004).
-inline constexpr float most_image_displacement = 0.01745f;
+inline constexpr float max_image_displacement = 0.01745f;
 /// Points along an eye's ray that are looked at for its image, at most; and rounds of moving from there onto it.
-inline constexpr int most_image_steps = 64, most_image_turns = 24;
+inline constexpr int max_image_steps = 64, max_image_turns = 24;
 
 enum class MirrorAnswer : std::uint8_t {
     kept,       ///< within the budget

@@ -172,7 +172,7 @@ std::array<EyeView, 2> Session::set_views(const SessionRequest& request, Session
 }
 
 double Session::wanted_extrapolation_s() const {
-    return settings_.max_extrapolation_s > 0 ? playback_->later_s(settings_.max_extrapolation_s) : 0;
+    return settings_.max_extrapolation_s > 0 ? playback_->extrapolation_s(settings_.max_extrapolation_s) : 0;
 }
 
 void Session::render_cpu(const std::array<EyeView, 2>& views, SessionState& state) {

@@ -55,11 +55,11 @@ auto make_of(const Rows& rows, std::string_view option, std::string_view name) {
 
 }  // namespace
 
-std::unique_ptr<EyeDepthFinder> look_up_alone(const EngineOptions&) {
+std::unique_ptr<EyeDepthFinder> resample_alone(const EngineOptions&) {
     return nullptr;
 }
 
-std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options) {
+std::unique_ptr<EyeDepthFinder> make_eye_depth_from_source(std::string_view engine, const EngineOptions& options) {
     return make_of(finders, "--method", find_engine(engine).name)(options);
 }
 

@@ -10,7 +10,7 @@ namespace equistream {
 
 #define ENGINE(name, old_name, help, needs, finds_depth, on_cpu, on_gpu)                                               \
     std::unique_ptr<Engine> on_cpu(std::string_view, const EngineOptions&);
-#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu) std::unique_ptr<FillRung> on_cpu();
+#define FILL_PASS(name, help, reads, needs_depth, invents, left_out, on_cpu, on_gpu) std::unique_ptr<FillPass> on_cpu();
 #include "stage_rows.inc"
 #undef ENGINE
 #undef FILL_PASS
@@ -126,11 +126,11 @@ std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& 
     return stage.make(stage.name, options);
 }
 
-FillLadder make_fill_ladder(const std::string& list) {
-    FillLadder ladder;
+FillChain make_fill_chain(const std::string& list) {
+    FillChain chain;
     for (const FillStage* stage : parse_fills(list))
-        ladder.push_back(stage->make());
-    return ladder;
+        chain.push_back(stage->make());
+    return chain;
 }
 
 }  // namespace equistream

@@ -44,7 +44,7 @@ struct FillStage : Stage {
     bool needs_depth = false;  ///< of the main picture or the eye; without it the pass fills nothing
     bool invents = false;      ///< its colours are guessed from the picture's own
     int left_out = 0;          ///< which pass goes first where time is short: the lowest
-    std::unique_ptr<FillRung> (*make)() = nullptr;
+    std::unique_ptr<FillPass> (*make)() = nullptr;
 };
 
 /// Each in the order in which help lists them; fill passes in the order in which they are best run.

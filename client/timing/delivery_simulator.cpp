@@ -46,7 +46,7 @@ double DeliverySimulator::leaves_s(double from_s, double sending_s) const {
 }
 
 /// How often the unluckiest of a frame's packets is lost.
-int DeliverySimulator::most_losses(std::int64_t packets) const {
+int DeliverySimulator::max_losses(std::int64_t packets) const {
     if (conditions_.loss <= 0)
         return 0;
     int most = 0;
@@ -65,7 +65,7 @@ std::optional<double> DeliverySimulator::send(double sent_s, std::int64_t bytes)
     const double sending_s = conditions_.bandwidth_bps > 0 ? double(bytes) * 8 / conditions_.bandwidth_bps : 0;
     link_free_s_ = leaves_s(std::max(sent_s, link_free_s_), sending_s);
     double arrival_s = link_free_s_ + conditions_.delay_s + conditions_.jitter_s * uniform(of_jitter, 0);
-    const int losses = most_losses(packets);
+    const int losses = max_losses(packets);
     ++frame_;
     if (conditions_.datagrams)
         return losses == 0 ? std::optional(arrival_s) : std::nullopt;

@@ -53,7 +53,7 @@ public:
 
 private:
     double leaves_s(double from_s, double sending_s) const;
-    int most_losses(std::int64_t packets) const;
+    int max_losses(std::int64_t packets) const;
     double uniform(std::uint64_t what, std::uint64_t which) const;
 
     NetworkConditions conditions_;

@@ -57,8 +57,8 @@ Delivery FrameSlots::deliver(const FrameStamp& stamp) {
     slot.word.store(with_state(slot.word.load(std::memory_order_relaxed), ready), std::memory_order_release);
 
     const std::uint64_t written = arrivals_written_.load(std::memory_order_relaxed);
-    if (written - arrivals_read_.load(std::memory_order_acquire) < most_arrivals) {
-        arrivals_[written % most_arrivals] = stamp;
+    if (written - arrivals_read_.load(std::memory_order_acquire) < max_arrivals) {
+        arrivals_[written % max_arrivals] = stamp;
         arrivals_written_.store(written + 1, std::memory_order_release);
     }
     filling_ = take_slot_to_fill();
@@ -168,7 +168,7 @@ std::optional<FrameStamp> FrameSlots::next_arrival() {
     const std::uint64_t read = arrivals_read_.load(std::memory_order_relaxed);
     if (read == arrivals_written_.load(std::memory_order_acquire))
         return std::nullopt;
-    const FrameStamp stamp = arrivals_[read % most_arrivals];
+    const FrameStamp stamp = arrivals_[read % max_arrivals];
     arrivals_read_.store(read + 1, std::memory_order_release);
     return stamp;
 }

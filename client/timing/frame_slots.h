@@ -118,8 +118,8 @@ private:
     // Between them.
     std::atomic<std::int64_t> shown_number_{-1};
     std::atomic<double> shown_time_s_{0};
-    static constexpr std::size_t most_arrivals = 256;
-    std::array<FrameStamp, most_arrivals> arrivals_{};
+    static constexpr std::size_t max_arrivals = 256;
+    std::array<FrameStamp, max_arrivals> arrivals_{};
     std::atomic<std::uint64_t> arrivals_written_{0}, arrivals_read_{0};
     std::array<std::atomic<std::int64_t>, delivery_count> deliveries_{};
     std::atomic<std::int64_t> thinned_{0};

@@ -3,7 +3,7 @@
 ///
 /// A parabola is fitted to the last 60 ms of poses, orientation as rotation from the newest pose and position apart.
 /// What slows down goes on slowing until it rests, and never turns back; what speeds up goes on at the speed it has: a
-/// head's surges are short, and acceleration carried on is what overshoots (Zikan et al. 1995, "Note on dynamics of
+/// head's surges are short, and acceleration extrapolated is what overshoots (Zikan et al. 1995, "Note on dynamics of
 /// human head motions and on predictive filtering of head-set orientations", found first-order predictions of
 /// orientation better than second-order ones). Chosen by measurement among it, hold, constant velocity, damped
 /// velocity, double exponential smoothing (LaViola 2003) and a constant-acceleration Kalman filter, on generated motion

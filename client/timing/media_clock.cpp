@@ -96,8 +96,8 @@ double MediaClock::advance_s(double display_s, double elapsed_s) {
     const double towards_s = elapsed_s + behind_s * -std::expm1(-elapsed_s / options_.settle_s);
     const double fastest = std::min(options_.max_rate, rate_ + options_.max_rate_rise_per_s * elapsed_s);
     const double steady = std::min(std::max(towards_s / elapsed_s, options_.min_rate), fastest);
-    const double room_s = newest_s_ + interval_s_ + options_.carry_on_s - shown_s_;
-    return advance_within(room_s, options_.carry_on_s, steady, elapsed_s);
+    const double room_s = newest_s_ + interval_s_ + options_.overrun_s - shown_s_;
+    return advance_within(room_s, options_.overrun_s, steady, elapsed_s);
 }
 
 ClockState MediaClock::state(double display_s) {

@@ -8,13 +8,13 @@
 /// networks"), without their talk spurts: delay changes by playing a little faster or slower. Head motion does not wait
 /// for any of this: poses are new at every refresh.
 ///
-/// With room = newest frame + interval + carry_on_s - shown, the rate is the least of
+/// With room = newest frame + interval + overrun_s - shown, the rate is the least of
 ///     max_rate, what it was before + max_rate_rise_per_s per second         never a jolt forward
 ///     1 + behind / settle_s (at least min_rate)                             towards the play-out delay
-///     room / carry_on_s                                                     eased to a halt where nothing comes
+///     room / overrun_s                                                     eased to a halt where nothing comes
 /// all integrated exactly over a refresh, so that the refresh rate does not matter. What is shown while frames come in
 /// time is therefore display time less a constant, at rate 1; when they stop, at a rate falling exponentially, at most
-/// carry_on_s beyond where the next frame was due; when they come again, up to max_rate faster until it is level, which
+/// overrun_s beyond where the next frame was due; when they come again, up to max_rate faster until it is level, which
 /// passes over frames. Never backward.
 #include <array>
 #include <cstddef>
@@ -34,7 +34,7 @@ struct MediaClockOptions {
     double min_rate = 0.5;          ///< while frames come
     double max_rate = 4;
     double max_rate_rise_per_s = 6;
-    double carry_on_s = 0.2;   ///< beyond where the next frame was due, and the time constant of the halt
+    double overrun_s = 0.2;    ///< beyond where the next frame was due, and the time constant of the halt
     double skip_behind_s = 5;  ///< further behind, nothing that is seen leads to what comes: a cut
     double pause_s = 1;        ///< without a refresh for so long, nobody looks: a cut as well
 };
@@ -42,7 +42,7 @@ struct MediaClockOptions {
 enum class ClockState {
     starting,     ///< nothing has come, or the first frame is held until play-out begins
     playing,      ///< frames come in time
-    late,         ///< the next frame is overdue: what moves is carried on
+    late,         ///< the next frame is overdue: what moves is extrapolated
     stalled,      ///< and has been for so long that nothing moves any more (rate below 0.05)
     catching_up,  ///< more than catch_up_s behind
     ended         ///< the last frame is shown

@@ -24,7 +24,8 @@ struct ViewingOptions {
     double refresh_hz = 90;
     double photon_s = 0.02;   ///< from the last look at the head to the middle of the refresh
     double tracker_hz = 500;  ///< poses of the head
-    double carry_s = 0;       ///< what moves by itself is shown up to so much ahead of the clock: where it is by now
+    double extrapolation_limit_s =
+        0;  ///< what moves by itself is shown up to so much ahead of the clock: where it is by now
     MediaClockOptions clock{};
     FrameRingOptions ring{};
 };
@@ -60,9 +61,9 @@ public:
     const std::optional<MediaTime>& time() const { return time_; }
     bool is_over() const { return is_over_; }
     /// Of the clock, for what moves. As the clock runs, and as display time does, this goes on without a step: what is
-    /// carried on by it neither jumps when frames stay away nor when they come again.
+    /// extrapolated by it neither jumps when frames stay away nor when they come again.
     double ahead_s(double display_s) const {
-        return std::clamp(display_s - time_->frame_time_s, 0.0, options_.carry_s);
+        return std::clamp(display_s - time_->frame_time_s, 0.0, options_.extrapolation_limit_s);
     }
     void add_figures(ViewingReport& report) const;
 
@@ -120,7 +121,7 @@ public:
             return refresh;
         shown_ = &frames[0].payload();
         refresh.frame = frames[0].stamp();
-        refresh.carried_on_s = course_.time()->frame_time_s - refresh.frame->frame_time_s;
+        refresh.extrapolated_s = course_.time()->frame_time_s - refresh.frame->frame_time_s;
         refresh.ahead_s = course_.ahead_s(refresh.display_s);
         if (frames.size() > 1)
             refresh.previous = frames[1].stamp();

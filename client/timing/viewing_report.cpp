@@ -18,7 +18,7 @@ double degrees_between(const glm::dquat& a, const glm::dquat& b) {
     return 2 * std::atan2(glm::length(glm::dvec3(turn.x, turn.y, turn.z)), std::abs(turn.w)) * 180 / pi;
 }
 
-Json spread_json(const Spread& spread) {
+Json quantiles_json(const Quantiles& spread) {
     return {{"mean", spread.mean}, {"median", spread.median}, {"p95", spread.p95}, {"max", spread.max}};
 }
 
@@ -32,7 +32,7 @@ Json refresh_json(const ViewedRefresh& refresh) {
     json["previous"] = refresh.previous ? Json(refresh.previous->number) : Json();
     json["rate"] = refresh.rate;
     json["age_ms"] = 1e3 * refresh.age_s();
-    json["carried_on_ms"] = 1e3 * refresh.carried_on_s;
+    json["carried_on_ms"] = 1e3 * refresh.extrapolated_s;
     json["ahead_ms"] = 1e3 * refresh.ahead_s;
     json["error_deg"] = refresh.error_deg();
     json["error_m"] = refresh.error_m();
@@ -56,7 +56,7 @@ double ViewedRefresh::unreprojected_error_m() const {
     return glm::distance(frame->pose.position_m, true_head.position_m);
 }
 
-Spread spread_of(std::vector<double> values) {
+Quantiles quantiles_of(std::vector<double> values) {
     if (values.empty())
         return {};
     std::ranges::sort(values);
@@ -89,10 +89,10 @@ ViewingReport report_viewing(std::span<const ViewedRefresh> refreshes, double re
     const auto spread = [&](const auto& figure) {
         std::vector<double> values(seen.size());
         std::ranges::transform(seen, values.begin(), figure);
-        return spread_of(std::move(values));
+        return quantiles_of(std::move(values));
     };
     report.age_ms = spread([](const ViewedRefresh& r) { return 1e3 * r.age_s(); });
-    report.carried_on_ms = spread([](const ViewedRefresh& r) { return 1e3 * r.carried_on_s; });
+    report.extrapolated_ms = spread([](const ViewedRefresh& r) { return 1e3 * r.extrapolated_s; });
     report.error_deg = spread([](const ViewedRefresh& r) { return r.error_deg(); });
     report.error_m = spread([](const ViewedRefresh& r) { return r.error_m(); });
     report.unreprojected_error_deg = spread([](const ViewedRefresh& r) { return r.unreprojected_error_deg(); });
@@ -109,12 +109,12 @@ std::string ViewingReport::table() const {
                       static_cast<long long>(deliveries[Delivery::late]), static_cast<long long>(deliveries.thinned),
                       static_cast<long long>(frames_shown), static_cast<long long>(cuts));
     text += formatted("%-30s %9s %9s %9s %9s\n", "seen", "mean", "median", "p95", "max");
-    const auto row = [&](const char* name, const Spread& spread, double scale) {
+    const auto row = [&](const char* name, const Quantiles& spread, double scale) {
         text += formatted("%-30s %9.3f %9.3f %9.3f %9.3f\n", name, scale * spread.mean, scale * spread.median,
                           scale * spread.p95, scale * spread.max);
     };
     row("age, ms", age_ms, 1);
-    row("carried on, ms", carried_on_ms, 1);
+    row("carried on, ms", extrapolated_ms, 1);
     row("head off by, degrees", error_deg, 1);
     row("head off by, mm", error_m, 1e3);
     row("without reprojection, degrees", unreprojected_error_deg, 1);
@@ -137,12 +137,12 @@ Json viewing_json(const ViewingReport& report, std::span<const ViewedRefresh> re
     for (std::size_t i = 0; i < delivery_count; ++i)
         json["deliveries"][delivery_names[i]] = report.deliveries.by[i];
     json["deliveries"]["thinned"] = report.deliveries.thinned;
-    json["age_ms"] = spread_json(report.age_ms);
-    json["carried_on_ms"] = spread_json(report.carried_on_ms);
-    json["error_deg"] = spread_json(report.error_deg);
-    json["error_m"] = spread_json(report.error_m);
-    json["unreprojected_error_deg"] = spread_json(report.unreprojected_error_deg);
-    json["unreprojected_error_m"] = spread_json(report.unreprojected_error_m);
+    json["age_ms"] = quantiles_json(report.age_ms);
+    json["carried_on_ms"] = quantiles_json(report.extrapolated_ms);
+    json["error_deg"] = quantiles_json(report.error_deg);
+    json["error_m"] = quantiles_json(report.error_m);
+    json["unreprojected_error_deg"] = quantiles_json(report.unreprojected_error_deg);
+    json["unreprojected_error_m"] = quantiles_json(report.unreprojected_error_m);
     for (std::size_t i = 0; i < clock_state_count; ++i)
         json["state_s"][clock_state_names[i]] = report.state_s[i];
     json["each"] = Json::array();

@@ -21,13 +21,13 @@ struct ViewedRefresh {
     Pose predicted_head, true_head;      ///< for that moment: as foretold when the refresh was made, and as it was then
     std::optional<FrameStamp> frame;     ///< shown; nothing: none had come
     std::optional<FrameStamp> previous;  ///< the newest before it that is still there to fill from
-    double carried_on_s = 0;             ///< by which moving objects are later than in the frame
+    double extrapolated_s = 0;           ///< by which moving objects are later than in the frame
     double ahead_s = 0;                  ///< and by which they may be later still, to be where they are by now
     double rate = 0;                     ///< of the frames' time
     ClockState state = ClockState::starting;
 
-    /// By which moving objects are later than in the frame where they are carried on.
-    double moved_on_s() const { return carried_on_s + ahead_s; }
+    /// By which moving objects are later than in the frame where they are extrapolated.
+    double extrapolation_s() const { return extrapolated_s + ahead_s; }
     /// Of what is seen.
     double age_s() const { return display_s - frame->frame_time_s; }
     double error_deg() const;
@@ -38,10 +38,10 @@ struct ViewedRefresh {
 };
 
 /// Of a figure over refreshes; percentiles are nearest ranks.
-struct Spread {
+struct Quantiles {
     double mean = 0, median = 0, p95 = 0, max = 0;
 };
-Spread spread_of(std::vector<double> values);
+Quantiles quantiles_of(std::vector<double> values);
 
 struct ViewingReport {
     double refresh_hz = 0;
@@ -51,9 +51,9 @@ struct ViewingReport {
     std::int64_t frames_shown = 0;
     std::int64_t frames_sent = 0, frames_lost = 0, cuts = 0;
     DeliveryCounts deliveries;
-    Spread age_ms, carried_on_ms;  ///< these and the following of refreshes that are not blank
-    Spread error_deg, error_m;
-    Spread unreprojected_error_deg, unreprojected_error_m;
+    Quantiles age_ms, extrapolated_ms;  ///< these and the following of refreshes that are not blank
+    Quantiles error_deg, error_m;
+    Quantiles unreprojected_error_deg, unreprojected_error_m;
     std::array<double, clock_state_count> state_s{};  ///< by ClockState
 
     std::string table() const;

@@ -12,7 +12,7 @@ namespace equistream {
 namespace {
 
 /// Of a box, beyond which nothing is left of what it was made for.
-constexpr double fade_radii = 0.5, least_fade_m = 0.25;
+constexpr double fade_radii = 0.5, min_fade_m = 0.25;
 
 double towards(double from, double to, double most) {
     return from + std::clamp(to - from, -most, most);
@@ -53,7 +53,7 @@ Pose Navigator::head(const Pose& around) const {
 
 double head_box_fading(double distance_m, double box_radius_m) {
     const double beyond = distance_m - box_radius_m;
-    return std::clamp(beyond / std::max(least_fade_m, fade_radii * box_radius_m), 0.0, 1.0);
+    return std::clamp(beyond / std::max(min_fade_m, fade_radii * box_radius_m), 0.0, 1.0);
 }
 
 }  // namespace equistream

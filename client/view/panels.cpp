@@ -78,15 +78,15 @@ Panels::~Panels() {
 }
 
 void Panels::add(const gl::StageTimes::Row& row, double refresh_ms) {
-    if (rows_.size() < most_rows) {
-        rows_.reserve(most_rows);
-        refreshes_ms_.reserve(most_rows);
+    if (rows_.size() < max_rows) {
+        rows_.reserve(max_rows);
+        refreshes_ms_.reserve(max_rows);
         newest_ = rows_.size();
         rows_.push_back(row);
         refreshes_ms_.push_back(refresh_ms);
         return;
     }
-    newest_ = (newest_ + 1) % most_rows;
+    newest_ = (newest_ + 1) % max_rows;
     rows_[newest_] = row;
     refreshes_ms_[newest_] = refresh_ms;
 }
@@ -133,24 +133,24 @@ void Panels::build_times(const std::string& decoder) const {
     ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - margin, margin}, ImGuiCond_Always, {1, 0});
     ImGui::SetNextWindowBgAlpha(0.8f);
     ImGui::Begin("times", nullptr, plain);
-    double most_ms = 1;
+    double max_ms = 1;
     for (const gl::StageTimes::Row& row : rows_)
-        most_ms = std::max(most_ms, sum(row));
+        max_ms = std::max(max_ms, sum(row));
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     ImGui::Dummy(graph_size);
-    const float step = graph_size.x / float(most_rows);
+    const float step = graph_size.x / float(max_rows);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         const gl::StageTimes::Row& row = rows_[(newest_ + 1 + i) % rows_.size()];
         const float x = corner.x + step * float(i);
         float y = corner.y + graph_size.y;
         for (std::size_t stage = 0; stage < row.size(); ++stage) {
-            const float top = y - graph_size.y * float(row[stage] / most_ms);
+            const float top = y - graph_size.y * float(row[stage] / max_ms);
             ImGui::GetWindowDrawList()->AddRectFilled({x, top}, {x + step, y}, stage_colours[stage]);
             y = top;
         }
     }
     const gl::StageTimes::Row& last = rows_[newest_];
-    ImGui::Text("%.1f ms of %.1f ms a refresh; the graph is %.1f ms high", sum(last), refreshes_ms_[newest_], most_ms);
+    ImGui::Text("%.1f ms of %.1f ms a refresh; the graph is %.1f ms high", sum(last), refreshes_ms_[newest_], max_ms);
     for (std::size_t stage = 0; stage < last.size(); ++stage)
         ImGui::TextColored(ImColor(stage_colours[stage]), "%-12s %7.2f ms", gl::render_stage_names[stage].data(),
                            last[stage]);

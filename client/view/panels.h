@@ -46,7 +46,7 @@ private:
     void build_help(float room);
     void build_times(const std::string& decoder) const;
 
-    static constexpr std::size_t most_rows = 180;
+    static constexpr std::size_t max_rows = 180;
 
     std::vector<gl::StageTimes::Row> rows_;  ///< a ring
     std::vector<double> refreshes_ms_;

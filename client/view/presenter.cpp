@@ -17,13 +17,13 @@ namespace equistream {
 
 namespace {
 
-constexpr double zoom_step = 1.1, least_fov_deg = 10, most_fov_deg = 150;
+constexpr double zoom_step = 1.1, min_fov_deg = 10, max_fov_deg = 150;
 /// Without anything to show; what happens meanwhile ends it.
 constexpr double longest_idle_s = 0.5;
 /// A refresh that took longer made something for the first time.
 constexpr double longest_latency_s = 0.25;
 /// Of a display's interval: swaps of one that waits for its refreshes keep the pace by themselves, of others this does.
-constexpr double least_interval = 0.9;
+constexpr double min_interval = 0.9;
 /// A head that wears something is never quite at rest.
 constexpr double still_m = 0.003;
 
@@ -87,9 +87,9 @@ bool Presenter::refresh_window() {
     const bool is_new = advance(now_s_);
     lead();
     seen_head_ = motion_.predict(settings_.predict_s.value_or(latency_.seconds()));
-    later_s_ = wanted_later_s(latency_.seconds());
+    extrapolation_s_ = wanted_extrapolation_s(latency_.seconds());
     recorder_.add_head(playback_.time_s(), head());
-    Drawn now{seen_head_, later_s_, status()};
+    Drawn now{seen_head_, extrapolation_s_, status()};
     if (!is_new && !inputs_.any && !picture_wanted_ && !recorder_.records_view() && drawn_ && *drawn_ == now)
         return false;
     draw(now.status);
@@ -107,7 +107,7 @@ void Presenter::draw(const StatusLine& status) {
     panels_.draw(line, inputs_.window, settings_.times);
     window_.show();
     ++report_.refreshes;
-    report_.later_s += later_s_;
+    report_.extrapolation_s += extrapolation_s_;
     if (const double latency_s = loader_.now_s() - now_s_; latency_s < longest_latency_s)
         latency_.measured(latency_s);
 }
@@ -128,7 +128,7 @@ void Presenter::rest(bool drew) {
         box_.wait(longest_idle_s);
         return;
     }
-    const double left_s = least_interval / window_.refresh_hz() - (loader_.now_s() - now_s_);
+    const double left_s = min_interval / window_.refresh_hz() - (loader_.now_s() - now_s_);
     if (left_s > 0)
         std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
 }
@@ -149,7 +149,7 @@ void Presenter::steer(double now_s) {
                      .move_z = sample.sticks.move_z};
     }
     motion_.steer(steering_, now_s);
-    fov_deg_ = std::clamp(fov_deg_ * std::pow(zoom_step, -inputs_.scroll), least_fov_deg, most_fov_deg);
+    fov_deg_ = std::clamp(fov_deg_ * std::pow(zoom_step, -inputs_.scroll), min_fov_deg, max_fov_deg);
     if (inputs_.click_x >= 0 && split_ < 1)
         split_ = float(std::clamp(inputs_.click_x, 0.0, 0.999));
 }
@@ -228,7 +228,7 @@ ViewerReport Presenter::report() const {
     report.seconds = now_s_ - began_s_;
     report.latency_s = latency_.seconds();
     report.decode_ms /= double(std::max<std::int64_t>(1, report.frames));
-    report.later_s /= double(std::max<std::int64_t>(1, report.refreshes));
+    report.extrapolation_s /= double(std::max<std::int64_t>(1, report.refreshes));
     if (playback_.is_live())
         report.playout_delay_s = playback_.playout_delay_s();
     if (report.truth_db)

@@ -44,10 +44,10 @@ private:
     /// What is drawn again only if it changes.
     struct Drawn {
         Pose head;
-        double later_s;
+        double extrapolation_s;
         StatusLine status;
         bool operator==(const Drawn& other) const {
-            return same_pose(head, other.head) && later_s == other.later_s && status == other.status;
+            return same_pose(head, other.head) && extrapolation_s == other.extrapolation_s && status == other.status;
         }
     };
 
@@ -66,7 +66,7 @@ private:
     void steer(double now_s);
     bool advance(double now_s);
     void lead();
-    double wanted_later_s(double until_seen_s) const;
+    double wanted_extrapolation_s(double until_seen_s) const;
     gl::RefreshOptions refresh_options() const;
     void end();
     void log_connection();
@@ -117,7 +117,7 @@ private:
     FollowedHead followed_;
     DisplayLatency latency_;
     Pose seen_head_;                           ///< in the axes of what it is moved around, foretold
-    double later_s_ = 0;                       ///< by which what moves is shown later than in the frame
+    double extrapolation_s_ = 0;               ///< by which what moves is shown later than in the frame
     bool is_worn_ = false;                     ///< the headset shows this frame to somebody, and seen_head_ is theirs
     std::array<glm::dvec3, 2> worn_eyes_m_{};  ///< in the world, where it is worn
     std::optional<Drawn> drawn_;               ///< into the window last; nothing: what the headset shows

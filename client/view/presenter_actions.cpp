@@ -39,7 +39,7 @@ void Presenter::expose(double more_stops) {
         tell("exposure: no HDR stream");
         return;
     }
-    exposure_stops_ = std::clamp(*exposure_stops_ + more_stops, -most_exposure_stops, most_exposure_stops);
+    exposure_stops_ = std::clamp(*exposure_stops_ + more_stops, -max_exposure_stops, max_exposure_stops);
     renderer_.set_exposure(*exposure_stops_);
     tell(formatted("exposure %+.2f stops", *exposure_stops_));
 }

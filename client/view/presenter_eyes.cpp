@@ -11,11 +11,11 @@
 
 namespace equistream {
 
-double Presenter::wanted_later_s(double until_seen_s) const {
+double Presenter::wanted_extrapolation_s(double until_seen_s) const {
     // The truth is of the frames' own times.
-    const bool is_carried =
-        settings_.carry_s > 0 && truth_ == nullptr && settings_.by_depth && renderer_.can_carry_on();
-    return is_carried ? playback_.later_s(settings_.carry_s, until_seen_s) : 0;
+    const bool is_extrapolated =
+        settings_.extrapolation_limit_s > 0 && truth_ == nullptr && settings_.by_depth && renderer_.can_extrapolate();
+    return is_extrapolated ? playback_.extrapolation_s(settings_.extrapolation_limit_s, until_seen_s) : 0;
 }
 
 Pose Presenter::head() const {
@@ -59,14 +59,14 @@ void Presenter::draw_eyes(gl::Size window, bool splits) {
     const gl::Size size = gl::eye_size(settings_.layout, window);
     const PerspectiveCamera camera{size.width, size.height, fov_deg_ * pi / 180};
     const Pose head = foretold_head();
-    std::array<EyeView, gl::most_eyes> eyes;
+    std::array<EyeView, gl::max_eyes> eyes;
     const int count = gl::eyes_of(settings_.layout);
     for (int i = 0; i < count; ++i) {
         const bool right = count == 1 ? settings_.layout == gl::DisplayLayout::right : i == 1;
         eyes[std::size_t(i)] = {camera,
                                 {eye_position(head, right ? Eye::right : Eye::left, ipd_m()), head.orientation}};
     }
-    renderer_.carry_on(later_s_);
+    renderer_.extrapolate(extrapolation_s_);
     renderer_.look({eyes.data(), std::size_t(count)}, settings_.by_depth || splits, times_);
     renderer_.draw(refresh_options(), targets_, times_);
     if (splits)

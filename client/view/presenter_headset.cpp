@@ -56,8 +56,8 @@ void Presenter::draw_headset(const HeadsetView& seen) {
         worn_eyes_m_[i] = eyes[i].pose.position_m;
     }
     latency_.measured(seen.until_seen_s);
-    later_s_ = wanted_later_s(seen.until_seen_s);
-    renderer_.carry_on(later_s_);
+    extrapolation_s_ = wanted_extrapolation_s(seen.until_seen_s);
+    renderer_.extrapolate(extrapolation_s_);
     renderer_.look(eyes, settings_.by_depth, times_);
     renderer_.draw(refresh_options(), targets_, times_);
     glBindFramebuffer(GL_FRAMEBUFFER, headset_->framebuffer());
@@ -71,7 +71,7 @@ void Presenter::draw_headset(const HeadsetView& seen) {
         headset_->size());
     times_.mark(gl::RenderStage::display);
     ++report_.refreshes;
-    report_.later_s += later_s_;
+    report_.extrapolation_s += extrapolation_s_;
 }
 
 /// What the left eye sees goes into the window's buffer while there is a picture of it.

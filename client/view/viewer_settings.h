@@ -46,18 +46,19 @@ struct ViewerSettings {
     gl::DisplayLayout layout = gl::DisplayLayout::left;
     gl::Overlay overlay = gl::Overlay::none;
     const Anaglyph* anaglyph = &anaglyphs().front();
-    std::optional<double> predict_s;   ///< how far ahead the head is foretold; nothing: as far as is measured
-    double carry_s = carry_horizon_s;  ///< as Playback::later_s has it; 0: what moves stays where frames show it
-    std::filesystem::path truth;       ///< folder of path-traced eyes of the same path; empty: there is none
-    std::filesystem::path out = ".";   ///< of pictures and recordings
-    double seconds = 0;                ///< after which it ends by itself; 0: when it is told to
+    std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
+    double extrapolation_limit_s =
+        extrapolation_horizon_s;      ///< as Playback::extrapolation_s has it; 0: what moves stays where frames show it
+    std::filesystem::path truth;      ///< folder of path-traced eyes of the same path; empty: there is none
+    std::filesystem::path out = ".";  ///< of pictures and recordings
+    double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
 };
 
 struct ViewerReport {
     double seconds = 0;
     std::int64_t refreshes = 0;  ///< that were drawn: a still picture is drawn once
     std::int64_t frames = 0;     ///< that were shown
-    double later_s = 0;          ///< by which what moves was shown later than in its frame, on average over refreshes
+    double extrapolation_s = 0;  ///< by which what moves was shown later than in its frame, on average over refreshes
     std::optional<double> truth_db;  ///< PSNR of what was seen beside the truth, on average over refreshes
     double latency_s = 0;            ///< from the last look at what steers until the buffers were swapped, on average
     std::optional<double> playout_delay_s;  ///< of a live source, in the end

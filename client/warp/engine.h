@@ -39,7 +39,7 @@ struct EngineOptions {
     double mesh_share = default_budget_share;
     /// For `proxy-sphere`: the radius of its sphere of pictures; 0: the median of the source's depths where it has
     /// some, else 3 m.
-    double lean_radius_m = 0;
+    double proxy_radius_m = 0;
 };
 
 /// Whose depth a reprojection cannot do without.

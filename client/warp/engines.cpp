@@ -1,6 +1,6 @@
 #include "engine.h"
-#include "look_up.h"
-#include "look_up_engine.h"
+#include "resample.h"
+#include "resample_engine.h"
 
 #include <equistream/bound.h>
 
@@ -23,9 +23,9 @@ void copy(const SourceView& source, EyePicture& picture) {
     std::ranges::fill(picture.origin.samples(), std::uint8_t(PixelOrigin::source));
 }
 
-class LookUpEngine : public Engine {
+class ResampleEngine : public Engine {
 public:
-    LookUpEngine(bool by_depth, const EngineOptions& options) : by_depth_(by_depth), options_(options) {}
+    ResampleEngine(bool by_depth, const EngineOptions& options) : by_depth_(by_depth), options_(options) {}
 
     std::string_view name() const override { return by_depth_ ? "eye-depth" : "rotation"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -36,14 +36,14 @@ public:
     void reproject(const EyeView& eye, EyePicture& picture) const override {
         assert(source_.rgb.data != nullptr || !source_.yuv.empty());
         picture.size_for(eye.camera);
-        LookUpOptions options;
+        ResampleOptions options;
         options.tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.error_budget_px);
         if (same_camera(source_.camera, eye.camera) && same_pose(source_.pose, eye.pose))
             copy(source_, picture);
         else if (needs_depth(source_.pose, eye.pose).any())
-            look_up_by_surface(source_, eye, options, picture);
+            resample_by_surface(source_, eye, options, picture);
         else
-            look_up_by_direction(source_, eye, options, picture);
+            resample_by_direction(source_, eye, options, picture);
     }
 
 private:
@@ -81,10 +81,10 @@ std::int64_t EyePicture::count(PixelOrigin which) const {
     return std::ranges::count(origin.samples(), std::uint8_t(which));
 }
 
-std::unique_ptr<Engine> make_look_up_engine(std::string_view name, const EngineOptions& options) {
+std::unique_ptr<Engine> make_resample_engine(std::string_view name, const EngineOptions& options) {
     const bool by_depth = name == "eye-depth";
     assert(by_depth || name == "rotation");
-    return std::make_unique<LookUpEngine>(by_depth, options);
+    return std::make_unique<ResampleEngine>(by_depth, options);
 }
 
 bool same_position(const Pose& a, const Pose& b) {

@@ -35,7 +35,7 @@ Slopes slopes(const FloatImage& image, int x, int y, int dx, int dy) {
 }
 
 /// The larger product of a factor with either slope; NaN neighbours do not count.
-float largest_product(Slopes slopes, float factor) {
+float max_product(Slopes slopes, float factor) {
     return std::fmax(slopes.before * factor, slopes.after * factor);
 }
 
@@ -74,8 +74,8 @@ bool EyeRays::shows_back_to_source(const FloatImage& inverse_planar, int x, int 
     const float by_slope_x = c.x * focal_ + c.z * (float(x) - centre_x_);
     const float by_slope_y = -c.y * focal_ + c.z * (float(y) - centre_y_);
     const float largest = 1 - c.z * inverse_planar.pixel(x, y)[0] +
-                          largest_product(slopes(inverse_planar, x, y, 1, 0), by_slope_x) +
-                          largest_product(slopes(inverse_planar, x, y, 0, 1), by_slope_y);
+                          max_product(slopes(inverse_planar, x, y, 1, 0), by_slope_x) +
+                          max_product(slopes(inverse_planar, x, y, 0, 1), by_slope_y);
     return largest < 0;
 }
 

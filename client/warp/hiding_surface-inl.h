@@ -14,7 +14,7 @@ namespace equistream::HWY_NAMESPACE {
 
 /// Where a position lies among the sixteen samples, and what is asked of them.
 struct HiddenPoint {
-    float s = 0, t = 0, over_reach = 0;
+    float s = 0, t = 0, over_clearance = 0;
 };
 
 /// `first` is the first of the sixteen, rows `stride` apart.
@@ -24,9 +24,9 @@ HWY_INLINE bool surface_hides(const DepthAgreement& agreement, const float* firs
     const hn::FixedTag<float, 4> four;
     using Four = hn::Vec<decltype(four)>;
     const float budget = agreement.tolerance / agreement.box_radius_m;
-    const float most = most_bend * budget;
+    const float most = max_bend * budget;
     const auto row_at = [&](int j) HWY_ATTR {
-        return hn::Set(four, 1.0f) / reach(four, agreement.box_radius_m, hn::LoadU(four, first + j * stride));
+        return hn::Set(four, 1.0f) / clearance(four, agreement.box_radius_m, hn::LoadU(four, first + j * stride));
     };
     // Silhouettes mostly end here: the upper three rows, in columns.
     Four rows[4] = {row_at(0), row_at(1), row_at(2)};
@@ -52,9 +52,9 @@ HWY_INLINE bool surface_hides(const DepthAgreement& agreement, const float* firs
         return false;
     const Four row = hn::MulAdd(hn::Set(four, point.t), middle, rows[1]);
     const Four here = hn::MulAdd(hn::Set(four, point.s), hn::Shuffle0321(row) - row, row);
-    const float behind = hn::GetLane(hn::Shuffle0321(here)) - point.over_reach;
+    const float behind = hn::GetLane(hn::Shuffle0321(here)) - point.over_clearance;
     const float larger_down = std::max(hn::GetLane(down), hn::GetLane(hn::Shuffle0321(down)));
-    return behind > least_behind * budget + across * point.s * (1 - point.s) + larger_down * point.t * (1 - point.t);
+    return behind > min_behind * budget + across * point.s * (1 - point.s) + larger_down * point.t * (1 - point.t);
 }
 
 }  // namespace equistream::HWY_NAMESPACE

@@ -36,30 +36,30 @@ private:
 
 }  // namespace
 
-bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>& over_reach, float s, float t,
-                   float point_over_reach) {
-    const auto& k = over_reach;
+bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>& over_clearance, float s, float t,
+                   float point_over_clearance) {
+    const auto& k = over_clearance;
     const float upper = k[5] + s * (k[6] - k[5]), lower = k[9] + s * (k[10] - k[9]);
-    const float behind = agreement.box_radius_m * (upper + t * (lower - upper) - point_over_reach);
-    if (!(behind > least_behind * agreement.tolerance))
+    const float behind = agreement.box_radius_m * (upper + t * (lower - upper) - point_over_clearance);
+    if (!(behind > min_behind * agreement.tolerance))
         return false;
-    const Bends bends(over_reach);
+    const Bends bends(over_clearance);
     const float off = bends.across * s * (1 - s) + bends.down * t * (1 - t);
-    return agreement.box_radius_m * bends.largest <= most_bend * agreement.tolerance &&
-           behind > least_behind * agreement.tolerance + agreement.box_radius_m * off;
+    return agreement.box_radius_m * bends.largest <= max_bend * agreement.tolerance &&
+           behind > min_behind * agreement.tolerance + agreement.box_radius_m * off;
 }
 
 bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, const ImageView<const float>& depth_m,
-                   int u, int v, float point_over_reach) {
+                   int u, int v, float point_over_clearance) {
     const int x0 = u >> position_bits, y0 = v >> position_bits;
-    std::array<float, 16> over_reach;
+    std::array<float, 16> over_clearance;
     for (int i = 0; i < 16; ++i) {
         const Sample sample = wrapped(grid, x0 - 1 + i % 4, y0 - 1 + i / 4);
         const float distance_m = depth_m.pixel(sample.x, sample.y)[0];
-        over_reach[std::size_t(i)] = distance_m > 0 ? 1 / agreement.reach(distance_m) : std::nanf("");
+        over_clearance[std::size_t(i)] = distance_m > 0 ? 1 / agreement.clearance(distance_m) : std::nanf("");
     }
     const auto fraction = [](int position) { return float(position & (position_one - 1)) / position_one; };
-    return surface_hides(agreement, over_reach, fraction(u), fraction(v), point_over_reach);
+    return surface_hides(agreement, over_clearance, fraction(u), fraction(v), point_over_clearance);
 }
 
 }  // namespace equistream

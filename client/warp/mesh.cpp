@@ -1,4 +1,4 @@
-#include "depth_finder.h"
+#include "eye_depth_from_source.h"
 #include "mesh_triangles.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -16,7 +16,7 @@ struct VisibleBlock {
     BlockTriangles triangles;
 };
 
-class MeshFinder : public DepthFinder {
+class MeshFinder : public EyeDepthFromSource {
 public:
     explicit MeshFinder(bool plain) : plain_(plain) {}
 
@@ -112,7 +112,7 @@ private:
 
 }  // namespace
 
-std::unique_ptr<DepthFinder> make_mesh_finder(bool plain) {
+std::unique_ptr<EyeDepthFromSource> make_mesh_finder(bool plain) {
     return std::make_unique<MeshFinder>(plain);
 }
 

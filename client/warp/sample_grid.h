@@ -1,5 +1,5 @@
 #pragma once
-/// Where fill rungs take colours from, as samples on the pixel grid of a camera: here every pixel of a picture, in
+/// Where fill passes take colours from, as samples on the pixel grid of a camera: here every pixel of a picture, in
 /// patch_grid.h the blocks of a sphere that an atlas of patches holds.
 #include "float_math.h"
 

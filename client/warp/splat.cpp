@@ -1,4 +1,4 @@
-#include "depth_finder.h"
+#include "eye_depth_from_source.h"
 #include "splat_order.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -144,8 +144,8 @@ private:
 
     /// Farther from the box than a footprint reaches.
     bool far_out(const EyePoint& middle) const {
-        return middle.x < float(box_.x0) - largest_half_side || middle.x > float(box_.x1) + largest_half_side ||
-               middle.y < float(box_.y0) - largest_half_side || middle.y > float(box_.y1) + largest_half_side;
+        return middle.x < float(box_.x0) - max_half_side || middle.x > float(box_.x1) + max_half_side ||
+               middle.y < float(box_.y0) - max_half_side || middle.y > float(box_.y1) + max_half_side;
     }
 
     void add_footprint(const SplatScratch& of, int x, int y, std::vector<Footprint>& column) const {
@@ -172,7 +172,7 @@ private:
         const float half_height = across.half * std::abs(across.step.y) + down.half * std::abs(down.step.y);
         const bool outside = middle.x + half_width < float(box_.x0) || middle.x - half_width > float(box_.x1 - 1) ||
                              middle.y + half_height < float(box_.y0) || middle.y - half_height > float(box_.y1 - 1);
-        if (outside || half_width > largest_half_side || half_height > largest_half_side)
+        if (outside || half_width > max_half_side || half_height > max_half_side)
             return;
         const float u_x = down.step.y / area, u_y = -down.step.x / area;
         const float v_x = -across.step.y / area, v_y = across.step.x / area;
@@ -234,7 +234,7 @@ private:
     SeenThrough seen_;
 };
 
-class SplatFinder : public DepthFinder {
+class SplatFinder : public EyeDepthFromSource {
 public:
     void find(const FindingTask& task, FloatImage& inverse_planar) const override {
         const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
@@ -254,7 +254,7 @@ public:
 
 }  // namespace
 
-std::unique_ptr<DepthFinder> make_splat_finder() {
+std::unique_ptr<EyeDepthFromSource> make_splat_finder() {
     return std::make_unique<SplatFinder>();
 }
 

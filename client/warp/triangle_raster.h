@@ -30,8 +30,8 @@ inline void draw_triangle(const ScreenVertex& a, const ScreenVertex& b, const Sc
     if (y0 > y1)
         return;
     const auto [left, right] = std::minmax({a.x, b.x, c.x});
-    const float least_x = std::max(left - raster_slack_px, 0.0f);
-    const float largest_x = std::min(right + raster_slack_px, float(nearest.width() - 1));
+    const float min_x = std::max(left - raster_slack_px, 0.0f);
+    const float max_x = std::min(right + raster_slack_px, float(nearest.width() - 1));
     const float inverse_area = 1 / twice_area(a, b, c);
     const float slope_x =
         ((b.inverse_planar - a.inverse_planar) * (c.y - a.y) - (c.inverse_planar - a.inverse_planar) * (b.y - a.y)) *
@@ -51,7 +51,7 @@ inline void draw_triangle(const ScreenVertex& a, const ScreenVertex& b, const Sc
     };
     const Side sides[3] = {side(a, b), side(b, c), side(c, a)};
     for (int y = y0; y <= y1; ++y) {
-        float from = least_x, to = largest_x;
+        float from = min_x, to = max_x;
         for (const Side& s : sides) {
             if (s.is_level)
                 continue;

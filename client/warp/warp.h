@@ -1,5 +1,5 @@
 #pragma once
-/// The inner loops of looking up (look_up.h), by tiles of pixels, for every instruction set that Highway compiles them
+/// The inner loops of looking up (resample.h), by tiles of pixels, for every instruction set that Highway compiles them
 /// for; the one that this processor has is picked when they run. Plain values and pointers only: what is here is
 /// compiled once, the loops many times.
 #include "eye_rays.h"
@@ -21,7 +21,7 @@ inline constexpr int position_bits = 7;
 inline constexpr int position_one = 1 << position_bits;
 
 /// Below this share of the four samples' weight what is left lies too far to one side of the point to stand for it.
-inline constexpr float least_weight = 0.1f;
+inline constexpr float min_weight = 0.1f;
 
 /// Where directions fall among a source's samples, and what lies beyond its edges.
 struct SourceGrid : formulas::Wrapping {

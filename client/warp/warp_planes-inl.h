@@ -18,26 +18,26 @@ struct CellBox {
 
 /// Of those that are no gaps, brought inside; empty where all are.
 HWY_INLINE CellBox box_of(const Tile& tile, LastCell last) {
-    Ints least_x = all(last.x), least_y = all(last.y), most_x = all(-1), most_y = all(-1);
+    Ints min_x = all(last.x), min_y = all(last.y), max_x = all(-1), max_y = all(-1);
     for (int at = 0; at < tile_pixels; at += lanes) {
         const Cells c = brought_inside(hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.u + at)),
                                        hn::ShiftRight<position_bits>(hn::Load(int_tag, tile.v + at)), last);
         if (tile.regular) {
-            least_x = hn::Min(least_x, c.x);
-            least_y = hn::Min(least_y, c.y);
-            most_x = hn::Max(most_x, c.x);
-            most_y = hn::Max(most_y, c.y);
+            min_x = hn::Min(min_x, c.x);
+            min_y = hn::Min(min_y, c.y);
+            max_x = hn::Max(max_x, c.x);
+            max_y = hn::Max(max_y, c.y);
         } else {
             const IntMask there = hn::Load(int_tag, tile.keep + at) != all(0);
-            least_x = hn::IfThenElse(there, hn::Min(least_x, c.x), least_x);
-            least_y = hn::IfThenElse(there, hn::Min(least_y, c.y), least_y);
-            most_x = hn::IfThenElse(there, hn::Max(most_x, c.x), most_x);
-            most_y = hn::IfThenElse(there, hn::Max(most_y, c.y), most_y);
+            min_x = hn::IfThenElse(there, hn::Min(min_x, c.x), min_x);
+            min_y = hn::IfThenElse(there, hn::Min(min_y, c.y), min_y);
+            max_x = hn::IfThenElse(there, hn::Max(max_x, c.x), max_x);
+            max_y = hn::IfThenElse(there, hn::Max(max_y, c.y), max_y);
         }
     }
-    const int x = hn::GetLane(hn::MinOfLanes(int_tag, least_x)), y = hn::GetLane(hn::MinOfLanes(int_tag, least_y));
-    return {x, y, hn::GetLane(hn::MaxOfLanes(int_tag, most_x)) - x + 1,
-            hn::GetLane(hn::MaxOfLanes(int_tag, most_y)) - y + 1};
+    const int x = hn::GetLane(hn::MinOfLanes(int_tag, min_x)), y = hn::GetLane(hn::MinOfLanes(int_tag, min_y));
+    return {x, y, hn::GetLane(hn::MaxOfLanes(int_tag, max_x)) - x + 1,
+            hn::GetLane(hn::MaxOfLanes(int_tag, max_y)) - y + 1};
 }
 
 /// A rectangle of the source's samples as RGBA, from its planes (yuv_to_rgb). An eye mostly magnifies the sphere, so

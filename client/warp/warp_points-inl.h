@@ -71,7 +71,7 @@ struct SlopePair {
 };
 
 /// The larger product of a factor with either slope; NaN only where both are.
-HWY_INLINE Floats largest_product(const SlopePair& slopes, Floats factor) {
+HWY_INLINE Floats max_product(const SlopePair& slopes, Floats factor) {
     const Floats p = slopes.before * factor, q = slopes.after * factor;
     return hn::IfThenElse(hn::Or(p > q, hn::IsNaN(q)), p, q);
 }
@@ -115,8 +115,8 @@ HWY_INLINE FloatMask shows_back(const EyeRays& rays, const SeenPoints& s) {
     const Vec3f c = rays.eye_own_axes();
     const Floats by_slope_x = hn::MulAdd(all(c.z), s.x - all(rays.centre_x()), all(c.x * rays.focal_px()));
     const Floats by_slope_y = hn::MulAdd(all(c.z), s.y - all(rays.centre_y()), all(-c.y * rays.focal_px()));
-    const Floats largest = hn::NegMulAdd(all(c.z), s.inverse_planar, all(1.0f)) +
-                           largest_product(s.across, by_slope_x) + largest_product(s.down, by_slope_y);
+    const Floats largest = hn::NegMulAdd(all(c.z), s.inverse_planar, all(1.0f)) + max_product(s.across, by_slope_x) +
+                           max_product(s.down, by_slope_y);
     return largest < all(0.0f);
 }
 

@@ -43,27 +43,29 @@ using Distances = std::array<Floats, 4>;
 
 /// |w - w'| <= sin e of depth_agreement.h, both sides times some length over the distance: no division, and no case of
 /// its own for infinity.
-class ScaledReach {
+class ScaledClearance {
 public:
-    HWY_INLINE ScaledReach(const DepthAgreement& agreement, Floats length, Floats over_distance)
+    HWY_INLINE ScaledClearance(const DepthAgreement& agreement, Floats length, Floats over_distance)
         : over_distance_(over_distance),
-          reach_(hn::Max(length * all(least_reach_share),
-                         hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
-          allowed_(reach_ * all(agreement.tolerance / agreement.box_radius_m)) {}
+          clearance_(hn::Max(length * all(min_clearance_share),
+                             hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
+          allowed_(clearance_ * all(agreement.tolerance / agreement.box_radius_m)) {}
 
     /// How far a sample lies behind, in the same scale.
-    HWY_INLINE Floats behind(Floats reach_sample) const { return hn::MulSub(reach_sample, over_distance_, reach_); }
-    HWY_INLINE FloatMask same(Floats behind, Floats reach_sample) const {
-        return hn::And(hn::Abs(behind) <= allowed_ * reach_sample, reach_sample > all(0.0f));
+    HWY_INLINE Floats behind(Floats clearance_sample) const {
+        return hn::MulSub(clearance_sample, over_distance_, clearance_);
+    }
+    HWY_INLINE FloatMask same(Floats behind, Floats clearance_sample) const {
+        return hn::And(hn::Abs(behind) <= allowed_ * clearance_sample, clearance_sample > all(0.0f));
     }
     /// Whether w, over B, is that of something nearer by a number of tolerances.
-    HWY_INLINE FloatMask is_behind(Floats over_reach, float tolerances) const {
-        return hn::MulSub(over_reach, reach_, over_distance_) > allowed_ * all(tolerances);
+    HWY_INLINE FloatMask is_behind(Floats over_clearance, float tolerances) const {
+        return hn::MulSub(over_clearance, clearance_, over_distance_) > allowed_ * all(tolerances);
     }
-    HWY_INLINE Floats over_reach() const { return over_distance_ / reach_; }
+    HWY_INLINE Floats over_clearance() const { return over_distance_ / clearance_; }
 
 private:
-    Floats over_distance_, reach_, allowed_;
+    Floats over_distance_, clearance_, allowed_;
 };
 
 /// 1 / distance along a plane at the four samples around some points: m . q, to the second order in the step from the
@@ -110,8 +112,8 @@ HWY_INLINE Floats plane_at(const SourceGrid& grid, const Vectors& m, Ints x, Int
 
 /// The samples that lie between the point's own distance and what its plane predicts for them, give or take; added to
 /// those kept already.
-HWY_INLINE Ints kept_along_slope(const WarpJob& job, const SeenPoints& s, Ints u, Ints v, const Distances& reach_sample,
-                                 const Distances& behind, Ints keep) {
+HWY_INLINE Ints kept_along_slope(const WarpJob& job, const SeenPoints& s, Ints u, Ints v,
+                                 const Distances& clearance_sample, const Distances& behind, Ints keep) {
     const Vectors gradient = inverse_distance_gradient(job.rays, s);
     const PlaneAround around(job, gradient, s, u, v);
     for (int k = 0; k < 4; ++k) {
@@ -119,10 +121,10 @@ HWY_INLINE Ints kept_along_slope(const WarpJob& job, const SeenPoints& s, Ints u
                                    ? around.at(k)
                                    : plane_at(job.grid, gradient, hn::ShiftRight<position_bits>(u) + all(k & 1),
                                               hn::ShiftRight<position_bits>(v) + all(k >> 1));
-        const ScaledReach predicted(job.agreement, all(1.0f), hn::Max(inverse, all(1 / far_distance_m)));
-        const Floats behind_predicted = predicted.behind(reach_sample[k]);
-        const FloatMask between = hn::And(behind[k] * behind_predicted<all(0.0f), reach_sample[k]> all(0.0f));
-        const FloatMask agrees = hn::Or(between, predicted.same(behind_predicted, reach_sample[k]));
+        const ScaledClearance predicted(job.agreement, all(1.0f), hn::Max(inverse, all(1 / far_distance_m)));
+        const Floats behind_predicted = predicted.behind(clearance_sample[k]);
+        const FloatMask between = hn::And(behind[k] * behind_predicted<all(0.0f), clearance_sample[k]> all(0.0f));
+        const FloatMask agrees = hn::Or(between, predicted.same(behind_predicted, clearance_sample[k]));
         keep = hn::Or(keep, hn::IfThenElseZero(hn::RebindMask(int_tag, agrees), all(1 << k)));
     }
     return keep;
@@ -135,7 +137,7 @@ HWY_INLINE Ints enough(Ints keep, Ints u, Ints v) {
     Ints sum = all(0);
     for (int k = 0; k < 4; ++k)
         sum = sum + hn::IfThenElseZero(hn::TestBit(keep, all(1 << k)), weights[k]);
-    return hn::IfThenElseZero(sum > all(int(least_weight * position_one)), keep);
+    return hn::IfThenElseZero(sum > all(int(min_weight * position_one)), keep);
 }
 
 /// 1 / x, to 16 bits at least.
@@ -145,22 +147,21 @@ HWY_INLINE Floats inverse(Floats x) {
 }
 
 /// None where only some samples agree with the point and the smooth surface through all hides it.
-HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledReach& point, const Distances& reach_sample, Ints u,
-                                Ints v, Ints keep) {
+HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledClearance& point, const Distances& clearance_sample,
+                                Ints u, Ints v, Ints keep) {
     IntMask open = hn::And(hn::Not(keep == all(0)), hn::Not(keep == all(15)));
     const Floats s = hn::ConvertTo(float_tag, hn::And(u, all(position_one - 1))) * all(1.0f / position_one);
     const Floats t = hn::ConvertTo(float_tag, hn::And(v, all(position_one - 1))) * all(1.0f / position_one);
-    Distances over_reach;
+    Distances over_clearance;
     for (int k = 0; k < 4; ++k)
-        over_reach[k] = inverse(reach_sample[k]);
-    const Floats upper = hn::MulAdd(s, over_reach[1] - over_reach[0], over_reach[0]);
-    const Floats lower = hn::MulAdd(s, over_reach[3] - over_reach[2], over_reach[2]);
+        over_clearance[k] = inverse(clearance_sample[k]);
+    const Floats upper = hn::MulAdd(s, over_clearance[1] - over_clearance[0], over_clearance[0]);
+    const Floats lower = hn::MulAdd(s, over_clearance[3] - over_clearance[2], over_clearance[2]);
     // What bends more across the four alone is no smooth surface; what rounding may hide is left to the exact test.
-    const Floats twist = hn::Abs((over_reach[0] - over_reach[1]) - (over_reach[2] - over_reach[3]));
+    const Floats twist = hn::Abs((over_clearance[0] - over_clearance[1]) - (over_clearance[2] - over_clearance[3]));
     const FloatMask may_be_smooth =
-        twist <= all(1.001f * most_bend * job.agreement.tolerance / job.agreement.box_radius_m);
-    const FloatMask may_hide =
-        hn::And(may_be_smooth, point.is_behind(hn::MulAdd(t, lower - upper, upper), least_behind));
+        twist <= all(1.001f * max_bend * job.agreement.tolerance / job.agreement.box_radius_m);
+    const FloatMask may_hide = hn::And(may_be_smooth, point.is_behind(hn::MulAdd(t, lower - upper, upper), min_behind));
     open = hn::And(open, hn::RebindMask(int_tag, may_hide));
     if (hn::AllFalse(int_tag, open))
         return keep;
@@ -171,7 +172,7 @@ HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledReach& point, co
     hn::Store(s, float_tag, ss);
     hn::Store(t, float_tag, ts);
     hn::Store(keep, int_tag, kept);
-    hn::Store(point.over_reach(), float_tag, points);
+    hn::Store(point.over_clearance(), float_tag, points);
     const auto count = int(hn::CompressStore(hn::Iota(int_tag, 0), open, int_tag, opened));
     const ImageView<const float>& depth_m = job.source.depth_m;
     for (int k = 0; k < count; ++k) {
@@ -253,29 +254,29 @@ HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, 
         const int i = at % tile_width, row = at / tile_width;
         const Ints shown = hn::Load(int_tag, tile.keep + at);
         const Ints u = hn::Load(int_tag, tile.u + at), v = hn::Load(int_tag, tile.v + at);
-        Distances reach_sample, behind;
+        Distances clearance_sample, behind;
         if ((seen.outside >> (at / lanes) & 1) == 0) {
-            reach_sample = distances_by_pairs(job.source.depth_m, seen.offset + at);
+            clearance_sample = distances_by_pairs(job.source.depth_m, seen.offset + at);
         } else {
             SamplesAround around;
             samples_around(job.grid, hn::ShiftRight<position_bits>(u), hn::ShiftRight<position_bits>(v), around);
-            reach_sample = distances_one_by_one(job.source.depth_m, around);
+            clearance_sample = distances_one_by_one(job.source.depth_m, around);
         }
-        const ScaledReach point(job.agreement, hn::Load(float_tag, seen.length + at),
-                                hn::LoadU(float_tag, rows.at(tile.x + i, row)));
+        const ScaledClearance point(job.agreement, hn::Load(float_tag, seen.length + at),
+                                    hn::LoadU(float_tag, rows.at(tile.x + i, row)));
         Ints keep = all(0);
         for (int k = 0; k < 4; ++k) {
-            reach_sample[k] = reach(float_tag, job.agreement.box_radius_m, reach_sample[k]);
-            behind[k] = point.behind(reach_sample[k]);
-            const IntMask agrees = hn::RebindMask(int_tag, point.same(behind[k], reach_sample[k]));
+            clearance_sample[k] = clearance(float_tag, job.agreement.box_radius_m, clearance_sample[k]);
+            behind[k] = point.behind(clearance_sample[k]);
+            const IntMask agrees = hn::RebindMask(int_tag, point.same(behind[k], clearance_sample[k]));
             keep = hn::Or(keep, hn::IfThenElseZero(agrees, all(1 << k)));
         }
         keep = hn::And(keep, shown);
         if (!hn::AllTrue(int_tag, keep == shown)) {
             const SeenPoints s = seen_points(job, rows, tile, i, row);
-            keep = enough(hn::And(kept_along_slope(job, s, u, v, reach_sample, behind, keep), shown), u, v);
+            keep = enough(hn::And(kept_along_slope(job, s, u, v, clearance_sample, behind, keep), shown), u, v);
             if (!hn::AllTrue(int_tag, hn::Or(keep == all(0), keep == all(15))))
-                keep = unless_hidden(job, point, reach_sample, u, v, keep);
+                keep = unless_hidden(job, point, clearance_sample, u, v, keep);
         }
         whole = whole && hn::AllTrue(int_tag, keep == all(15));
         hn::Store(keep, int_tag, tile.keep + at);

@@ -22,7 +22,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t highest_frame = 1'000'000'000;
-constexpr std::uint32_t most_samples = 1 << 20;
+constexpr std::uint32_t max_samples = 1 << 20;
 
 struct Order {
     std::int64_t frame = 0;
@@ -45,7 +45,7 @@ Order parse_order(const std::string& line, std::int64_t after) {
         const json parsed = json::parse(line);
         order.frame = parsed.at("frame").get<std::int64_t>();
         const auto spp = parsed.at("spp").get<std::int64_t>();
-        if (order.frame > after && order.frame <= highest_frame && spp >= 1 && spp <= most_samples) {
+        if (order.frame > after && order.frame <= highest_frame && spp >= 1 && spp <= max_samples) {
             order.spp = static_cast<std::uint32_t>(spp);
             order.head = pose_in(parsed);
             return order;

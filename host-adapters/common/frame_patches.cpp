@@ -57,10 +57,10 @@ bool same_layout(const PatchAtlas& a, const PatchAtlas& b) {
 
 }  // namespace
 
-PatchSettings patch_settings(const RenderOptions& options, double lean_m) {
+PatchSettings patch_settings(const RenderOptions& options, double head_radius_m) {
     PatchSettings settings;
     settings.sphere = {options.size.width, options.size.height, options.range};
-    settings.box_radius_m = head_box_radius(static_cast<Eye>(options.eyes.front()), lean_m, options.ipd_m);
+    settings.box_radius_m = head_box_radius(static_cast<Eye>(options.eyes.front()), head_radius_m, options.ipd_m);
     settings.budget = options.patch_budget_percent / 100;
     settings.block_side =
         options.patch_side > 0 ? options.patch_side : smallest_patch_side(settings.sphere, settings.budget);
@@ -70,8 +70,8 @@ PatchSettings patch_settings(const RenderOptions& options, double lean_m) {
     return settings;
 }
 
-FramePatches::FramePatches(const RenderOptions& options, double lean_m)
-    : options_(options), settings_(patch_settings(options, lean_m)) {}
+FramePatches::FramePatches(const RenderOptions& options, double head_radius_m)
+    : options_(options), settings_(patch_settings(options, head_radius_m)) {}
 
 std::optional<PatchAtlas> FramePatches::atlas_before(std::int64_t index) const {
     if (last_ && last_index_ == index - 1)

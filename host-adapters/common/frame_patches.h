@@ -9,11 +9,11 @@
 namespace equistream::render_command {
 
 /// What the planner is asked for. Throws InputError where there is no head box to plan for.
-PatchSettings patch_settings(const RenderOptions& options, double lean_m);
+PatchSettings patch_settings(const RenderOptions& options, double head_radius_m);
 
 class FramePatches {
 public:
-    FramePatches(const RenderOptions& options, double lean_m);
+    FramePatches(const RenderOptions& options, double head_radius_m);
 
     /// The host has been moved to the frame's time.
     PatchPlan plan(RenderHost& host, const FrameTask& task);

@@ -47,7 +47,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
     if (host.wants_frames()) {
         std::signal(SIGINT, note_interrupt);
         std::signal(SIGTERM, note_interrupt);
-        SequenceRenderer({options, timeline, scene.lean_m, streams, interrupted}, host, report).run();
+        SequenceRenderer({options, timeline, scene.head_radius_m, streams, interrupted}, host, report).run();
     }
     print_report(report, host, command, options.json);
 }

@@ -88,7 +88,7 @@ std::vector<PatchAtlas::Slot> SequenceRenderer::plan(const Stream& stream, const
     if (!stream.settings.patches)
         return {};
     if (!patches_)
-        patches_.emplace(job_.options, job_.lean_m);
+        patches_.emplace(job_.options, job_.head_radius_m);
     const PatchPlan plan = patches_->plan(host_, task);
     ++report_.patches.frames;
     report_.patches.pixel_share += plan.figures.pixel_share;

@@ -15,7 +15,7 @@ namespace equistream::render_command {
 struct SequenceJob {
     const RenderOptions& options;
     const Timeline& timeline;
-    double lean_m = 0;  ///< the scene's head box
+    double head_radius_m = 0;  ///< the scene's head box
     const std::vector<Stream>& streams;
     const std::atomic<bool>& interrupted;
 };

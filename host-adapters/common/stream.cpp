@@ -34,7 +34,7 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.latitude_max = options.range.latitude_max;
     s.lock = options.lock;
     s.ipd_m = options.ipd_m;
-    s.lean_m = scene.lean_m;
+    s.head_radius_m = scene.head_radius_m;
     s.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
     s.exposure = scene.exposure;
     s.scene_name = scene.name.c_str();
@@ -86,7 +86,7 @@ std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescri
     if (options.patches)
         streams.push_back(open_stream(settings, options.out,
                                       {"patches", options.eyes.front(), options.size, "depth", options.spp,
-                                       ES_LAYER_FIRST, empty_atlas(patch_settings(options, scene.lean_m))}));
+                                       ES_LAYER_FIRST, empty_atlas(patch_settings(options, scene.head_radius_m))}));
     if (options.small_eye) {
         const cli::Size quarter{options.size.width / 4, options.size.height / 4};
         streams.push_back(

@@ -55,9 +55,9 @@ public:
     /// One direction; `lobe` chooses between lobes, `u` within one.
     BsdfSample sample(const glm::vec3& viewer, float lobe, const glm::vec2& u) const;
 
-    /// Whether more than least_sharp_share of what is sent to the viewer comes out of sharp lobes: mirror, straight
+    /// Whether more than min_sharp_share of what is sent to the viewer comes out of sharp lobes: mirror, straight
     /// on, or GGX of an alpha up to sharp_alpha.
-    bool is_sharp() const { return p_straight_ + sharp_mirror() > least_sharp_share; }
+    bool is_sharp() const { return p_straight_ + sharp_mirror() > min_sharp_share; }
     /// Of these the one that sends the most: mirror (a narrow GGX lobe too) or straight; none where is_sharp() is not.
     BsdfSample::Kind sharp_lobe() const {
         if (!is_sharp())

@@ -11,7 +11,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 /// Straight passes through glass do not count as bounces; this ends paths caught between panes.
-constexpr std::uint8_t most_vertices = 64;
+constexpr std::uint8_t max_vertices = 64;
 /// Russian roulette: after this many scatterings a path goes on with this many times its throughput as probability.
 /// Chosen by variance times rays on both real scenes: 1 and 2 give 1 to 10 % less than the usual 2 and 1, and a fifth
 /// fewer rays.
@@ -80,7 +80,7 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
     path.scatter_distance += hit.distance;
     // After the last bounce a path still goes straight through glass to a light, as shadow rays do.
     const bool spent = path.bounces >= scene_.options.max_bounces;
-    if ((spent && !material.thin_glass) || path.vertices >= most_vertices)
+    if ((spent && !material.thin_glass) || path.vertices >= max_vertices)
         return false;
 
     const SurfaceParameters parameters = surface_parameters(material, point, path.cone.width_m, jitter, textures_);

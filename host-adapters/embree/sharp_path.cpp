@@ -46,7 +46,7 @@ public:
                 scene_.shading.surface_at(hit.id, origin_, to_glm(pencil_.direction), hit.distance);
             pencil_.travel(double{lead_m_} + hit.distance);
             length_m_ += hit.distance;
-            if (surfaces == most_sharp_surfaces || !leave(point, hit)) {
+            if (surfaces == max_sharp_surfaces || !leave(point, hit)) {
                 end_on(point, hit, surface);
                 return;
             }

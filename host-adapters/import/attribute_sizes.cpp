@@ -11,7 +11,7 @@ namespace equistream::files {
 namespace {
 
 constexpr std::uint32_t magic = 20000630, multi_part = 0x1000;
-constexpr int longest_name = 255, most_attributes = 65536;
+constexpr int longest_name = 255, max_attributes = 65536;
 
 /// As OpenEXR's file layout describes headers: names and types end in 0, sizes are four bytes, least significant first.
 class HeaderScan {
@@ -33,8 +33,8 @@ private:
     bool skip_header() {
         const int before = attributes_;
         while (!name().empty()) {
-            if (++attributes_ > most_attributes)
-                refuse("at most " + std::to_string(most_attributes) + " attributes", "more");
+            if (++attributes_ > max_attributes)
+                refuse("at most " + std::to_string(max_attributes) + " attributes", "more");
             name();  // of the type
             const std::uint32_t size = number();
             if (std::int64_t{size} > bytes_ - std::int64_t(in_.tellg()))

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t most_missing_named = 1000;
+constexpr std::size_t max_missing_named = 1000;
 
 /// What is before and behind a number.
 struct Pattern {
@@ -141,7 +141,7 @@ FileSets find_files(const std::vector<std::string>& sources) {
         for (const auto& [pattern, frames] : sets) {
             if (const auto file = frames.find(index); file != frames.end())
                 frame.files.push_back(file->second);
-            else if (found.missing.size() < most_missing_named)
+            else if (found.missing.size() < max_missing_named)
                 found.missing.push_back({index, "frame " + std::to_string(index) + " of " + found.stems[set]});
             ++set;
         }
@@ -149,7 +149,7 @@ FileSets find_files(const std::vector<std::string>& sources) {
             found.frames.push_back(std::move(frame));
     }
     for (auto index = indices.begin(); index != indices.end() && std::next(index) != indices.end(); ++index)
-        for (std::int64_t gap = *index + 1; gap < *std::next(index) && found.missing.size() < most_missing_named; ++gap)
+        for (std::int64_t gap = *index + 1; gap < *std::next(index) && found.missing.size() < max_missing_named; ++gap)
             found.missing.push_back({gap, "frame " + std::to_string(gap)});
     return found;
 }

@@ -29,12 +29,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int most_parts = 256;
-constexpr int most_channels = 2048;
-constexpr std::int64_t most_around = 64, smallest_display = 1 << 20;  // what is around pixels costs a file nothing
-constexpr std::int64_t largest_block = 1 << 20;
+constexpr int max_parts = 256;
+constexpr int max_channels = 2048;
+constexpr std::int64_t max_around = 64, smallest_display = 1 << 20;  // what is around pixels costs a file nothing
+constexpr std::int64_t max_block = 1 << 20;
 /// No lossless coding of EXR does better than deflate's 1032:1; DCT coding of a constant does.
-constexpr std::int64_t largest_ratio = 1100, largest_lossy_ratio = 10000;
+constexpr std::int64_t max_ratio = 1100, max_lossy_ratio = 10000;
 
 struct Box {
     std::int64_t x = 0, y = 0, width = 0, height = 0;
@@ -142,8 +142,8 @@ void ForeignExr::State::open() {
     } catch (const std::exception& problem) {
         refuse("an EXR file", problem.what());
     }
-    if (input->parts() < 1 || input->parts() > most_parts)
-        refuse("1 to " + std::to_string(most_parts) + " parts", std::to_string(input->parts()));
+    if (input->parts() < 1 || input->parts() > max_parts)
+        refuse("1 to " + std::to_string(max_parts) + " parts", std::to_string(input->parts()));
     display = box_of(header().displayWindow());
     if (display.width < 1 || display.height < 1 || display.width > max_image_side || display.height > max_image_side ||
         display.width * display.height > max_image_pixels)
@@ -163,8 +163,8 @@ void ForeignExr::State::check_part(int part, std::uintmax_t file_bytes) const {
     if (data.width < 1 || data.height < 1 || data.width * data.height > max_image_pixels)
         refuse("a data window of 1 to " + std::to_string(max_image_pixels) + " pixels",
                std::to_string(data.width) + "x" + std::to_string(data.height));
-    if (display.width * display.height > std::max(most_around * data.width * data.height, smallest_display))
-        refuse("a display window of at most " + std::to_string(most_around) + " times the pixels",
+    if (display.width * display.height > std::max(max_around * data.width * data.height, smallest_display))
+        refuse("a display window of at most " + std::to_string(max_around) + " times the pixels",
                std::to_string(display.width) + "x" + std::to_string(display.height) + " around " +
                    std::to_string(data.width) + "x" + std::to_string(data.height));
     const Box shown = box_of(part_header.displayWindow());
@@ -180,10 +180,9 @@ void ForeignExr::State::check_part(int part, std::uintmax_t file_bytes) const {
         part_header.hasTileDescription()
             ? std::int64_t{part_header.tileDescription().xSize} * part_header.tileDescription().ySize
             : data.width * (part_header.compression() == Imf::DWAB_COMPRESSION ? 256 : 32);
-    if (tile > std::max(4 * data.width * data.height, largest_block))
-        refuse("tiles or blocks of at most " + std::to_string(largest_block) + " pixels", std::to_string(tile));
-    if (pixel_bytes * data.width * data.height / (lossy ? largest_lossy_ratio : largest_ratio) >
-        std::int64_t(file_bytes))
+    if (tile > std::max(4 * data.width * data.height, max_block))
+        refuse("tiles or blocks of at most " + std::to_string(max_block) + " pixels", std::to_string(tile));
+    if (pixel_bytes * data.width * data.height / (lossy ? max_lossy_ratio : max_ratio) > std::int64_t(file_bytes))
         refuse("a whole EXR file", std::to_string(file_bytes) + " bytes for " + std::to_string(data.width) + "x" +
                                        std::to_string(data.height) + " pixels");
     if (!input->partComplete(part))
@@ -203,8 +202,8 @@ void ForeignExr::State::list_channels(int part) {
         find_view(channel, part_header);
         add_part_name(channel);
         channels.push_back(std::move(channel));
-        if (channels.size() > most_channels)
-            refuse("at most " + std::to_string(most_channels) + " channels", "more");
+        if (channels.size() > max_channels)
+            refuse("at most " + std::to_string(max_channels) + " channels", "more");
     }
 }
 

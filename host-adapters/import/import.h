@@ -37,7 +37,7 @@ struct ImportSettings {
     std::filesystem::path path;  ///< CSV of the head's poses, in the source's world; empty: attributes
     std::optional<double> frames_per_second;
     std::int64_t first_frame = 0, last_frame = INT64_MAX;
-    FrameInfo info;  ///< eye, ipd_m, lock, lean_m, exposure, scene
+    FrameInfo info;  ///< eye, ipd_m, lock, head_radius_m, exposure, scene
     std::string command;
     bool overwrite = false;
 };

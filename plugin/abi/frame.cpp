@@ -41,7 +41,7 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
         return camera_pose(shared.camera, head, shared.eye, shared.ipd_m, shared.lock);
     };
     const FramePoses poses{pose(settings.head_previous), pose(settings.head), pose(settings.head_next)};
-    const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.lean_m, shared.ipd_m)};
+    const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.head_radius_m, shared.ipd_m)};
     const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
     return new es_frame{handle.shared,
                         info,

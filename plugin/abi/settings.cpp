@@ -173,7 +173,7 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.eye = static_cast<Eye>(eye);
     info.lock = static_cast<AxisLock>(lock);
     info.ipd_m = checked_number("ipd_m", s.ipd_m, 0, max_ipd_m);
-    info.lean_m = checked_number("lean_m", s.lean_m, 0, max_head_box_radius_m);
+    info.head_radius_m = checked_number("head_radius_m", s.head_radius_m, 0, max_head_box_radius_m);
     info.frames_per_second = checked_number("frames_per_second", s.frames_per_second, 0.001, 1000);
     info.exposure = checked_number("exposure", s.exposure, 1e-12, 1e12);
     info.seed = s.seed;

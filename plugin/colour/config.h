@@ -18,7 +18,7 @@ namespace ocio = OCIO_NAMESPACE;
 inline constexpr const char* scene_space = "Linear Rec.709 (sRGB)";
 
 /// Radiance beyond this (and infinities) is white in every view; the bound keeps infinities out of the matrices.
-inline constexpr float largest_radiance = 65504.0f;
+inline constexpr float max_radiance = 65504.0f;
 
 /// The one that is compiled in.
 ocio::ConstConfigRcPtr load_bundled_config();

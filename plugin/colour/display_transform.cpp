@@ -36,7 +36,7 @@ FloatImage DisplayTransform::to_display(ImageView<const float> linear, double ex
     const auto factor = static_cast<float>(exposure);
     return transformed(
         linear, *processors_->to_display,
-        [=](float value) { return finite_or_clamped(factor * value, -largest_radiance, largest_radiance); },
+        [=](float value) { return finite_or_clamped(factor * value, -max_radiance, max_radiance); },
         [](float value) { return finite_or_clamped(value, 0, 1); });
 }
 

@@ -146,7 +146,7 @@ FloatImage PqEncoding::encode(ImageView<const float> linear, double exposure) co
     const auto factor = static_cast<float>(exposure);
     return transformed(
         linear, *processor_->cpu,
-        [=](float value) { return finite_or_clamped(factor * value, -largest_radiance, largest_radiance); },
+        [=](float value) { return finite_or_clamped(factor * value, -max_radiance, max_radiance); },
         [](float value) { return finite_or_clamped(value, 0, 1); });
 }
 
@@ -178,7 +178,7 @@ struct HdrDisplay::Transforms {
 
 HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
     : settings_(settings), transforms_(std::make_unique<Transforms>()) {
-    if (!(std::abs(settings.exposure_stops) <= most_exposure_stops))
+    if (!(std::abs(settings.exposure_stops) <= max_exposure_stops))
         throw InputError(expected_found("exposure", "-20 to 20 stops", in_words(settings.exposure_stops)));
     const ocio::ConstConfigRcPtr bundled = load_bundled_config();
     const bool own = settings.config.empty();

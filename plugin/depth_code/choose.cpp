@@ -34,10 +34,10 @@ DepthRange depth_range(const DepthCode& code, double box_radius_m, double neares
     DepthRange range{box_radius_m, 0, false};
     // Half a step may be no more than the budget; without a step there is nothing to hold but that near is outside.
     const int levels = std::max(code.levels(range), 1);
-    const double largest_w = code.levels(range) == 0 ? 1 : 2 * levels * error_budget_rad(focal_length_px);
+    const double max_w = code.levels(range) == 0 ? 1 : 2 * levels * error_budget_rad(focal_length_px);
     // Rounded up to a float, which depths are, and out of the box for good.
     const double held =
-        static_cast<double>(std::nextafter(static_cast<float>(distance_of(largest_w, box_radius_m)), HUGE_VALF));
+        static_cast<double>(std::nextafter(static_cast<float>(distance_of(max_w, box_radius_m)), HUGE_VALF));
     // Where nothing is hit, any depth will do.
     range.near_m = std::isfinite(nearest_m) ? std::max(nearest_m, held) : held;
     return range;

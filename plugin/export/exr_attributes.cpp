@@ -75,7 +75,7 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
     out.text("equistream:eye", eye_names[static_cast<int>(info.eye)]);
     out.number("equistream:ipd", info.ipd_m);
     out.text("equistream:lock", axis_lock_names[static_cast<int>(info.lock)]);
-    out.number("equistream:headBoxRadius", info.lean_m);
+    out.number("equistream:headBoxRadius", info.head_radius_m);
     out.number("equistream:exposure", info.exposure);
     out.text("equistream:seed", std::to_string(info.seed));
     out.text("equistream:spp", std::to_string(info.samples_per_pixel));
@@ -120,7 +120,7 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.eye = static_cast<Eye>(in.choice("equistream:eye", eye_names));
     info.ipd_m = in.number("equistream:ipd", 0, max_ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("equistream:lock", axis_lock_names));
-    info.lean_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
+    info.head_radius_m = in.number("equistream:headBoxRadius", 0, max_head_box_radius_m);
     info.exposure = in.number("equistream:exposure", std::numeric_limits<double>::min(), huge);
     info.seed = in.decimal<std::uint64_t>("equistream:seed");
     info.samples_per_pixel = in.decimal<std::uint32_t>("equistream:spp");

@@ -16,7 +16,7 @@ namespace {
 constexpr int max_parts = 16;
 constexpr int max_channels = 256;
 /// Deflate cannot do better than 1032:1, so a file whose planes need more than this is not whole.
-constexpr std::int64_t largest_ratio = 1100;
+constexpr std::int64_t max_ratio = 1100;
 
 /// Where one EXR channel goes.
 struct ChannelTarget {
@@ -80,7 +80,7 @@ void check_coding(const ExrSession& session, int part) {
         pixel_bytes += channels.entries[i].pixel_type == EXR_PIXEL_HALF ? 2 : 4;
     }
     const Extent extent = extent_of(session, part);
-    if (pixel_bytes * extent.width * extent.height / largest_ratio > session.size_bytes())
+    if (pixel_bytes * extent.width * extent.height / max_ratio > session.size_bytes())
         session.refuse("a whole EXR frame", std::to_string(session.size_bytes()) + " bytes for " +
                                                 std::to_string(extent.width) + "x" + std::to_string(extent.height));
 }

@@ -78,7 +78,7 @@ void ExrSession::open_descriptor() {
     size_bytes_ = status.st_size;
 }
 
-ExrSession::ExrSession(const std::filesystem::path& file, AsideFile* target) : file_(file), target_(target) {
+ExrSession::ExrSession(const std::filesystem::path& file, AtomicFile* target) : file_(file), target_(target) {
     exr_context_initializer_t settings{};
     settings.size = sizeof settings;
     settings.zip_level = -2;

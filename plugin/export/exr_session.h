@@ -1,6 +1,6 @@
 #pragma once
 /// OpenEXRCore contexts over our own files: errors are kept, not printed, and every call's result is checked.
-#include "aside_file.h"
+#include "atomic_file.h"
 
 #include <openexr.h>
 
@@ -17,7 +17,7 @@ public:
     /// Opens for reading; throws InputError naming the file if it is missing or not an EXR.
     static ExrSession for_reading(const std::filesystem::path& file) { return ExrSession(file, nullptr); }
     /// Writes into `target`, which must outlive the session.
-    static ExrSession for_writing(const std::filesystem::path& file, AsideFile& target) {
+    static ExrSession for_writing(const std::filesystem::path& file, AtomicFile& target) {
         return ExrSession(file, &target);
     }
     ~ExrSession();
@@ -35,7 +35,7 @@ public:
     [[noreturn]] void refuse(const std::string& expected, const std::string& found) const;
 
 private:
-    ExrSession(const std::filesystem::path& file, AsideFile* target);
+    ExrSession(const std::filesystem::path& file, AtomicFile* target);
     void open_descriptor();
 
     static std::int64_t read_callback(exr_const_context_t, void* self, void* buffer, std::uint64_t bytes,
@@ -46,7 +46,7 @@ private:
     static void error_callback(exr_const_context_t context, exr_result_t code, const char* message);
 
     std::filesystem::path file_;
-    AsideFile* target_;
+    AtomicFile* target_;
     int descriptor_ = -1;
     std::int64_t size_bytes_ = 0;
     exr_context_t context_ = nullptr;

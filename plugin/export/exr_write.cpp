@@ -1,4 +1,4 @@
-#include "aside_file.h"
+#include "atomic_file.h"
 #include "exr_attributes.h"
 #include "exr_compress.h"
 #include "exr_session.h"
@@ -16,7 +16,7 @@ namespace equistream {
 namespace {
 
 constexpr int rows_per_chunk = 16;  // what EXR's ZIP compression means
-constexpr float largest_half = 65504;
+constexpr float max_half = 65504;
 
 /// Where the samples of one EXR channel lie. Exactly one of the pointers is set.
 struct ChannelSource {
@@ -196,7 +196,7 @@ private:
             const float* sample = source.real + y * source.row_stride;
             for (int x = 0; x < width_; ++x, sample += source.pixel_stride) {
                 const float value = std::isnan(*sample) ? 0.0f : *sample;
-                halves_.emplace_back(std::min(std::max(value, -largest_half), largest_half));
+                halves_.emplace_back(std::min(std::max(value, -max_half), max_half));
             }
         }
         return halves_.data() + begin;
@@ -265,7 +265,7 @@ std::int64_t write_part(const ExrSession& session, const Part& part, int part_in
 
 std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, const ExrWriteOptions& options) {
     const std::vector<Part> parts = make_parts(frame, options);
-    AsideFile aside(file);
+    AtomicFile aside(file);
     std::int64_t bad_pixels = 0;
     {
         const ExrSession session = ExrSession::for_writing(file, aside);

@@ -165,7 +165,7 @@ json to_json(const Manifest& manifest) {
                      {"eye", eye_names[static_cast<int>(info.eye)]},
                      {"ipd_m", info.ipd_m},
                      {"lock", axis_lock_names[static_cast<int>(info.lock)]},
-                     {"lean_m", info.lean_m},
+                     {"lean_m", info.head_radius_m},
                      {"exposure", info.exposure},
                      {"seed", info.seed},
                      {"samples_per_pixel", info.samples_per_pixel},
@@ -200,7 +200,7 @@ Manifest from_json(const json& document, const std::string& where) {
     info.eye = static_cast<Eye>(in.choice("eye", eye_names));
     info.ipd_m = in.number("ipd_m", 0, max_ipd_m);
     info.lock = static_cast<AxisLock>(in.choice("lock", axis_lock_names));
-    info.lean_m = in.number("lean_m", 0, max_head_box_radius_m);
+    info.head_radius_m = in.number("lean_m", 0, max_head_box_radius_m);
     info.exposure = in.number("exposure", std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
     info.seed = in.whole<std::uint64_t>("seed", 0, std::numeric_limits<std::uint64_t>::max());
     info.samples_per_pixel = in.whole<std::uint32_t>("samples_per_pixel", 0, 0xffffffffu);

@@ -28,7 +28,7 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
         {"eye", std::to_string(static_cast<int>(info.eye))},
         {"lock", std::to_string(static_cast<int>(info.lock))},
         {"ipd_m", in_words(info.ipd_m)},
-        {"lean_m", in_words(info.lean_m)},
+        {"lean_m", in_words(info.head_radius_m)},
         {"frames_per_second", in_words(info.frames_per_second)},
         {"exposure", in_words(info.exposure)},
         {"aovs", planes},

@@ -1,6 +1,6 @@
 #include "film.h"
 
-#include "carry_on_colour.h"
+#include "pad_colour.h"
 
 #include <algorithm>
 #include <cmath>
@@ -252,7 +252,7 @@ std::int64_t Film::left_out_samples() const {
 
 void Film::leave_holes() {
     FloatImage& colour = real_.at("colour");
-    carry_on_colour(colour, answered_, closes_);
+    pad_colour(colour, answered_, closes_);
     const auto depth = real_.find("depth");
     if (depth == real_.end())
         return;

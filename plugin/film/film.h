@@ -70,7 +70,7 @@ public:
     std::optional<std::string> missing() const;
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
-    /// Moves the planes into `frame`, averaging colour. In holes alpha is 0, depth NaN and colour carried on from
+    /// Moves the planes into `frame`, averaging colour. In holes alpha is 0, depth NaN and colour extrapolated from
     /// around them.
     void finish(Frame& frame);
 

@@ -82,7 +82,7 @@ es_ray HiddenSearch::question(const es_ray& pixel_ray, const HeadBox& box) const
 /// Beyond what is `step_w` or less behind the last surface.
 void HiddenSearch::look_behind(double step_w, const HeadBox& box) {
     const double w = bounded_inverse_depth(front_m_, box.radius_m) - step_w;
-    step_ = w > 0 && surfaces_ < most_surfaces_behind ? Step::behind : Step::none;
+    step_ = w > 0 && surfaces_ < max_surfaces_behind ? Step::behind : Step::none;
     // A surface inside the box has no bound: what is not, comes after it.
     behind_m_ = static_cast<float>(std::isinf(w) ? box.radius_m : distance_of(w, box.radius_m));
 }

@@ -23,7 +23,7 @@ struct HeadBox {
 };
 
 /// Surfaces behind the first one that are tried at most.
-inline constexpr int most_surfaces_behind = 8;
+inline constexpr int max_surfaces_behind = 8;
 
 /// One pixel's search; a plain value.
 class HiddenSearch {

@@ -150,7 +150,7 @@ private:
     }
 
     void fit(std::vector<Pixel> piece) {
-        if (piece.size() < std::size_t(search_.least_pixels))
+        if (piece.size() < std::size_t(search_.min_pixels))
             return;
         Fitted fitted;
         bool fits = true;

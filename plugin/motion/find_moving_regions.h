@@ -31,16 +31,16 @@ struct MotionPlanes {
 
 struct MotionSearch {
     double error_rad = error_budget_rad(default_focal_length_px);  ///< after `horizon_s`
-    double horizon_s = carry_horizon_s;
+    double horizon_s = extrapolation_horizon_s;
     /// Regions with less are not worth their bytes.
-    int least_pixels = 4;
+    int min_pixels = 4;
 };
 
 struct FoundMotion {
     std::vector<MovingRegion> regions;  ///< the largest first; at most max_moving_regions
     std::int64_t moving_pixels = 0;     ///< that move by more than error_rad in horizon_s
     /// Over these, from here to the neighbours and in proportion for horizon_s: what the movement itself is, and what
-    /// is left of it once regions are carried on; of pixels in no region all of it is.
+    /// is left of it once regions are extrapolated; of pixels in no region all of it is.
     double mean_motion_rad = 0, mean_error_rad = 0, p95_error_rad = 0;
 };
 

@@ -10,7 +10,7 @@ namespace {
 constexpr int unknowns = 6;
 constexpr int rounds = 6;
 /// Of what points tell of an unknown on average: below it the rounding of motion planes speaks.
-constexpr double least_told = 1e-6;
+constexpr double min_told = 1e-6;
 
 using Vector6 = std::array<double, unknowns>;
 
@@ -31,7 +31,7 @@ struct NormalEquations {
             const double mean =
                 (matrix[first][first] + matrix[first + 1][first + 1] + matrix[first + 2][first + 2]) / 3;
             for (int i = first; i < first + 3; ++i)
-                matrix[i][i] += least_told * mean + 1e-30;
+                matrix[i][i] += min_told * mean + 1e-30;
         }
     }
     /// By Cholesky's decomposition: the matrix is symmetric and, with its floor, positive.

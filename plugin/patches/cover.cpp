@@ -52,7 +52,7 @@ std::vector<BlockId> choose_blocks(const GapSamples& samples, const CoverLimits&
             entries.push_back({gain(block), block});
     std::priority_queue<Entry> queue(std::less<Entry>{}, std::move(entries));
     std::vector<BlockId> chosen;
-    while (!queue.empty() && chosen.size() < limits.most_blocks) {
+    while (!queue.empty() && chosen.size() < limits.max_blocks) {
         const Entry best = queue.top();
         queue.pop();
         const double now = gain(best.block);

@@ -7,11 +7,11 @@
 namespace equistream {
 
 struct CoverLimits {
-    std::size_t most_blocks = 0;
+    std::size_t max_blocks = 0;
     std::size_t block_count = 0;  ///< ids are below this
 };
 
-/// Blocks in the order they were chosen, until there are `most_blocks` or none adds anything. `preference` (1 for most)
+/// Blocks in the order they were chosen, until there are `max_blocks` or none adds anything. `preference` (1 for most)
 /// multiplies what a block adds when it is compared with others.
 std::vector<BlockId> choose_blocks(const GapSamples& samples, const CoverLimits& limits,
                                    const std::function<float(BlockId)>& preference);

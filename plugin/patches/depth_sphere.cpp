@@ -68,18 +68,18 @@ SeenTaps DepthSphere::seen(const SurfacePoint& point, const DepthAgreement& agre
     if (!(at.x >= 0 && at.x <= camera_.width && at.y >= 0 && at.y <= camera_.height))
         return taps;
     const glm::dvec2 f = at - 0.5 - corner;
-    const float reach = agreement.reach(static_cast<float>(glm::length(to_point)));
+    const float reach = agreement.clearance(static_cast<float>(glm::length(to_point)));
     for (std::size_t k = 0; k < 4; ++k) {
         const int right = static_cast<int>(k & 1), down = static_cast<int>(k >> 1);
         taps.x[k] = wrapped_column(static_cast<int>(corner.x) + right);
         taps.y[k] = std::clamp(static_cast<int>(corner.y) + down, 0, camera_.height - 1);
-        const float sample = agreement.reach(depth_m_.pixel(taps.x[k], taps.y[k])[0]);
+        const float sample = agreement.clearance(depth_m_.pixel(taps.x[k], taps.y[k])[0]);
         bool same = agreement.same(reach, sample);
         if (!same && point.plane != glm::dvec3(0)) {
             const double inverse_distance = glm::dot(point.plane, direction(taps.x[k], taps.y[k])) / at_here;
             const double predicted =
                 inverse_distance > 1 / double{far_distance_m} ? 1 / inverse_distance : far_distance_m;
-            same = agreement.between(reach, agreement.reach(static_cast<float>(predicted)), sample);
+            same = agreement.between(reach, agreement.clearance(static_cast<float>(predicted)), sample);
         }
         if (same)
             taps.weight[k] = static_cast<float>((right ? f.x : 1 - f.x) * (down ? f.y : 1 - f.y));

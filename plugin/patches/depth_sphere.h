@@ -25,7 +25,7 @@ struct SeenTaps {
 };
 
 /// Below this share of the four samples' weight the client's look-up takes a pixel for a gap.
-inline constexpr float least_seen_weight = 0.1f;
+inline constexpr float min_seen_weight = 0.1f;
 
 class DepthSphere {
 public:

@@ -32,7 +32,7 @@ public:
             if (outside(camera.pixel(point.position_m)))
                 continue;
             point.plane = eye_.plane(x, y);
-            if (centre_.seen(point, centre_agreement_).total() > least_seen_weight)
+            if (centre_.seen(point, centre_agreement_).total() > min_seen_weight)
                 continue;
             row.weight.push_back(weight);
             row.count.push_back(append_blocks(point, row.blocks));
@@ -53,7 +53,7 @@ private:
         std::uint32_t count = 0;
         for (std::size_t k = 0; k < auxiliary_.size(); ++k) {
             const SeenTaps taps = auxiliary_[k].seen(point, agreements_[k]);
-            if (taps.total() <= least_seen_weight)
+            if (taps.total() <= min_seen_weight)
                 continue;
             // Around a corner the four samples lie in up to four blocks; each that has enough of the weight will do.
             std::array<BlockId, 4> found{};
@@ -63,7 +63,7 @@ private:
                 float weight = 0;
                 for (std::size_t u = 0; u < 4; ++u)
                     weight += id(k, taps.x[u], taps.y[u]) == block ? taps.weight[u] : 0;
-                if (weight <= least_seen_weight ||
+                if (weight <= min_seen_weight ||
                     std::find(found.begin(), found.begin() + distinct, block) != found.begin() + distinct)
                     continue;
                 found[distinct++] = block;

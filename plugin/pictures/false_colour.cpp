@@ -97,7 +97,7 @@ ByteImage picture_of_plane(const Frame& frame, const std::string& plane, const D
             expected_found("frame " + std::to_string(frame.info.index), "a plane '" + plane + "'", "none"));
     const FloatImage& image = found->second;
     if (plane == "depth" || plane == "virtual_depth")
-        return depth_picture(image, head_box_radius(frame.info.eye, frame.info.lean_m, frame.info.ipd_m));
+        return depth_picture(image, head_box_radius(frame.info.eye, frame.info.head_radius_m, frame.info.ipd_m));
     if (find_aov(plane) && find_aov(plane)->unit == "pixel")
         return motion_picture(image);
     if (plane == "normal")

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t alignment = 64;
 /// Behind each plane, as libavcodec's own pools have it: vectors read and write past the end.
-constexpr std::size_t most_overrun = 16 + alignment - 1;
+constexpr std::size_t max_overrun = 16 + alignment - 1;
 
 using Lines = std::array<int, 4>;
 
@@ -49,7 +49,7 @@ std::optional<PictureLayout> layout_of(AVPixelFormat format, int width, int heig
         return std::nullopt;
     for (std::size_t i = 0; i < sizes.size() && sizes[i] > 0; ++i) {
         layout.offset[i] = layout.bytes;
-        layout.bytes += (sizes[i] + most_overrun + alignment - 1) / alignment * alignment;
+        layout.bytes += (sizes[i] + max_overrun + alignment - 1) / alignment * alignment;
     }
     return layout;
 }

@@ -249,7 +249,7 @@ std::vector<MovingRegion> get_moving(Reader& in, TrackRole role, const Camera& c
 TaggedFrameInfo read_fields(Reader& in) {
     TaggedFrameInfo tagged;
     FrameInfo& info = tagged.info;
-    tagged.role = in.get_enum(TrackRole::images, "track role");
+    tagged.role = in.get_enum(TrackRole::reflections, "track role");
     const auto kind = in.get_enum(CameraKind::perspective, "camera kind");
     info.eye = in.get_enum(Eye::right, "eye");
     info.lock = in.get_enum(AxisLock::path, "axis lock");
@@ -267,7 +267,7 @@ TaggedFrameInfo read_fields(Reader& in) {
     info.camera_pose = in.get_pose("camera pose");
     info.head = in.get_pose("head pose");
     info.ipd_m = in.get_number("interpupillary distance", 0, max_ipd_m);
-    info.lean_m = in.get_number("head box radius", 0, max_head_box_radius_m);
+    info.head_radius_m = in.get_number("head box radius", 0, max_head_box_radius_m);
     info.exposure = in.get_positive("exposure");
     info.seed = in.get<std::uint64_t>();
     info.samples_per_pixel = in.get<std::uint32_t>();
@@ -310,7 +310,7 @@ const char* track_name(TrackRole role) {
 
 bool is_depth(TrackRole role) {
     return role == TrackRole::depth || role == TrackRole::hidden_depth || role == TrackRole::patches_depth ||
-           role == TrackRole::images;
+           role == TrackRole::reflections;
 }
 
 std::optional<TrackRole> depth_role_of(TrackRole colour) {
@@ -349,7 +349,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put_pose(info.camera_pose);
     fields.put_pose(info.head);
     fields.put(info.ipd_m);
-    fields.put(info.lean_m);
+    fields.put(info.head_radius_m);
     fields.put(info.exposure);
     fields.put(info.seed);
     fields.put(info.samples_per_pixel);
@@ -364,8 +364,8 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
     fields.put(info.crf.value_or(no_crf));
     put_coding_loss(fields, info.coding_loss);
     const auto moving = role == TrackRole::main ? pack_motion(info) : std::vector<std::uint8_t>();
-    if (moving.size() > largest_motion_bytes)
-        throw InputError(expected_found("motion", "at most " + std::to_string(largest_motion_bytes) + " bytes",
+    if (moving.size() > max_motion_bytes)
+        throw InputError(expected_found("motion", "at most " + std::to_string(max_motion_bytes) + " bytes",
                                         std::to_string(moving.size())));
     fields.put(static_cast<std::uint16_t>(moving.size()));
     fields.append(moving);

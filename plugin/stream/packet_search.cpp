@@ -18,7 +18,7 @@ constexpr double furthest_apart_s = 10;
 /// An index may know of places that are no key frames: then one from so long before is looked for.
 constexpr std::array<double, 3> earlier_s = {0, 2, 10};
 /// In a cut mp4 the other track's samples may still be there behind one that is not.
-constexpr int most_failures_in_a_row = 1000;
+constexpr int max_failures_in_a_row = 1000;
 
 double start_s(const AVStream& stream) {
     return stream.start_time == AV_NOPTS_VALUE ? 0 : double(stream.start_time) * av_q2d(stream.time_base);
@@ -27,9 +27,9 @@ double start_s(const AVStream& stream) {
 /// What the search knows of one stream.
 struct Found {
     int stream = 0;
-    double later_s = 0;    ///< its times are by so much, of one moment
-    bool has_key = false;  ///< packets from a key frame on are kept
-    bool is_past = false;  ///< no key frame that is shown in time can follow
+    double extrapolation_s = 0;  ///< its times are by so much, of one moment
+    bool has_key = false;        ///< packets from a key frame on are kept
+    bool is_past = false;        ///< no key frame that is shown in time can follow
 };
 
 class Search {
@@ -52,7 +52,7 @@ public:
             av::Packet packet = av::make_packet();
             const int code = av_read_frame(&format_, packet.get());
             failures = code == AVERROR_INVALIDDATA ? failures + 1 : 0;
-            if (failures > 0 && failures < most_failures_in_a_row)
+            if (failures > 0 && failures < max_failures_in_a_row)
                 continue;
             if (code < 0)
                 break;
@@ -68,7 +68,7 @@ public:
 
 private:
     double seconds(const Found& of, std::int64_t timestamp) const {
-        return double(timestamp) * av_q2d(format_.streams[of.stream]->time_base) - of.later_s;
+        return double(timestamp) * av_q2d(format_.streams[of.stream]->time_base) - of.extrapolation_s;
     }
 
     bool take(av::Packet packet, Found& of) {

@@ -15,10 +15,10 @@ namespace equistream {
 namespace {
 
 /// A source may have more tracks; nothing of ours has.
-constexpr std::size_t most_tracks = track_role_count;
+constexpr std::size_t max_tracks = track_role_count;
 
 /// In a cut mp4 the other track's samples may still be there behind one that is not.
-constexpr int most_failures_in_a_row = 1000;
+constexpr int max_failures_in_a_row = 1000;
 
 bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
@@ -103,7 +103,7 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     is_live = comes_at_its_own_pace(source, *format);
     for (unsigned i = 0; i < format->nb_streams; ++i) {
         AVStream& stream = *format->streams[i];
-        if (!is_video(stream) || tracks.size() == most_tracks) {
+        if (!is_video(stream) || tracks.size() == max_tracks) {
             stream.discard = AVDISCARD_ALL;
             continue;
         }
@@ -144,7 +144,7 @@ bool StreamReader::State::next_packet() {
     }
     int code = AVERROR_INVALIDDATA;
     format.begin_waiting();
-    for (int failures = 0; code == AVERROR_INVALIDDATA && failures < most_failures_in_a_row; ++failures)
+    for (int failures = 0; code == AVERROR_INVALIDDATA && failures < max_failures_in_a_row; ++failures)
         code = av_read_frame(format.get(), packet.get());
     if (code < 0 && code != AVERROR_EOF)
         read_error = av::error_text(code);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                    "medium",    "slow",      "slower",   "veryslow", "placebo"};
-constexpr int most_threads = 64;
+constexpr int max_threads = 64;
 constexpr std::int64_t longest_reordering = 2;
 /// Of live streams, whose groups end where they are asked to.
 constexpr int endless_group = 1 << 24;
@@ -172,7 +172,7 @@ void check_coding(const StreamSettings& settings, const std::string& before_name
         throw InputError(
             expected_found(before_names + "crf", "0 to " + std::to_string(worst_crf), formatted("%g", settings.crf)));
     check_whole_number(before_names + "gop", settings.gop, 1, 10000);
-    check_whole_number(before_names + "threads", settings.threads, 1, most_threads);
+    check_whole_number(before_names + "threads", settings.threads, 1, max_threads);
     check_preset(before_names + "preset", settings.preset);
 }
 

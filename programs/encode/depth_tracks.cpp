@@ -30,7 +30,7 @@ double box_radius_m(const FrameInfo& info) {
     if (info.patches)
         for (const glm::dvec3& offset_m : info.patches->offsets_m)
             farthest_origin_m = std::max(farthest_origin_m, glm::length(offset_m));
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m) + farthest_origin_m;
+    return head_box_radius(info.eye, info.head_radius_m, info.ipd_m) + farthest_origin_m;
 }
 
 struct Extent {
@@ -89,7 +89,7 @@ void leave_images_only(const Frame& frame, double box_radius_m, FloatImage& imag
         float& r = image_m.samples()[i];
         if (!(r > 0))
             r = std::numeric_limits<float>::infinity();
-        if (!(mask[i] > least_specular) || displacement_bound_rad(surface_m[i], r, box_radius_m) <= budget_rad)
+        if (!(mask[i] > min_specular) || displacement_bound_rad(surface_m[i], r, box_radius_m) <= budget_rad)
             r = std::numeric_limits<float>::quiet_NaN();
     }
 }
@@ -99,8 +99,8 @@ std::optional<DepthTrack> plan_images(const DepthRequest& request, const Beside&
     const Sources& sources = beside.sources;
     const SourceTrack& main = sources.tracks.front();
     const Frame first = read_exr(main.folder / frame_file_name(sources.frames.front()));  // whatever it has
-    const std::vector<std::string> planes = planes_of(TrackRole::images);
-    DepthTrack track{TrackRole::images, main, box_radius_m(first.info), DepthCodeId::w10, request.crf};
+    const std::vector<std::string> planes = planes_of(TrackRole::reflections);
+    DepthTrack track{TrackRole::reflections, main, box_radius_m(first.info), DepthCodeId::w10, request.crf};
     if (!std::ranges::all_of(planes, [&](const std::string& plane) { return first.planes.contains(plane); }) ||
         !(track.box_radius_m > 0))
         return std::nullopt;
@@ -137,14 +137,14 @@ void add_images(const DepthRequest& request, const Beside& beside, DepthPlan& pl
 }  // namespace
 
 std::vector<std::string> planes_of(TrackRole role) {
-    return role == TrackRole::images ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
-                                     : std::vector<std::string>{"depth"};
+    return role == TrackRole::reflections ? std::vector<std::string>{"specular", "depth", "virtual_depth"}
+                                          : std::vector<std::string>{"depth"};
 }
 
 FloatImage distances_to_code(const DepthTrack& track, const Frame& frame, const std::filesystem::path& file) {
     const std::vector<std::string> planes = planes_of(track.role);
     FloatImage distances_m = frame.planes.at(planes.back());  // a copy: main's depth is asked for by its mirrors too
-    if (track.role == TrackRole::images)
+    if (track.role == TrackRole::reflections)
         leave_images_only(frame, track.box_radius_m, distances_m);
     // Slots of an atlas that nobody uses may hold none; the atlas says which these are.
     if (track.role == TrackRole::patches_depth)

@@ -65,7 +65,7 @@ public:
     /// At the least CRF whose bytes stay within the share, or the worst where none does; beyond that, as long as it
     /// leaves practically all pixels within the bound all the same.
     DepthTrial best(const DepthWay& way, double share) {
-        DepthTrial chosen = least_within(way, share);
+        DepthTrial chosen = min_within(way, share);
         while (chosen.within >= enough_within && chosen.crf < worst_crf) {
             const DepthTrial next = with(way, chosen.crf + 1);
             if (next.within < enough_within)
@@ -100,7 +100,7 @@ public:
 
 private:
     /// Bytes fall as the CRF rises, by about half in six.
-    DepthTrial least_within(const DepthWay& way, double share) {
+    DepthTrial min_within(const DepthWay& way, double share) {
         int low = 0, high = worst_crf;
         std::optional<DepthTrial> at_high;
         for (int next = guess_; low < high;) {

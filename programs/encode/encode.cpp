@@ -137,7 +137,7 @@ double error_budget_of_stream_rad() {
 /// What coded depth loses beside exact depth, as measured in five scenes (docs/results/reproject/depth_codes.md), and
 /// what to do about it.
 struct Judgement {
-    double least_within;  ///< share of pixels within the budget
+    double min_within;  ///< share of pixels within the budget
     const char* word;
     const char* meaning;
 };
@@ -149,7 +149,7 @@ constexpr std::array judgements = {
               "model of it"}};
 
 const Judgement& judgement_of(const DepthTrial& trial) {
-    return *std::ranges::find_if(judgements, [&](const Judgement& j) { return trial.within >= j.least_within; });
+    return *std::ranges::find_if(judgements, [&](const Judgement& j) { return trial.within >= j.min_within; });
 }
 
 /// What was chosen for a depth track and what that costs.
@@ -203,11 +203,11 @@ nlohmann::json motion_json(const EncodeReport& report) {
         return nullptr;
     const MotionTotals& motion = *report.motion;
     return {{"frames", motion.frames},
-            {"most_regions", motion.most_regions},
+            {"most_regions", motion.max_regions},
             {"regions_left_out", motion.left_out},
             {"bytes", motion.bytes},
             {"share_of_colour", double(motion.bytes) / double(report.tracks.front().bytes)},
-            {"horizon_s", carry_horizon_s},
+            {"horizon_s", extrapolation_horizon_s},
             {"mean_motion_px", motion.mean_motion_px},
             {"mean_error_px", motion.mean_error_px},
             {"worst_p95_error_px", motion.worst_p95_error_px}};
@@ -220,10 +220,10 @@ std::string motion_text(const EncodeReport& report) {
     std::string text = formatted(
         "  motion of up to %lld bodies in %lld frames: %.0f bytes a frame, %s of the colour's\n"
         "        of %.1f px that they move in %g s, %.3f px are left on average (at a focal length of %g px)\n",
-        static_cast<long long>(motion.most_regions), static_cast<long long>(motion.frames),
+        static_cast<long long>(motion.max_regions), static_cast<long long>(motion.frames),
         double(motion.bytes) / report.settings.pictures,
         percent_text(double(motion.bytes) / double(report.tracks.front().bytes)).c_str(), motion.mean_motion_px,
-        carry_horizon_s, motion.mean_error_px, default_focal_length_px);
+        extrapolation_horizon_s, motion.mean_error_px, default_focal_length_px);
     if (motion.left_out > 0)
         text +=
             formatted("        %lld bodies found no room in their frames\n", static_cast<long long>(motion.left_out));

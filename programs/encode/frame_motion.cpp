@@ -47,14 +47,14 @@ FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame,
 
 void MotionTotals::add(const FoundMotion& found, FrameInfo& info) {
     info.moving = found.regions;
-    while (motion_bytes(info) > largest_motion_bytes) {
+    while (motion_bytes(info) > max_motion_bytes) {
         info.moving.pop_back();
         ++left_out;
     }
     if (info.moving.empty())
         return;
     ++frames;
-    most_regions = std::max(most_regions, std::int64_t(info.moving.size()));
+    max_regions = std::max(max_regions, std::int64_t(info.moving.size()));
     bytes += std::int64_t(motion_bytes(info));
     const double pixels_per_rad = default_focal_length_px, count = double(found.moving_pixels);
     const auto blend = [&](double& mean, double value_rad) {

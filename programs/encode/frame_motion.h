@@ -21,11 +21,11 @@ FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame,
 
 /// Of a whole sequence.
 struct MotionTotals {
-    std::int64_t frames = 0;        ///< in which something moves
-    std::int64_t most_regions = 0;  ///< in a frame
-    std::int64_t left_out = 0;      ///< regions that found no room in their frame's data
-    std::int64_t bytes = 0;         ///< in frame data, beyond those that say that nothing moves
-    /// Over moving pixels, display pixels at the focal length of the bound, in carry_horizon_s.
+    std::int64_t frames = 0;       ///< in which something moves
+    std::int64_t max_regions = 0;  ///< in a frame
+    std::int64_t left_out = 0;     ///< regions that found no room in their frame's data
+    std::int64_t bytes = 0;        ///< in frame data, beyond those that say that nothing moves
+    /// Over moving pixels, display pixels at the focal length of the bound, in extrapolation_horizon_s.
     double mean_motion_px = 0, mean_error_px = 0, worst_p95_error_px = 0;
 
     /// Moves what was found into `info`, the smallest regions left out where there is no room.

@@ -115,8 +115,8 @@ void complete(Arguments& a, const CLI::App& app) {
         s.frames_per_second = a.fps;
     }
     require(s.info.ipd_m >= 0 && s.info.ipd_m <= max_ipd_m, "--ipd", "metres from 0 to 10", s.info.ipd_m);
-    require(s.info.lean_m >= 0 && s.info.lean_m <= max_head_box_radius_m, "--lean", "metres from 0 to 1000",
-            s.info.lean_m);
+    require(s.info.head_radius_m >= 0 && s.info.head_radius_m <= max_head_box_radius_m, "--lean",
+            "metres from 0 to 1000", s.info.head_radius_m);
     require(s.info.exposure >= 1e-12 && s.info.exposure <= 1e12, "--exposure", "a number above 0", s.info.exposure);
     s.info.eye = one_of<Eye>("--eye", a.eye, {{"centre", Eye::centre}, {"left", Eye::left}, {"right", Eye::right}});
     s.info.lock = one_of<AxisLock>("--lock", a.lock, {{"path", AxisLock::path}, {"world", AxisLock::world}});
@@ -204,7 +204,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--fps", a->fps, "Frames a second (default: the files', else 30)");
     app.add_option("--eye", a->eye, "centre, left or right, where the files do not say")->capture_default_str();
     app.add_option("--ipd", s.info.ipd_m, "Metres between the eyes")->capture_default_str();
-    app.add_option("--lean", s.info.lean_m, "Radius of the head box, metres")->capture_default_str();
+    app.add_option("--lean", s.info.head_radius_m, "Radius of the head box, metres")->capture_default_str();
     app.add_option("--lock", a->lock, "path: the sphere turns with its camera; world: it does not")
         ->capture_default_str();
     app.add_option("--colour-space", s.colour_space,

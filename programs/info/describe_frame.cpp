@@ -15,7 +15,7 @@ namespace {
 constexpr double degrees = 180 / pi;
 
 double head_box_radius_m(const FrameInfo& info) {
-    return head_box_radius(info.eye, info.lean_m, info.ipd_m);
+    return head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
 }
 
 struct Extent {
@@ -128,7 +128,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"eye", eye_names[static_cast<int>(info.eye)]},
             {"ipd_m", info.ipd_m},
             {"lock", axis_lock_names[static_cast<int>(info.lock)]},
-            {"lean_m", info.lean_m},
+            {"lean_m", info.head_radius_m},
             {"head_box_radius_m", head_box_radius_m(info)},
             {"exposure", info.exposure},
             {"seed", info.seed},
@@ -160,8 +160,8 @@ std::string shared_text(const FrameInfo& info) {
     if (std::holds_alternative<EquirectCamera>(info.camera))  // a perspective one turns with the head
         text += formatted("; axes locked to the %s", axis_lock_names[static_cast<int>(info.lock)]);
     text += "\n";
-    text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n", info.lean_m,
-                      head_box_radius_m(info));
+    text += formatted("  head box   the head may lean %g m: both eyes stay within %.4f m of the camera\n",
+                      info.head_radius_m, head_box_radius_m(info));
     return text;
 }
 

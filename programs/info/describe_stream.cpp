@@ -37,12 +37,12 @@ double bytes_a_picture(const StreamTrackSummary& track) {
 
 /// What main's pictures say of what moves.
 struct Moving {
-    std::size_t pictures = 0, most_regions = 0, bytes = 0;
+    std::size_t pictures = 0, max_regions = 0, bytes = 0;
 
     explicit Moving(const std::vector<FrameInfo>& frames) {
         for (const FrameInfo& frame : frames) {
             pictures += !frame.moving.empty();
-            most_regions = std::max(most_regions, frame.moving.size());
+            max_regions = std::max(max_regions, frame.moving.size());
             bytes += motion_bytes(frame);
         }
     }
@@ -53,12 +53,12 @@ std::string moving_text(const std::vector<FrameInfo>& frames) {
     if (moving.pictures == 0)
         return "";
     return formatted("  motion     in %zu pictures, of up to %zu bodies: %s a picture\n", moving.pictures,
-                     moving.most_regions, bytes_text(double(moving.bytes) / double(frames.size())).c_str());
+                     moving.max_regions, bytes_text(double(moving.bytes) / double(frames.size())).c_str());
 }
 
 nlohmann::json moving_json(const std::vector<FrameInfo>& frames) {
     const Moving moving(frames);
-    return {{"pictures", moving.pictures}, {"most_regions", moving.most_regions}, {"bytes", moving.bytes}};
+    return {{"pictures", moving.pictures}, {"most_regions", moving.max_regions}, {"bytes", moving.bytes}};
 }
 
 std::string track_text(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {

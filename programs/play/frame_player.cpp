@@ -110,7 +110,7 @@ std::optional<Eye> FramePlayer::eye_without_plane(const ReceivedFrame& first) co
 
 void FramePlayer::make_geometry() {
     // A client's model has no colours to fill from.
-    if (!scene_ || !scene_->stands_for.empty() || !has_rung(make_fill_ladder(settings_.fill), "geometry"))
+    if (!scene_ || !scene_->stands_for.empty() || !has_pass(make_fill_chain(settings_.fill), "geometry"))
         return;
     auto geometry = std::make_unique<RayColour>(*scene_);
     geometry->start_loading();  // while the first frame is decoded and its depth cast
@@ -191,8 +191,8 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
     figures.outside_head_box = frame.posed && (leaves_head_box(played.left.pose, frame.main.info) ||
                                                leaves_head_box(played.right.pose, frame.main.info));
     if (refresh != nullptr)
-        figures.moved_on_s =
-            pipeline_.extrapolation_s(frame, played.left, played.right, refresh->moved_on_s, scene_.has_value());
+        figures.extrapolation_s =
+            pipeline_.extrapolation_s(frame, played.left, played.right, refresh->extrapolation_s, scene_.has_value());
     StageTimes& times = figures.milliseconds;
     const auto [decode_ms, convert_ms] = decoding_ms(frame);
     times[std::size_t(Stage::decode)] = {decode_ms};
@@ -200,7 +200,7 @@ void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const Re
     played.times.clear();
     for (int i = 0; i < settings_.repeat; ++i) {
         PipelineTimes pipeline;
-        pipeline_.render(frame, played.left, played.right, figures.moved_on_s, pipeline);
+        pipeline_.render(frame, played.left, played.right, figures.extrapolation_s, pipeline);
         if (takes_depth())
             times[std::size_t(Stage::depth)].push_back(pipeline.depth);
         times[std::size_t(Stage::reproject)].push_back(pipeline.reproject);

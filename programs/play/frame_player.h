@@ -31,7 +31,7 @@ struct RefreshMoment {
     double display_s = 0;
     double refresh_hz = 0;
     Pose head;
-    double moved_on_s = 0;  ///< what moves is shown so much later than in the frame, where the frame says how
+    double extrapolation_s = 0;  ///< what moves is shown so much later than in the frame, where the frame says how
 };
 
 class FramePlayer {

@@ -8,7 +8,7 @@ namespace equistream::play {
 namespace {
 
 /// A server that never makes a frame for what it is sent, as of a recorded stream.
-constexpr std::size_t most_sent = 256;
+constexpr std::size_t max_sent = 256;
 
 /// Numbers travel unchanged.
 bool same_head(const Pose& a, const Pose& b) {
@@ -33,7 +33,7 @@ void HeadSteering::came(const FrameInfo& frame) {
         return;
     ++heads_sent_;
     sent_.push_back({frame.time_s, meant_s, head});
-    if (sent_.size() > most_sent)
+    if (sent_.size() > max_sent)
         sent_.pop_front();
 }
 

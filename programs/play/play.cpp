@@ -107,7 +107,7 @@ void choose_video(Arguments& arguments, const CLI::App& app) {
     require(!settings.reliability, option.c_str(), "the name of a folder for --reliability", "the name of a video");
 }
 
-constexpr double longest_carry_s = 1;
+constexpr double longest_extrapolation_s = 1;
 
 void choose_refreshes(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
@@ -119,8 +119,8 @@ void choose_refreshes(Arguments& arguments, const CLI::App& app) {
     require(!settings.head.empty(), app.count("--refresh") > 0 ? "--refresh" : "--network",
             "--head CSV beside it, of a head that moves on while frames are late", "none");
     settings.refresh_hz = arguments.refresh_hz;
-    require(settings.carry_s >= 0 && settings.carry_s <= longest_carry_s, "--carry", "0 to 1 s",
-            in_words(settings.carry_s));
+    require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= longest_extrapolation_s, "--carry",
+            "0 to 1 s", in_words(settings.extrapolation_limit_s));
 }
 
 void complete(Arguments& arguments, const CLI::App& app) {
@@ -236,7 +236,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "and of where --head is foretold to be; default: 90 with --network, else one picture a frame");
     app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
     app.add_option(
-           "--carry", settings.carry_s,
+           "--carry", settings.extrapolation_limit_s,
            "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
            "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();

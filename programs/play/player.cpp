@@ -250,7 +250,8 @@ private:
         report_.viewing.emplace();
         viewing_ = std::make_unique<Simulation>(
             report_.settings.conditions,
-            ViewingOptions{.refresh_hz = *report_.settings.refresh_hz, .carry_s = report_.settings.carry_s},
+            ViewingOptions{.refresh_hz = *report_.settings.refresh_hz,
+                           .extrapolation_limit_s = report_.settings.extrapolation_limit_s},
             [this](double time_s) { return player_->head_at(time_s); });
         PlayedFrame played;
         std::shared_ptr<ReceivedFrame> shown;
@@ -271,9 +272,9 @@ private:
                 shown = viewing_->shown();
             }
             player_->rechoose(played, refresh->number, report_);
-            const double moved_on_s = report_.settings.carry_s > 0 ? refresh->moved_on_s() : 0;
+            const double extrapolation_s = report_.settings.extrapolation_limit_s > 0 ? refresh->extrapolation_s() : 0;
             const RefreshMoment moment{refresh->number, refresh->display_s, *report_.settings.refresh_hz,
-                                       refresh->predicted_head, moved_on_s};
+                                       refresh->predicted_head, extrapolation_s};
             player_->play(*shown, played, &moment);
             write(played);
             progress_.step(feed_->fraction_done().value_or(0), "refresh " + std::to_string(refresh->number));

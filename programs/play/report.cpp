@@ -47,7 +47,7 @@ Json summary(const std::vector<FrameFigures>& frames) {
     return stages;
 }
 
-/// Share of pixels that are gaps, before and after each rung.
+/// Share of pixels that are gaps, before and after each fill pass.
 Json shares(const EyeFigures& eye) {
     const double pixels = double(std::max<std::int64_t>(eye.pixels, 1));
     Json json = {{"pixels", eye.pixels}, {"gaps", eye.gaps}, {"gap_fraction", double(eye.gaps) / pixels}};
@@ -62,20 +62,20 @@ Json shares(const EyeFigures& eye) {
     std::int64_t open = eye.gaps;
     json["filled"] = Json::object();
     json["gap_fraction_after"] = Json::object();
-    for (const auto& [rung, count] : eye.filled) {
+    for (const auto& [fill_pass, count] : eye.filled) {
         open -= count;
-        json["filled"][rung] = count;
-        json["gap_fraction_after"][rung] = double(open) / pixels;
+        json["filled"][fill_pass] = count;
+        json["gap_fraction_after"][fill_pass] = double(open) / pixels;
     }
     return json;
 }
 
-/// Ladders of frames may differ by rungs that are left out.
-void add_by_rung(const FilledCounts& filled, FilledCounts& sum) {
+/// Fill chains of frames may differ by fill passes that are left out.
+void add_by_pass(const FilledCounts& filled, FilledCounts& sum) {
     auto place = sum.begin();
-    for (const auto& [rung, count] : filled) {
-        const auto found = std::ranges::find(sum, rung, &FilledCounts::value_type::first);
-        place = found != sum.end() ? found : sum.insert(place, {rung, 0});
+    for (const auto& [fill_pass, count] : filled) {
+        const auto found = std::ranges::find(sum, fill_pass, &FilledCounts::value_type::first);
+        place = found != sum.end() ? found : sum.insert(place, {fill_pass, 0});
         place->second += count;
         ++place;
     }
@@ -90,7 +90,7 @@ EyeFigures total(const std::vector<FrameFigures>& frames, EyeFigures FrameFigure
         sum.pixels += figures.pixels;
         sum.gaps += figures.gaps;
         sum.specular += figures.specular;
-        add_by_rung(figures.filled, sum.filled);
+        add_by_pass(figures.filled, sum.filled);
     }
     return sum;
 }
@@ -154,7 +154,7 @@ Json settings_json(const Settings& settings) {
     json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
     json["refresh_hz"] = settings.refresh_hz ? Json(*settings.refresh_hz) : Json();
     json["network"] = settings.network;
-    json["carry_s"] = settings.carry_s;
+    json["carry_s"] = settings.extrapolation_limit_s;
     json["format"] = format_name(settings.format);
     json["layout"] = layout_name(settings.layout);
     return json;
@@ -197,8 +197,8 @@ Json Report::json() const {
         for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
             if (!frame.milliseconds[stage].empty())
                 entry["milliseconds"][stage_names[stage]] = mean(frame.milliseconds[stage]);
-        if (frame.moved_on_s > 0)
-            entry["moved_on"] = {{"ms", 1e3 * frame.moved_on_s},
+        if (frame.extrapolation_s > 0)
+            entry["moved_on"] = {{"ms", 1e3 * frame.extrapolation_s},
                                  {"pixels", frame.moved_pixels},
                                  {"uncovered_pixels", frame.uncovered_pixels}};
         entry["left"] = shares(frame.left);
@@ -228,8 +228,8 @@ std::string Report::table() const {
                                     std::pair{"right", total(frames, &FrameFigures::right)}}) {
         const double percent = 100 / double(std::max<std::int64_t>(eye.pixels, 1));
         out += formatted("%-6s gaps %7.3f %%", name, double(eye.gaps) * percent);
-        for (const auto& [rung, count] : eye.filled)
-            out += formatted("   by %s %7.3f %%", rung.c_str(), double(count) * percent);
+        for (const auto& [fill_pass, count] : eye.filled)
+            out += formatted("   by %s %7.3f %%", fill_pass.c_str(), double(count) * percent);
         if (const SpecularCounts& specular = eye.specular; specular.all() > 0)
             out += formatted("   mirrors %.3f %%, of these %.1f %% gaps", double(specular.all()) * percent,
                              100 * double(specular.gaps) / double(specular.all()));
@@ -237,11 +237,11 @@ std::string Report::table() const {
             out += formatted("   reliability %.4f", *eye.reliability);
         out += "\n";
     }
-    if (const auto moved = std::ranges::count_if(frames, [](const FrameFigures& f) { return f.moved_on_s > 0; });
+    if (const auto moved = std::ranges::count_if(frames, [](const FrameFigures& f) { return f.extrapolation_s > 0; });
         moved > 0)
         out +=
             formatted("what moves was carried on in %lld refreshes, by up to %.1f ms\n", static_cast<long long>(moved),
-                      1e3 * std::ranges::max(frames, {}, &FrameFigures::moved_on_s).moved_on_s);
+                      1e3 * std::ranges::max(frames, {}, &FrameFigures::extrapolation_s).extrapolation_s);
     if (steering)
         out += formatted("head sent %lld times: %lld frames were made for where it was %.1f ms before them\n",
                          static_cast<long long>(steering->heads_sent), static_cast<long long>(steering->frames),

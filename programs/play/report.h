@@ -32,7 +32,7 @@ struct FrameFigures {
     bool has_small = false;
     bool outside_head_box = false;  ///< an eye left the ball that the source was rendered for (bound.h)
     StageTimes milliseconds;
-    double moved_on_s = 0;                                ///< of what moves, where it was carried on
+    double extrapolation_s = 0;                           ///< of what moves, where it was extrapolated
     std::int64_t moved_pixels = 0, uncovered_pixels = 0;  ///< of the source then
     EyeFigures left, right;
 };

@@ -45,7 +45,8 @@ struct Settings {
     std::optional<double> refresh_hz;  ///< set: one picture per refresh of a display, of what has come by then
     std::string network;               ///< as given, for reports
     NetworkConditions conditions;      ///< what it says
-    double carry_s = carry_horizon_s;  ///< what moves is carried on so much beyond the clock at most; 0: held
+    double extrapolation_limit_s =
+        extrapolation_horizon_s;  ///< what moves is extrapolated so much beyond the clock at most; 0: held
     std::shared_ptr<const HdrDisplay> hdr_display;  ///< null: HdrDisplay's defaults, where the source is HDR
     bool json = false;
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
@@ -53,7 +54,7 @@ struct Settings {
     bool out_is_video = false;  ///< `out` is one video of both eyes, rather than a folder
     bool overwrite = false;     ///< views of other settings in `out` make way
 
-    /// Whether eyes are reprojected or judged by where mirrors are. Rungs that look points up ask too.
+    /// Whether eyes are reprojected or judged by where mirrors are. Fill passes that look points up ask too.
     bool asks_for_mirrors() const { return mirrors != MirrorTreatment::surface || reliability; }
 };
 

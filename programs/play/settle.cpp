@@ -34,7 +34,7 @@ TrackRoles roles_of(const ReceivedFrame& frame) {
     add(TrackRole::hidden_depth, came_with_depth(frame.hidden));
     add(TrackRole::patches, came(frame.patches));
     add(TrackRole::patches_depth, came_with_depth(frame.patches));
-    add(TrackRole::images, !frame.main.specular.empty() || !frame.main.virtual_depth_m.empty());
+    add(TrackRole::reflections, !frame.main.specular.empty() || !frame.main.virtual_depth_m.empty());
     return roles;
 }
 

@@ -135,8 +135,8 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene) {
     out.box_low_m = all.low;
     out.box_high_m = all.high;
     measure_path(model, scene, out);
-    out.lean_m = scene.lean_m;
-    out.box_radius_m = head_box_radius_centre(scene.lean_m, default_ipd_m);
+    out.head_radius_m = scene.head_radius_m;
+    out.box_radius_m = head_box_radius_centre(scene.head_radius_m, default_ipd_m);
     out.sphere_width = matching_sphere_width(default_focal_length_px);
     const double w = bounded_inverse_depth(out.nearest_m, out.box_radius_m);
     out.depth_levels = std::ceil(w / (2 * error_budget_rad(default_focal_length_px)));
@@ -163,8 +163,8 @@ std::string summary_text(const SceneSummary& s) {
     text += line("camera path",
                  formatted("%.2f m in %.2f s, turning %.0f degrees", s.path_length_m, s.path_duration_s, s.turn_deg));
     text += line("nearest triangle", formatted("%.3f m, at %.2f s", s.nearest_m, s.nearest_time_s));
-    text += line("head box", formatted("lean %.3f m; with a %.0f mm IPD, B = %.4f m", s.lean_m, 1000 * default_ipd_m,
-                                       s.box_radius_m));
+    text += line("head box", formatted("lean %.3f m; with a %.0f mm IPD, B = %.4f m", s.head_radius_m,
+                                       1000 * default_ipd_m, s.box_radius_m));
     text += line("matching sphere", formatted("%.0f columns for f = %.0f px", s.sphere_width, default_focal_length_px));
     text += line("depth codes", std::isfinite(s.depth_levels)
                                     ? formatted("%.0f levels for a quarter pixel", s.depth_levels)
@@ -196,7 +196,7 @@ std::string summary_json(const SceneSummary& s) {
     json["turn_deg"] = s.turn_deg;
     json["nearest_m"] = s.nearest_m;
     json["nearest_time_s"] = s.nearest_time_s;
-    json["lean_m"] = s.lean_m;
+    json["lean_m"] = s.head_radius_m;
     json["box_radius_m"] = s.box_radius_m;
     json["sphere_width"] = s.sphere_width;
     json["depth_levels"] = finite_or_null(s.depth_levels);

@@ -22,7 +22,7 @@ struct SceneSummary {
     double turn_deg = 0;  ///< sum of the angles the gaze turns through
     double nearest_m = 0,
            nearest_time_s = 0;  ///< closest triangle (its mask ignored) to the head, sampled along the path
-    double lean_m = 0;
+    double head_radius_m = 0;
     double box_radius_m = 0;  ///< B of bound.h for a sphere at the head's centre and the default IPD
     double sphere_width = 0;  ///< columns that match the centre of a view with the default focal length
     /// Depth codes if the whole default budget went to them: w at nearest_m in steps of twice the budget; infinite

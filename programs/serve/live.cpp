@@ -28,7 +28,7 @@ public:
     Live(asio::io_context& io, asio::signal_set& stop, asio::ip::tcp::acceptor acceptor, const LiveSettings& settings)
         : io_(io), stop_(stop), settings_(settings), stream_([this] { look_soon(); }),
           server_(std::move(acceptor), stream_, settings.server), encoder_(settings.coding),
-          pace_(settings.most_spp, settings.spheres_per_s), timer_(io),
+          pace_(settings.max_spp, settings.spheres_per_s), timer_(io),
           child_(io, settings.program, settings.arguments,
                  {[this](double rate) { start(rate); }, [this](const RenderedFrame& frame) { take(frame); },
                   [this](std::exception_ptr problem) { end(problem); }}) {}

@@ -15,7 +15,7 @@ namespace equistream::serve {
 struct LiveSettings {
     std::string program;                 ///< of the host
     std::vector<std::string> arguments;  ///< of it, --follow among them
-    std::uint32_t most_spp = 16;
+    std::uint32_t max_spp = 16;
     double spheres_per_s = 2;  ///< to be kept up with fewer samples, where need be
     LiveCoding coding;
     ServerSettings server;

@@ -41,7 +41,7 @@ void LiveEncoder::open(const Frame& frame) {
     const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
     settings.full_sphere = sphere != nullptr && sphere->range.is_full_sphere();
     settings.tracks.push_back({TrackRole::main, width_of(info.camera), height_of(info.camera)});
-    box_radius_m_ = head_box_radius(info.eye, info.lean_m, info.ipd_m);
+    box_radius_m_ = head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
     if (coding_.depth && box_radius_m_ > 0) {
         depth_code_ = make_depth_code(DepthCodeId::w10);
         settings.tracks.push_back({TrackRole::depth, width_of(info.camera), height_of(info.camera), depth_code_->id()});

@@ -13,7 +13,7 @@ namespace equistream::serve {
 namespace {
 
 constexpr double slowest = 0.01, quickest = 1000;
-constexpr std::uint32_t most_samples = 1 << 20;
+constexpr std::uint32_t max_samples = 1 << 20;
 
 std::string program_of(const std::string& name) {
     const cli::Host* host = cli::find_host(name);
@@ -63,7 +63,7 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     if (size.width % 2 != 0 || size.height % 2 != 0 || std::min(size.width, size.height) < min_track_side)
         throw InputError(
             expected_found("--size", "even sides of at least " + std::to_string(min_track_side), options.size));
-    if (options.spp < 1 || options.spp > most_samples)
+    if (options.spp < 1 || options.spp > max_samples)
         throw InputError(expected_found("--spp", "1 to 1048576", std::to_string(options.spp)));
     if (!(options.rate >= slowest && options.rate <= quickest))
         throw InputError(expected_found("--rate", "0.01 to 1000", in_words(options.rate)));
@@ -85,7 +85,7 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     if (options.threads > 0)
         settings.arguments.insert(settings.arguments.end(), {"--threads", std::to_string(options.threads)});
     settings.arguments.insert(settings.arguments.end(), more.begin(), more.end());
-    settings.most_spp = options.spp;
+    settings.max_spp = options.spp;
     settings.spheres_per_s = options.rate;
     settings.coding = options.coding;
     settings.coding.depth = options.depth != "none";

@@ -13,7 +13,7 @@ namespace equistream::serve {
 namespace {
 
 /// Of one viewer that does not keep up, whatever --patience says.
-constexpr std::size_t most_waiting_bytes = 64 << 20;
+constexpr std::size_t max_waiting_bytes = 64 << 20;
 
 /// An element of Matroska that readers pass over: Void, of no bytes. It may stand between any two clusters.
 constexpr std::array<char, 2> nothing = {char(0xec), char(0x80)};
@@ -60,7 +60,7 @@ public:
         if (bytes->empty() || overrun_)
             return;
         waiting_bytes_ += bytes->size();
-        overrun_ = waiting_bytes_ > most_waiting_bytes;
+        overrun_ = waiting_bytes_ > max_waiting_bytes;
         if (overrun_)
             waiting_.clear();
         else

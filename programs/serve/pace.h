@@ -10,14 +10,14 @@ public:
     enum class Change { none, fewer, cannot_keep_up };
 
     /// Begins with one sample.
-    Pace(std::uint32_t most_spp, double spheres_per_s) : most_spp_(most_spp), target_s_(1 / spheres_per_s) {}
+    Pace(std::uint32_t max_spp, double spheres_per_s) : max_spp_(max_spp), target_s_(1 / spheres_per_s) {}
 
     std::uint32_t spp() const { return spp_; }
     /// One sphere with spp() samples took so long. `cannot_keep_up` is said once.
     Change took(double sphere_s);
 
 private:
-    std::uint32_t spp_ = 1, most_spp_;
+    std::uint32_t spp_ = 1, max_spp_;
     double target_s_;
     int slow_ = 0, quick_ = 0;  // spheres in a row
     int quick_enough_ = 2;      // of them, for more samples; what has failed before is tried less readily

@@ -25,7 +25,7 @@ namespace equistream::serve {
 
 namespace {
 
-constexpr double most_patience_s = 86400;
+constexpr double max_patience_s = 86400;
 
 struct Options {
     std::string command, source, listen;
@@ -37,10 +37,10 @@ struct Options {
 };
 
 void check(const Options& options) {
-    if (!(options.server.patience_s >= 0.1 && options.server.patience_s <= most_patience_s))
+    if (!(options.server.patience_s >= 0.1 && options.server.patience_s <= max_patience_s))
         throw InputError(expected_found("--patience", "0.1 to 86400 s", in_words(options.server.patience_s)));
-    if (options.server.most_viewers < 1)
-        throw InputError(expected_found("--viewers", "at least 1", std::to_string(options.server.most_viewers)));
+    if (options.server.max_viewers < 1)
+        throw InputError(expected_found("--viewers", "at least 1", std::to_string(options.server.max_viewers)));
     if (!std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
     if (!options.more.empty() && !is_scene(options.source) && !std::filesystem::is_directory(options.source))
@@ -165,7 +165,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
                    "free")
         ->required();
-    app.add_option("--viewers", options.server.most_viewers, "At a time; more are refused")->capture_default_str();
+    app.add_option("--viewers", options.server.max_viewers, "At a time; more are refused")->capture_default_str();
     app.add_option("--patience", options.server.patience_s,
                    "Seconds after which a viewer that does not read, or stays as far behind, is dropped")
         ->capture_default_str();

@@ -45,7 +45,7 @@ void Server::retry_later(const asio::error_code& error) {
 
 void Server::welcome(asio::ip::tcp::socket socket) {
     const std::string address = peer_of(socket);
-    if (viewers_.size() >= std::size_t(settings_.most_viewers)) {
+    if (viewers_.size() >= std::size_t(settings_.max_viewers)) {
         ++figures_.refused;
         log_event(settings_.log,
                   {"refused", 0, address, 0, std::to_string(viewers_.size()) + " are here already (--viewers)"});

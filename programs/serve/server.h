@@ -9,7 +9,7 @@
 namespace equistream::serve {
 
 struct ServerSettings {
-    int most_viewers = 8;
+    int max_viewers = 8;
     double patience_s = 10;  ///< with one that does not read, or not fast enough
     cli::ProgressStyle log = cli::ProgressStyle::automatic;
 };

@@ -23,7 +23,7 @@ constexpr double received_bytes_per_second = 65536;
 constexpr int looks = 4;
 
 /// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
-constexpr int most_unsent_bytes = 1 << 17;
+constexpr int max_unsent_bytes = 1 << 17;
 
 Clock::duration in_clock(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -47,7 +47,7 @@ void Viewer::start(Gone gone) {
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &idle_s, sizeof idle_s);
     setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &patience_ms, sizeof patience_ms);
-    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes, sizeof most_unsent_bytes);
+    setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
     start_ = Clock::now();
     receive();
     watch();

@@ -129,7 +129,7 @@ def main():
     if options.json:
         point = chosen.point
         print(json.dumps({"settings_file": str(options.out), "wanted_db": options.db, "db": point.db, "db_low": point.low, "db_high": point.high, "columns": chosen.width,
-                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.rungs, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
+                          "codec": options.codec, "crf": chosen.crf, "fill": chosen.fill.passes, "bytes_a_frame": point.bytes, "bytes_once": chosen.bytes_once,
                           "reflections": chosen.told, "why": fit.why, "seconds": round(time.time() - began, 1),
                           "command": f"equistream fit {options.scene.name} --db {options.db:g}", **provenance(options.bin, REPOSITORY)}, indent=1))
         return

@@ -52,7 +52,7 @@ constexpr std::array<std::string_view, 2> switches = {"off", "on"}, decoders = {
 constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
 
 /// HeadPredictor looks no further ahead.
-constexpr double most_predicted_ms = 150;
+constexpr double max_predicted_ms = 150;
 
 std::optional<double> parse_prediction(const std::string& text) {
     if (text == "auto")
@@ -61,9 +61,9 @@ std::optional<double> parse_prediction(const std::string& text) {
         return 0.0;
     double ms = 0;
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), ms);
-    if (problem != std::errc{} || end != text.data() + text.size() || !(ms >= 0 && ms <= most_predicted_ms))
+    if (problem != std::errc{} || end != text.data() + text.size() || !(ms >= 0 && ms <= max_predicted_ms))
         throw InputError(expected_found(
-            "--predict", "auto, off or milliseconds from 0 to " + in_words(most_predicted_ms), "'" + text + "'"));
+            "--predict", "auto, off or milliseconds from 0 to " + in_words(max_predicted_ms), "'" + text + "'"));
     return 1e-3 * ms;
 }
 
@@ -124,8 +124,8 @@ void complete(Arguments& arguments, const CLI::App& app) {
             throw InputError(expected_found("--ipd", "metres from 0 to 1", in_words(arguments.ipd_m)));
         settings.ipd_m = arguments.ipd_m;
     }
-    if (!(settings.carry_s >= 0 && settings.carry_s <= 1))
-        throw InputError(expected_found("--carry", "0 to 1 s", in_words(settings.carry_s)));
+    if (!(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= 1))
+        throw InputError(expected_found("--carry", "0 to 1 s", in_words(settings.extrapolation_limit_s)));
     if (!(settings.seconds >= 0))
         throw InputError(expected_found("--seconds", "0 or more", in_words(settings.seconds)));
     if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
@@ -138,7 +138,7 @@ nlohmann::ordered_json json_of(const ViewerReport& report, const std::string& co
     json["seconds"] = report.seconds;
     json["refreshes"] = report.refreshes;
     json["frames"] = report.frames;
-    json["moved_on_ms"] = 1e3 * report.later_s;
+    json["moved_on_ms"] = 1e3 * report.extrapolation_s;
     json["truth_psnr_db"] = nullptr;
     if (report.truth_db)
         json["truth_psnr_db"] = *report.truth_db;
@@ -216,7 +216,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--predict", arguments->predict,
                    "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
         ->capture_default_str();
-    app.add_option("--carry", settings.carry_s,
+    app.add_option("--carry", settings.extrapolation_limit_s,
                    "Where the stream says what moves: seconds by which that is carried on at most while its server is "
                    "late, so that it is where it is by now; 0: it stays where frames show it")
         ->capture_default_str();

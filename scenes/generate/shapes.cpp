@@ -214,13 +214,13 @@ Shape tube(std::span<const glm::vec3> points, std::span<const float> radii, int 
     // One frame carried along the curve by projection, so that the tube does not twist.
     std::vector<glm::vec3> across(points.size()), along(points.size());
     std::vector<float> length(points.size(), 0.0f);
-    glm::vec3 carried(0.36f, 0.48f, 0.8f);
+    glm::vec3 extrapolated(0.36f, 0.48f, 0.8f);
     for (std::size_t i = 0; i <= last; ++i) {
         along[i] = glm::normalize(points[std::min(i + 1, last)] - points[i == 0 ? 0 : i - 1]);
-        carried -= along[i] * glm::dot(carried, along[i]);
-        if (glm::dot(carried, carried) < 1e-6f)
-            carried = glm::cross(along[i], glm::vec3(0.6f, 0, 0.8f));
-        across[i] = carried = glm::normalize(carried);
+        extrapolated -= along[i] * glm::dot(extrapolated, along[i]);
+        if (glm::dot(extrapolated, extrapolated) < 1e-6f)
+            extrapolated = glm::cross(along[i], glm::vec3(0.6f, 0, 0.8f));
+        across[i] = extrapolated = glm::normalize(extrapolated);
         if (i > 0)
             length[i] = length[i - 1] + glm::length(points[i] - points[i - 1]);
     }

@@ -14,7 +14,7 @@ namespace equistream {
 namespace {
 
 /// Far beyond the sun's radiance; products of what is within it are finite floats.
-constexpr double largest_colour = 1e12;
+constexpr double max_colour = 1e12;
 
 /// Far more than a description needs; keeps every recursion over the tree shallow.
 constexpr std::size_t nesting_limit = 32;
@@ -235,7 +235,7 @@ glm::dvec3 JsonReader::colour() const {
     const glm::dvec3 c = value_->kind == JsonValue::Kind::number ? glm::dvec3(value_->number) : vector3();
     if (!(c.x >= 0 && c.y >= 0 && c.z >= 0))
         fail("no negative number");
-    if (!(c.x <= largest_colour && c.y <= largest_colour && c.z <= largest_colour))
+    if (!(c.x <= max_colour && c.y <= max_colour && c.z <= max_colour))
         fail("numbers up to 1e12");
     return c;
 }

@@ -59,8 +59,8 @@ std::string description_text(const SceneDescription& description) {
     if (description.sky_radiance != glm::dvec3(0))
         add("sky", {{"radiance", vector3(description.sky_radiance)}});
     text += ",\n  \"camera\": {\"keys\": [\n" + key_lines(description.camera_path, "    ") + "\n  ]}";
-    if (description.lean_m > 0)
-        add("head_box", {{"lean_m", description.lean_m}});
+    if (description.head_radius_m > 0)
+        add("head_box", {{"lean_m", description.head_radius_m}});
     add("exposure", description.exposure);
     add("frames_per_second", description.frames_per_second);
     if (!description.moving.empty())

@@ -35,7 +35,7 @@ glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwis
 }
 
 /// Reflects 99.6 %.
-constexpr double largest_index = 1000;
+constexpr double max_index = 1000;
 
 /// A number of a material extension, or the extension's default.
 double extension_number(const tinygltf::Material& material, const char* extension, const char* key, double otherwise) {
@@ -104,7 +104,7 @@ private:
         const double index = extension_number(from, "KHR_materials_ior", "ior", 1.5);
         if (!(index == 0 || index >= 1))
             throw InputError(expected_found(where, "an ior of 0 or from 1", formatted("%g", index)));
-        return static_cast<float>(index == 0 ? largest_index : std::min(index, largest_index));
+        return static_cast<float>(index == 0 ? max_index : std::min(index, max_index));
     }
 
     static void require_finite(const Material& m, const std::string& where) {

@@ -235,7 +235,7 @@ SceneDescription load_scene(const fs::path& file) {
     scene.camera_path = read_path(json["camera"], folder, hash);
     if (json.has("head_box")) {
         json["head_box"].accept_keys({"lean_m"});
-        scene.lean_m = json["head_box"]["lean_m"].number_not_below(0);
+        scene.head_radius_m = json["head_box"]["lean_m"].number_not_below(0);
     }
     if (json.has("exposure"))
         scene.exposure = json["exposure"].number_above(0);

@@ -83,7 +83,7 @@ struct SceneDescription {
     glm::dvec3 sky_radiance{0};  ///< constant; 0 where there is a sky_image
     std::optional<SkyImage> sky_image;
     PosePath camera_path;
-    double lean_m = 0;
+    double head_radius_m = 0;
     double exposure = 1;
     double frames_per_second = 30;
     std::vector<MovingObject> moving;

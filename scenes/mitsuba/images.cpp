@@ -104,9 +104,9 @@ std::string factor_text(const glm::vec3& factor) {
 }  // namespace
 
 void write_linear_image(AssetFolder& folder, const std::string& name, const FloatImage& image) {
-    constexpr float largest_half = 65504;
+    constexpr float max_half = 65504;
     const auto samples = image.samples();
-    const bool fits = std::all_of(samples.begin(), samples.end(), [](float v) { return v <= largest_half; });
+    const bool fits = std::all_of(samples.begin(), samples.end(), [](float v) { return v <= max_half; });
     write_image(folder, name,
                 OIIO::ImageSpec(image.width(), image.height(), image.channels(),
                                 fits ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT),

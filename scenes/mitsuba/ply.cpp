@@ -96,7 +96,7 @@ void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, c
     folder.count(file.close());
 }
 
-double least_normal_cosine(const Mesh& mesh) {
+double min_normal_cosine(const Mesh& mesh) {
     double least = 1;
     for (std::size_t i = 0; i < mesh.triangles.size() && !mesh.normals.empty(); ++i) {
         const glm::dvec3 face = across(mesh, mesh.triangles[i]);

@@ -16,6 +16,6 @@ struct PlyOptions {
 void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, const PlyOptions& options);
 
 /// The largest angle's cosine between a vertex normal and a face it belongs to; 1 without normals.
-double least_normal_cosine(const Mesh& mesh);
+double min_normal_cosine(const Mesh& mesh);
 
 }  // namespace equistream::mitsuba_xml

@@ -16,7 +16,7 @@ namespace {
 
 /// Mitsuba lets a light shine where its shading normal looks, ours where its triangles do: vertex normals that differ
 /// by more than 3 degrees are left out of lights.
-constexpr double least_cosine_of_lights = 0.9986;
+constexpr double min_cosine_of_lights = 0.9986;
 
 /// Apart enough for floats, and less than any ray's offset from the surface that it leaves.
 double gap_between_sides(double coordinate_m) {
@@ -31,7 +31,7 @@ std::string numbered(const char* what, std::size_t index) {
     return what + std::to_string(index);
 }
 
-double largest_coordinate(const Mesh& mesh, const glm::mat4& transform) {
+double max_coordinate(const Mesh& mesh, const glm::mat4& transform) {
     double largest = 0;
     for (const glm::vec3& p : mesh.positions) {
         const glm::dvec3 world(glm::dmat4(transform) * glm::dvec4(glm::dvec3(p), 1));
@@ -111,11 +111,11 @@ void Shapes::write_glowing(AssetFolder& folder, std::uint32_t instance) const {
     PlyOptions options;
     options.world_from_object = transforms_[instance];
     options.texture_coordinates = wants_coordinates(mesh);
-    options.normals = least_normal_cosine(mesh) > least_cosine_of_lights;
+    options.normals = min_normal_cosine(mesh) > min_cosine_of_lights;
     write_ply(folder, mesh_file(name), mesh, options);
     if (!model_.materials[materials_.index_for(mesh)].double_sided)
         return;
-    options.behind_m = gap_between_sides(largest_coordinate(mesh, transforms_[instance]));
+    options.behind_m = gap_between_sides(max_coordinate(mesh, transforms_[instance]));
     write_ply(folder, mesh_file(name + "-back"), mesh, options);
 }
 
@@ -151,7 +151,7 @@ void Shapes::declare_glowing(pugi::xml_node scene, const AssetFolder& folder, st
                              const Glow& glow) {
     const Mesh& mesh = mesh_of(instance);
     const Material& material = model_.materials[materials_.index_for(mesh)];
-    const bool smooth = !mesh.normals.empty() && least_normal_cosine(mesh) > least_cosine_of_lights;
+    const bool smooth = !mesh.normals.empty() && min_normal_cosine(mesh) > min_cosine_of_lights;
     for (int side = 0; side < (glow.both_sides ? 2 : 1); ++side) {
         const std::string id = numbered("instance-", instance) + (side == 0 ? "" : "-back");
         declare_ply(scene, id, folder.reference_to(mesh_file(id)), mesh, smooth);

@@ -46,8 +46,8 @@ void check_header(const OIIO::ImageSpec& spec, const std::string& where) {
                                         std::string("pixels of type ") + spec.format.c_str()));
     if (spec.get_string_attribute("textureformat").find("CubeFace") != std::string::npos)
         throw InputError(expected_found(where, "a lat-long sky image", "the faces of a cube"));
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || std::int64_t{spec.width} * spec.height > most_sky_pixels)
-        throw InputError(expected_found(where, "a sky image of 1 to " + std::to_string(most_sky_pixels) + " pixels",
+    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || std::int64_t{spec.width} * spec.height > max_sky_pixels)
+        throw InputError(expected_found(where, "a sky image of 1 to " + std::to_string(max_sky_pixels) + " pixels",
                                         size_text(spec)));
     if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
         spec.height != spec.full_height)

@@ -7,7 +7,7 @@
 namespace equistream {
 
 /// The largest sky: 16,384 x 8,192 pixels (2.5 GiB while it is in use).
-inline constexpr std::int64_t most_sky_pixels = std::int64_t{1} << 27;
+inline constexpr std::int64_t max_sky_pixels = std::int64_t{1} << 27;
 
 /// RGB of a file that holds radiance as floating-point numbers (OpenEXR, Radiance HDR, whatever else OpenImageIO reads
 /// as such), grey repeated, in linear Rec.709: converted where the file names other primaries. InputError names the

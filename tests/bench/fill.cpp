@@ -1,6 +1,7 @@
 /// The gaps of two 1920x1080 eyes beside a 3840x1920 sphere of the bundled scene, its colours a function of the place:
-/// `pushpull`, the rung that is always there, on all cores, against OpenCV's inpainting (Telea 2004, radius 3; it uses
-/// one core) of the same gaps, one eye after the other; with the PSNR of the filled pixels to what the eyes truly see.
+/// `pushpull`, the fill pass that is always there, on all cores, against OpenCV's inpainting (Telea 2004, radius 3; it
+/// uses one core) of the same gaps, one eye after the other; with the PSNR of the filled pixels to what the eyes truly
+/// see.
 #include "bench_scene.h"
 
 #include <client/fill/fill.h>
@@ -22,7 +23,7 @@ using namespace equistream;
 
 constexpr EquirectCamera sphere{3840, 1920, {}};
 constexpr PerspectiveCamera view{1920, 1080, pi / 2};
-constexpr double lean_m = 0.048;  ///< sideways: gaps of just under four per cent
+constexpr double head_radius_m = 0.048;  ///< sideways: gaps of just under four per cent
 
 /// Coarse and fine detail, so that a wrong surface shows and a blurred one too.
 glm::vec3 colour_of(const glm::dvec3& p) {
@@ -78,13 +79,13 @@ struct Stage {
         scene.depth.cast(sphere, source, depth_m.view());
         const ByteImage rgb = picture_of(sphere, source, depth_m);
         const auto engine = make_engine("surface");
-        main = {.camera = sphere, .pose = source, .box_radius_m = head_box_radius_centre(lean_m, default_ipd_m)};
+        main = {.camera = sphere, .pose = source, .box_radius_m = head_box_radius_centre(head_radius_m, default_ipd_m)};
         SourceView whole = main;
         whole.rgb = rgb.view();
         whole.depth_m = depth_m.view();
         engine->set_source(whole);
         Pose leaned = head;
-        leaned.position_m += head.orientation * glm::dvec3(lean_m, 0, 0);
+        leaned.position_m += head.orientation * glm::dvec3(head_radius_m, 0, 0);
         for (const Eye side : {Eye::left, Eye::right}) {
             SeenEye& eye = eyes[side == Eye::left ? 0 : 1];
             eye.pose = {eye_position(leaned, side, default_ipd_m), head.orientation};
@@ -113,17 +114,17 @@ void label(benchmark::State& state, const std::array<EyePicture, 2>& pictures) {
     state.SetLabel(text);
 }
 
-void ours(benchmark::State& state, const char* rungs) {
-    const FillLadder ladder = make_fill_ladder(rungs);
-    for (const auto& rung : ladder)
-        rung->set_frame({.main = &stage().main});
+void ours(benchmark::State& state, const char* passes) {
+    const FillChain chain = make_fill_chain(passes);
+    for (const auto& fill_pass : chain)
+        fill_pass->set_frame({.main = &stage().main});
     std::array<EyePicture, 2> pictures;
     for (auto _ : state) {
         state.PauseTiming();
         for (std::size_t i = 0; i < 2; ++i)
             pictures[i] = stage().eyes[i].unfilled;
         state.ResumeTiming();
-        tbb::parallel_for(0, 2, [&](int i) { fill_gaps(ladder, stage().eyes[i].eye(), pictures[i]); });
+        tbb::parallel_for(0, 2, [&](int i) { fill_gaps(chain, stage().eyes[i].eye(), pictures[i]); });
     }
     label(state, pictures);
 }

@@ -34,7 +34,7 @@ constexpr int warm_up_frames = 3;
 struct Drawing {
     explicit Drawing(const SceneDescription& scene)
         : description(scene), context(gl::make_offscreen_context()), pass(load_model(description, {.shading = false})),
-          sphere_depth(head_box_radius_centre(description.lean_m, default_ipd_m),
+          sphere_depth(head_box_radius_centre(description.head_radius_m, default_ipd_m),
                        default_budget_share * error_budget_rad(default_focal_length_px)) {}
     ~Drawing() { context->make_current(); }  // where all that goes now lives
     Drawing(const Drawing&) = delete;

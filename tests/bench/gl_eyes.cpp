@@ -7,7 +7,7 @@
 #include <client/confidence/gl/reliability_map.h>
 #include <client/fill/gl/push_pull.h>
 #include <client/gpu/context.h>
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 
 #include <client/fill/fill.h>
 #include <client/warp/engine.h>
@@ -30,7 +30,7 @@ struct GlEyes {
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
     gl::EyeTargets targets;
-    gl::LookUp look_up{gl::LookUpRule::seen};
+    gl::Resample resample{gl::ResampleRule::seen};
     gl::GapTiles gaps;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
@@ -49,7 +49,7 @@ struct GlEyes {
     GlEyes(const GlEyes&) = delete;
     GlEyes& operator=(const GlEyes&) = delete;
 
-    void reproject() { look_up.reproject(source, textures, eyes, targets.depth(), targets); }
+    void reproject() { resample.reproject(source, textures, eyes, targets.depth(), targets); }
     void fill() {
         gaps.find(targets);
         push_pull.fill(source, eyes, targets.depth(), gaps, targets);
@@ -60,7 +60,7 @@ struct GlEyes {
     }
 };
 
-enum class Part { all, look_up, fill, map, mesh_warp, backward_search };
+enum class Part { all, resample, fill, map, mesh_warp, backward_search };
 
 /// Each scene's, kept to the end; null, and the benchmark left out, where there is no such scene or no OpenGL.
 GlEyes* eyes_of(benchmark::State& state, const std::string& name) {
@@ -93,7 +93,7 @@ void by_gl(benchmark::State& state, const char* name, Part part) {
             glFinish();
             state.ResumeTiming();
         }
-        if (part == Part::all || part == Part::look_up)
+        if (part == Part::all || part == Part::resample)
             eyes->reproject();
         if (part == Part::all || part == Part::fill)
             eyes->fill();
@@ -113,15 +113,15 @@ void by_cpu(benchmark::State& state, const char* name) {
         return;
     const SourceView& source = eyes->source;
     const auto engine = make_engine("surface");
-    const FillLadder ladder = make_fill_ladder("pushpull");
-    ladder[0]->set_frame({.main = &source});
+    const FillChain chain = make_fill_chain("pushpull");
+    chain[0]->set_frame({.main = &source});
     EyePicture pictures[2];
     for (auto _ : state) {
         engine->set_source(source);
         tbb::parallel_for(0, 2, [&](int i) {
             const EyeView& eye = eyes->eyes[std::size_t(i)];
             engine->reproject(eye, pictures[i]);
-            ladder[0]->fill(eye, pictures[i]);
+            chain[0]->fill(eye, pictures[i]);
         });
         benchmark::DoNotOptimize(pictures[1].rgba.samples().data());
     }
@@ -140,7 +140,7 @@ void by_cpu(benchmark::State& state, const char* name) {
         add(figure + "/cpu", by_cpu, scene);
         add(figure + "/mesh_warp", by_gl, scene, Part::mesh_warp);
         add(figure + "/backward_search", by_gl, scene, Part::backward_search);
-        add(figure + "/look_up", by_gl, scene, Part::look_up);
+        add(figure + "/look_up", by_gl, scene, Part::resample);
         add(figure + "/push_pull", by_gl, scene, Part::fill);
         add(figure + "/map", by_gl, scene, Part::map);
     }

@@ -46,18 +46,18 @@ public:
         engine_->set_source(source_);
         FillInputs inputs;
         inputs.main = &source_;
-        for (const auto& rung : ladder_)
-            rung->set_frame(inputs);
+        for (const auto& fill_pass : chain_)
+            fill_pass->set_frame(inputs);
         tbb::parallel_for(0, 2, [&](int i) {
             engine_->reproject(stage_.eye(std::size_t(i)), pictures_[i]);
-            fill_gaps(ladder_, stage_.eye(std::size_t(i)), pictures_[i]);
+            fill_gaps(chain_, stage_.eye(std::size_t(i)), pictures_[i]);
         });
         benchmark::DoNotOptimize(pictures_[1].rgba.samples().data());
     }
 
 private:
     std::unique_ptr<Engine> engine_ = make_engine("surface");
-    FillLadder ladder_ = make_fill_ladder("pushpull");
+    FillChain chain_ = make_fill_chain("pushpull");
     bench::TwoEyesStage stage_{*bench::bench_scene("pavilion")};
     SourceView source_ = stage_.source_of_depth();
     EyePicture pictures_[2];

@@ -5,7 +5,7 @@
 
 #include <client/gpu/context.h>
 #include <client/warp/gl/eye_depth_finder.h>
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 
 #include <client/stages/stages.h>
 #include <equistream/bound.h>
@@ -36,7 +36,7 @@ struct Stage {
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
     gl::EyeTargets targets;
-    gl::LookUp look_up{gl::LookUpRule::seen};
+    gl::Resample resample{gl::ResampleRule::seen};
 
     Stage(bench::BenchScene& scene, double aside_m) {
         const Pose head = scene.description.camera_path.at(0);
@@ -98,10 +98,10 @@ void by_gl(benchmark::State& state, const char* scene, double aside_m, const cha
     Stage* stage = stage_of(state, scene, aside_m);
     if (stage == nullptr)
         return;
-    const auto finder = gl::make_depth_finder(name);
+    const auto finder = gl::make_eye_depth_from_source(name);
     const auto refresh = [&] {
         finder->find(stage->source, stage->textures, stage->eyes);
-        stage->look_up.reproject(stage->source, stage->textures, stage->eyes, finder->depth(), stage->targets);
+        stage->resample.reproject(stage->source, stage->textures, stage->eyes, finder->depth(), stage->targets);
         glFinish();
     };
     refresh();

@@ -12,7 +12,7 @@ namespace equistream::bench {
 
 struct TwoEyesStage {
     explicit TwoEyesStage(BenchScene& scene)
-        : box_radius_m(head_box_radius_centre(scene.description.lean_m, default_ipd_m)) {
+        : box_radius_m(head_box_radius_centre(scene.description.head_radius_m, default_ipd_m)) {
         const Pose head = scene.description.camera_path.at(0);
         source_pose = {head.position_m, {1, 0, 0, 0}};
         scene.depth.cast(big_sphere, source_pose, source_depth_m.view());

@@ -18,14 +18,14 @@ void PrintTo(const Target& target, std::ostream* out) {
 namespace {
 
 /// Damaged input must not make us ask for memory that it does not hold.
-constexpr long most_memory_kib = 1 << 20;
+constexpr long max_memory_kib = 1 << 20;
 
 class Damage : public testing::TestWithParam<Target> {
 protected:
     static void TearDownTestSuite() {
         rusage usage{};
         getrusage(RUSAGE_SELF, &usage);
-        EXPECT_LT(usage.ru_maxrss, most_memory_kib);
+        EXPECT_LT(usage.ru_maxrss, max_memory_kib);
     }
 
     /// Reads it; a find fails the test and says which input it was.

@@ -35,7 +35,7 @@ void read(Bytes bytes) {
     static const std::filesystem::path csv = scratch_file("walk.csv", bytes_of(walk));
     const SceneDescription scene = load_scene(scratch_file("scene.json", bytes));
     require(!scene.camera_path.empty() && !scene.model.empty(), "there is a path and a model");
-    require(scene.exposure > 0 && scene.frames_per_second > 0 && scene.lean_m >= 0, "numbers are in range");
+    require(scene.exposure > 0 && scene.frames_per_second > 0 && scene.head_radius_m >= 0, "numbers are in range");
     require(!scene.sun || std::abs(glm::length(scene.sun->towards) - 1) < 1e-9, "the sun's direction is unit");
 }
 

@@ -70,7 +70,7 @@ def counted(report, eye):
 def test_a_folder_with_mirrors_equals_play(frames, run, tmp_path):
     run("play", frames, "--depth", "exact", *VIEW, "--reliability", "--out", tmp_path)
     sums = {eye: dict.fromkeys(("kept", "by_image", "displaced", "gaps"), 0) for eye in ("left", "right")}
-    filled = dict.fromkeys(es.FILL_RUNGS, 0)
+    filled = dict.fromkeys(es.FILL_PASSES, 0)
     for eye, view, info in views(es.Reprojector(), es.open_feed(frames, depth=True), reliability=True):
         np.testing.assert_array_equal(view.rgb, played(tmp_path, eye, info))
         np.testing.assert_array_equal(view.gaps, played(tmp_path, eye, info, "gaps") > 0)
@@ -80,7 +80,7 @@ def test_a_folder_with_mirrors_equals_play(frames, run, tmp_path):
                 sum_of[name] += count
     assert sums == {eye: counted(tmp_path, eye) for eye in sums}
     assert all(sums[eye][what] > 10 for eye in sums for what in ("kept", "by_image", "gaps"))
-    assert all(filled[rung] > 10 for rung in ("patches", "hidden", "earlier", "pushpull"))
+    assert all(filled[each] > 10 for each in ("patches", "hidden", "earlier", "pushpull"))
 
 
 @pytest.mark.parametrize("yuv", [False, True])
@@ -233,13 +233,13 @@ def test_gaps_beyond_a_source_at_the_eye_itself(root, pavilion, run, tmp_path):
         return next(frame["depth"] for frame in known if frame.info.camera == camera and frame.info.camera_pose == pose)
 
     filled = {}
-    for rung in ("small", "small-wide"):
-        fill, target = f"{rung},pushpull", tmp_path / rung
+    for each in ("small", "small-wide"):
+        fill, target = f"{each},pushpull", tmp_path / each
         run("play", out / "frames", "--scene", pavilion / "pavilion.json", *VIEW, "--fill", fill, "--out", target)
         for eye, view, info in views(es.Reprojector(fill=fill), es.open_feed(out / "frames"), lambda frame: depth):
             assert (view.rgb != played(target, eye, info)).any(axis=2).mean() < 2e-3
-            assert view.gaps.mean() > 0.1 and view.filled[rung] > 10
-            filled[rung, eye] = view.filled[rung]
+            assert view.gaps.mean() > 0.1 and view.filled[each] > 10
+            filled[each, eye] = view.filled[each]
     assert all(filled["small-wide", eye] <= filled["small", eye] for eye in ("left", "right"))
 
 

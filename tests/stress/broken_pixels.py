@@ -47,7 +47,7 @@ def scores(program, breaker, share, work):
 
 def score(program, work, method, truth):
     out = work / f"eyes-{method}"
-    played.run(program, "play", work / "sphere", "--depth", "exact", "--method", method, "--fill", chains.ladder(), "--size", chains.size_text(chains.EYE_SIZE),
+    played.run(program, "play", work / "sphere", "--depth", "exact", "--method", method, "--fill", chains.chain(), "--size", chains.size_text(chains.EYE_SIZE),
                "--format", "exr", "--reliability", "--progress", "none", "--out", out)
     found = chains.Score()
     for eye, frame in truth.items():

@@ -30,7 +30,7 @@ def methods():
     return (*es.METHODS, "paper")
 
 
-def ladder():
+def chain():
     return "small,pushpull" if "pushpull" in es.FILL_RUNGS else "small,spread"
 
 
@@ -170,7 +170,7 @@ def reprojected(renders, method):
 
     # Without mirrors thresholds are of what each method makes of mirrors and glass itself, and of whether the map knows.
     # The paper's has no virtual depth.
-    engine = es.Reprojector("eye-depth" if method == "paper" else method, fill=ladder(),
+    engine = es.Reprojector("eye-depth" if method == "paper" else method, fill=chain(),
                             mirrors="images" if renders.breaker.mirrors and method != "paper" else "surface")
     for eye, truth in zip(eyes, truths):
         picture = engine(source, eye.info.camera, eye.info.camera_pose, depth=depth, small=small, reliability=True, depth_tolerance_w=tolerance_w)

@@ -24,7 +24,7 @@ std::string next_name() {
     return name + "." + std::to_string(++calls[name]);
 }
 
-float largest_finite(const FloatImage& image) {
+float max_finite(const FloatImage& image) {
     float largest = 0;
     for (const float value : image.samples())
         if (std::isfinite(value))
@@ -62,10 +62,10 @@ std::string evidence(ImageView<const float> image, ImageView<const float> refere
     const auto place = [&](const char* what) { return folder / (name + "." + what + ".png"); };
     try {
         fs::create_directories(folder);
-        const float brightest = std::max(1.0f, largest_finite(scaled(reference, 1)));
+        const float brightest = std::max(1.0f, max_finite(scaled(reference, 1)));
         const FloatImage a = scaled(image, 1 / brightest), b = scaled(reference, 1 / brightest);
         const FloatImage difference = absolute_difference(a, b);
-        const float worst = largest_finite(difference);
+        const float worst = max_finite(difference);
         const float gain = worst > 0 ? 1 / worst : 1;
         write(place("image"), a);
         write(place("reference"), b);

@@ -47,7 +47,7 @@ bool is_mirrored(ivec3 at) {
     EyeRays eye = eyes[at.z];
     vec2 position = position_of(ray_of(eye, at.xy) + inverse_planar(at, size) * eye.eye.xyz);
     ivec2 s = clamp(ivec2(position), ivec2(0), source_size - 1);
-    return is_covered(position) && texelFetch(source_specular, s, 0).x > LEAST_SPECULAR;
+    return is_covered(position) && texelFetch(source_specular, s, 0).x > MIN_SPECULAR;
 }
 
 void main() {

@@ -27,20 +27,20 @@ float add_shape(ivec3 at, ivec2 size, inout float risks[RISKS]) {
                                           inverse_planar(at + ivec3(0, 1, 0), size));
     vec3 normal = vec3(nx, ny, nx * ab.x + ny * ab.y - q);
     float length2 = 1.0 + dot(ab, ab), over_length = inversesqrt(length2);
-    float cosine2 = q * q / (dot(normal, normal) * length2 + LEAST_LENGTH2);
+    float cosine2 = q * q / (dot(normal, normal) * length2 + MIN_LENGTH2);
     float inverse_r = q * over_length;
     // Of the point over its distance from the eye, so that misses need no case of their own.
     vec3 s = vec3(ab, -1.0) * over_length - n.centre.xyz * inverse_r;
-    float nearer = inversesqrt(max(dot(s, s), LEAST_DISTANCE2));
+    float nearer = inversesqrt(max(dot(s, s), MIN_DISTANCE2));
     float facing = abs(1.0 - dot(normal, n.centre.xyz)), denser = density * over_length * nearer;
-    float doublings = 0.5 * fast_log2(denser * denser * over_length * nearer * max(facing, LEAST_FACING));
-    float halvings_of_cosine = q > 0.0 ? -0.5 * fast_log2(max(cosine2, LEAST_COSINE2)) : 0.0;
+    float doublings = 0.5 * fast_log2(denser * denser * over_length * nearer * max(facing, MIN_FACING));
+    float halvings_of_cosine = q > 0.0 ? -0.5 * fast_log2(max(cosine2, MIN_COSINE2)) : 0.0;
     float sine = dot(n.pole.xyz, s) * nearer;
-    float closer = -0.5 * fast_log2(max(1.0 - sine * sine, LEAST_COSINE2));
+    float closer = -0.5 * fast_log2(max(1.0 - sine * sine, MIN_COSINE2));
     risks[RISK_BLUR] = detail * 0.5 *
-                       (clamp(-doublings, 0.0, MOST_HALVINGS) + clamp(-doublings - closer, 0.0, MOST_HALVINGS));
-    risks[RISK_MINIFICATION] = detail * clamp(doublings, 0.0, MOST_HALVINGS);
-    risks[RISK_GRAZING] = detail * clamp(halvings_of_cosine, 0.0, MOST_HALVINGS);
+                       (clamp(-doublings, 0.0, MAX_HALVINGS) + clamp(-doublings - closer, 0.0, MAX_HALVINGS));
+    risks[RISK_MINIFICATION] = detail * clamp(doublings, 0.0, MAX_HALVINGS);
+    risks[RISK_GRAZING] = detail * clamp(halvings_of_cosine, 0.0, MAX_HALVINGS);
     float parallax_px = focal_px * n.centre.w * inverse_r;
     risks[RISK_PARALLAX] = log_of(parallax_px);
     return parallax_px;
@@ -49,8 +49,8 @@ float add_shape(ivec3 at, ivec2 size, inout float risks[RISKS]) {
 /// Without depth nothing is known of the surface: it is taken to face the eye, a metre away.
 void add_flat(ivec3 at, inout float risks[RISKS]) {
     float doublings = numbers[at.z].more.x;
-    risks[RISK_BLUR] = risks[RISK_DETAIL] * clamp(-doublings, 0.0, MOST_HALVINGS);
-    risks[RISK_MINIFICATION] = risks[RISK_DETAIL] * clamp(doublings, 0.0, MOST_HALVINGS);
+    risks[RISK_BLUR] = risks[RISK_DETAIL] * clamp(-doublings, 0.0, MAX_HALVINGS);
+    risks[RISK_MINIFICATION] = risks[RISK_DETAIL] * clamp(doublings, 0.0, MAX_HALVINGS);
     risks[RISK_GRAZING] = 0.0;
     risks[RISK_PARALLAX] = log_of(numbers[at.z].eye.x * numbers[at.z].centre.w);
 }

@@ -30,7 +30,7 @@ struct EyeNumbers {
     std::array<GLint, origin_words> group_of_origin{};
 };
 struct MapNumbers {
-    std::array<EyeNumbers, most_eyes> eyes;
+    std::array<EyeNumbers, max_eyes> eyes;
     std::array<std::array<GLfloat, risk_count>, risk_group_count> weights;
     std::array<GLfloat, CodingLoss::textures.size()> losses;
 };
@@ -38,7 +38,7 @@ struct MapNumbers {
 EyeNumbers eye_numbers(const RiskNumbers& n, bool has_depth, bool untouched) {
     EyeNumbers numbers{{n.centre.x, n.centre.y, n.centre.z, n.baseline_m},
                        {n.pole.x, n.pole.y, n.pole.z, n.density},
-                       {n.focal_px, n.outside, n.depth_error_px, n.least_step_inverse_m},
+                       {n.focal_px, n.outside, n.depth_error_px, n.min_step_inverse_m},
                        {std::log2(n.density), untouched ? 1.0f : 0.0f, 0, 0},
                        {n.step, n.texture_reach, has_depth, n.mirrors}};
     for (int origin = 1; origin < pixel_origin_count; ++origin)

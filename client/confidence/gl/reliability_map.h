@@ -10,7 +10,7 @@
 
 namespace equistream::gl {
 
-/// Finished pictures, as engine and rungs left them in `targets`.
+/// Finished pictures, as engine and fill passes left them in `targets`.
 struct JudgedEyes {
     std::span<const EyeView> eyes;  ///< their depth_m is not read
     const EyeDepth& depth;          ///< texture 0: nothing is known of their depth
@@ -22,7 +22,8 @@ public:
     ReliabilityMap();
 
     /// Fills texture(). Of the source's textures only the grid and, where its view has one, the specular mask are read.
-    /// Storage is kept as long as the targets' size stays; what comes after needs no barrier of its own, as in LookUp.
+    /// Storage is kept as long as the targets' size stays; what comes after needs no barrier of its own, as in
+    /// Resample.
     void estimate(const SpecularSource& source, const JudgedEyes& judged, const ReliabilityOptions& options = {});
 
     /// A layer for each eye: the probability, 0 to 1 (GL_R8).

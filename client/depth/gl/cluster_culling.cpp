@@ -22,7 +22,7 @@ struct Counts {
 };
 
 constexpr GLuint group_items = 64;
-constexpr std::size_t most_rounds = ClusterCulling::rounds(Culling::hidden);
+constexpr std::size_t max_rounds = ClusterCulling::rounds(Culling::hidden);
 
 std::vector<std::string> defines() {
     std::vector<std::string> all = SceneGeometry::defines();
@@ -48,8 +48,8 @@ void ClusterCulling::size_for(Size size, int layers) {
     // In both rounds together an item is drawn once a view.
     const std::size_t most = std::size_t(geometry_.item_count()) * std::size_t(layers);
     records_ = make_buffer(most * record_bytes, 0);
-    opaque_commands_ = make_buffer(most_rounds * most * sizeof(Command), 0);
-    masked_commands_ = make_buffer(geometry_.has_masks() ? most_rounds * most * sizeof(Command) : 0, 0);
+    opaque_commands_ = make_buffer(max_rounds * most * sizeof(Command), 0);
+    masked_commands_ = make_buffer(geometry_.has_masks() ? max_rounds * most * sizeof(Command) : 0, 0);
     layers_ = layers;
 }
 
@@ -71,7 +71,7 @@ void ClusterCulling::find(int round) const {
     glBindTextureUnit(0, pyramid_.texture());
     program_.set("item_count", int(geometry_.item_count()));
     program_.set("view_count", views_);
-    program_.set("most_draws", int(geometry_.item_count()) * layers_);
+    program_.set("max_draws", int(geometry_.item_count()) * layers_);
     program_.set("round", round);
     program_.set("culling", int(culling_));
     program_.use();

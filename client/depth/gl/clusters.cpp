@@ -19,9 +19,9 @@ void append_mesh(const SceneModel& model, const Mesh& mesh, ClusteredMeshes& all
     std::vector<std::uint32_t> sorted(mesh.triangles.size() * 3);
     meshopt_spatialSortTriangles(sorted.data(), &mesh.triangles[0].x, sorted.size(), &mesh.positions[0].x,
                                  mesh.positions.size(), sizeof(glm::vec3));
-    for (std::size_t at = 0; at < sorted.size(); at += 3 * most_cluster_triangles) {
+    for (std::size_t at = 0; at < sorted.size(); at += 3 * max_cluster_triangles) {
         const std::span<const std::uint32_t> part =
-            std::span(sorted).subspan(at, std::min(3 * most_cluster_triangles, sorted.size() - at));
+            std::span(sorted).subspan(at, std::min(3 * max_cluster_triangles, sorted.size() - at));
         const meshopt_Bounds bounds = meshopt_computeClusterBounds(part.data(), part.size(), &mesh.positions[0].x,
                                                                    mesh.positions.size(), sizeof(glm::vec3));
         all.clusters.push_back({std::uint32_t(all.indices.size()),
@@ -40,7 +40,7 @@ void append_mesh(const SceneModel& model, const Mesh& mesh, ClusteredMeshes& all
 
 /// Of a symmetric matrix, in closed form: it is q + p B where B has trace 0 and 6 for its squares' sum, so that its
 /// eigenvalues are 2 cos(phi), 3 phi the arc cosine of half its determinant.
-double largest_eigenvalue(const glm::dmat3& a) {
+double max_eigenvalue(const glm::dmat3& a) {
     const double q = (a[0][0] + a[1][1] + a[2][2]) / 3;
     const glm::dmat3 rest = a - glm::dmat3(q);
     const double p =
@@ -69,7 +69,7 @@ ClusteredMeshes cluster_meshes(const SceneModel& model) {
 float length_growth(const glm::mat4& transform) {
     constexpr double above_rounding = 1 + 1e-6;
     const glm::dmat3 m(transform);
-    return float(above_rounding * std::sqrt(largest_eigenvalue(glm::transpose(m) * m)));
+    return float(above_rounding * std::sqrt(max_eigenvalue(glm::transpose(m) * m)));
 }
 
 }  // namespace equistream::gl

@@ -12,7 +12,7 @@
 
 namespace equistream::gl {
 
-inline constexpr std::size_t most_cluster_triangles = 256;
+inline constexpr std::size_t max_cluster_triangles = 256;
 
 /// Triangles [first_index, first_index + index_count) of ClusteredMeshes::indices, within a ball in the mesh's axes.
 struct Cluster {

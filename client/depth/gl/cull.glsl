@@ -46,7 +46,7 @@ layout(binding = 0) uniform sampler2DArray pyramid;
 
 uniform int item_count;
 uniform int view_count;
-uniform int most_draws;  // of a round
+uniform int max_draws;  // of a round
 uniform int round;
 uniform int culling;
 
@@ -91,7 +91,7 @@ void draw(uint index, Item item, uint view) {
                                uvec4(index, view, mask_of_instance[item.instance], 0u));
     Command command = Command(item.index_count, 1u, item.first_index, 0u, slot);
     atomicAdd(triangles, item.index_count / 3u);
-    uint first = uint(round * most_draws);
+    uint first = uint(round * max_draws);
     if (item.masked == 0u)
         opaque_commands[first + atomicAdd(opaque_count[round], 1u)] = command;
     else

@@ -14,5 +14,5 @@ void main() {
     if (!covers(mask, mask_uv))
         discard;
 #endif
-    triangle = 1u + item * MOST_TRIANGLES + uint(gl_PrimitiveID);
+    triangle = 1u + item * MAX_TRIANGLES + uint(gl_PrimitiveID);
 }

@@ -34,7 +34,7 @@ std::vector<std::string> masked_defines() {
 DepthPass::DepthPass(const SceneModel& model)
     : geometry_(model), culling_(geometry_), opaque_({stages[0], stages[1]}, geometry_defines()),
       masked_({stages[0], stages[1]}, masked_defines()),
-      views_(make_buffer(most_views * sizeof(ViewBlock), GL_DYNAMIC_STORAGE_BIT)) {
+      views_(make_buffer(max_views * sizeof(ViewBlock), GL_DYNAMIC_STORAGE_BIT)) {
     GLuint name = 0;
     glCreateVertexArrays(1, &name);
     vertices_ = VertexArray(name);
@@ -89,9 +89,9 @@ void DepthPass::draw_found(int round) const {
 }
 
 void DepthPass::draw(std::span<const DepthViewpoint> views, Culling culling) {
-    assert(!views.empty() && views.size() <= most_views);
+    assert(!views.empty() && views.size() <= max_views);
     size_for(views);
-    std::array<ViewBlock, most_views> blocks;
+    std::array<ViewBlock, max_views> blocks;
     std::ranges::transform(views, blocks.begin(), view_block);
     glNamedBufferSubData(views_.name(), 0, GLsizeiptr(views.size() * sizeof(ViewBlock)), blocks.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.name());

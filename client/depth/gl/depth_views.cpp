@@ -27,7 +27,7 @@ ViewBlock view_block(const DepthViewpoint& view) {
 }
 
 std::vector<std::string> view_defines() {
-    return {formatted("MOST_VIEWS %du", most_views), formatted("NEAR_PLANE_M %.9g", near_plane_m)};
+    return {formatted("MAX_VIEWS %du", max_views), formatted("NEAR_PLANE_M %.9g", near_plane_m)};
 }
 
 }  // namespace equistream::gl

@@ -8,5 +8,5 @@ struct DepthView {
 };
 
 layout(std140, binding = 0) uniform DepthViews {
-    DepthView views[MOST_VIEWS];
+    DepthView views[MAX_VIEWS];
 };

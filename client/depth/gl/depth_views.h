@@ -10,7 +10,7 @@
 
 namespace equistream::gl {
 
-inline constexpr int most_views = 8;
+inline constexpr int max_views = 8;
 
 /// What is nearer is not seen, metres.
 inline constexpr double near_plane_m = 0.01;

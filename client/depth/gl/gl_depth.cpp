@@ -18,7 +18,7 @@ namespace equistream {
 namespace {
 
 /// Eyes whose look-ups are told apart from all others; where more are cast, spheres are drawn whole.
-constexpr std::size_t most_remembered = 4;
+constexpr std::size_t max_remembered = 4;
 
 /// Radial distances of a flat view's planar ones; the two have one size.
 void to_radial(const PerspectiveCamera& camera, ImageView<float> depth_m) {
@@ -63,8 +63,9 @@ struct GlDepth::State {
           movers(find_moving_instances(model, scene)) {
         const gl::KeptContext before;
         context = gl::make_offscreen_context();
-        const double box_radius_m =
-            options.box_radius_m > 0 ? options.box_radius_m : head_box_radius_centre(scene.lean_m, default_ipd_m);
+        const double box_radius_m = options.box_radius_m > 0
+                                        ? options.box_radius_m
+                                        : head_box_radius_centre(scene.head_radius_m, default_ipd_m);
         drawing = std::make_unique<Drawing>(model, box_radius_m, options.error_rad);
     }
     ~State() {
@@ -86,12 +87,12 @@ struct GlDepth::State {
         gl::download(drawing->pass.texture(), 0, {camera.width, camera.height},
                      {GL_DEPTH_COMPONENT, GL_FLOAT, sizeof(float)}, depth_m.data, row_bytes(depth_m));
         to_radial(camera, depth_m);
-        if (eyes.size() <= most_remembered)
+        if (eyes.size() <= max_remembered)
             eyes.push_back({camera, pose});
     }
 
     void cast_sphere(const EquirectCamera& camera, const Pose& pose, ImageView<float> depth_m) {
-        const bool whole = options.cube || eyes.empty() || eyes.size() > most_remembered;
+        const bool whole = options.cube || eyes.empty() || eyes.size() > max_remembered;
         const gl::SphereViews views = whole ? gl::cube_views(camera, pose) : gl::sphere_views(camera, pose, eyes);
         drawing->pass.draw(views.views, options.cube ? gl::Culling::nothing : gl::Culling::hidden);
         figures.views = int(views.views.size());

@@ -89,7 +89,7 @@ void SceneGeometry::bind() const {
 }
 
 std::vector<std::string> SceneGeometry::defines() {
-    return {formatted("MOST_TRIANGLES %zuu", most_cluster_triangles)};
+    return {formatted("MAX_TRIANGLES %zuu", max_cluster_triangles)};
 }
 
 }  // namespace equistream::gl

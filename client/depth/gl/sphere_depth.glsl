@@ -1,6 +1,6 @@
 // Depth of the samples that sphere_depth_first.glsl lists: the triangles that the four texels around show are met by the
 // sample's own ray, so that outlines, those of leaves too, lie where rays have them, not where texels do. Where it meets
-// none of them, the nearest texel's depth is carried on along its plane.
+// none of them, the nearest texel's depth is extrapolated along its plane.
 layout(local_size_x = 256) in;  // LIST_GROUP
 
 #include "geometry.glsl"
@@ -48,8 +48,8 @@ vec3 corner(uint vertex, mat4 world) {
 /// Distance along a unit direction to a triangle (Moeller and Trumbore 1997), infinite where the ray misses it.
 float distance_to(uint triangle, vec3 direction) {
     float miss = INFINITE;
-    Item item = items[(triangle - 1u) / MOST_TRIANGLES];
-    uint first_index = item.first_index + 3u * ((triangle - 1u) % MOST_TRIANGLES);
+    Item item = items[(triangle - 1u) / MAX_TRIANGLES];
+    uint first_index = item.first_index + 3u * ((triangle - 1u) % MAX_TRIANGLES);
     uvec3 vertex = uvec3(indices[first_index], indices[first_index + 1u], indices[first_index + 2u]);
     mat4 world = world_from_object[item.instance];
     vec3 a = corner(vertex.x, world), ab = corner(vertex.y, world) - a, ac = corner(vertex.z, world) - a;

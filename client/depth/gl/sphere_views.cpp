@@ -99,11 +99,11 @@ SampleRange all_samples(const EquirectCamera& camera) {
 
 /// Where a view's border lies on the sphere: an area without a pole has its extremes there.
 struct Outline {
-    double least_latitude = pi / 2, most_latitude = -pi / 2, longitude_aside = 0;
+    double min_latitude = pi / 2, max_latitude = -pi / 2, longitude_aside = 0;
 
     void include(double latitude, double aside) {
-        least_latitude = std::min(least_latitude, latitude);
-        most_latitude = std::max(most_latitude, latitude);
+        min_latitude = std::min(min_latitude, latitude);
+        max_latitude = std::max(max_latitude, latitude);
         longitude_aside = std::max(longitude_aside, std::abs(aside));
     }
 };
@@ -139,10 +139,10 @@ SampleRange samples_in(const DepthViewpoint& view, const EquirectCamera& camera,
     const double columns_per_radian = camera.width / camera.range.longitude_span();
     SampleRange range = all_samples(camera);
     const auto row_of = [&](double latitude) { return (camera.range.latitude_max - latitude) * rows_per_radian; };
-    range.first_row = std::clamp(int(std::floor(row_of(outline.most_latitude + spare))), 0, camera.height);
-    range.rows = std::clamp(int(std::ceil(row_of(outline.least_latitude - spare))), range.first_row, camera.height) -
+    range.first_row = std::clamp(int(std::floor(row_of(outline.max_latitude + spare))), 0, camera.height);
+    range.rows = std::clamp(int(std::ceil(row_of(outline.min_latitude - spare))), range.first_row, camera.height) -
                  range.first_row;
-    const double steepest = std::max(std::abs(outline.least_latitude), std::abs(outline.most_latitude)) + spare;
+    const double steepest = std::max(std::abs(outline.min_latitude), std::abs(outline.max_latitude)) + spare;
     if (has_pole || steepest >= pi / 2 || !camera.range.closes())
         return range;
     const double aside = outline.longitude_aside + spare / std::cos(steepest);

@@ -5,8 +5,8 @@ namespace equistream::gl {
 
 std::string extrapolate_constants() {
     Defines d;
-    d.add("FARTHEST_CARRIED_M", farthest_carried_m);
-    d.add("LARGEST_HALF_HEIGHT", largest_half_height);
+    d.add("MAX_EXTRAPOLATED_M", max_extrapolated_m);
+    d.add("MAX_HALF_HEIGHT", max_half_height);
     return d.take();
 }
 

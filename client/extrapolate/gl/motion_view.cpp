@@ -17,7 +17,7 @@ std::vector<std::string> defines() {
 
 MotionView::MotionView() : program_({{GL_COMPUTE_SHADER, "motion_view.glsl"}}, defines()) {}
 
-void MotionView::find(const SourceView& source, const PictureCarrier& carrier, std::span<const EyeView> eyes,
+void MotionView::find(const SourceView& source, const PictureExtrapolator& extrapolator, std::span<const EyeView> eyes,
                       const EyeDepth& depth) {
     assert(!eyes.empty());
     const Size size{eyes.front().camera.width, eyes.front().camera.height};
@@ -27,9 +27,9 @@ void MotionView::find(const SourceView& source, const PictureCarrier& carrier, s
         motion_ = make_layered_texture(size_, eyes_, GL_RGBA16F);
     }
     blocks_.set(source, eyes);
-    carrier.bind();
+    extrapolator.bind();
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
-    glBindTextureUnit(0, carrier.regions());
+    glBindTextureUnit(0, extrapolator.regions());
     glBindTextureUnit(2, depth.texture);
     glBindImageTexture(0, motion_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
     program_.set("has_depth", int(depth.texture != 0));

@@ -5,7 +5,7 @@ layout(binding = 0) uniform usampler2D region_map;
 layout(binding = 2) uniform sampler2DArray eye_depth;
 layout(binding = 0, rgba16f) uniform writeonly image2DArray motion;
 
-#include "carry_regions.glsl"
+#include "extrapolate_regions.glsl"
 #include "eye_rays.glsl"
 
 uniform int has_depth;

@@ -1,6 +1,6 @@
 #pragma once
 /// How what eyes see moves by itself, pixel by pixel, for all eyes at once.
-#include "picture_carrier.h"
+#include "picture_extrapolator.h"
 
 #include <client/warp/gl/eye_blocks.h>
 
@@ -12,10 +12,10 @@ class MotionView {
 public:
     MotionView();
 
-    /// Fills texture(). `carrier` has carried on, or has at rest, what the eyes see of `source`; depth's texture is 0
-    /// where it is not known: what moves is taken to be in the middle of where its region says it may be, seen from the
-    /// source's centre. Storage is kept as long as sizes stay; what comes after needs no barrier of its own.
-    void find(const SourceView& source, const PictureCarrier& carrier, std::span<const EyeView> eyes,
+    /// Fills texture(). `extrapolator` has extrapolated, or has at rest, what the eyes see of `source`; depth's texture
+    /// is 0 where it is not known: what moves is taken to be in the middle of where its region says it may be, seen
+    /// from the source's centre. Storage is kept as long as sizes stay; what comes after needs no barrier of its own.
+    void find(const SourceView& source, const PictureExtrapolator& extrapolator, std::span<const EyeView> eyes,
               const EyeDepth& depth);
 
     /// A layer for each eye: radians a second to the right and down, and 1; or zeros, where nothing moves (GL_RGBA16F).

@@ -2,9 +2,9 @@
 /// Passes of the fill chain (fill.h) on the GPU, for all eyes at once. A pass is its own files and a row of
 /// client/stages/stage_rows.inc.
 #include "found_depth.h"
-#include "gap_look_up.h"
 #include "gap_mirrors.h"
-#include "patch_look_up.h"
+#include "gap_resample.h"
+#include "patch_resample.h"
 
 #include <client/fill/fill.h>
 
@@ -31,10 +31,10 @@ struct GlFillFrame {
 /// Programs that several passes run: made once, when the first of them is.
 class GlFillShared {
 public:
-    GapLookUp& look_up();
+    GapResample& resample();
 
 private:
-    std::optional<GapLookUp> look_up_;
+    std::optional<GapResample> resample_;
 };
 
 class GlFillPass {

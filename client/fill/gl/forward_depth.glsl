@@ -10,7 +10,7 @@ layout(binding = 3) uniform usampler2DArray eye_origin;
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "gap_samples.glsl"
-#include "depth_reach.glsl"
+#include "depth_clearance.glsl"
 #include "forward_keys.glsl"
 
 EyeRays eye;
@@ -30,24 +30,24 @@ Seen seen_at(ivec2 s, float distance_m) {
 }
 
 // Of the samples around; reaches of those that are not there are not above 0.
-float reaches[25];
+float clearances[25];
 Seen corners[9];  // of the nine in the middle
 
-float reach_at(ivec2 p) {
-    return reaches[5 * (p.y + 2) + p.x + 2];
+float clearance_at(ivec2 p) {
+    return clearances[5 * (p.y + 2) + p.x + 2];
 }
 
 void look_around(ivec2 s) {
     for (int i = 0; i < 25; ++i) {
         ivec2 p = ivec2(i % 5, i / 5) - 2;
         float sample_m = depth_around(s + p);
-        reaches[i] = sample_m > 0.0 ? reach_of(sample_m) : -1.0;
+        clearances[i] = sample_m > 0.0 ? clearance_of(sample_m) : -1.0;
         if (max(abs(p.x), abs(p.y)) > 1)
             continue;
         Seen seen = seen_at(s + p, min(sample_m, FAR_DISTANCE_M));
         corners[3 * (p.y + 1) + p.x + 1] = seen;
         if (isnan(seen.inverse))
-            reaches[i] = -1.0;
+            clearances[i] = -1.0;
     }
 }
 
@@ -58,9 +58,9 @@ bool continues(float before, float p, float q) {
 
 /// Neighbours of one surface: equal within the bound, or on a line with the sample before or after.
 bool joined(ivec2 a, ivec2 step) {
-    float p = reach_at(a), q = reach_at(a + step);
+    float p = clearance_at(a), q = clearance_at(a + step);
     return p > 0.0 && q > 0.0 &&
-           (agree(p, q) || continues(reach_at(a - step), p, q) || continues(reach_at(a + 2 * step), q, p));
+           (agree(p, q) || continues(clearance_at(a - step), p, q) || continues(clearance_at(a + 2 * step), q, p));
 }
 
 /// The tiles that a box of pixels' corners touches.

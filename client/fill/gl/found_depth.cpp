@@ -114,7 +114,7 @@ void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& t
     draw_patches_.set("slot_columns", patches.atlas->columns);
     count_groups({patches.atlas->sphere_width, patches.atlas->sphere_height}, eyes_, to);
     for (int i = 0; i < int(patches.atlas->offsets_m.size()); ++i) {
-        std::array<Pose, most_eyes> poses;
+        std::array<Pose, max_eyes> poses;
         poses.fill(patch_sphere_pose(patches, i));
         blocks_.set(std::span(poses).first(to.eyes.size()), patches.box_radius_m, to.eyes);
         glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());

@@ -1,9 +1,9 @@
 #pragma once
 /// What gap pixels see where the eyes have no depth of their own but that which an engine found (an R32F texture of 1 /
-/// planar depth, NaN for gaps): drawn forward from the pictures that rungs look up in, as forward_depth.h has it, or
-/// the background's, as background_depth.h has it. For all eyes at once; nothing is drawn where no gaps are left.
-#include "gap_look_up.h"
-#include "patch_look_up.h"
+/// planar depth, NaN for gaps): drawn forward from the pictures that fill passes look up in, as forward_depth.h has it,
+/// or the background's, as background_depth.h has it. For all eyes at once; nothing is drawn where no gaps are left.
+#include "gap_resample.h"
+#include "patch_resample.h"
 
 namespace equistream::gl {
 

@@ -1,5 +1,5 @@
 // How far behind the surface of a mirror that a gap pixel sees its image lies, by the sample of a picture with a mask
-// that has most of that surface: as Mirrors of gap_look_up.cpp has it.
+// that has most of that surface: as Mirrors of gap_resample.cpp has it.
 layout(local_size_x = 256) in;
 
 layout(binding = 1) uniform sampler2D source_depth;

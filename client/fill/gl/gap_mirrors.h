@@ -1,7 +1,7 @@
 #pragma once
 /// What gap pixels see in mirrors and glass, by the mask of some picture, so that no other picture's colours are taken
-/// where that one shows something else in them from its own place (gap_look_up.h). For all eyes at once.
-#include "gap_look_up.h"
+/// where that one shows something else in them from its own place (gap_resample.h). For all eyes at once.
+#include "gap_resample.h"
 
 #include <client/reflections/gl/specular_textures.h>
 

@@ -1,4 +1,4 @@
-// Which samples on a grid show the surface that a gap pixel sees, as PointSamples of gap_look_up.cpp has it. Needs
+// Which samples on a grid show the surface that a gap pixel sees, as PointSamples of gap_resample.cpp has it. Needs
 // source_grid.glsl, eye_rays.glsl, eye_surface.glsl and a texture `source_depth`.
 
 #include "gap_samples.glsl"
@@ -28,7 +28,7 @@ bool is_mixed(ivec2 s) {
 #endif
 
 /// The rule of depth_agreement.h, as the engines have it; returns whether all four samples stay.
-bool keep_same_surface(ivec3 at, EyeRays eye, float z, Slopes slopes, float reach, Taps taps, inout vec4 weights) {
+bool keep_same_surface(ivec3 at, EyeRays eye, float z, Slopes slopes, float clearance, Taps taps, inout vec4 weights) {
     bool all_stay = true;
     vec3 gradient = inverse_distance_gradient(eye, at.xy, z, slopes);
     for (int k = 0; k < 4; ++k) {
@@ -36,11 +36,11 @@ bool keep_same_surface(ivec3 at, EyeRays eye, float z, Slopes slopes, float reac
             all_stay = false;
             continue;
         }
-        float sample_m = texelFetch(source_depth, taps.places[k], 0).x, reach_sample = reach_of(sample_m);
-        bool agrees = sample_m > 0.0 && agree(reach, reach_sample);
+        float sample_m = texelFetch(source_depth, taps.places[k], 0).x, clearance_sample = clearance_of(sample_m);
+        bool agrees = sample_m > 0.0 && agree(clearance, clearance_sample);
         if (!agrees && sample_m > 0.0) {
             float inverse = max(dot(gradient, direction_of(taps.samples[k])), 1.0 / FAR_DISTANCE_M);
-            agrees = lies_between(reach, reach_of(1.0 / inverse), reach_sample);
+            agrees = lies_between(clearance, clearance_of(1.0 / inverse), clearance_sample);
         }
         weights[k] = agrees ? weights[k] : 0.0;
         all_stay = all_stay && agrees;
@@ -49,7 +49,7 @@ bool keep_same_surface(ivec3 at, EyeRays eye, float z, Slopes slopes, float reac
 }
 
 bool enough(vec4 weights) {
-    return dot(weights, vec4(1.0)) > LEAST_WEIGHT;
+    return dot(weights, vec4(1.0)) > MIN_WEIGHT;
 }
 
 /// Weights of the four samples around what the pixel sees; none where there are too few.
@@ -65,7 +65,7 @@ vec4 weights_of_surface(ivec3 at, EyeRays eye, out Taps taps) {
     if (!is_covered(position) || !find_taps(position, taps, weights) || shows_back(eye, at.xy, z, slopes))
         return NONE;
     float distance_m = length(d) / z;
-    bool all_stay = keep_same_surface(at, eye, z, slopes, reach_of(distance_m), taps, weights);
+    bool all_stay = keep_same_surface(at, eye, z, slopes, clearance_of(distance_m), taps, weights);
     if (!enough(weights) || (!all_stay && is_hidden(position - 0.5, distance_m)))
         return NONE;
 #ifdef PATCHES

@@ -15,21 +15,21 @@ GapTargets with_mirrors(const GlFillFrame& frame, const std::optional<SpecularSo
 
 class PicturePass : public GlFillPass {
 public:
-    explicit PicturePass(GlFillShared& shared) : look_up_(shared.look_up()) {}
+    explicit PicturePass(GlFillShared& shared) : resample_(shared.resample()) {}
 
 protected:
     /// From a picture with depth; of a small one without, by direction alone.
-    void look_up(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to) {
+    void resample(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to) {
         if (from.textures.depth() == 0) {
-            look_up_.fill(from, to);
+            resample_.fill(from, to);
             return;
         }
         if (frame.found != nullptr)
             frame.found->draw_forward(from, to);
-        look_up_.fill(from, with_mirrors(frame, {}, to));
+        resample_.fill(from, with_mirrors(frame, {}, to));
     }
 
-    GapLookUp& look_up_;
+    GapResample& resample_;
 };
 
 class HiddenPass : public PicturePass {
@@ -38,7 +38,7 @@ public:
     std::string_view name() const override { return "hidden"; }
     void fill(const GlFillFrame& frame, const GapTargets& to) override {
         if (to.depth.texture != 0 && frame.hidden)
-            look_up(frame, *frame.hidden, to);
+            resample(frame, *frame.hidden, to);
     }
 };
 
@@ -48,7 +48,7 @@ public:
     std::string_view name() const override { return "small"; }
     void fill(const GlFillFrame& frame, const GapTargets& to) override {
         if (frame.small && (to.depth.texture != 0 || frame.small->textures.depth() == 0))
-            look_up(frame, *frame.small, to);
+            resample(frame, *frame.small, to);
     }
 };
 
@@ -61,14 +61,14 @@ public:
             return;
         const OtherPicture& from = *frame.earlier;
         if (from.textures.depth() == 0) {
-            look_up_.fill(from, to);
+            resample_.fill(from, to);
             return;
         }
         if (frame.found != nullptr && same_camera(from.view.camera, frame.main.view.camera))
             frame.found->draw_still_there(from, frame.main, to);
         else if (frame.found != nullptr)
             frame.found->forget(to);
-        look_up_.fill(from, with_mirrors(frame, frame.mirrors_earlier, to));
+        resample_.fill(from, with_mirrors(frame, frame.mirrors_earlier, to));
     }
 };
 
@@ -80,11 +80,11 @@ public:
             return;
         if (frame.found != nullptr)
             frame.found->draw_forward(*frame.patches, *frame.patch_textures, to);
-        look_up_.fill(*frame.patches, *frame.patch_textures, with_mirrors(frame, {}, to));
+        resample_.fill(*frame.patches, *frame.patch_textures, with_mirrors(frame, {}, to));
     }
 
 private:
-    PatchLookUp look_up_;
+    PatchResample resample_;
 };
 
 class PushPullPass : public GlFillPass {
@@ -122,10 +122,10 @@ std::unique_ptr<GlFillPass> make_gl_push_pull_pass(GlFillShared&) {
     return std::make_unique<PushPullPass>();
 }
 
-GapLookUp& GlFillShared::look_up() {
-    if (!look_up_)
-        look_up_.emplace();
-    return *look_up_;
+GapResample& GlFillShared::resample() {
+    if (!resample_)
+        resample_.emplace();
+    return *resample_;
 }
 
 }  // namespace equistream::gl

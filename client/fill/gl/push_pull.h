@@ -1,5 +1,5 @@
 #pragma once
-/// The `pushpull` rung (fill/push_pull.h says what it computes) on the GPU, for all eyes at once.
+/// The `pushpull` fill pass (fill/push_pull.h says what it computes) on the GPU, for all eyes at once.
 #include "gap_tiles.h"
 
 #include <client/warp/gl/eye_blocks.h>
@@ -15,7 +15,7 @@ public:
 
     /// Colours the gaps of all eyes of the targets, `source` being the main picture, whose pixels are not read. Kept
     /// apart by the eyes' depth, the background where that is not known; `depth.texture` 0: all depths are alike.
-    /// `gaps` are those of the targets as they are. What comes after needs no barrier of its own, as in LookUp.
+    /// `gaps` are those of the targets as they are. What comes after needs no barrier of its own, as in Resample.
     void fill(const SourceView& source, std::span<const EyeView> eyes, const EyeDepth& depth, const GapTiles& gaps,
               const EyeTargets& targets);
 

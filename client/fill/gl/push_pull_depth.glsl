@@ -11,7 +11,7 @@ float w_of(float sample_there, ivec3 at) {
     float z = inverse_depth_scale * sample_there, box_radius_m = eyes[at.z].agreement.x;
     vec2 aside = (vec2(at.xy) - eyes[at.z].view.yz) / eyes[at.z].view.x;
     float box_share = box_radius_m * z * inversesqrt(1.0 + dot(aside, aside));
-    return z > 0.0 ? box_share / max(1.0 - box_share, LEAST_REACH_SHARE) : 0.0;
+    return z > 0.0 ? box_share / max(1.0 - box_share, MIN_CLEARANCE_SHARE) : 0.0;
 }
 
 float w_at(ivec3 at) {

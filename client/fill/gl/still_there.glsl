@@ -1,5 +1,5 @@
 // Depth of an earlier picture's samples, NaN where its surface is not there any more: the main picture, which has the
-// same camera, looks through it. As SeenThrough of picture_rungs.cpp has it.
+// same camera, looks through it. As SeenThrough of picture_passes.cpp has it.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 1) uniform sampler2D source_depth;
@@ -7,7 +7,7 @@ layout(binding = 4) uniform sampler2D main_depth;
 layout(binding = 0, r32f) uniform writeonly image2D depth_still_there;
 
 #include "source_grid.glsl"
-#include "depth_reach.glsl"
+#include "depth_clearance.glsl"
 
 uniform mat4 main_from_source;
 uniform vec2 joins;  // box radius in metres, sin e
@@ -16,12 +16,12 @@ bool is_still_there(vec3 point_m) {
     vec2 position = position_of(point_m);
     if (!(all(greaterThanEqual(position, vec2(0.0))) && all(lessThan(position, vec2(source_size)))))
         return true;
-    float reach = reach_of(length(point_m));
+    float clearance = clearance_of(length(point_m));
     // Somewhere around the pixel, for the point may lie on a slope or at an edge.
     for (int k = 0; k < 9; ++k) {
         ivec2 s = clamp(ivec2(position) + ivec2(k % 3, k / 3) - 1, ivec2(0), source_size - 1);
-        float now = reach_of(texelFetch(main_depth, s, 0).x);
-        if (now <= reach || agree(now, reach))
+        float now = clearance_of(texelFetch(main_depth, s, 0).x);
+        if (now <= clearance || agree(now, clearance))
             return true;
     }
     return false;

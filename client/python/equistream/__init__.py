@@ -17,11 +17,11 @@ from .cameras import EquirectCamera, FrameInfo, PerspectiveCamera, Pose, eye_pos
 from .colour import DisplayTransform, false_colour, quantise_8bit, to_display
 from .depth import PatchRays, SceneDepth, patch_rays
 from .frames import AOVS, Frame, Sequence, SequenceWriter, read_frame, read_frame_info, write_frame
-from .reprojection import FILL_RUNGS, METHODS, MIRRORS, ORIGINS, RELIABILITY_TOLERANCE, RISK_GROUPS, RISKS, EyePicture, Reprojector, reproject
+from .reprojection import FILL_PASSES, METHODS, MIRRORS, ORIGINS, RELIABILITY_TOLERANCE, RISK_GROUPS, RISKS, EyePicture, Reprojector, reproject
 from .streams import Feed, FeedFrame, FeedPicture, Picture, Stream, open_feed, open_stream
 
 __all__ = [
-    "AOVS", "CODING_TEXTURES", "DisplayTransform", "EquirectCamera", "EyePicture", "FILL_RUNGS", "Feed", "FeedFrame", "FeedPicture", "Frame",
+    "AOVS", "CODING_TEXTURES", "DisplayTransform", "EquirectCamera", "EyePicture", "FILL_PASSES", "Feed", "FeedFrame", "FeedPicture", "Frame",
     "FrameInfo", "InputError", "METHODS", "MIRRORS", "MovingRegion", "ORIGINS", "PatchAtlas", "PatchRays", "PerspectiveCamera", "Picture", "Pose", "PosePath",
     "RELIABILITY_TOLERANCE", "RISKS", "RISK_GROUPS", "Reprojector", "SceneDepth", "Sequence", "SequenceWriter", "Stream", "WorkError", "__version__",
     "eye_pose", "false_colour", "frame_info", "open_feed", "open_stream", "patch_rays", "quantise_8bit", "read_frame", "read_frame_info",

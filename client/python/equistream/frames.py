@@ -208,5 +208,5 @@ class SequenceWriter:
         return f"SequenceWriter('{self.folder}'{', closed' if self._closed else ''})"
 
 
-_shared_fields = ("camera", "frames_per_second", "eye", "ipd_m", "lock", "lean_m", "exposure", "seed", "samples_per_pixel",
+_shared_fields = ("camera", "frames_per_second", "eye", "ipd_m", "lock", "head_radius_m", "exposure", "seed", "samples_per_pixel",
                   "scene", "host", "geometry_fingerprint")

@@ -256,7 +256,7 @@ def render_frame(scene: Any, pose: Optional[Pose] = None, camera: Optional[Camer
 
 def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera, *, frames: Iterable[int], fps: float = 30, eye: str = "centre",
                     ipd_m: float = 0.063, lock: str = "world", aovs: str = DEFAULT_AOVS, spp: int = 16, seed: int = 0, name: str = "",
-                    integrator: Any = None, exposure: float = 1.0, lean_m: float = 0.0, overwrite: bool = False) -> Sequence:
+                    integrator: Any = None, exposure: float = 1.0, head_radius_m: float = 0.0, overwrite: bool = False) -> Sequence:
     """Renders frames along a head's path into a folder (`OUT/centre`, say) that `equistream encode` and `play` take.
 
     Frame N is at N / fps seconds; at the path's ends a missing neighbour means no movement, whichever frames are asked for.
@@ -273,7 +273,7 @@ def render_sequence(scene: Any, path: PosePath, folder: PathLike, camera: Camera
 
     def described(index: int) -> FrameInfo:
         return frame_info(camera, camera_pose_at(index), index=index, time_s=index / fps, frames_per_second=fps, eye=eye, ipd_m=ipd_m,
-                          lock=lock, scene=name, exposure=exposure, lean_m=lean_m, head=path.at(index / fps), seed=seed,
+                          lock=lock, scene=name, exposure=exposure, head_radius_m=head_radius_m, head=path.at(index / fps), seed=seed,
                           samples_per_pixel=spp, host=renderer.host)
 
     last = math.floor(path.duration_s * fps + 1e-6)

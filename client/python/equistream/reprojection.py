@@ -1,4 +1,4 @@
-"""From a sphere to what an eye sees: the client's own engines and fill ladder."""
+"""From a sphere to what an eye sees: the client's own engines and fill chain."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ AnySource = Union[AnyPicture, FeedFrame]
 METHODS: tuple[str, ...] = tuple(_core.METHODS)
 """The names that Reprojector takes; docs/guide/play.md says what each is for."""
 
-FILL_RUNGS: tuple[str, ...] = _core.FILL_RUNGS
-"""The rungs of the fill ladder, in the order in which they are best run."""
+FILL_PASSES: tuple[str, ...] = _core.FILL_PASSES
+"""The passes of the fill chain, in the order in which they are best run."""
 
 DEFAULT_FILL: str = _core.DEFAULT_FILL
-"""What `play` does unless told otherwise: of FILL_RUNGS those that show what is truly there, then push-pull (docs/decisions/0004)."""
+"""What `play` does unless told otherwise: of FILL_PASSES those that show what is truly there, then push-pull (docs/decisions/0004)."""
 
 MIRRORS: tuple[str, ...] = _core.MIRRORS
 """What Reprojector can do with mirrors and glass."""
@@ -56,7 +56,7 @@ class EyePicture:
     gaps: NDArray[np.bool_]
     """What the source did not see, and what its mirrors and glass do not show this eye, before any fill."""
     filled: dict[str, int]
-    """How many pixels each rung of the fill ladder filled."""
+    """How many pixels each pass of the fill chain filled."""
     mirrors: dict[str, int]
     """Pixels of mirrors and glass: `kept` as they were (within the error budget), looked up anew `by_image`, kept though `displaced` (by
     less than a degree) for want of an image, and made `gaps`."""
@@ -141,7 +141,7 @@ def _layer(picture: FeedPicture) -> Optional[_core.Source]:
 
 
 def _patches(picture: FeedPicture, depth: Optional[DepthFunction], box_radius_m: float) -> Optional[_core.Patches]:
-    """The atlas of a frame as rungs take it, its depth as it came or cast; nothing where neither can be."""
+    """The atlas of a frame as passes take it, its depth as it came or cast; nothing where neither can be."""
     if picture.rgb is None and picture.yuv is None:
         return None
     depth_m: Any = picture.depth_m
@@ -160,12 +160,12 @@ def _covers_all(info: FrameInfo) -> bool:
 
 
 class Reprojector:
-    """A method and a fill ladder, to be used for many frames and eyes.
+    """A method and a fill chain, to be used for many frames and eyes.
 
     `method`: one of METHODS. 'rotation' turns the source only, 'proxy-sphere' moves the eye inside a sphere of one radius; 'eye-depth' moves it
-    by the eye's own depth and the source's; 'splat' and 'mesh' need the source's depth alone. `fill`: rungs in order, of
-    FILL_RUNGS, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
-    `error_budget_px`: share of an eye's pixel by which engine, mirrors and rungs may displace colour.
+    by the eye's own depth and the source's; 'splat' and 'mesh' need the source's depth alone. `fill`: passes in order, of
+    FILL_PASSES, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
+    `error_budget_px`: share of an eye's pixel by which engine, mirrors and passes may displace colour.
     `mirrors`: pixels of mirrors and glass that would be displaced by more, where the source brings the planes `specular` and
     `virtual_depth`: 'images' looks them up where the image in them lies (where that fails they stay if off by less than a degree, else become
     gaps), 'gaps' makes gaps of all of them, 'surface' leaves them as the engine did. One thread at a time.
@@ -193,7 +193,7 @@ class Reprojector:
         """What an eye with this camera at this pose sees of `source`.
 
         `depth(camera, pose)` gives distances where they are needed; without it the depth planes that came with the source are
-        used, for exactly the views they belong to. `small` is a second picture for the rungs that start with that name (a FeedFrame brings its own, and
+        used, for exactly the views they belong to. `small` is a second picture for the passes that start with that name (a FeedFrame brings its own, and
         its second layer and patches). Patches that came without their depth are cast by `depth.cast_patches` where there is such a
         thing (SceneDepth, `equistream.mitsuba.depth_source`); a plain function knows nothing of them, and they are left out.
         `earlier` are main pictures of frames before, newest first, with their depth; play keeps two.
@@ -203,10 +203,10 @@ class Reprojector:
         if not isinstance(camera, PerspectiveCamera):
             raise InputError(f"camera: expected a PerspectiveCamera, found {type(camera).__name__}")
         frame = source if isinstance(source, FeedFrame) else None
-        rungs = set(self.fill.split(","))
-        takes_small = not rungs.isdisjoint(_core.SMALL_RUNGS)
+        passes = set(self.fill.split(","))
+        takes_small = not passes.isdisjoint(_core.SMALL_PASSES)
         if small is not None and not takes_small:
-            raise InputError(f"small: expected a fill ladder with a rung for it, {' or '.join(_core.SMALL_RUNGS)}, found '{self.fill}'")
+            raise InputError(f"small: expected a fill chain with a pass for it, {' or '.join(_core.SMALL_PASSES)}, found '{self.fill}'")
         if frame is not None and takes_small and small is None:
             small = frame.small
         main = _view(frame.main if frame is not None else source, "source")
@@ -230,7 +230,7 @@ class Reprojector:
         if second is not None and by_depth and self._core.fill_wants_depth():
             second.depth_m = depth_of(second, "the small view's depth", False)
         patches = None
-        if frame is not None and frame.patches is not None and "patches" in rungs:
+        if frame is not None and frame.patches is not None and "patches" in passes:
             patches = _patches(frame.patches, depth if by_depth else None, main.info.box_radius_m)
         fill_from = _core.FillFrom(
             None if second is None else second.core(by_depth),

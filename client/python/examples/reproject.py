@@ -14,7 +14,7 @@ scene = mi.load_dict(mi.cornell_box())
 
 # %% A sphere around a head that stands in the box's opening, with distances
 head = es.Pose.look_at((0.1, 0.1, 1.2), (0, -0.2, 0))
-info = es.frame_info(es.EquirectCamera(1024, 512), pose=head, ipd_m=0.063, lean_m=0.1, scene="cornell-box")
+info = es.frame_info(es.EquirectCamera(1024, 512), pose=head, ipd_m=0.063, head_radius_m=0.1, scene="cornell-box")
 sphere_pose = es.eye_pose(info.camera, head)
 sphere = em.render_frame(scene, sphere_pose, info.camera, spp=64, info=info)
 print(sphere)

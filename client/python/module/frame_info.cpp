@@ -129,9 +129,9 @@ void bind_frame_info(nb::module_& m) {
             [](FrameInfo& i, const std::string& v) { set_word(i.lock, "lock", v, axis_lock_names); },
             "'world': a sphere's axes are the world's; 'path': they turn with the path.")
         .def_prop_rw(
-            "lean_m", [](const FrameInfo& i) { return i.lean_m; },
+            "head_radius_m", [](const FrameInfo& i) { return i.head_radius_m; },
             [](FrameInfo& i, double v) {
-                set_number(i.lean_m, "lean_m", v, {0, 1000});
+                set_number(i.head_radius_m, "head_radius_m", v, {0, 1000});
             },
             "Head box: a ball of this radius around every path point.")
         .def_prop_rw(
@@ -153,7 +153,7 @@ void bind_frame_info(nb::module_& m) {
             [](FrameInfo& i, const std::string& v) { set_text(i.geometry_fingerprint, "geometry_fingerprint", v); },
             "Names the geometry that was rendered; empty: not said.")
         .def_prop_ro(
-            "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.lean_m, i.ipd_m); },
+            "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.head_radius_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")
         .def_prop_ro(
             "depth_tolerance_w", [](const FrameInfo& i) { return depth_tolerance_w(i.depth_code); },

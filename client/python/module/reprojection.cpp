@@ -90,7 +90,7 @@ struct FillFrom {
     std::vector<Source> earlier;
 };
 
-/// The same as rungs take it.
+/// The same as fill passes take it.
 class FillViews {
 public:
     FillViews(const Source& main, const FillFrom& from) : main_(main.view()) {
@@ -132,13 +132,14 @@ class Reprojector {
 public:
     Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors)
         : steps_(method, {.error_budget_px = error_budget_px}, find_mirror_treatment(mirrors)),
-          ladder_(make_fill_ladder(fill)), error_budget_px_(error_budget_px) {}
+          chain_(make_fill_chain(fill)), error_budget_px_(error_budget_px) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const {
         return steps_.engine().needs_depth(source, eye);
     }
     bool fill_wants_depth() const {
-        return std::any_of(ladder_.begin(), ladder_.end(), [](const auto& rung) { return rung->wants_depth(); });
+        return std::any_of(chain_.begin(), chain_.end(),
+                           [](const auto& fill_pass) { return fill_pass->wants_depth(); });
     }
 
     /// The eye's picture by its planes' names; `origin_before_fill` is that of the engine and of mirrors, `mirrors` and
@@ -157,9 +158,9 @@ public:
             steps_.set_source(views.main());
             specular = steps_.reproject(eye, picture);
             origin_before_fill = picture.origin;
-            for (const auto& rung : ladder_)
-                rung->set_frame(views.inputs(error_budget_px_));
-            filled = fill_gaps(ladder_, eye, picture);
+            for (const auto& fill_pass : chain_)
+                fill_pass->set_frame(views.inputs(error_budget_px_));
+            filled = fill_gaps(chain_, eye, picture);
             const ReliabilityOptions options =
                 confidence_options(assess.depth_tolerance_w, assess.coding_loss, steps_.mirrors());
             if (assess.reliability)
@@ -196,7 +197,7 @@ private:
 
     Waiting waiting_{"Reprojector"};
     EyeSteps steps_;
-    FillLadder ladder_;
+    FillChain chain_;
     double error_budget_px_;
 };
 
@@ -210,12 +211,12 @@ void bind_reprojection(nb::module_& m) {
         return nb::tuple(list);
     };
     m.attr("METHODS") = tuple_of(names_of(engine_stages()));
-    m.attr("FILL_RUNGS") = tuple_of(names_of(fill_stages()));
+    m.attr("FILL_PASSES") = tuple_of(names_of(fill_stages()));
     std::vector<std::string_view> of_small;
     for (const FillStage& stage : fill_stages())
         if (stage.reads[std::size_t(TrackRole::small)])
             of_small.push_back(stage.name);
-    m.attr("SMALL_RUNGS") = tuple_of(of_small);
+    m.attr("SMALL_PASSES") = tuple_of(of_small);
     m.def(
         "method_of_today", [](const std::string& name) { return std::string(find_engine(name, "method").name); },
         nb::arg("name"));

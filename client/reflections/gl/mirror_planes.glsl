@@ -4,7 +4,7 @@ layout(binding = 6) uniform sampler2D source_specular;
 layout(binding = 7) uniform sampler2D source_virtual_depth;  // NaN where nobody has told
 
 bool is_specular(ivec2 s) {
-    return texelFetch(source_specular, s, 0).x > LEAST_SPECULAR;
+    return texelFetch(source_specular, s, 0).x > MIN_SPECULAR;
 }
 
 /// What a sample's mirror shows is so far away; NaN where it shows nothing, or nobody has told.

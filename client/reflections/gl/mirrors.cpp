@@ -12,8 +12,8 @@ namespace equistream::gl {
 namespace {
 
 std::vector<std::string> defines() {
-    return {formatted("MOST_IMAGE_DISPLACEMENT %.9g", double(most_image_displacement)),
-            formatted("MOST_IMAGE_STEPS %d", most_image_steps), formatted("MOST_IMAGE_TURNS %d", most_image_turns)};
+    return {formatted("MAX_IMAGE_DISPLACEMENT %.9g", double(max_image_displacement)),
+            formatted("MAX_IMAGE_STEPS %d", max_image_steps), formatted("MAX_IMAGE_TURNS %d", max_image_turns)};
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ layout(binding = 1, r8ui) uniform writeonly uimage2DArray reworked_origin;  // t
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 #include "eye_surface.glsl"
-#include "depth_reach.glsl"
+#include "depth_clearance.glsl"
 #include "mirror_planes.glsl"
 
 uniform int looks_for_images;  // 0: what is not known to be within the budget is a gap
@@ -28,14 +28,14 @@ float image_towards(vec3 d) {
 bool is_displaced_by_little(vec3 eye, vec3 ray, vec3 towards, float image_m) {
     vec3 from_eye = towards * (image_m / length(towards)) - eye;
     vec3 beside = from_eye - ray * dot(from_eye, ray);
-    return dot(beside, beside) <= MOST_IMAGE_DISPLACEMENT * MOST_IMAGE_DISPLACEMENT * dot(from_eye, from_eye);
+    return dot(beside, beside) <= MAX_IMAGE_DISPLACEMENT * MAX_IMAGE_DISPLACEMENT * dot(from_eye, from_eye);
 }
 
 /// From a distance along a ray to the image that the source has in that direction, to the ray's point nearest to it, and
 /// so on, until the image lies on the ray.
 bool follow(vec3 eye, vec3 ray, float distance_m, out vec2 at) {
     at = vec2(0.0);
-    for (int turn = 0; turn < MOST_IMAGE_TURNS; ++turn) {
+    for (int turn = 0; turn < MAX_IMAGE_TURNS; ++turn) {
         vec3 point = eye + ray * distance_m;
         vec3 from_eye = point * (image_towards(point) / length(point)) - eye;
         distance_m = dot(from_eye, ray);
@@ -55,7 +55,7 @@ bool follow(vec3 eye, vec3 ray, float distance_m, out vec2 at) {
 bool first_image(vec3 eye, vec3 ray, float surface_m, out vec2 at) {
     float nearest_inverse = 1.0 / surface_m;
     float apart = ceil(distance(position_of(ray + eye * nearest_inverse), position_of(ray)));
-    int steps = int(clamp(apart, 1.0, float(MOST_IMAGE_STEPS)));
+    int steps = int(clamp(apart, 1.0, float(MAX_IMAGE_STEPS)));
     float step_inverse = nearest_inverse / float(steps);
     bool before = true;
     at = vec2(0.0);

@@ -15,7 +15,7 @@ public:
     Mirrors();
 
     /// After an engine's reproject of the picture. Without mask or depth nothing is done, nor by
-    /// MirrorTreatment::surface. What comes after needs no barrier of its own, as in LookUp.
+    /// MirrorTreatment::surface. What comes after needs no barrier of its own, as in Resample.
     void rework(const SpecularSource& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
                 const EyeTargets& targets, MirrorTreatment treatment = MirrorTreatment::images);
 

@@ -17,8 +17,8 @@ namespace equistream::gl {
 
 namespace {
 
-LookUpRule rule_of(const EyeDepthFinder* finder) {
-    return finder == nullptr || finder->traits().only_seen ? LookUpRule::seen : LookUpRule::any;
+ResampleRule rule_of(const EyeDepthFinder* finder) {
+    return finder == nullptr || finder->traits().only_seen ? ResampleRule::seen : ResampleRule::any;
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ struct EyeRenderer::Geometry {
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill,
                          std::string_view finding_engine)
-    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr), turn_(LookUpRule::direction),
+    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr), turn_(ResampleRule::direction),
       surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get())),
       chain_(make_gl_fill_chain(fill, fill_shared_)) {
     if (scene != nullptr)
@@ -53,7 +53,7 @@ EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, con
 }
 
 std::unique_ptr<EyeRenderer::Finder> EyeRenderer::make_finder(std::string_view engine) {
-    auto found = make_depth_finder(engine);
+    auto found = make_eye_depth_from_source(engine);
     return found == nullptr ? nullptr : std::make_unique<Finder>(std::move(found));
 }
 
@@ -64,7 +64,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     const std::size_t next = is_first ? current_ : 1 - current_;
     frames_[next].upload(std::move(frame));
     current_ = next;
-    later_s_ = 0;
+    extrapolation_s_ = 0;
     specular_[current_].upload(current().main().view);
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = geometry_->has_small_depth = false;
@@ -72,7 +72,7 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     } else if (finder_ != nullptr) {
         finder_->engine->forget_source();
     }
-    carrier_.set_picture(this->frame().main.info);
+    extrapolator_.set_picture(this->frame().main.info);
     times.mark(RenderStage::upload);
 }
 
@@ -86,7 +86,7 @@ bool EyeRenderer::has_depth() const {
     return has_geometry() || (finder_ != nullptr && (!finder_->engine->traits().needs_depth || frame_has_depth()));
 }
 
-bool EyeRenderer::can_carry_on() const {
+bool EyeRenderer::can_extrapolate() const {
     const bool moves = geometry_ != nullptr ? geometry_->instances.any_moves() : frame_has_depth();
     return moves && !frame().main.info.moving.empty();
 }
@@ -109,7 +109,7 @@ void EyeRenderer::set_exposure(double stops) {
     for (FrameTextures& frame : frames_)
         frame.show_again();
     if (current().frame() != nullptr)
-        carrier_.set_picture(frame().main.info);
+        extrapolator_.set_picture(frame().main.info);
 }
 
 const FrameTextures* EyeRenderer::earlier() const {
@@ -155,11 +155,11 @@ void EyeRenderer::find_small_depth() {
 void EyeRenderer::find_depth() {
     UploadedPicture& main = current().main();
     if (finder_ != nullptr) {
-        // Depth that is carried on is another at each refresh.
-        if (finder_->engine->traits().needs_depth && (is_carried_ || finder_->knows_carried))
+        // Depth that is extrapolated is another at each refresh.
+        if (finder_->engine->traits().needs_depth && (is_extrapolated_ || finder_->knows_extrapolated))
             finder_->engine->forget_source();
-        finder_->knows_carried = is_carried_;
-        finder_->engine->find(main.view, looked_up(), eyes_);
+        finder_->knows_extrapolated = is_extrapolated_;
+        finder_->engine->find(main.view, resampled(), eyes_);
         return;
     }
     if (needs_small_depth())
@@ -197,7 +197,7 @@ void EyeRenderer::find_depths_apart() {
         geometry_->sphere_depth.resolve(geometry_->pass, 0, around, main.view.pose, main.textures);
         geometry_->has_whole_depth = true;
     }
-    geometry_->set_time(frame_s + later_s_);
+    geometry_->set_time(frame_s + extrapolation_s_);
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)
@@ -205,8 +205,8 @@ void EyeRenderer::find_depths_apart() {
     geometry_->pass.draw(views);
 }
 
-const SourceTextures& EyeRenderer::looked_up() const {
-    return is_carried_ ? carrier_.carried() : source();
+const SourceTextures& EyeRenderer::resampled() const {
+    return is_extrapolated_ ? extrapolator_.extrapolated() : source();
 }
 
 void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes& times) {
@@ -216,15 +216,16 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
     has_motion_ = false;
     // An eye at the source's place looks up all that it shows, and would see what has moved twice.
     const Pose& source_pose = frame().main.info.camera_pose;
-    is_carried_ = by_depth_ && can_carry_on() && later_s_ > 0 &&
-                  std::ranges::none_of(eyes, [&](const EyeView& eye) { return same_position(source_pose, eye.pose); });
-    // Depth from everywhere is kept for as long as there is some: what comes next may be carried on again.
-    const bool apart = geometry_ != nullptr && (is_carried_ || (by_depth_ && geometry_->has_whole_depth));
+    is_extrapolated_ =
+        by_depth_ && can_extrapolate() && extrapolation_s_ > 0 &&
+        std::ranges::none_of(eyes, [&](const EyeView& eye) { return same_position(source_pose, eye.pose); });
+    // Depth from everywhere is kept for as long as there is some: what comes next may be extrapolated again.
+    const bool apart = geometry_ != nullptr && (is_extrapolated_ || (by_depth_ && geometry_->has_whole_depth));
     if (apart)
         find_depths_apart();
     times.mark(RenderStage::depth);
-    if (is_carried_)
-        carrier_.carry_on(source(), specular_[current_], later_s_);
+    if (is_extrapolated_)
+        extrapolator_.extrapolate(source(), specular_[current_], extrapolation_s_);
     times.mark(RenderStage::carry);
     if (by_depth_ && !apart)
         find_depth();
@@ -232,7 +233,8 @@ void EyeRenderer::look(std::span<const EyeView> eyes, bool by_depth, StageTimes&
 }
 
 SpecularSource EyeRenderer::mirroring() {
-    return {current().main().view, looked_up(), is_carried_ ? carrier_.carried_specular() : specular_[current_]};
+    return {current().main().view, resampled(),
+            is_extrapolated_ ? extrapolator_.extrapolated_specular() : specular_[current_]};
 }
 
 GlFillFrame EyeRenderer::fill_frame() {
@@ -242,7 +244,7 @@ GlFillFrame EyeRenderer::fill_frame() {
         return OtherPicture{other->view, other->textures, mark};
     };
     const FrameTextures* before = earlier();
-    GlFillFrame from{.main = {current().main().view, looked_up()},
+    GlFillFrame from{.main = {current().main().view, resampled()},
                      .hidden = picture(current().hidden(), PixelOrigin::hidden),
                      .small = picture(current().small(), PixelOrigin::small),
                      .earlier = picture(before != nullptr ? &before->main() : nullptr, PixelOrigin::earlier),
@@ -287,7 +289,7 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     const UploadedPicture& main = current().main();
     const EyeDepth known = options.surface ? depth() : EyeDepth{};
     if (const EyeDepth found = options.surface ? eyes_depth() : EyeDepth{}; found.texture != 0)
-        surface_.reproject(main.view, looked_up(), eyes_, found, targets);
+        surface_.reproject(main.view, resampled(), eyes_, found, targets);
     else if (current().right() != nullptr)
         turn_apart(options.right_alone, targets);
     else
@@ -306,9 +308,9 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
     }
     if (options.motion && !frame().main.info.moving.empty()) {
         has_motion_ = true;
-        if (!is_carried_)
-            carrier_.rest();
-        motion_.find(main.view, carrier_, eyes_, known);
+        if (!is_extrapolated_)
+            extrapolator_.rest();
+        motion_.find(main.view, extrapolator_, eyes_, known);
     }
     times.mark(RenderStage::judge);
 }

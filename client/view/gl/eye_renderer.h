@@ -15,7 +15,7 @@
 #include <client/reflections/gl/mirrors.h>
 #include <client/warp/gl/eye_depth_finder.h>
 #include <client/warp/gl/eye_targets.h>
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 
 #include <scenes/library/scene.h>
 
@@ -49,11 +49,11 @@ public:
     /// From now on this frame is shown; the one before it stays for gaps.
     void show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& times);
 
-    /// What moves is from the next look() on shown so much later than in the frame, by its motion (carry_on.h); from
+    /// What moves is from the next look() on shown so much later than in the frame, by its motion (extrapolate.h); from
     /// the next show() on as it comes.
-    void carry_on(double seconds) { later_s_ = seconds; }
+    void extrapolate(double seconds) { extrapolation_s_ = seconds; }
     /// Whether that changes anything: the frame says what moves, and has depth, or the scene moves it too.
-    bool can_carry_on() const;
+    bool can_extrapolate() const;
     /// FrameTextures', of frames that are shown from now on.
     void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);
     /// How HDR frames come to the display; before the first one. Null is no display.
@@ -85,7 +85,7 @@ private:
     struct Finder {
         std::unique_ptr<EyeDepthFinder> engine;
         FoundDepth gaps;
-        bool knows_carried = false;  ///< what the engine knows is of a picture that was carried on
+        bool knows_extrapolated = false;  ///< what the engine knows is of a picture that was extrapolated
     };
 
     /// Null: the engine finds none.
@@ -103,7 +103,7 @@ private:
     /// Of foreign stereo video: each eye by its own sphere.
     void turn_apart(bool right_alone, EyeTargets& targets);
     /// What is looked up by depth.
-    const SourceTextures& looked_up() const;
+    const SourceTextures& resampled() const;
     bool fills_from_small() const;
     void fill(const EyeDepth& depth, const EyeTargets& targets);
     GlFillFrame fill_frame();
@@ -117,11 +117,11 @@ private:
     std::size_t current_ = 0;
     std::vector<EyeView> eyes_;
     bool by_depth_ = false;  ///< whether theirs was found
-    double later_s_ = 0;
-    bool is_carried_ = false, has_motion_ = false;
-    PictureCarrier carrier_;
+    double extrapolation_s_ = 0;
+    bool is_extrapolated_ = false, has_motion_ = false;
+    PictureExtrapolator extrapolator_;
     MotionView motion_;
-    LookUp turn_, surface_;
+    Resample turn_, surface_;
     EyeTargets one_eye_;                        ///< for turn_apart
     std::array<SpecularTextures, 2> specular_;  ///< of frames_
     Mirrors mirrors_;

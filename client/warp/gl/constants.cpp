@@ -12,10 +12,10 @@ namespace equistream::gl {
 
 std::string warp_constants() {
     Defines d;
-    d.add("LEAST_WEIGHT", least_weight);
-    d.add("LEAST_BEHIND", least_behind);
-    d.add("MOST_BEND", most_bend);
-    d.add_whole("MOST_EYES", most_eyes);
+    d.add("MIN_WEIGHT", min_weight);
+    d.add("MIN_BEHIND", min_behind);
+    d.add("MAX_BEND", max_bend);
+    d.add_whole("MAX_EYES", max_eyes);
     d.add_whole("POSITION_BITS", position_bits);
     d.add_whole("POSITION_ONE", position_one);
     d.add_whole("BLOCK_LEVELS", std::countr_zero(unsigned(LatticeBlock::side)));

@@ -2,11 +2,11 @@
 // equistream/depth_agreement.h and hiding_surface.h. Needs `float depth_around(ivec2)`, the distance of a sample,
 // which may lie up to two beyond the picture's edges; not above 0 where there is none.
 
-#include "depth_reach.glsl"
+#include "depth_clearance.glsl"
 
-bool lies_between(float reach_point, float reach_predicted, float reach_sample) {
-    float low = min(reach_point, reach_predicted), high = max(reach_point, reach_predicted);
-    return agree(low, reach_sample) || agree(high, reach_sample) || (low < reach_sample && reach_sample < high);
+bool lies_between(float clearance_point, float clearance_predicted, float clearance_sample) {
+    float low = min(clearance_point, clearance_predicted), high = max(clearance_point, clearance_predicted);
+    return agree(low, clearance_sample) || agree(high, clearance_sample) || (low < clearance_sample && clearance_sample < high);
 }
 
 /// Whether a smooth surface through the sixteen samples around runs before the point; `at` from the first sample's
@@ -19,11 +19,11 @@ bool is_hidden(vec2 at, float distance_m) {
         float sample_m = depth_around(corner + ivec2(i % 4, i / 4) - 1);
         if (!(sample_m > 0.0))
             return false;
-        k[i] = 1.0 / reach_of(sample_m);
+        k[i] = 1.0 / clearance_of(sample_m);
     }
     float upper = mix(k[5], k[6], s.x), lower = mix(k[9], k[10], s.x);
-    float behind = box_radius_m * (mix(upper, lower, s.y) - 1.0 / reach_of(distance_m));
-    if (!(behind > LEAST_BEHIND * tolerance))
+    float behind = box_radius_m * (mix(upper, lower, s.y) - 1.0 / clearance_of(distance_m));
+    if (!(behind > MIN_BEHIND * tolerance))
         return false;
     float largest = abs((k[5] - k[6]) - (k[9] - k[10]));
     vec2 sums = vec2(0.0);
@@ -39,6 +39,6 @@ bool is_hidden(vec2 at, float distance_m) {
             sums = max(sums, sum);
     }
     vec2 off = sums * s * (1.0 - s);
-    return box_radius_m * largest <= MOST_BEND * tolerance &&
-           behind > LEAST_BEHIND * tolerance + box_radius_m * (off.x + off.y);
+    return box_radius_m * largest <= MAX_BEND * tolerance &&
+           behind > MIN_BEHIND * tolerance + box_radius_m * (off.x + off.y);
 }

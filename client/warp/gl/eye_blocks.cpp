@@ -30,18 +30,18 @@ glm::vec4 padded(Vec3f v) {
 
 }  // namespace
 
-EyeBlocks::EyeBlocks() : blocks_(make_buffer(most_eyes * sizeof(EyeBlock), GL_DYNAMIC_STORAGE_BIT)) {}
+EyeBlocks::EyeBlocks() : blocks_(make_buffer(max_eyes * sizeof(EyeBlock), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void EyeBlocks::set(const SourceView& source, std::span<const EyeView> eyes, double error_budget_px) {
-    std::array<Pose, most_eyes> sources;
+    std::array<Pose, max_eyes> sources;
     sources.fill(source.pose);
     set(std::span(sources).first(eyes.size()), source.box_radius_m, eyes, error_budget_px);
 }
 
 void EyeBlocks::set(std::span<const Pose> sources, double box_radius_m, std::span<const EyeView> eyes,
                     double error_budget_px) {
-    assert(eyes.size() <= std::size_t(most_eyes) && sources.size() == eyes.size());
-    std::array<EyeBlock, most_eyes> blocks;
+    assert(eyes.size() <= std::size_t(max_eyes) && sources.size() == eyes.size());
+    std::array<EyeBlock, max_eyes> blocks;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
         const EyeRays rays(eyes[i].camera, eyes[i].pose, sources[i]);
         const bool moved = !same_position(sources[i], eyes[i].pose);

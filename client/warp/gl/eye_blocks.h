@@ -12,7 +12,7 @@ class EyeBlocks {
 public:
     EyeBlocks();
 
-    /// Of up to most_eyes eyes; `error_budget_px` as in EngineOptions.
+    /// Of up to max_eyes eyes; `error_budget_px` as in EngineOptions.
     void set(const SourceView& source, std::span<const EyeView> eyes, double error_budget_px = default_error_budget_px);
     /// Each eye and the source that it looks at, all with one head box.
     void set(std::span<const Pose> sources, double box_radius_m, std::span<const EyeView> eyes,

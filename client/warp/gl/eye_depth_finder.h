@@ -1,6 +1,6 @@
 #pragma once
 /// The first half of the engines that need the source alone, on the GPU: how far away is what the eyes see? The
-/// second half is LookUp's.
+/// second half is Resample's.
 #include "eye_blocks.h"
 #include "eye_depth_layers.h"
 #include "lattice_textures.h"
@@ -56,6 +56,6 @@ protected:
 inline constexpr std::string_view default_finding_engine = "mesh";
 /// `engine`: of engine_stages(). Null where it finds no depth itself. Throws InputError where OpenGL has no such
 /// engine.
-std::unique_ptr<EyeDepthFinder> make_depth_finder(std::string_view engine, const EngineOptions& options = {});
+std::unique_ptr<EyeDepthFinder> make_eye_depth_from_source(std::string_view engine, const EngineOptions& options = {});
 
 }  // namespace equistream::gl

@@ -10,7 +10,7 @@ struct EyeRays {
 };
 
 layout(std140, binding = 1) uniform Eyes {
-    EyeRays eyes[MOST_EYES];
+    EyeRays eyes[MAX_EYES];
 };
 
 vec3 ray_of(EyeRays eye, ivec2 pixel) {

@@ -26,7 +26,7 @@ float believed(float before, float after) {
     return isnan(after) || abs(before) <= abs(after) ? before : after;
 }
 
-float largest_product(float before, float after, float factor) {
+float max_product(float before, float after, float factor) {
     float a = before * factor, b = after * factor;
     return isnan(a) ? b : isnan(b) ? a : max(a, b);
 }
@@ -34,8 +34,8 @@ float largest_product(float before, float after, float factor) {
 /// Whether the source sees the back of what the eye sees, through whichever neighbours its plane is laid.
 bool shows_back(EyeRays eye, ivec2 pixel, float z, Slopes slopes) {
     vec2 change = change_by_slope(eye, pixel);
-    return 1.0 - eye.eye_own_axes.z * z + largest_product(slopes.before.x, slopes.after.x, change.x) +
-               largest_product(slopes.before.y, slopes.after.y, change.y) < 0.0;
+    return 1.0 - eye.eye_own_axes.z * z + max_product(slopes.before.x, slopes.after.x, change.x) +
+               max_product(slopes.before.y, slopes.after.y, change.y) < 0.0;
 }
 
 /// 1 / distance = gradient . q along the plane at a pixel, for distances from the source's centre.

@@ -8,7 +8,7 @@
 namespace equistream::gl {
 
 void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
-    assert(eyes > 0 && eyes <= most_eyes);
+    assert(eyes > 0 && eyes <= max_eyes);
     const Size size{camera.width, camera.height};
     if (size == size_ && eyes == eyes_)
         return;

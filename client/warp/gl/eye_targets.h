@@ -6,7 +6,7 @@
 
 namespace equistream::gl {
 
-inline constexpr int most_eyes = 2;
+inline constexpr int max_eyes = 2;
 
 /// Inverse planar depth of eyes: layers of a texture, whose samples times `scale` are 1 / m; 0 for a miss.
 struct EyeDepth {

@@ -52,7 +52,7 @@ constexpr double step = 1.25;
 
 /// At most what one buffer of a shader's may hold, of values of so many bytes.
 GLuint within_storage(std::uint64_t count, std::size_t bytes) {
-    return GLuint(std::min(count, std::uint64_t(most_storage_bytes()) / bytes));
+    return GLuint(std::min(count, std::uint64_t(max_storage_bytes()) / bytes));
 }
 
 /// Of more than is needed: the next source needs a little more or less.
@@ -72,7 +72,7 @@ MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     needed_ = make_buffer(sizeof(Room), mapped | GL_CLIENT_STORAGE_BIT);
     needed_words_ = static_cast<const Room*>(glMapNamedBufferRange(needed_.name(), 0, sizeof(Room), mapped));
-    std::array<GLuint, most_eyes> numbers{};
+    std::array<GLuint, max_eyes> numbers{};
     std::iota(numbers.begin(), numbers.end(), 0U);
     eye_numbers_ = make_buffer_of(std::span<const GLuint>(numbers));
     const GLuint name = vertices_.name();
@@ -92,9 +92,9 @@ MeshDepth::~MeshDepth() {
 
 void MeshDepth::size_for_source(const Camera& camera) {
     const Size size{width_of(camera), height_of(camera)};
-    if (std::max(size.width, size.height) > most_side)
+    if (std::max(size.width, size.height) > max_side)
         throw WorkError(expected_found(plain_ ? "method mesh-plain" : "method mesh",
-                                       "pictures of up to " + std::to_string(most_side) + " columns and rows",
+                                       "pictures of up to " + std::to_string(max_side) + " columns and rows",
                                        std::to_string(size.width) + "x" + std::to_string(size.height)));
     // What failed half-way is begun anew.
     if (lattice_.set(camera) && is_sized_)
@@ -106,7 +106,7 @@ void MeshDepth::size_for_source(const Camera& camera) {
     blocks_ = make_buffer(block_count * sizeof(Block), 0);
     lists_ = make_buffer(2 * block_count * sizeof(GLuint), 0);
     corners_ = make_buffer(block_count * corner_words * sizeof(GLuint), 0);
-    draws_ = make_buffer(block_count * most_eyes * sizeof(Draw), 0);
+    draws_ = make_buffer(block_count * max_eyes * sizeof(Draw), 0);
     forget_blocks();
     // Enough for walls and furniture, and leaves and railings make room for more; or for all that there can be.
     const auto cells = std::uint64_t(size.width) * std::uint64_t(size.height);

@@ -17,10 +17,10 @@ public:
     /// All is built anew where what cells may be off by is another by more than a step: within the head box that does
     /// not hang on where the eyes are. Waits for the GPU after a source's size changed; where more storage is needed
     /// than ever before, blocks that there was no room for are there from the next refresh on. Throws WorkError for
-    /// sources of more columns or rows than most_side, and where the driver has no such storage.
+    /// sources of more columns or rows than max_side, and where the driver has no such storage.
     void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) override;
 
-    static constexpr int most_side = (1 << 14) - 2;
+    static constexpr int max_side = (1 << 14) - 2;
 
 private:
     /// What cells hang on: how far eyes may be from the source's centre, and what depth may be off by.

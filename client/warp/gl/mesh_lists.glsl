@@ -28,7 +28,7 @@ layout(std430, binding = 3) buffer MeshLists {
     uint lists[];  // of blocks: the first half has those whose cells are built, the second those whose points are
 };
 const uint CELLS = 0u, POINTS_OF_CELLS = 1u;
-const uint MOST_GROUPS_IN_ROW = 1024u;  // drivers need not take more than 65,535
+const uint MAX_GROUPS_IN_ROW = 1024u;  // drivers need not take more than 65,535
 
 uint block_count() {
     return uint(block_grid.x * block_grid.y);
@@ -37,7 +37,7 @@ uint block_count() {
 #ifdef BUILDS
 /// Of a work group; false: it has none.
 bool find_listed(uint list, out uint block) {
-    uint i = gl_WorkGroupID.y * MOST_GROUPS_IN_ROW + gl_WorkGroupID.x;
+    uint i = gl_WorkGroupID.y * MAX_GROUPS_IN_ROW + gl_WorkGroupID.x;
     if (i >= listed[list])
         return false;
     block = lists[list * block_count() + i];

@@ -30,8 +30,8 @@ bool may_show(EyeRays eye, SourceBlock block) {
 void append(uint list, uint block) {
     uint i = atomicAdd(listed[list], 1u);
     lists[list * block_count() + i] = block;
-    atomicMax(groups[3u * list], min(i + 1u, MOST_GROUPS_IN_ROW));
-    atomicMax(groups[3u * list + 1u], i / MOST_GROUPS_IN_ROW + 1u);
+    atomicMax(groups[3u * list], min(i + 1u, MAX_GROUPS_IN_ROW));
+    atomicMax(groups[3u * list + 1u], i / MAX_GROUPS_IN_ROW + 1u);
 }
 
 void want_cells(uint block) {

@@ -32,10 +32,10 @@ struct Block {
 };
 
 /// Of a buffer that a shader reads byte by byte. Limits may be more than an int has room for.
-std::size_t largest_block() {
+std::size_t max_block() {
     GLint64 texels = 0;
     glGetInteger64v(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    return std::size_t(std::min<std::int64_t>(texels, most_storage_bytes()));
+    return std::size_t(std::min<std::int64_t>(texels, max_storage_bytes()));
 }
 
 /// Null where the driver has no memory, or does not map it for good.
@@ -74,13 +74,13 @@ public:
                 (newest == nullptr || block->taken_in_round > newest->taken_in_round))
                 newest = block.get();
         if (newest == nullptr) {
-            if (wanted_.size() < PictureBuffers::most_wanted)
+            if (wanted_.size() < PictureBuffers::max_wanted)
                 wanted_.push_back(size);
             return nullptr;
         }
         newest->is_held = true;
         newest->taken_in_round = round_;
-        return {newest->bytes, [blocks = shared_from_this(), newest](std::uint8_t*) { blocks->give_back(*newest); }};
+        return {newest->bytes, [blocks = shared_from_this(), newest](std::uint8_t*) { blocks->release(*newest); }};
     }
 
     /// Decoders do not wait while the driver makes buffers, or frees them.
@@ -89,7 +89,7 @@ public:
         const std::vector<std::size_t> wanted = sort_out(unused);
         unused.clear();
         for (const std::size_t size : wanted) {
-            if (!may_map || size > largest_block() || total_bytes() + size > PictureBuffers::most_bytes)
+            if (!may_map || size > max_block() || total_bytes() + size > PictureBuffers::max_bytes)
                 continue;
             std::unique_ptr<Block> block = make_block(size);
             may_map = block != nullptr;
@@ -146,7 +146,7 @@ private:
                 forget(*block);
         const auto first_unused = std::ranges::partition(blocks_, [&](const auto& block) {
             return block->is_held || block->read_until != nullptr ||
-                   round_ - block->taken_in_round <= PictureBuffers::most_rounds_unused;
+                   round_ - block->taken_in_round <= PictureBuffers::max_rounds_unused;
         });
         std::ranges::move(first_unused, std::back_inserter(unused));
         blocks_.erase(first_unused.begin(), first_unused.end());
@@ -157,7 +157,7 @@ private:
         block->taken_in_round = round_;
         blocks_.push_back(std::move(block));
     }
-    void give_back(Block& block) {
+    void release(Block& block) {
         const std::lock_guard lock(mutex_);
         block.is_held = false;
     }

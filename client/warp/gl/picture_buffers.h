@@ -17,11 +17,11 @@ class PictureBlocks;
 class PictureBuffers : public PictureMemory {
 public:
     /// All of them together. Decoders hold some twenty pictures of a track, which are 11 MB each at 3840x1920.
-    static constexpr std::size_t most_bytes = std::size_t{1} << 30;
+    static constexpr std::size_t max_bytes = std::size_t{1} << 30;
     /// Made at once: whoever asks for long without a provide() is not given more for it.
-    static constexpr std::size_t most_wanted = 8;
+    static constexpr std::size_t max_wanted = 8;
     /// What was not handed out while so many others were goes back to the driver.
-    static constexpr int most_rounds_unused = 256;
+    static constexpr int max_rounds_unused = 256;
 
     PictureBuffers();
     /// In the context of provide(). Nobody may write or read any more what was handed out.

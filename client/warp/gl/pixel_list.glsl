@@ -1,7 +1,7 @@
 // Pixels that wait for the whole rule, where a first pass has a simple one (pixel_list.h).
 
 const uint LIST_GROUP = 256u;
-const uint MOST_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
+const uint MAX_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one
 
 layout(std430, binding = 8) buffer PixelList {
     uint pixel_groups[3];  // of LIST_GROUP invocations
@@ -15,7 +15,7 @@ void append(ivec3 at) {
 
 /// Of the invocation, from the work group that it is in.
 uint list_index(uvec3 group, uint invocation) {
-    return (group.y * MOST_GROUPS + group.x) * LIST_GROUP + invocation;
+    return (group.y * MAX_GROUPS + group.x) * LIST_GROUP + invocation;
 }
 
 ivec3 listed_pixel(uint index) {

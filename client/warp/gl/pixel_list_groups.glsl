@@ -5,6 +5,6 @@ layout(local_size_x = 1) in;
 
 void main() {
     uint groups = (pixel_count + LIST_GROUP - 1u) / LIST_GROUP;
-    pixel_groups[0] = min(groups, MOST_GROUPS);
-    pixel_groups[1] = (groups + MOST_GROUPS - 1u) / MOST_GROUPS;
+    pixel_groups[0] = min(groups, MAX_GROUPS);
+    pixel_groups[1] = (groups + MAX_GROUPS - 1u) / MAX_GROUPS;
 }

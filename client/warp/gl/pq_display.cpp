@@ -96,7 +96,7 @@ PqDisplay::PqDisplay(const DisplayShader& shader, double exposure_stops)
 }
 
 void PqDisplay::set_exposure(double stops) {
-    exposure_stops_ = std::clamp(stops, -most_exposure_stops, most_exposure_stops);
+    exposure_stops_ = std::clamp(stops, -max_exposure_stops, max_exposure_stops);
     program_.set(exposure_uniform_.c_str(), float(exposure_stops_));
 }
 

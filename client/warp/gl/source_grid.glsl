@@ -16,7 +16,7 @@
     each float rows_per_radian;
 
 #ifdef GRID_BY_VERTEX
-// From look_up_vertex.glsl, where a fragment reads it: on the CPU a driver takes long for each word of a uniform block.
+// From resample_vertex.glsl, where a fragment reads it: on the CPU a driver takes long for each word of a uniform block.
 in GridConstants {
     GRID_MEMBERS(flat)
 };

@@ -1,7 +1,7 @@
 // A source's depth as a surface, as source_lattice.h has it: points (q, k) of columns from -1 to its width and rows from
 // -1 to its height. Needs source_grid.glsl.
 
-#include "depth_reach.glsl"
+#include "depth_clearance.glsl"
 
 layout(binding = 1) uniform sampler2D source_depth;
 layout(binding = 5) uniform sampler2D lattice_angles;  // of columns, and in the second row of rows; from -1 on

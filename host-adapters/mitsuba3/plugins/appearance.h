@@ -49,7 +49,7 @@ public:
 
     /// What a surface does to a ray when it is sharp.
     struct SharpLobe {
-        Mask sharp;  ///< least_sharp_share of what it sends on leaves in delta lobes, or in glossy ones as sharp as GGX
+        Mask sharp;  ///< min_sharp_share of what it sends on leaves in delta lobes, or in glossy ones as sharp as GGX
                      ///< of alpha 0.05: half of whose microfacet normals are within that slope of the surface's
         Mask transmits;  ///< of that, more is let through than mirrored
         Float eta;       ///< index of refraction there over here, for what is let through
@@ -94,7 +94,7 @@ public:
         const Mask narrow = 2.f * state.sharp_count >= state.glossy_count;
         const Float sharp = state.delta + dr::select(narrow, state.glossy, 0.f);
         const Float through = state.delta_through + dr::select(narrow, state.glossy_through, 0.f);
-        return {active && sharp > least_sharp_share * state.total, 2.f * through >= sharp && through > 0.f, state.eta};
+        return {active && sharp > min_sharp_share * state.total, 2.f * through >= sharp && through > 0.f, state.eta};
     }
 
 private:

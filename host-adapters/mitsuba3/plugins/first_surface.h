@@ -58,7 +58,7 @@ private:
                 const Float step = (1.f + dr::max(dr::abs(here.p))) * mitsuba::math::RayEpsilon<Float>;
                 dr::masked(s.passed, s.active) += s.hit.t + step;
                 s.layers += 1u;
-                s.active &= s.layers < most_layers;
+                s.active &= s.layers < max_layers;
             },
             "First visible surface");
         rest_ = rest_of(ray, state.passed);
@@ -85,7 +85,7 @@ private:
         return result;
     }
 
-    static constexpr uint32_t most_layers = 4096;
+    static constexpr uint32_t max_layers = 4096;
 
     PreliminaryIntersection3f hit_;
     Ray3f rest_;

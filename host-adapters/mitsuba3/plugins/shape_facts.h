@@ -45,14 +45,14 @@ public:
 
     /// Index in scene->shapes() of the shape, or of the instance through which it was seen.
     UInt32 index(const ShapePtr& shape, const ShapePtr& instance, const Mask& active) const {
-        return look_up(indices_, &Fact::index, dr::select(instance != nullptr, instance, shape), active);
+        return resample(indices_, &Fact::index, dr::select(instance != nullptr, instance, shape), active);
     }
     UInt32 passage(const ShapePtr& shape, const Mask& active) const {
-        return look_up(passages_, &Fact::passage, shape, active);
+        return resample(passages_, &Fact::passage, shape, active);
     }
     /// From 1: which of the scene's BSDFs.
     UInt32 material(const ShapePtr& shape, const Mask& active) const {
-        return look_up(materials_, &Fact::material, shape, active);
+        return resample(materials_, &Fact::material, shape, active);
     }
 
 private:
@@ -96,7 +96,7 @@ private:
         materials_ = dr::load<UInt32>(materials.data(), materials.size());
     }
 
-    UInt32 look_up(const UInt32& table, uint32_t Fact::*field, const ShapePtr& shape, const Mask& active) const {
+    UInt32 resample(const UInt32& table, uint32_t Fact::*field, const ShapePtr& shape, const Mask& active) const {
         if constexpr (dr::is_jit_v<Float>) {
             return dr::gather<UInt32>(table, dr::reinterpret_array<UInt32>(shape), active);
         } else {

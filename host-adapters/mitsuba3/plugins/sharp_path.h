@@ -127,7 +127,7 @@ private:
         refracted.refract(own(normal), bend, eta);
 
         const Mask returns = !lobe.transmits && dr::dot(theirs(mirrored.direction), geometric) > 0.f;
-        const Mask on = hit && lobe.sharp && (returns || passes) && s.surfaces < most_sharp_surfaces;
+        const Mask on = hit && lobe.sharp && (returns || passes) && s.surfaces < max_sharp_surfaces;
         give(mirrored, on && returns, s);
         give(refracted, on && passes && !straight, s);
         const Point3f origin = si.spawn_ray(s.direction).o;

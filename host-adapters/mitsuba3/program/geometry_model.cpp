@@ -14,7 +14,7 @@ namespace {
 /// Of the budget: geometry's quarter, and of that a sixteenth, so that rays at four degrees to the surface keep to it
 /// too.
 constexpr double share = default_budget_share / 16;
-constexpr std::size_t most_notes = 20;
+constexpr std::size_t max_notes = 20;
 
 std::vector<glm::dvec3> positions(const PosePath& path) {
     std::vector<glm::dvec3> points;
@@ -59,8 +59,8 @@ public:
             if (!meshes.empty())
                 add_object(shapes[i].id, place, meshes);
         }
-        if (left_out_ > most_notes)
-            result_.notes.push_back(std::to_string(left_out_ - most_notes) + " more shapes are not in scene.glb");
+        if (left_out_ > max_notes)
+            result_.notes.push_back(std::to_string(left_out_ - max_notes) + " more shapes are not in scene.glb");
         return std::move(result_);
     }
 
@@ -93,7 +93,7 @@ private:
         } else if (is_analytic(shape.class_name)) {
             mesh = analytic(group, shape);
         } else {
-            if (left_out_++ < most_notes)
+            if (left_out_++ < max_notes)
                 result_.notes.push_back("shape \"" + shape.id + "\" (" + shape.class_name +
                                         ") has no triangles and is not in scene.glb");
             return {};
@@ -136,7 +136,7 @@ private:
             for (const glm::dmat4& place : placements_[group])
                 tolerance = std::min(tolerance, tolerance_m(coarse, place));
         Tessellation fine = tessellate(shape.class_name, own, tolerance);
-        if (fine.coarser && left_out_++ < most_notes)
+        if (fine.coarser && left_out_++ < max_notes)
             result_.notes.push_back("shape \"" + shape.id + "\" (" + shape.class_name +
                                     ") is coarser in scene.glb than the bound asks for: the head comes very near");
         return std::move(fine.mesh);

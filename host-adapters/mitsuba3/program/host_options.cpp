@@ -42,7 +42,7 @@ void add_host_options(CLI::App& app, HostOptions& o) {
         ->check(CLI::Range(1e-9, 1e9))
         ->capture_default_str()
         ->group(group);
-    app.add_option("--lean", o.lean_m, "Metres the head may move off the path, for the exported geometry")
+    app.add_option("--lean", o.head_radius_m, "Metres the head may move off the path, for the exported geometry")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str()
         ->group(group);

@@ -18,7 +18,7 @@ struct HostOptions {
     std::vector<std::string> definitions;  ///< "name=value"
     int sensor = 0;
     std::string up = "auto";
-    double unit_m = 1, lean_m = 0;
+    double unit_m = 1, head_radius_m = 0;
 
     /// Throws InputError for one that has no '='.
     std::vector<std::pair<std::string, std::string>> parameters() const;

@@ -11,7 +11,7 @@ namespace equistream::mitsuba_host {
 namespace {
 
 constexpr int fewest_segments = 16;
-constexpr int most_segments = 1024;
+constexpr int max_segments = 1024;
 
 /// Segments of a whole circle whose chords and arc are nowhere farther apart than twice the tolerance, in `directions`
 /// of which a surface bends: a segment of angle a misses by r a^2 / 8 in each.
@@ -23,15 +23,15 @@ struct Segments {
     Segments(double radius, double tolerance, int directions) {
         const double angle = std::sqrt(16 * tolerance / (radius * directions));
         const double wanted = std::ceil(2 * pi / std::max(angle, 1e-9));
-        coarser = wanted > most_segments;
-        count = static_cast<int>(std::clamp(wanted, double{fewest_segments}, double{most_segments}));
+        coarser = wanted > max_segments;
+        count = static_cast<int>(std::clamp(wanted, double{fewest_segments}, double{max_segments}));
         count = (count + 1) / 2 * 2;
         const double step = 2 * pi / count;
         outwards = 1 + directions * step * step / 16;
     }
 };
 
-double largest_scale(const glm::dmat4& m) {
+double max_scale(const glm::dmat4& m) {
     return std::max({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])), glm::length(glm::dvec3(m[2]))});
 }
 
@@ -58,7 +58,7 @@ glm::dvec3 moved(const glm::dmat4& m, const glm::dvec3& p) {
 }
 
 Tessellation sphere(const glm::dmat4& m, double tolerance) {
-    const Segments s(largest_scale(m), tolerance, 2);
+    const Segments s(max_scale(m), tolerance, 2);
     return {grid(s.count, s.count / 2,
                  [&](double u, double v) {
                      const double ring = s.outwards * std::sin(pi * v);

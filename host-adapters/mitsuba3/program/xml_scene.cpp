@@ -71,7 +71,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
     world_ = WorldMap::with_up(up, context.host.unit_m);
     description_.file = request.xml;
     description_.name = request.xml.stem().string().substr(0, 255);
-    description_.lean_m = context.host.lean_m;
+    description_.head_radius_m = context.host.head_radius_m;
     description_.camera_path = PosePath({{0, world_.pose(sensor.to_world)}}, request.xml.string());
     if (sensor.count == 0 && context.options.path.empty())
         std::fprintf(stderr, "equistream render: note: the XML has no sensor; the head stands at its origin\n");
@@ -80,7 +80,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
 
 void XmlScene::prepare(const render_command::Timeline& timeline) {
     GeometryModel geometry =
-        geometry_model(*scene_, world_, {timeline.path, head_box_radius_eye(description_.lean_m, ipd_m_)});
+        geometry_model(*scene_, world_, {timeline.path, head_box_radius_eye(description_.head_radius_m, ipd_m_)});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
     prepared_ = out_ / (".scene." + std::to_string(getpid()));

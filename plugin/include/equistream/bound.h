@@ -13,18 +13,19 @@
 namespace equistream {
 
 /// Radius of the ball that both eyes stay in, around a sphere rendered at the head's centre.
-inline double head_box_radius_centre(double lean_m, double ipd_m) {
-    return lean_m + 0.5 * ipd_m;
+inline double head_box_radius_centre(double head_radius_m, double ipd_m) {
+    return head_radius_m + 0.5 * ipd_m;
 }
 
 /// The same around a sphere rendered at one eye, as in the paper: the other eye is a whole IPD away.
-inline double head_box_radius_eye(double lean_m, double ipd_m) {
-    return lean_m + ipd_m;
+inline double head_box_radius_eye(double head_radius_m, double ipd_m) {
+    return head_radius_m + ipd_m;
 }
 
 /// Either of them, by where the sphere was rendered.
-inline double head_box_radius(Eye eye, double lean_m, double ipd_m) {
-    return eye == Eye::centre ? head_box_radius_centre(lean_m, ipd_m) : head_box_radius_eye(lean_m, ipd_m);
+inline double head_box_radius(Eye eye, double head_radius_m, double ipd_m) {
+    return eye == Eye::centre ? head_box_radius_centre(head_radius_m, ipd_m)
+                              : head_box_radius_eye(head_radius_m, ipd_m);
 }
 
 /// w = B / (r - B): 0 at infinity, growing towards the head box; +inf at or inside it.

@@ -15,29 +15,33 @@ namespace equistream {
 /// Stands for infinity: far enough that w is 0 in single precision, near enough that products stay finite.
 inline constexpr float far_distance_m = 1e9f;
 /// Inside the box the bound says nothing: this share of r stands for r - B, so that only equal depths agree there.
-inline constexpr float least_reach_share = 1e-3f;
+inline constexpr float min_clearance_share = 1e-3f;
 
 struct DepthAgreement {
     float box_radius_m = 0;  ///< B
     float tolerance = 0;     ///< sin e
 
     /// r - B: the least distance from an eye in the box.
-    float reach(float distance_m) const {
+    float clearance(float distance_m) const {
         const float r = std::min(distance_m, far_distance_m);
-        return std::max(r - box_radius_m, least_reach_share * r);
+        return std::max(r - box_radius_m, min_clearance_share * r);
     }
     /// |w - w'| <= sin e without dividing. False for NaN and for distances <= 0.
-    bool same(float reach_a, float reach_b) const {
-        return box_radius_m * std::abs(reach_a - reach_b) <= tolerance * (reach_a * reach_b) && reach_b > 0;
+    bool same(float clearance_a, float clearance_b) const {
+        return box_radius_m * std::abs(clearance_a - clearance_b) <= tolerance * (clearance_a * clearance_b) &&
+               clearance_b > 0;
     }
-    /// Whether `reach_sample` lies between the point's and the prediction's, give or take the tolerance, in w.
-    bool between(float reach_point, float reach_predicted, float reach_sample) const {
-        const auto [low, high] = std::minmax(reach_point, reach_predicted);
-        return same(low, reach_sample) || same(high, reach_sample) || (low < reach_sample && reach_sample < high);
+    /// Whether `clearance_sample` lies between the point's and the prediction's, give or take the tolerance, in w.
+    bool between(float clearance_point, float clearance_predicted, float clearance_sample) const {
+        const auto [low, high] = std::minmax(clearance_point, clearance_predicted);
+        return same(low, clearance_sample) || same(high, clearance_sample) ||
+               (low < clearance_sample && clearance_sample < high);
     }
 
     /// The same rule for inverse distances 1/r >= 0 (w = B/r / (1 - B/r), so nothing is divided): (r - B) / r.
-    float share_beyond_box(float inverse_m) const { return std::max(1 - box_radius_m * inverse_m, least_reach_share); }
+    float share_beyond_box(float inverse_m) const {
+        return std::max(1 - box_radius_m * inverse_m, min_clearance_share);
+    }
     bool same_inverse(float inverse_a, float inverse_b) const {
         return box_radius_m * std::abs(inverse_a - inverse_b) <=
                tolerance * (share_beyond_box(inverse_a) * share_beyond_box(inverse_b));

@@ -43,7 +43,7 @@ typedef struct es_sequence_settings {
     es_eye eye;
     es_axis_lock lock;
     double ipd_m;
-    double lean_m;
+    double head_radius_m;
     double frames_per_second;
     double exposure;
     const char* output_dir;  /* the sequence's folder, made if missing */

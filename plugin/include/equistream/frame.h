@@ -29,8 +29,8 @@ struct FrameInfo {
     Eye eye = Eye::centre;
     double ipd_m = default_ipd_m;
     AxisLock lock = AxisLock::world;
-    double lean_m = 0;    ///< the head box: a ball of this radius around every path point
-    double exposure = 1;  ///< factor on scene-referred radiance before the display transform
+    double head_radius_m = 0;  ///< the head box: a ball of this radius around every path point
+    double exposure = 1;       ///< factor on scene-referred radiance before the display transform
     std::uint64_t seed = 0;
     std::uint32_t samples_per_pixel = 0;
     std::string scene;  ///< the scene's name; at most 255 bytes

@@ -72,6 +72,6 @@ private:
     std::unique_ptr<Transforms> transforms_;
 };
 
-inline constexpr double most_exposure_stops = 20;
+inline constexpr double max_exposure_stops = 20;
 
 }  // namespace equistream

@@ -123,9 +123,9 @@ struct MovingRegion {
 
 inline constexpr int max_moving_regions = 255;
 
-/// Longest that things are carried on without a new frame, and so the time after which motion is to be right within
+/// Longest that things are extrapolated without a new frame, and so the time after which motion is to be right within
 /// the error budget (bound.h). What has not moved by as much as the budget by then is not said to move.
-inline constexpr double carry_horizon_s = 0.2;
+inline constexpr double extrapolation_horizon_s = 0.2;
 
 /// What is wrong with the regions of a picture of this size; nothing: nothing is.
 inline std::optional<std::string> moving_regions_problem(const std::vector<MovingRegion>& regions, int width,

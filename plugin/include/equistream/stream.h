@@ -29,7 +29,7 @@ enum class TrackRole : std::uint8_t {
     hidden_depth = 4,   ///< hidden's radial depth
     patches = 5,        ///< what an eye of the head box uncovers, packed in an atlas
     patches_depth = 6,  ///< the atlas's radial depth, each patch's from its own origin
-    images = 7,         ///< main's mirrors and glass: how far away what they show is, no surface where there are none
+    reflections = 7,    ///< main's mirrors and glass: how far away what they show is, no surface where there are none
 };
 inline constexpr int track_role_count = 8;
 using TrackRoles = std::bitset<track_role_count>;  ///< by value
@@ -58,10 +58,10 @@ struct TaggedFrameInfo {
 };
 std::optional<TaggedFrameInfo> decode_frame_info(std::span<const std::uint8_t> payload);
 
-/// Bytes that FrameInfo::moving takes in a main picture's frame data, which hold no more than largest_motion_bytes.
+/// Bytes that FrameInfo::moving takes in a main picture's frame data, which hold no more than max_motion_bytes.
 /// Throws InputError for regions that are not sound.
 std::size_t motion_bytes(const FrameInfo& info);
-inline constexpr std::size_t largest_motion_bytes = 32768;
+inline constexpr std::size_t max_motion_bytes = 32768;
 
 enum class Codec { h264, h265 };
 
@@ -227,7 +227,7 @@ struct StreamReadOptions {
     bool wants(TrackRole role) const {
         if (role != TrackRole::main && left_out[std::size_t(role)])
             return false;
-        return role == TrackRole::images ? images : depth || !is_depth(role);
+        return role == TrackRole::reflections ? images : depth || !is_depth(role);
     }
     /// Asked often while the source keeps us waiting, in the thread that waits; true: give up, as if it ended there.
     std::function<bool()> interrupted{};

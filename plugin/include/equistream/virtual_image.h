@@ -18,13 +18,13 @@
 namespace equistream {
 
 /// Sharp surfaces that are followed at most, the first one among them.
-inline constexpr unsigned most_sharp_surfaces = 8;
+inline constexpr unsigned max_sharp_surfaces = 8;
 
 /// A surface is seen as what it mirrors or lets through where more than this share of what it sends on leaves sharply.
 /// Below it the surface's own light, which stays where the surface is, is too much of what is seen.
-inline constexpr float least_sharp_share = 0.75f;
+inline constexpr float min_sharp_share = 0.75f;
 /// What is above it in the AOV `specular`, a mask of 0 and 1, is such a surface.
-inline constexpr float least_specular = 0.5f;
+inline constexpr float min_specular = 0.5f;
 
 template <typename T>
 struct Pencil {

@@ -7,7 +7,7 @@
 namespace equistream {
 
 /// Least cosine between an exported normal and the direction to the viewer.
-inline constexpr double least_viewer_cosine = 0.02;
+inline constexpr double min_viewer_cosine = 0.02;
 
 template <typename T>
 T dot(const Vector3<T>& a, const Vector3<T>& b) {
@@ -32,7 +32,7 @@ Vector3<T> visible_normal(const Vector3<T>& shading, const Vector3<T>& geometric
     Vector3<T> n{select(has_length, T(side * shading.x), geometric.x),
                  select(has_length, T(side * shading.y), geometric.y),
                  select(has_length, T(side * shading.z), geometric.z)};
-    const T lacking = T(least_viewer_cosine) - dot(n, viewer);
+    const T lacking = T(min_viewer_cosine) - dot(n, viewer);
     n = sum(n, select(lacking > T(0), lacking, T(0)), viewer);
     const T normalise = select(lacking > T(0), T(T(1) / sqrt(dot(n, n))), T(1));
     return {normalise * n.x, normalise * n.y, normalise * n.z};

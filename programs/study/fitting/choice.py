@@ -10,7 +10,7 @@ from .search import BEST_CRF, CLOSE_DB, cheapest, coarsest_crf, is_worth, last_h
 from .work import PAIR, PERSPECTIVE, Fill, Measurer, by_model, by_scene, by_streamed_depth, files_of
 
 TRACKS = {"small-wide": "small", "hidden": "hidden", "patches": "patches"}
-"""Rung -> the track it fills from."""
+"""Fill pass -> the track it fills from."""
 FIRST_CRF = 24
 BUDGETS_PX = (1 / 4, 1, 4, 16)
 SHARES = (0.1, 0.05, 0.02)
@@ -135,7 +135,7 @@ class Fit:
     # -- gaps
 
     def fill(self, width, crf):
-        """The rungs that are worth it, and the track they need."""
+        """The passes that are worth it, and the track they need."""
         fill = Fill()
         here = self.at(by_scene(fill, self.told), width, crf)
         in_gaps, all_of_it = self.measure.gap_error(here)
@@ -145,13 +145,13 @@ class Fit:
         if left_db >= CLOSE_DB and self.asked.last > self.asked.first:
             earlier = Fill("earlier,pushpull")
             gain_db = self.at(by_scene(earlier, self.told), width, crf).db - here.db
-            self.why.append(f"rung earlier: {gain_db:+.2f} dB for no bytes: {taken_text(gain_db >= CLOSE_DB)}")
+            self.why.append(f"pass earlier: {gain_db:+.2f} dB for no bytes: {taken_text(gain_db >= CLOSE_DB)}")
             if gain_db >= CLOSE_DB:
                 fill, left_db = earlier, left_db - gain_db
         return self.with_track(fill, width, crf, share) if left_db >= CLOSE_DB else fill
 
     def with_track(self, fill, width, crf, share):
-        """Of rungs that tracks are sent for, the best that is worth its bytes. What part of the error in gaps each takes away, before
+        """Of passes that tracks are sent for, the best that is worth its bytes. What part of the error in gaps each takes away, before
         push-pull, is found on the first frame of a sphere of half the width: renders with such tracks are slow."""
         trial_width = min((tried for tried in self.asked.widths if tried >= min(TRACKS_FROM, width)), key=lambda tried: abs(tried - width / 2))
         first = Measurer(self.work, self.codec, f"{self.asked.first}-{self.asked.first}")
@@ -160,21 +160,21 @@ class Fit:
         if left_open == 0:
             return fill
         gains = {}
-        for rung, track in TRACKS.items():
+        for fill_pass, track in TRACKS.items():
             if track != "hidden" and trial_width < TRACKS_FROM:
                 continue
-            point = first.at(by_scene(Fill(f"{rung},pushpull", track, on_trial=True), self.told), trial_width, crf)
+            point = first.at(by_scene(Fill(f"{fill_pass},pushpull", track, on_trial=True), self.told), trial_width, crf)
             left, times = first.gap_error(point)[0] / left_open, point.bytes / without.bytes
             gain_db = most_gained_db(share * (1 - left))
             worth = is_worth(gain_db, times, self.times_by_coding(width, crf, gain_db))
-            self.why.append(f"rung {rung}: {gain_db:+.2f} dB for {100 * (times - 1):.1f} % more bytes (by the first frame at {trial_width} columns): "
+            self.why.append(f"pass {fill_pass}: {gain_db:+.2f} dB for {100 * (times - 1):.1f} % more bytes (by the first frame at {trial_width} columns): "
                             f"{'worth it' if worth else 'not worth it'}")
             if worth:
-                gains[rung] = gain_db
+                gains[fill_pass] = gain_db
         if not gains:
             return fill
         best = max(gains, key=gains.get)
-        return Fill(f"{best},{fill.rungs}", TRACKS[best])
+        return Fill(f"{best},{fill.passes}", TRACKS[best])
 
     def times_by_coding(self, width, crf, gain_db):
         """How much larger streams grow to gain as much by a finer CRF; None where they do not."""

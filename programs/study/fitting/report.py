@@ -41,7 +41,7 @@ def depth_text(chosen):
 
 
 def chosen_text(chosen, fit):
-    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.rungs}: "
+    return (f"{chosen.width}x{chosen.width // 2}, {fit.codec} CRF {chosen.crf}, {depth_text(chosen)}, {'mirrors and glass told of, ' if chosen.told else ''}fill {chosen.fill.passes}: "
             f"{level_text(chosen.point)} dB, {chosen.point.bytes:,.0f} bytes a frame (of spheres of {fit.asked.samples_at(chosen.width)} samples a pixel; fewer of more)" + (f" and {chosen.bytes_once:,} once" if chosen.bytes_once else ""))
 
 

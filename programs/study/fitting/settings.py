@@ -29,7 +29,7 @@ def client_words(chosen):
 def sections_of(chosen, asked, codec):
     """What each program needs to do as was measured; `chosen` is choice.py's."""
     track = chosen.fill.track
-    sees = {"fill": quoted(chosen.fill.rungs), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
+    sees = {"fill": quoted(chosen.fill.passes), "size": size_text(asked.eye), "fov": f"{asked.fov_deg:g}"}
     by_stream = {"depth": "auto", "depth-share": f"{chosen.depth_share:g}"} if chosen.depth_share else {"depth": "none"}
     return {"render": {"eye": "centre", "size": size_text((chosen.width, chosen.width // 2)), "spp": chosen.samples, "aovs": quoted((WITH_MIRRORS if chosen.told else DEPTH)[1]), **RENDERED.get(track, {})},
             "encode": {"codec": codec, "crf": chosen.crf, "fill": track or "none", **by_stream, **({"mirrors": "always"} if chosen.told else {})},

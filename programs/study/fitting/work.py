@@ -146,7 +146,7 @@ class FitWork(SceneWork):
 
 @dataclasses.dataclass(frozen=True)
 class Fill:
-    rungs: str = "pushpull"
+    passes: str = "pushpull"
     track: str = ""
     """Sent for them."""
     on_trial: bool = False
@@ -170,8 +170,8 @@ class Way(System):
 
 
 def sphere(title, fill, told, method="eye-depth", **more):
-    name = f"{title}-{fill.rungs}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
-    return Way(name, f"{title}, {fill.rungs}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.rungs), small=False, fill=fill, told=told, **more)
+    name = f"{title}-{fill.passes}{'-told' if told else ''}{'-trial' if fill.on_trial else ''}".replace(" ", "-").replace(",", "+")
+    return Way(name, f"{title}, {fill.passes}{', mirrors told of' if told else ''}", ("centre",), ("--method", method, "--fill", fill.passes), small=False, fill=fill, told=told, **more)
 
 
 def by_scene(fill, told):

@@ -97,7 +97,7 @@ GeneratedScene make_pavilion(const GeneratorValues&) {
     description.camera_path = head_path();
     description.moving = {{"ball", rolling}};
     description.frames_per_second = frames_per_second;
-    description.lean_m = 0.1;
+    description.head_radius_m = 0.1;
     description.exposure = 1.4;
     const double azimuth = glm::radians(238.0), elevation = glm::radians(45.0);
     description.sun =

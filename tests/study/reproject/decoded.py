@@ -25,7 +25,7 @@ def write(folder, frames):
             colour, depth = padded(frame["colour"][:, :, :3]), padded(frame["depth"])
             # Codecs do not know what camera it was; a flat one may have any size.
             camera = es.PerspectiveCamera(depth.shape[1], depth.shape[0], 1.0)
-            info = es.frame_info(camera, like=frame.info, index=index, lean_m=frames[0].info.lean_m, seed=frames[0].info.seed)
+            info = es.frame_info(camera, like=frame.info, index=index, head_radius_m=frames[0].info.head_radius_m, seed=frames[0].info.seed)
             writer.write(es.Frame(info, {"colour": np.dstack([colour, np.ones_like(depth)]), "depth": depth}))
 
 

@@ -1,7 +1,7 @@
 /// How much of what random eyes of the head box cannot find in a sphere other pictures show: server-predicted patches
 /// at several budgets, the auxiliary spheres whole (what patches could show at best), the hidden layer, the small
 /// stream. Gaps are those that the `surface` engine leaves, with the eye's own depth; they are filled by the client's
-/// own rungs. Nothing is rendered: depth comes from ray casts, colours are all one grey. Prints JSON.
+/// own fill passes. Nothing is rendered: depth comes from ray casts, colours are all one grey. Prints JSON.
 #include "random_eyes.h"
 
 #include <client/depth/ray_depth.h>
@@ -119,10 +119,10 @@ private:
         return depth_m;
     }
 
-    std::int64_t fill(const char* rung, const FillInputs& inputs, const EyeView& eye, EyePicture picture) const {
-        const FillLadder ladder = make_fill_ladder(rung);
-        ladder.front()->set_frame(inputs);
-        return ladder.front()->fill(eye, picture);
+    std::int64_t fill(const char* fill_pass, const FillInputs& inputs, const EyeView& eye, EyePicture picture) const {
+        const FillChain chain = make_fill_chain(fill_pass);
+        chain.front()->set_frame(inputs);
+        return chain.front()->fill(eye, picture);
     }
 
     void look_out(const std::vector<PatchPlan>& plans) {

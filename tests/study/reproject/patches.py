@@ -4,8 +4,8 @@
     patches.py --bin build/release/bin [--sizes 960x480,1920x960] [SCENE ...]
 
 equistream_gap_coverage does the measuring: 64 random eyes, uniform in the head box and turned at random, of other seeds than the
-planner's places; gaps are those of the `surface` engine with exact depth, filled by the client's own `patches` rung. Beside the
-patches: all their auxiliary spheres whole, which no choice of patches can exceed, and the small stream's rung. A result that is
+planner's places; gaps are those of the `eye-depth` engine with exact depth, filled by the client's own `patches` pass. Beside the
+patches: all their auxiliary spheres whole, which no choice of patches can exceed, and the small stream's pass. A result that is
 there for the same command is kept.
 """
 

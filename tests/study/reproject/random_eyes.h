@@ -15,7 +15,7 @@ struct RandomEyeOptions {
     std::string scene, sphere = "1920x960", size = "640x360";
     std::int64_t frame = 0;
     int eyes = 64;
-    double lean_m = -1;  ///< below zero: the scene's
+    double head_radius_m = -1;  ///< below zero: the scene's
     std::uint64_t seed = 1;
 };
 
@@ -25,7 +25,7 @@ inline void add_random_eye_options(CLI::App& app, RandomEyeOptions& options) {
     app.add_option("--sphere-size", options.sphere, "Of the source")->capture_default_str();
     app.add_option("--size", options.size, "Of an eye, 90 degrees wide")->capture_default_str();
     app.add_option("--eyes", options.eyes, "How many")->check(CLI::Range(1, 100000))->capture_default_str();
-    app.add_option("--lean", options.lean_m, "Head box in metres instead of the scene's");
+    app.add_option("--lean", options.head_radius_m, "Head box in metres instead of the scene's");
     app.add_option("--seed", options.seed, "Of the eyes")->capture_default_str();
 }
 
@@ -50,7 +50,8 @@ struct RandomEyes {
     RandomEyes(const RandomEyeOptions& options, const SceneDescription& scene)
         : time_s(double(options.frame) / scene.frames_per_second), centre{scene.camera_path.at(time_s).position_m,
                                                                           {1, 0, 0, 0}},
-          box_radius_m(head_box_radius_centre(options.lean_m < 0 ? scene.lean_m : options.lean_m, default_ipd_m)),
+          box_radius_m(head_box_radius_centre(options.head_radius_m < 0 ? scene.head_radius_m : options.head_radius_m,
+                                              default_ipd_m)),
           count(options.eyes), seed(options.seed) {
         const cli::Size whole = cli::parse_size(options.sphere), part = cli::parse_size(options.size);
         sphere = {whole.width, whole.height, {}};

@@ -21,7 +21,7 @@ CRFS = (16, 24)
 
 
 class Chain:
-    """A method, a fill ladder with what it fills from, the bits of the depth's w (0: exact), and the CRF of the stream it came by."""
+    """A method, a fill chain with what it fills from, the bits of the depth's w (0: exact), and the CRF of the stream it came by."""
 
     def __init__(self, method, fill, depth_bits, only_filled=False, crf=NO_STREAM):
         self.method, self.fill, self.depth_bits, self.crf = method, fill, depth_bits, crf
@@ -96,7 +96,7 @@ class Shot:
         coarse = es.EquirectCamera(camera.width // factor, camera.height // factor, camera.longitudes, camera.latitudes)
         planes = {"colour": smaller(self.colour, factor), "depth": middle(self.planes["depth"], factor),
                   "specular": middle(self.planes["specular"], factor)}
-        return es.Frame(es.frame_info(coarse, like=self.info, lean_m=self.info.lean_m if eye == 0 else 0.0), planes)
+        return es.Frame(es.frame_info(coarse, like=self.info, head_radius_m=self.info.head_radius_m if eye == 0 else 0.0), planes)
 
     def small(self, eye):
         """The other eye, made coarser: the paper's small stream, from another place and with other noise."""
@@ -115,7 +115,7 @@ class Shot:
 
     def streamed(self, program, source, factor, crf):
         """The source from a stream of the frames around it; what is mirror is known as if no codec had been there."""
-        run = [es.Frame(es.frame_info(source.info.camera, like=frame.info, lean_m=source.info.lean_m),
+        run = [es.Frame(es.frame_info(source.info.camera, like=frame.info, head_radius_m=source.info.head_radius_m),
                         {"colour": smaller(frame["colour"][:, :, :3], factor), "depth": middle(frame["depth"], factor)}) for frame in self.run]
         run[RUN_SOURCE] = source
         found = decoded(program, run, RUN_SOURCE, crf)

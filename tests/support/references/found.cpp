@@ -2,7 +2,7 @@
 #include "plain_task.h"
 
 #include <client/stages/stages.h>
-#include <client/warp/lean.h>
+#include <client/warp/proxy_sphere.h>
 #include <equistream/bound.h>
 
 #include <cassert>
@@ -50,7 +50,7 @@ public:
 
     void reproject(const EyeView& eye, EyePicture& picture) const override {
         if (same_position(source_.pose, eye.pose)) {
-            const auto turned = make_look_up_engine(false, options_);
+            const auto turned = make_resample_engine(false, options_);
             turned->set_source(source_);
             turned->reproject(eye, picture);
             return;
@@ -59,7 +59,7 @@ public:
         if (name_ == "proxy-sphere" || name_ == "mesh-plain") {
             colour_everything(eye, depth_m, picture);
         } else {
-            const auto by_depth = make_look_up_engine(true, options_);
+            const auto by_depth = make_resample_engine(true, options_);
             by_depth->set_source(source_);
             by_depth->reproject({eye.camera, eye.pose, depth_m.view()}, picture);
         }
@@ -127,7 +127,7 @@ double PlainTask::tolerance_rad() const {
 std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& options) {
     const std::string_view of_today = find_engine(name).name;
     if (of_today == "rotation" || of_today == "eye-depth")
-        return make_look_up_engine(of_today == "eye-depth", options);
+        return make_resample_engine(of_today == "eye-depth", options);
     return std::make_unique<FoundEngine>(of_today, options);
 }
 

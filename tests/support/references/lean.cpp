@@ -1,6 +1,6 @@
 #include "plain_task.h"
 
-#include <client/warp/lean.h>
+#include <client/warp/proxy_sphere.h>
 
 #include <cmath>
 
@@ -8,7 +8,7 @@ namespace equistream::plain {
 
 /// Where each ray of the eye leaves the sphere of pictures.
 void find_by_lean(const PlainTask& task, Image<double>& inverse_planar) {
-    const double radius_m = lean_radius_m(task.source, task.options);
+    const double radius_m = proxy_radius_m(task.source, task.options);
     const glm::dvec3 from = task.eye_from_source_m();
     for (int y = 0; y < inverse_planar.height(); ++y)
         for (int x = 0; x < inverse_planar.width(); ++x) {

@@ -45,7 +45,7 @@ public:
         }
         const dvec3 image = glm::normalize(eye_ + surface_m * ray) * *image_m - eye_;
         const double sine = glm::length(glm::cross(glm::normalize(image), ray));
-        return sine <= most_image_displacement ? MirrorAnswer::displaced : MirrorAnswer::gap;
+        return sine <= max_image_displacement ? MirrorAnswer::displaced : MirrorAnswer::gap;
     }
 
     /// The one nearest to what lies in a direction, if a mirror's.
@@ -57,7 +57,7 @@ public:
             return std::nullopt;
         const SourceSample s{std::clamp(int(std::floor(p.x)), 0, width - 1),
                              std::clamp(int(std::floor(p.y)), 0, height - 1)};
-        return source_.specular.pixel(s.x, s.y)[0] > least_specular ? std::optional(s) : std::nullopt;
+        return source_.specular.pixel(s.x, s.y)[0] > min_specular ? std::optional(s) : std::nullopt;
     }
     dvec3 from_source(dvec3 ray, double distance_m) const { return eye_ / distance_m + ray; }
 
@@ -83,7 +83,7 @@ private:
         const double apart =
             glm::length(pixel_of(source_.camera, ray) - pixel_of(source_.camera, from_source(ray, surface_m)));
         // As many as there are where a flat picture does not hold the ray's end.
-        const int steps = apart <= most_image_steps ? std::max(1, int(std::ceil(apart))) : most_image_steps;
+        const int steps = apart <= max_image_steps ? std::max(1, int(std::ceil(apart))) : max_image_steps;
         bool before = true;
         for (int step = 0; step <= steps; ++step) {
             const double distance_m = step < steps ? surface_m * steps / (steps - step) : infinity;
@@ -102,7 +102,7 @@ private:
 
     /// From a distance along the ray to the image in that direction, to the ray's point nearest to it, and so on.
     std::optional<dvec2> follow(dvec3 ray, double distance_m) const {
-        for (int turn = 0; turn < most_image_turns; ++turn) {
+        for (int turn = 0; turn < max_image_turns; ++turn) {
             const dvec3 point = eye_ + distance_m * ray;
             const std::optional<double> image_m = image_in(point);
             if (!image_m)

@@ -48,7 +48,7 @@ FloatImage inverse_planar_depth(const PerspectiveCamera& camera, ImageView<const
             for (int x = 0; x < depth_m.width; ++x) {
                 const float a = (float(x) + 0.5f - 0.5f * float(camera.width)) * inverse_focal;
                 const float value = std::sqrt(1 + a * a + b * b) / depth[x];
-                q[x] = depth[x] > 0 ? std::min(value, largest_inverse_m) : 0.0f;
+                q[x] = depth[x] > 0 ? std::min(value, max_inverse_m) : 0.0f;
             }
         }
     });
@@ -103,7 +103,7 @@ struct RiskPicture::State {
           texture(mean_around(differences.contrast, numbers.texture_reach)) {
         if (numbers.has_depth())
             inverse_planar = inverse_planar_depth(camera, numbers.depth_m);
-        closeness = silhouette_closeness(inverse_planar, picture.origin, numbers.least_step_inverse_m);
+        closeness = silhouette_closeness(inverse_planar, picture.origin, numbers.min_step_inverse_m);
     }
 
     void shape_risks(int y, const float* detail, RiskRow& out) const;
@@ -118,8 +118,8 @@ void RiskPicture::State::flat_risks(const float* detail, RiskRow& out) const {
     const float doublings = std::log2(numbers.density);
     const float parallax = log_of(numbers.focal_px * numbers.baseline_m);
     for (int x = 0; x < out.width; ++x) {
-        out.of(Risk::blur)[x] = detail[x] * std::clamp(-doublings, 0.0f, most_halvings);
-        out.of(Risk::minification)[x] = detail[x] * std::clamp(doublings, 0.0f, most_halvings);
+        out.of(Risk::blur)[x] = detail[x] * std::clamp(-doublings, 0.0f, max_halvings);
+        out.of(Risk::minification)[x] = detail[x] * std::clamp(doublings, 0.0f, max_halvings);
         out.of(Risk::grazing)[x] = 0;
         out.of(Risk::parallax)[x] = parallax;
     }
@@ -146,26 +146,26 @@ void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) c
         const float ny = -believed_slope(above[x], q[x], below[x]) * focal_px;
         const float nz = nx * a + ny * b - q[x];
         const float n2 = nx * nx + ny * ny + nz * nz;
-        const float cosine2 = q[x] * q[x] / (n2 * length2 + least_length2);
+        const float cosine2 = q[x] * q[x] / (n2 * length2 + min_length2);
         const float inverse_r = q[x] / std::sqrt(length2);
         // Of the point over its distance from the eye, so that misses need no case of their own.
         const float sx = a / std::sqrt(length2) - centre.x * inverse_r;
         const float sy = b / std::sqrt(length2) - centre.y * inverse_r;
         const float sz = -1 / std::sqrt(length2) - centre.z * inverse_r;
-        const float nearer2 = 1 / std::max(sx * sx + sy * sy + sz * sz, least_distance2);
+        const float nearer2 = 1 / std::max(sx * sx + sy * sy + sz * sz, min_distance2);
         const float facing = std::abs(1 - nx * centre.x - ny * centre.y - nz * centre.z);
         // Density of the source's samples on the surface over that of the eye's, squared.
         const float size2 = density * density / (length2 * std::sqrt(length2)) * nearer2 * std::sqrt(nearer2) *
-                            std::max(facing, least_facing);
+                            std::max(facing, min_facing);
         const float doublings = 0.5f * fast_log2(size2);
-        const float halvings_of_cosine = q[x] > 0 ? -0.5f * fast_log2(std::max(cosine2, least_cosine2)) : 0.0f;
+        const float halvings_of_cosine = q[x] > 0 ? -0.5f * fast_log2(std::max(cosine2, min_cosine2)) : 0.0f;
         // Towards a sphere's poles its columns draw together, its rows do not.
         const float sine = numbers.pole.x * sx + numbers.pole.y * sy + numbers.pole.z * sz;
-        const float closer = -0.5f * fast_log2(std::max(1 - sine * sine * nearer2, least_cosine2));
+        const float closer = -0.5f * fast_log2(std::max(1 - sine * sine * nearer2, min_cosine2));
         blur[x] = detail[x] * 0.5f *
-                  (std::clamp(-doublings, 0.0f, most_halvings) + std::clamp(-doublings - closer, 0.0f, most_halvings));
-        minification[x] = detail[x] * std::clamp(doublings, 0.0f, most_halvings);
-        grazing[x] = detail[x] * std::clamp(halvings_of_cosine, 0.0f, most_halvings);
+                  (std::clamp(-doublings, 0.0f, max_halvings) + std::clamp(-doublings - closer, 0.0f, max_halvings));
+        minification[x] = detail[x] * std::clamp(doublings, 0.0f, max_halvings);
+        grazing[x] = detail[x] * std::clamp(halvings_of_cosine, 0.0f, max_halvings);
         parallax[x] = log_of(parallax_px(x, y));
     }
 }

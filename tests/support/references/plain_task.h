@@ -5,7 +5,7 @@
 namespace equistream::plain {
 
 /// `rotation` or `eye-depth`.
-std::unique_ptr<Engine> make_look_up_engine(bool surface, const EngineOptions& options);
+std::unique_ptr<Engine> make_resample_engine(bool surface, const EngineOptions& options);
 
 /// A sample of the source, 0 to 255. Of planes as RGB in 8 bits, from the real-valued formula (yuv.h): chroma between
 /// its own samples, on the even columns and between the rows, the picture's border repeated.

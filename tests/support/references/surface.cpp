@@ -55,9 +55,9 @@ double chroma(const ImageView<const std::uint8_t>& plane, int luma_x, int luma_y
     return sum / bt709::chroma_scale;
 }
 
-class LookUpEngine : public Engine {
+class ResampleEngine : public Engine {
 public:
-    LookUpEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
+    ResampleEngine(bool surface, const EngineOptions& options) : surface_(surface), options_(options) {}
 
     std::string_view name() const override { return surface_ ? "eye-depth" : "rotation"; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -191,8 +191,8 @@ private:
         }
         const double here = glm::mix(glm::mix(w[1][1], w[1][2], a.x), glm::mix(w[2][1], w[2][2], a.x), a.y);
         const double may_be_off = sums.x * a.x * (1 - a.x) + sums.y * a.y * (1 - a.y);
-        return bend <= most_bend * tolerance(eye) &&
-               here - w_of(distance_m, box_radius_m(eye)) > least_behind * tolerance(eye) + may_be_off;
+        return bend <= max_bend * tolerance(eye) &&
+               here - w_of(distance_m, box_radius_m(eye)) > min_behind * tolerance(eye) + may_be_off;
     }
 
     /// Whether every plane through the eye's point and a neighbour in each direction has the eye and the source on
@@ -270,8 +270,8 @@ glm::dvec3 colour_of_sample(const SourceView& source, int x, int y) {
     return glm::round(glm::clamp(sample, 0.0, 255.0));
 }
 
-std::unique_ptr<Engine> make_look_up_engine(bool surface, const EngineOptions& options) {
-    return std::make_unique<LookUpEngine>(surface, options);
+std::unique_ptr<Engine> make_resample_engine(bool surface, const EngineOptions& options) {
+    return std::make_unique<ResampleEngine>(surface, options);
 }
 
 }  // namespace equistream::plain

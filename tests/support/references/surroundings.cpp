@@ -166,7 +166,7 @@ void worst_channel(const std::vector<std::uint8_t>& rgba, int width, std::uint8_
 
 Differences differences(const ByteImage& rgba, int step) {
     const int width = rgba.width(), height = rgba.height();
-    const std::size_t channels = 4 * std::size_t(width), reach = 4 * std::size_t(step);
+    const std::size_t channels = 4 * std::size_t(width), clearance = 4 * std::size_t(step);
     Differences found{contrast_of(rgba.view(), step), ByteImage(width, height, 1)};
     ByteImage along(width, height, 1);
     tbb::parallel_for(tbb::blocked_range<int>(0, height, 32), [&](const tbb::blocked_range<int>& rows) {
@@ -176,8 +176,9 @@ Differences differences(const ByteImage& rgba, int step) {
             std::ranges::fill(finest, std::uint8_t{0});
             if (y >= step && y + step < height)
                 widen({here, rgba.pixel(0, y - step), rgba.pixel(0, y + step)}, channels, finest.data());
-            if (channels > 2 * reach)
-                widen({here + reach, here, here + 2 * reach}, channels - 2 * reach, finest.data() + reach);
+            if (channels > 2 * clearance)
+                widen({here + clearance, here, here + 2 * clearance}, channels - 2 * clearance,
+                      finest.data() + clearance);
             worst_channel(finest, width, bend.data());
             std::uint8_t* out = along.pixel(0, y);
             std::ranges::copy(bend, out);

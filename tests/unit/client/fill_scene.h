@@ -50,13 +50,14 @@ struct FillScene {
         unfilled = picture;
     }
 
-    /// Runs one rung; checks that it touched gaps only, marked what it filled and counted it. Returns the share filled.
-    double fill(const std::string& rung, const FillInputs& inputs, PixelOrigin mark) {
-        const FillLadder ladder = make_fill_ladder(rung);
-        ladder[0]->set_frame(inputs);
+    /// Runs one fill pass; checks that it touched gaps only, marked what it filled and counted it. Returns the share
+    /// filled.
+    double fill(const std::string& fill_pass, const FillInputs& inputs, PixelOrigin mark) {
+        const FillChain chain = make_fill_chain(fill_pass);
+        chain[0]->set_frame(inputs);
         Gaps gaps(picture.origin.view());
         const std::int64_t before = gaps.count();
-        const std::int64_t filled = ladder[0]->fill(eye, picture, gaps);
+        const std::int64_t filled = chain[0]->fill(eye, picture, gaps);
         EXPECT_EQ(picture.count(mark), filled);
         EXPECT_EQ(gaps.count(), before - filled);
         EXPECT_EQ(picture.count(PixelOrigin::gap), before - filled);
@@ -71,7 +72,7 @@ struct FillScene {
         return double(filled) / double(before);
     }
 
-    /// Largest difference from the truth, 0 to 255, where a rung filled; in the worst of `leave_out` pixels not
+    /// Largest difference from the truth, 0 to 255, where a fill pass filled; in the worst of `leave_out` pixels not
     /// counted.
     int worst_filled(PixelOrigin mark, std::size_t leave_out = 0) const {
         std::vector<int> differences;

@@ -36,10 +36,10 @@ struct Played {
         const auto engine = make_engine(method);
         engine->set_source(view);
         engine->reproject(eye, picture);
-        const FillLadder ladder = make_fill_ladder(fill);
-        for (const auto& rung : ladder)
-            rung->set_frame({.main = &view});
-        fill_gaps(ladder, eye, picture);
+        const FillChain chain = make_fill_chain(fill);
+        for (const auto& fill_pass : chain)
+            fill_pass->set_frame({.main = &view});
+        fill_gaps(chain, eye, picture);
     }
     SourceView view() const { return source.source(0.063); }
     FloatImage risks(const ReliabilityOptions& options = {}) const {

@@ -26,7 +26,7 @@ EyePicture made_by_parts(const std::string& folder, const PerspectiveCamera& cam
     EyePicture picture;
     const EyeView eye{camera, pose};
     engine->reproject(eye, picture);
-    const FillLadder chain = make_fill_ladder("pushpull");
+    const FillChain chain = make_fill_chain("pushpull");
     chain[0]->set_frame({.main = &source});
     fill_gaps(chain, eye, picture);
     return picture;

@@ -18,12 +18,12 @@ TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
     const std::int64_t gaps = c.picture.count(PixelOrigin::gap);
     ASSERT_GT(gaps, 300);
     const EyePicture before = c.picture;
-    const auto ladder = make_fill_ladder("small,spread");
-    ASSERT_EQ(ladder.size(), 2u);
+    const auto chain = make_fill_chain("small,spread");
+    ASSERT_EQ(chain.size(), 2u);
     const SourceView small_view = c.small.source(0.063);
-    for (const auto& rung : ladder)
-        rung->set_frame({.small = &small_view});
-    const std::int64_t by_small = ladder[0]->fill(c.eye, c.picture);
+    for (const auto& fill_pass : chain)
+        fill_pass->set_frame({.small = &small_view});
+    const std::int64_t by_small = chain[0]->fill(c.eye, c.picture);
     EXPECT_GT(by_small, gaps * 9 / 10);
     EXPECT_EQ(c.picture.count(PixelOrigin::small), by_small);
     double worst_of_small = 0;
@@ -43,11 +43,11 @@ TEST(Fill, SmallViewFillsWhatTheMainOneMissed) {
     EXPECT_LT(worst_of_small, 0.03 + half_a_step) << evidence(c.picture.rgb().view(), c.truth.rgb.view());
     EXPECT_EQ(changed_elsewhere, 0) << evidence(c.picture.rgb().view(), before.rgb().view());
     const std::int64_t left_over = c.picture.count(PixelOrigin::gap);
-    EXPECT_EQ(ladder[1]->fill(c.eye, c.picture), left_over);
+    EXPECT_EQ(chain[1]->fill(c.eye, c.picture), left_over);
     EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
 }
 
-/// The case of SurfaceEngine.AHiddenFloorIsNotTakenForTheSteepOneAboveIt, for what rungs look up.
+/// The case of SurfaceEngine.AHiddenFloorIsNotTakenForTheSteepOneAboveIt, for what fill passes look up.
 TEST(Fill, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
     const auto floor_at = [](double height_m) {
         return [=](const glm::dvec3& o, const glm::dvec3& d) { return to_plane(o, d, {0, 1, 0}, height_m); };
@@ -59,11 +59,11 @@ TEST(Fill, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
     const auto filled_nearer_than_60_m = [&](double height_m) {
         FloatImage depth_m(camera.width, camera.height, 1);
         AnalyticDepth(floor_at(height_m)).cast(camera, pose, depth_m.view());
-        const auto ladder = make_fill_ladder("small");
-        ladder[0]->set_frame({.main = &view, .small = &view});
+        const auto chain = make_fill_chain("small");
+        chain[0]->set_frame({.main = &view, .small = &view});
         EyePicture picture;
         picture.reset(camera);
-        ladder[0]->fill({camera, pose, depth_m.view()}, picture);
+        chain[0]->fill({camera, pose, depth_m.view()}, picture);
         int filled = 0, all = 0;
         for (std::size_t i = 0; i < depth_m.samples().size(); ++i)
             if (depth_m.samples()[i] < 60) {
@@ -78,8 +78,9 @@ TEST(Fill, AHiddenFloorIsNotTakenForTheSteepOneAboveIt) {
     EXPECT_EQ(filled_nearer_than_60_m(-3).first, 0);
 }
 
-/// Rungs and engines have loops of their own for what one surface is: from one picture they take the same samples.
-TEST(Fill, RungsTakeTheSamplesThatEnginesTake) {
+/// Fill passes and engines have loops of their own for what one surface is: from one picture they take the same
+/// samples.
+TEST(Fill, PassesTakeTheSamplesThatEnginesTake) {
     FillScene scene;
     const EyePicture by_engine = scene.picture;
     scene.picture.reset(scene.camera);
@@ -89,10 +90,10 @@ TEST(Fill, RungsTakeTheSamplesThatEnginesTake) {
     for (int y = 0; y < scene.camera.height; ++y)
         for (int x = 0; x < scene.camera.width; ++x) {
             const bool engine = *by_engine.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
-            const bool rung = *scene.picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
-            others += engine != rung;
-            coloured += engine && rung;
-            if (engine && rung)
+            const bool fill_pass = *scene.picture.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            others += engine != fill_pass;
+            coloured += engine && fill_pass;
+            if (engine && fill_pass)
                 for (int c = 0; c < 3; ++c)
                     worst = std::max(
                         worst, std::abs(int(by_engine.rgba.pixel(x, y)[c]) - int(scene.picture.rgba.pixel(x, y)[c])));
@@ -104,8 +105,8 @@ TEST(Fill, RungsTakeTheSamplesThatEnginesTake) {
 
 TEST(Fill, SpreadTakesTheBackgroundsColour) {
     Case c;
-    const auto ladder = make_fill_ladder("spread");
-    ladder[0]->fill(c.eye, c.picture);
+    const auto chain = make_fill_chain("spread");
+    chain[0]->fill(c.eye, c.picture);
     EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
     int wrong = 0;
     for (int y = 0; y < 200; ++y)
@@ -119,35 +120,35 @@ TEST(Fill, SpreadTakesTheBackgroundsColour) {
 TEST(Fill, SpreadEndsWhereThereIsNothingToSpread) {
     EyePicture empty;
     empty.reset({8, 4, 1});
-    EXPECT_EQ(make_fill_ladder("spread")[0]->fill({{8, 4, 1}, {}, {}}, empty), 0);
+    EXPECT_EQ(make_fill_chain("spread")[0]->fill({{8, 4, 1}, {}, {}}, empty), 0);
     EXPECT_EQ(empty.count(PixelOrigin::gap), 32);
 }
 
 TEST(Fill, WithoutDepthTheSmallViewIsLookedUpByDirection) {
     Case c;
-    const auto ladder = make_fill_ladder("small");
+    const auto chain = make_fill_chain("small");
     SourceView small = c.small.source();
     small.depth_m = {};
-    ladder[0]->set_frame({.small = &small});
+    chain[0]->set_frame({.small = &small});
     EyeView eye = c.eye;
     eye.depth_m = {};
-    EXPECT_GT(ladder[0]->fill(eye, c.picture), 300);
+    EXPECT_GT(chain[0]->fill(eye, c.picture), 300);
     EXPECT_EQ(c.picture.count(PixelOrigin::gap), 0);
 }
 
-TEST(Fill, WithoutASmallViewTheRungFillsNothing) {
+TEST(Fill, WithoutASmallViewThePassFillsNothing) {
     Case c;
-    const auto ladder = make_fill_ladder("small");
-    ladder[0]->set_frame({});
-    EXPECT_EQ(ladder[0]->fill(c.eye, c.picture), 0);
+    const auto chain = make_fill_chain("small");
+    chain[0]->set_frame({});
+    EXPECT_EQ(chain[0]->fill(c.eye, c.picture), 0);
 }
 
-TEST(Fill, LaddersAreNamed) {
-    EXPECT_TRUE(make_fill_ladder("none").empty());
-    EXPECT_THROW(make_fill_ladder(""), InputError);
-    EXPECT_THROW(make_fill_ladder("small,"), InputError);
-    EXPECT_THROW(make_fill_ladder("small,none"), InputError);
-    EXPECT_THROW(make_fill_ladder("telea"), InputError);
+TEST(Fill, ChainsAreNamed) {
+    EXPECT_TRUE(make_fill_chain("none").empty());
+    EXPECT_THROW(make_fill_chain(""), InputError);
+    EXPECT_THROW(make_fill_chain("small,"), InputError);
+    EXPECT_THROW(make_fill_chain("small,none"), InputError);
+    EXPECT_THROW(make_fill_chain("telea"), InputError);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-/// Hidden points (hiding_surface.h) where pictures end or go round: what rungs take there, against the plain `surface`.
+/// Hidden points (hiding_surface.h) where pictures end or go round: what fill passes take there, against the plain
+/// `surface`.
 #include <tests/unit/client/analytic_scene.h>
 
 #include <client/fill/fill.h>
@@ -76,37 +77,38 @@ EyePicture by_reference(const SourceView& source, const Eye& eye) {
     return picture;
 }
 
-EyePicture by_rung(const char* rung, const FillInputs& inputs, const Eye& eye) {
-    const FillLadder ladder = make_fill_ladder(rung);
-    ladder[0]->set_frame(inputs);
+EyePicture by_pass(const char* fill_pass, const FillInputs& inputs, const Eye& eye) {
+    const FillChain chain = make_fill_chain(fill_pass);
+    chain[0]->set_frame(inputs);
     EyePicture picture;
     picture.reset(eye.camera);
-    ladder[0]->fill(eye.view(), picture);
+    chain[0]->fill(eye.view(), picture);
     return picture;
 }
 
 struct Differences {
     int pixels = 0, uncoloured = 0;         ///< by the reference
-    int only_rung = 0, only_reference = 0;  ///< coloured by one of the two
+    int only_pass = 0, only_reference = 0;  ///< coloured by one of the two
     int worst = 0;                          ///< of 255, of those that both coloured
 };
 
 /// By where the samples lie.
 using DifferencesAround = std::array<Differences, 3>;
 
-void compare(const EyePicture& rung, const SourceView& source, const Eye& eye, DifferencesAround& found) {
+void compare(const EyePicture& fill_pass, const SourceView& source, const Eye& eye, DifferencesAround& found) {
     const EyePicture reference = by_reference(source, eye);
     for (int y = 0; y < eye.camera.height; ++y)
         for (int x = 0; x < eye.camera.width; ++x) {
             Differences& here = found[std::size_t(eye.around(source.camera, x, y))];
-            const bool is_rungs = *rung.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
+            const bool is_passes = *fill_pass.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
             const bool is_references = *reference.origin.pixel(x, y) != std::uint8_t(PixelOrigin::gap);
             ++here.pixels;
             here.uncoloured += !is_references;
-            here.only_rung += is_rungs && !is_references;
-            here.only_reference += is_references && !is_rungs;
-            for (int c = 0; c < 3 && is_rungs && is_references; ++c)
-                here.worst = std::max(here.worst, std::abs(rung.rgba.pixel(x, y)[c] - reference.rgba.pixel(x, y)[c]));
+            here.only_pass += is_passes && !is_references;
+            here.only_reference += is_references && !is_passes;
+            for (int c = 0; c < 3 && is_passes && is_references; ++c)
+                here.worst =
+                    std::max(here.worst, std::abs(fill_pass.rgba.pixel(x, y)[c] - reference.rgba.pixel(x, y)[c]));
         }
 }
 
@@ -125,13 +127,13 @@ DifferencesAround differences(const SourceView& source, const Look& look) {
     return found;
 }
 
-/// Decisions on the tolerance's very edge may fall either way in single precision. Beyond rows a rung lets nothing
+/// Decisions on the tolerance's very edge may fall either way in single precision. Beyond rows a fill pass lets nothing
 /// hide, since patches end anywhere: it may colour more than the reference there, but nothing else.
 void expect_alike(const DifferencesAround& found) {
     for (const Around where : {Around::inside, Around::round_the_seam, Around::beyond_the_end}) {
         const Differences& here = found[std::size_t(where)];
         EXPECT_LE(here.only_reference, 2) << int(where);
-        EXPECT_LE(here.only_rung, where == Around::beyond_the_end ? here.pixels / 100 : 2) << int(where);
+        EXPECT_LE(here.only_pass, where == Around::beyond_the_end ? here.pixels / 100 : 2) << int(where);
     }
 }
 
@@ -143,7 +145,7 @@ TEST(HiddenPoints, OfPicturesAreTheReferencesRoundTheSeamAndUpToTheEnds) {
         const Rendered source = render(floor_and_ceiling, smooth_colour, camera, source_pose);
         const SourceView view = source.source(0.6);
         const DifferencesAround found =
-            differences(view, [&](const Eye& eye) { return by_rung("small", {.main = &view, .small = &view}, eye); });
+            differences(view, [&](const Eye& eye) { return by_pass("small", {.main = &view, .small = &view}, eye); });
         expect_alike(found);
         for (const Differences& here : found)
             EXPECT_LE(here.worst, 1);
@@ -180,7 +182,7 @@ TEST(HiddenPoints, OfPatchesAreTheReferencesRoundTheSeamAndUpToTheEnds) {
                               .pose = source_pose,
                               .box_radius_m = view.box_radius_m};
     expect_alike(differences(
-        view, [&](const Eye& eye) { return by_rung("patches", {.main = &view, .patches = &patches}, eye); }));
+        view, [&](const Eye& eye) { return by_pass("patches", {.main = &view, .patches = &patches}, eye); }));
 }
 
 }  // namespace

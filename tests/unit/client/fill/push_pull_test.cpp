@@ -191,7 +191,7 @@ TEST(PushPull, WithoutDepthAConstantStaysOneAndARampIsKept) {
                 std::ranges::copy(colour, picture.rgba.pixel(x, y));
                 *picture.origin.pixel(x, y) = std::uint8_t(PixelOrigin::source);
             }
-    EXPECT_EQ(make_fill_ladder("pushpull")[0]->fill({{96, 64, 1}, {}, {}}, picture), 12 * 64);
+    EXPECT_EQ(make_fill_chain("pushpull")[0]->fill({{96, 64, 1}, {}, {}}, picture), 12 * 64);
     for (int y = 8; y < 56; ++y)
         for (int x = 40; x < 52; ++x) {
             EXPECT_NEAR(picture.rgba.pixel(x, y)[0], 2 * x, 12);
@@ -203,7 +203,7 @@ TEST(PushPull, WithoutDepthAConstantStaysOneAndARampIsKept) {
 TEST(PushPull, NothingToTakeColoursFromLeavesGaps) {
     EyePicture empty;
     empty.reset({40, 30, 1});
-    EXPECT_EQ(make_fill_ladder("pushpull")[0]->fill({{40, 30, 1}, {}, {}}, empty), 0);
+    EXPECT_EQ(make_fill_chain("pushpull")[0]->fill({{40, 30, 1}, {}, {}}, empty), 0);
     EXPECT_EQ(empty.count(PixelOrigin::gap), 1200);
 }
 

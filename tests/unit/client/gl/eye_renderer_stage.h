@@ -5,7 +5,7 @@
 #include <client/confidence/reliability.h>
 #include <client/depth/gl/gl_depth.h>
 #include <client/depth/ray_colour.h>
-#include <client/extrapolate/carry_on.h>
+#include <client/extrapolate/extrapolate.h>
 #include <client/fill/fill.h>
 #include <client/receive/received_view.h>
 #include <client/reflections/specular.h>
@@ -73,7 +73,7 @@ inline std::shared_ptr<const ReceivedFrame> make_frame(std::int64_t index, const
     for (std::size_t i = 0; i < hidden.depth_m.samples().size(); ++i)
         if (hidden.depth_m.samples()[i] == main.depth_m.samples()[i])
             hidden.depth_m.samples()[i] = std::nanf("");
-    // Not all of what is behind: other rungs are to have work too.
+    // Not all of what is behind: other fill passes are to have work too.
     for (int y = 0; y < hidden.depth_m.height() / 2; ++y)
         for (int x = 0; x < hidden.depth_m.width(); ++x)
             *hidden.depth_m.pixel(x, y) = std::nanf("");
@@ -184,30 +184,30 @@ protected:
 /// As `play` does it: with a scene by --depth gl, without by the frame's depth.
 class OnTheCpu {
 public:
-    OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& rungs,
+    OnTheCpu(const SceneDescription* scene, double box_radius_m, const std::string& passes,
              const std::string& finding_engine = "mesh")
-        : rungs_(rungs), engine_(scene != nullptr ? "surface" : finding_engine) {
-        if (scene != nullptr && rungs.find("geometry") != std::string::npos)
+        : passes_(passes), engine_(scene != nullptr ? "surface" : finding_engine) {
+        if (scene != nullptr && passes.find("geometry") != std::string::npos)
             colours_.emplace(*scene);
         if (scene != nullptr)
             depth_.emplace(*scene, GlDepthOptions{.box_radius_m = box_radius_m});
     }
 
-    /// `later_s`: carried on by so much.
-    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double later_s = 0) {
+    /// `extrapolation_s`: extrapolated by so much.
+    EyePicture see(const ReceivedFrame& frame, const ReceivedFrame& before, EyeView eye, double extrapolation_s = 0) {
         const FloatImage before_m = depth_of(before.main);
         FloatImage eye_m;
         if (depth_) {
-            depth_->set_time(frame.main.info.time_s + later_s);
+            depth_->set_time(frame.main.info.time_s + extrapolation_s);
             eye_m = cast(eye.camera, eye.pose);
             eye.depth_m = eye_m.view();
         }
         const FloatImage main_m = depth_of(frame.main);
-        CarriedPicture carried;
-        if (later_s > 0)
-            PictureCarrier().carry_on(frame.main, main_m, later_s, carried);
-        const SourceView main =
-            later_s > 0 ? source_view(carried.picture, carried.depth_m) : source_view(frame.main, main_m);
+        ExtrapolatedPicture extrapolated;
+        if (extrapolation_s > 0)
+            PictureExtrapolator().extrapolate(frame.main, main_m, extrapolation_s, extrapolated);
+        const SourceView main = extrapolation_s > 0 ? source_view(extrapolated.picture, extrapolated.depth_m)
+                                                    : source_view(frame.main, main_m);
         const std::array earlier = {source_view(before.main, before_m)};
         std::optional<SourceView> hidden, small;
         if (frame.hidden)
@@ -231,17 +231,17 @@ public:
         engine->reproject(eye, picture);
         const SpecularCounts counts = rework_specular(main, eye, picture, {.treatment = mirrors});
         mirrored += mirrors == MirrorTreatment::gaps ? counts.gaps : counts.by_image;
-        const FillLadder ladder = make_fill_ladder(rungs_);
+        const FillChain chain = make_fill_chain(passes_);
         if (colours_)
-            colours_->set_time(frame.main.info.time_s + later_s);
-        for (const auto& rung : ladder)
-            rung->set_frame({.main = &main,
-                             .small = small ? &*small : nullptr,
-                             .earlier = earlier,
-                             .hidden = hidden ? &*hidden : nullptr,
-                             .patches = patches ? &*patches : nullptr,
-                             .geometry = colours_ ? &*colours_ : nullptr});
-        fill_gaps(ladder, eye, picture);
+            colours_->set_time(frame.main.info.time_s + extrapolation_s);
+        for (const auto& fill_pass : chain)
+            fill_pass->set_frame({.main = &main,
+                                  .small = small ? &*small : nullptr,
+                                  .earlier = earlier,
+                                  .hidden = hidden ? &*hidden : nullptr,
+                                  .patches = patches ? &*patches : nullptr,
+                                  .geometry = colours_ ? &*colours_ : nullptr});
+        fill_gaps(chain, eye, picture);
         estimate_reliability(main, eye, picture, {.specular_reworked = true});
         return picture;
     }
@@ -262,7 +262,7 @@ private:
         return depth_m;
     }
 
-    std::string rungs_, engine_;
+    std::string passes_, engine_;
     std::optional<GlDepth> depth_;
     std::optional<RayColour> colours_;
 };

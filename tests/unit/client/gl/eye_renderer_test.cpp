@@ -20,16 +20,16 @@ namespace {
 
 /// Within which two pictures are the same.
 struct Limits {
-    double least_db = 50, other_reliabilities = 0.01;
+    double min_db = 50, other_reliabilities = 0.01;
 };
 
-/// Where rungs with nothing but the picture itself have much to fill, a single pixel of an outline that fell on its
-/// other side, as they do, is spread over that, and all of it is as far from what was seen as that pixel is.
+/// Where fill passes with nothing but the picture itself have much to fill, a single pixel of an outline that fell on
+/// its other side, as they do, is spread over that, and all of it is as far from what was seen as that pixel is.
 constexpr Limits large_fills{45, 0.03};
 
 /// Of a refresh's two pictures.
 void expect_same(const EyePicture& found, const EyePicture& expected, const Limits& limits) {
-    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.least_db);
+    EXPECT_GT(psnr_db(found.rgba, expected.rgba), limits.min_db);
     EXPECT_EQ(found.count(PixelOrigin::gap), 0);
     const double pixels = double(found.origin.samples().size());
     int other_origins = 0, other_reliabilities = 0;
@@ -44,15 +44,15 @@ void expect_same(const EyePicture& found, const EyePicture& expected, const Limi
 class GlRefresh : public GlEyeRenderer {
 protected:
     /// Two eyes see the same as on the CPU, by the scene's geometry, and, without a scene, by the frame's own depth.
-    /// These rungs, among others, have something to do.
-    void expect_the_cpus(const std::string& rungs, std::initializer_list<PixelOrigin> used,
+    /// These fill passes, among others, have something to do.
+    void expect_the_cpus(const std::string& passes, std::initializer_list<PixelOrigin> used,
                          MirrorTreatment mirrors = MirrorTreatment::images, const Limits& limits = {}) {
         for (const SceneDescription* geometry : {static_cast<const SceneDescription*>(&scene), {}}) {
             SCOPED_TRACE(geometry != nullptr ? "by geometry" : "by the frame's depth");
             const auto before = make_frame(0, flat, geometry == nullptr),
                        frame = make_frame(1, flat, geometry == nullptr);
             const double radius_m = head_box_radius(frame->main.info);
-            gl::EyeRenderer renderer(geometry, radius_m, rungs);
+            gl::EyeRenderer renderer(geometry, radius_m, passes);
             gl::StageTimes times;
             gl::EyeTargets targets;
             const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
@@ -62,7 +62,7 @@ protected:
                 renderer.draw({.reliability = true, .mirrors = mirrors}, targets, times);
             }
             EXPECT_TRUE(renderer.has_depth());
-            OnTheCpu cpu(geometry, radius_m, rungs);
+            OnTheCpu cpu(geometry, radius_m, passes);
             cpu.mirrors = mirrors;
             for (std::size_t i = 0; i < eyes.size(); ++i) {
                 SCOPED_TRACE(i);
@@ -70,8 +70,8 @@ protected:
                 targets.download(int(i), found);
                 renderer.download_reliability(int(i), found);
                 expect_same(found, cpu.see(*frame, *before, eyes[i]), limits);
-                for (const PixelOrigin rung : used)
-                    EXPECT_TRUE(i == 0 || found.count(rung) > 0) << int(rung);
+                for (const PixelOrigin fill_pass : used)
+                    EXPECT_TRUE(i == 0 || found.count(fill_pass) > 0) << int(fill_pass);
             }
             EXPECT_GT(cpu.mirrored, 100);
         }
@@ -92,7 +92,7 @@ TEST_F(GlRefresh, PassesMirrorsOverInGaps) {
     expect_the_cpus("earlier,pushpull", {PixelOrigin::push_pull}, MirrorTreatment::gaps, large_fills);
 }
 
-/// Without a scene, by another engine than the default; `lean` without any depth too.
+/// Without a scene, by another engine than the default; `proxy-sphere` without any depth too.
 class GlRefreshByEngine : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<const char*, bool>> {};
 
 TEST_P(GlRefreshByEngine, ShowsWhatTheCpuMakesOfTheFrame) {
@@ -181,9 +181,10 @@ TEST_F(GlRefresh, PassesAreThoseOfAList) {
 constexpr const char* by_geometry = "geometry";  // or by the frame's own depth, which an engine of this name finds
 
 /// What moves is where it is by then, in the eyes' pictures too, and nothing is left where it was.
-class GlCarriedOn : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<const char*, bool, Mirror>> {};
+class GlExtrapolated : public GlEyeRenderer,
+                       public testing::WithParamInterface<std::tuple<const char*, bool, Mirror>> {};
 
-TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
+TEST_P(GlExtrapolated, ShowsWhatTheCpuShows) {
     const auto [depth, of_sphere, mirror] = GetParam();
     const SceneDescription* const geometry = std::string_view(depth) == by_geometry ? &moving_scene : nullptr;
     const std::string engine = geometry != nullptr ? "mesh" : depth;
@@ -197,22 +198,22 @@ TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
     gl::EyeTargets targets;
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
     std::array<EyePicture, 2> held;
-    for (const double later_s : {0.0, 0.05, 0.12}) {
+    for (const double extrapolation_s : {0.0, 0.05, 0.12}) {
         for (const auto& shown : {before, frame}) {
             renderer.show(shown, times);
-            EXPECT_TRUE(renderer.can_carry_on());
-            renderer.carry_on(shown == frame ? later_s : 0);
+            EXPECT_TRUE(renderer.can_extrapolate());
+            renderer.extrapolate(shown == frame ? extrapolation_s : 0);
             renderer.look(eyes, true, times);
             renderer.draw({.reliability = true}, targets, times);
         }
         for (std::size_t i = 0; i < eyes.size(); ++i) {
-            SCOPED_TRACE(testing::Message() << later_s << ' ' << i);
+            SCOPED_TRACE(testing::Message() << extrapolation_s << ' ' << i);
             EyePicture found;
             targets.download(int(i), found);
             renderer.download_reliability(int(i), found);
-            const EyePicture expected = cpu.see(*frame, *before, eyes[i], later_s);
+            const EyePicture expected = cpu.see(*frame, *before, eyes[i], extrapolation_s);
             expect_same(found, expected, Limits{});
-            if (later_s == 0)
+            if (extrapolation_s == 0)
                 held[i] = expected;
             else
                 EXPECT_LT(psnr_db(held[i].rgba, expected.rgba), 30) << "it has moved";
@@ -222,7 +223,7 @@ TEST_P(GlCarriedOn, ShowsWhatTheCpuShows) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Pictures, GlCarriedOn,
+    Pictures, GlExtrapolated,
     testing::Values(std::tuple(by_geometry, false, Mirror::none), std::tuple(by_geometry, true, Mirror::none),
                     std::tuple(by_geometry, false, Mirror::wall), std::tuple(by_geometry, false, Mirror::ball),
                     std::tuple("mesh", false, Mirror::none), std::tuple("mesh", true, Mirror::none),
@@ -242,7 +243,7 @@ TEST_F(GlEyeRenderer, CarriesNothingOnForAnEyeAtTheSource) {
         renderer.show(frame, times);
         std::array<EyePicture, 2> pictures;
         for (const bool later : {false, true}) {
-            renderer.carry_on(later ? 0.1 : 0);
+            renderer.extrapolate(later ? 0.1 : 0);
             renderer.look(eyes, true, times);
             renderer.draw({}, targets, times);
             targets.download(0, pictures[std::size_t(later)]);
@@ -257,20 +258,20 @@ TEST_F(GlEyeRenderer, BuildsAnewWhatMovingThingsLeaveAndReach) {
     gl::StageTimes times;
     const auto eyes = eyes_at({{0.01, 0, 0}, {1, 0, 0, 0}});
     renderer.show(make_moving_frame(0, EquirectCamera{1024, 512, {}}, Mirror::none, true), times);
-    // And what was carried on, which is at each refresh.
-    const auto built = [&](double later_s) {
+    // And what was extrapolated, which is at each refresh.
+    const auto built = [&](double extrapolation_s) {
         const IndirectGroups groups;
-        renderer.carry_on(later_s);
+        renderer.extrapolate(extrapolation_s);
         renderer.look(eyes, true, times);
         return groups.count();
     };
     const std::int64_t all = built(0);
     EXPECT_GT(all, 100);
-    for (const double later_s : {0.02, 0.05, 0.1, 0.0}) {
-        const std::int64_t some = built(later_s), carried = built(later_s);
-        EXPECT_GT(some - carried, 4) << later_s;
-        EXPECT_LT(some - carried, all / 2) << later_s;
-        EXPECT_EQ(built(later_s), carried) << later_s;
+    for (const double extrapolation_s : {0.02, 0.05, 0.1, 0.0}) {
+        const std::int64_t some = built(extrapolation_s), extrapolated = built(extrapolation_s);
+        EXPECT_GT(some - extrapolated, 4) << extrapolation_s;
+        EXPECT_LT(some - extrapolated, all / 2) << extrapolation_s;
+        EXPECT_EQ(built(extrapolation_s), extrapolated) << extrapolation_s;
     }
 }
 
@@ -278,14 +279,15 @@ TEST_F(GlEyeRenderer, BuildsAnewWhatMovingThingsLeaveAndReach) {
 TEST_F(GlEyeRenderer, TellsHowWhatIsSeenMoves) {
     const auto frame = make_moving_frame(0, EquirectCamera{640, 320, {}});
     const auto eyes = eyes_at({{0.01, 0.005, 0.01}, yaw_pitch(0.1, 0.05)});
-    const auto expect_told = [&](gl::EyeRenderer& renderer, double later_s, double relative, double elsewhere_share) {
+    const auto expect_told = [&](gl::EyeRenderer& renderer, double extrapolation_s, double relative,
+                                 double elsewhere_share) {
         gl::StageTimes times;
         gl::EyeTargets targets;
         renderer.show(frame, times);
-        renderer.carry_on(later_s);
+        renderer.extrapolate(extrapolation_s);
         renderer.look(eyes, true, times);
         renderer.draw({.motion = true}, targets, times);
-        const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + later_s * ball_m_s;
+        const glm::dvec3 centre_m = glm::dvec3(0, 0, -1.2) + extrapolation_s * ball_m_s;
         std::vector<glm::vec4> told(320 * 200);
         for (std::size_t i = 0; i < eyes.size(); ++i) {
             gl::download(renderer.motion(), int(i), {320, 200}, {GL_RGBA, GL_FLOAT, sizeof(glm::vec4)}, told.data(),
@@ -306,9 +308,9 @@ TEST_F(GlEyeRenderer, TellsHowWhatIsSeenMoves) {
                                               glm::dot(across, eye.orientation * glm::dvec3(0, -1, 0)));
                     wrong += glm::length(glm::dvec2(found) - expected) > relative * glm::length(expected);
                 }
-            EXPECT_GT(moving, 2000) << later_s;
-            EXPECT_LT(elsewhere, elsewhere_share * moving) << later_s;
-            EXPECT_LT(wrong, 0.05 * moving) << later_s;
+            EXPECT_GT(moving, 2000) << extrapolation_s;
+            EXPECT_LT(elsewhere, elsewhere_share * moving) << extrapolation_s;
+            EXPECT_LT(wrong, 0.05 * moving) << extrapolation_s;
         }
     };
     gl::EyeRenderer renderer(&moving_scene, 0.0315);
@@ -331,7 +333,7 @@ TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
     const auto carries = [&](const SceneDescription* of, const std::shared_ptr<const ReceivedFrame>& frame) {
         gl::EyeRenderer renderer(of, 0.0315);
         renderer.show(frame, times);
-        return renderer.can_carry_on();
+        return renderer.can_extrapolate();
     };
     EXPECT_TRUE(carries(&moving_scene, make_moving_frame(0, flat)));
     EXPECT_FALSE(carries(&scene, make_moving_frame(0, flat)));
@@ -341,8 +343,8 @@ TEST_F(GlEyeRenderer, CarriesOnOnlyWhatFrameAndSceneKnowOf) {
     EXPECT_FALSE(carries(&moving_scene, make_frame(0, flat, false)));
 }
 
-/// The small view's once a frame, the source's from all around only when something is carried on: a draw each, and two
-/// for what eyes see at each refresh.
+/// The small view's once a frame, the source's from all around only when something is extrapolated: a draw each, and
+/// two for what eyes see at each refresh.
 TEST_F(GlEyeRenderer, DrawsDepthOnceAFrameWhereNoEyeMatters) {
     auto frame = std::make_shared<ReceivedFrame>(*make_moving_frame(0, EquirectCamera{256, 128, {}}));
     frame->small = make_frame(0, EquirectCamera{128, 64, {}})->small;
@@ -351,9 +353,9 @@ TEST_F(GlEyeRenderer, DrawsDepthOnceAFrameWhereNoEyeMatters) {
     const auto eyes = eyes_at({{0.01, 0, 0}, {1, 0, 0, 0}});
     for (int shown = 0; shown < 2; ++shown) {
         renderer.show(frame, times);
-        const auto draws = [&](double later_s) {
+        const auto draws = [&](double extrapolation_s) {
             const RecordedCalls calls;
-            renderer.carry_on(later_s);
+            renderer.extrapolate(extrapolation_s);
             renderer.look(eyes, true, times);
             return calls.draws();
         };
@@ -386,12 +388,12 @@ TEST_F(GlEyeRenderer, DrawsForwardOnlyIntoGaps) {
     EXPECT_LT(groups(own), of_hidden / 2);
 }
 
-constexpr const char* all_rungs = "hidden,patches,earlier,small,pushpull";
+constexpr const char* all_passes = "hidden,patches,earlier,small,pushpull";
 
 class GlSteadyRefreshes : public GlEyeRenderer, public testing::WithParamInterface<std::tuple<bool, bool>> {
 protected:
-    /// Still ones and such that are carried on, with all that gaps may be filled from. An even number: what one had in
-    /// the first walk it has again.
+    /// Still ones and such that are extrapolated, with all that gaps may be filled from. An even number: what one had
+    /// in the first walk it has again.
     static std::vector<std::shared_ptr<const ReceivedFrame>> frames(bool with_depth, const Camera& camera) {
         return {make_frame(0, camera, with_depth), make_frame(1, camera, with_depth),
                 make_moving_frame(2, camera, Mirror::wall, with_depth),
@@ -408,7 +410,7 @@ TEST_P(GlSteadyRefreshes, MakeNothingOnceAllWasDrawn) {
     SceneDescription coarse = moving_scene;
     coarse.file = coarse.model = folder->path() / "coarse.obj";
     write_model(coarse.model, 12);
-    gl::EyeRenderer renderer(with_depth ? nullptr : &coarse, head_box_radius(walked[0]->main.info), all_rungs);
+    gl::EyeRenderer renderer(with_depth ? nullptr : &coarse, head_box_radius(walked[0]->main.info), all_passes);
     gl::StageTimes times;
     gl::EyeTargets targets, other_targets;
     const auto walk = [&](std::size_t eye_count) {
@@ -420,8 +422,8 @@ TEST_P(GlSteadyRefreshes, MakeNothingOnceAllWasDrawn) {
             for (EyeView& eye : both)
                 eye.camera = {96, 60, pi / 2};
             const std::span eyes = std::span(both).first(eye_count);
-            for (const double later_s : {0.0, 0.02}) {
-                renderer.carry_on(later_s);
+            for (const double extrapolation_s : {0.0, 0.02}) {
+                renderer.extrapolate(extrapolation_s);
                 renderer.look(eyes, true, times);
                 renderer.draw({.reliability = true, .motion = true}, targets, times);
             }

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures before and after a rung, on the GPU and on the CPU.
+/// Pictures before and after a fill pass, on the GPU and on the CPU.
 #include <tests/unit/client/random_picture.h>
 
 #include <client/warp/gl/eye_targets.h>
@@ -36,7 +36,7 @@ struct FilledPixels {
     bool others_untouched = true;
 };
 
-/// What a rung made of `before`.
+/// What a fill pass made of `before`.
 inline FilledPixels compare_filled(const EyePicture& before, const EyePicture& expected, const EyePicture& found) {
     FilledPixels result;
     double squares = 0;
@@ -60,20 +60,20 @@ inline FilledPixels compare_filled(const EyePicture& before, const EyePicture& e
     return result;
 }
 
-/// One rung's picture on the CPU.
-inline EyePicture filled(const std::string& rung, const FillInputs& inputs, const EyeView& eye,
+/// One fill pass's picture on the CPU.
+inline EyePicture filled(const std::string& fill_pass, const FillInputs& inputs, const EyeView& eye,
                          const EyePicture& before) {
     EyePicture picture = before;
-    const FillLadder ladder = make_fill_ladder(rung);
-    ladder[0]->set_frame(inputs);
-    ladder[0]->fill(eye, picture);
+    const FillChain chain = make_fill_chain(fill_pass);
+    chain[0]->set_frame(inputs);
+    chain[0]->fill(eye, picture);
     return picture;
 }
 
 /// Two eyes' pictures, filled at once by `fill` (of their depth, and the targets with the pictures in), are those that
-/// a rung on the CPU fills one by one, by their own depth or by none.
+/// a fill pass on the CPU fills one by one, by their own depth or by none.
 template <typename Fill>
-void expect_the_cpus(const std::string& rung, const FillInputs& inputs, double least_db,
+void expect_the_cpus(const std::string& fill_pass, const FillInputs& inputs, double min_db,
                      std::span<const EyeView, 2> eyes, std::span<const EyePicture, 2> before, gl::EyeTargets& targets,
                      const Fill& fill) {
     targets.size_for(eyes[0].camera, 2);
@@ -86,11 +86,11 @@ void expect_the_cpus(const std::string& rung, const FillInputs& inputs, double l
     fill(has_depth ? targets.depth() : gl::EyeDepth{});
     for (int k = 0; k < 2; ++k) {
         const EyePicture& open = before[std::size_t(k)];
-        const EyePicture expected = filled(rung, inputs, eyes[std::size_t(k)], open);
+        const EyePicture expected = filled(fill_pass, inputs, eyes[std::size_t(k)], open);
         EyePicture found;
         targets.download(k, found);
         const FilledPixels pixels = compare_filled(open, expected, found);
-        EXPECT_GE(pixels.psnr_db, least_db) << "eye " << k << ", " << pixels.count << " pixels";
+        EXPECT_GE(pixels.psnr_db, min_db) << "eye " << k << ", " << pixels.count << " pixels";
         EXPECT_EQ(pixels.other_origins, 0) << "eye " << k << ", " << pixels.count << " pixels";
         EXPECT_TRUE(pixels.others_untouched) << "eye " << k;
     }

@@ -3,7 +3,7 @@
 #include "gl_fixture.h"
 
 #include <client/warp/gl/eye_depth_finder.h>
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 #include <tests/unit/client/engine_scenes.h>
 
 #include <client/warp/engine.h>
@@ -28,8 +28,8 @@ constexpr int source_width = 360;
 /// Within which an engine is its plain reference, of 9,000 pixels.
 struct Expected {
     const char* engine;
-    double least_psnr_db;
-    int most_others;
+    double min_psnr_db;
+    int max_others;
 
     friend std::ostream& operator<<(std::ostream& out, const Expected& expected) { return out << expected.engine; }
 };
@@ -48,7 +48,7 @@ std::array<EyePicture, 2> seen_by(gl::EyeDepthFinder& finder, const SourceView& 
     textures.upload(view);
     gl::EyeTargets targets;
     targets.size_for(eyes.front().camera, int(eyes.size()));
-    gl::LookUp surface{finder.traits().only_seen ? gl::LookUpRule::seen : gl::LookUpRule::any};
+    gl::Resample surface{finder.traits().only_seen ? gl::ResampleRule::seen : gl::ResampleRule::any};
     finder.forget_source();
     finder.find(view, textures, eyes);
     surface.reproject(view, textures, eyes, finder.depth(), targets);
@@ -59,8 +59,8 @@ std::array<EyePicture, 2> seen_by(gl::EyeDepthFinder& finder, const SourceView& 
 }
 
 TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
-    const auto [engine, least_psnr_db, most_others] = GetParam();
-    const auto finder = gl::make_depth_finder(engine);
+    const auto [engine, min_psnr_db, max_others] = GetParam();
+    const auto finder = gl::make_eye_depth_from_source(engine);
     const SurfaceScene scene = furnished();
     const std::vector<Pose> poses = engine_eyes();
     const auto plain = plain::make_engine(engine);
@@ -75,8 +75,8 @@ TEST_P(GlFindingEngines, ShowWhatTheirReferencesShow) {
             for (std::size_t k = 0; k < 2; ++k) {
                 EyePicture expected;
                 plain->reproject(eyes[k], expected);
-                EXPECT_GT(psnr_where_seen(expected, seen[k]), least_psnr_db) << "eye " << i + k;
-                EXPECT_LE(other_origins(expected, seen[k]), most_others) << "eye " << i + k;
+                EXPECT_GT(psnr_where_seen(expected, seen[k]), min_psnr_db) << "eye " << i + k;
+                EXPECT_LE(other_origins(expected, seen[k]), max_others) << "eye " << i + k;
             }
         }
     }
@@ -96,7 +96,7 @@ void expect_the_cpus(const std::string& engine, gl::EyeDepthFinder& finder, cons
 
 /// Patches of which nothing is known, small ones and large, over edges, sky and seam too.
 TEST_P(GlFindingEngines, ShowNothingWhereNothingIsKnown) {
-    const auto finder = gl::make_depth_finder(GetParam().engine);
+    const auto finder = gl::make_eye_depth_from_source(GetParam().engine);
     std::mt19937 random(3);
     for (const Camera& camera : engine_sources(240)) {
         SCOPED_TRACE(width_of(camera));
@@ -119,7 +119,7 @@ TEST_P(GlFindingEngines, ShowNothingWhereNothingIsKnown) {
 
 /// Of no whole number of blocks, tiles or work groups; one eye.
 TEST_P(GlFindingEngines, ShowSourcesAndEyesOfAnySize) {
-    const auto finder = gl::make_depth_finder(GetParam().engine);
+    const auto finder = gl::make_eye_depth_from_source(GetParam().engine);
     for (const Camera& camera :
          std::vector<Camera>{EquirectCamera{46, 23, {}}, EquirectCamera{45, 22, {}}, PerspectiveCamera{33, 31, 1.8},
                              PerspectiveCamera{5, 3, 1.8}, EquirectCamera{98, 31, {-2.4, 2.1, -0.8, 1.1}}}) {
@@ -134,7 +134,8 @@ TEST_P(GlFindingEngines, ShowSourcesAndEyesOfAnySize) {
 
 /// A picture of the same camera after another.
 TEST_P(GlFindingEngines, KeepNothingOfTheSourceBefore) {
-    const auto finder = gl::make_depth_finder(GetParam().engine), another = gl::make_depth_finder(GetParam().engine);
+    const auto finder = gl::make_eye_depth_from_source(GetParam().engine),
+               another = gl::make_eye_depth_from_source(GetParam().engine);
     const EquirectCamera camera{240, 120, {}};
     const Rendered near = render(hall, smooth_colour, camera, {}), far = render(furnished(), smooth_colour, camera, {});
     const std::array<EyeView, 2> eyes = {EyeView{eye_camera, {{0.05, 0, 0}, yaw_pitch(0.2, 0)}, {}},

@@ -45,7 +45,7 @@ void main() {
     box_radius_m = q.others.z;
     tolerance = q.others.w;
     vec2 position = position_of(q.direction.xyz);
-    float reach = reach_of(q.direction.w), predicted = reach_of(q.others.x), of_sample = reach_of(q.others.y);
+    float reach = clearance_of(q.direction.w), predicted = clearance_of(q.others.x), of_sample = clearance_of(q.others.y);
     answers[gl_GlobalInvocationID.x] =
         Answer(vec4(position, reach, is_covered(position) ? 1.0 : 0.0),
                vec4(agree(reach, of_sample), lies_between(reach, predicted, of_sample), is_hidden(q.at.xy, q.direction.w), 0.0));
@@ -293,11 +293,11 @@ TEST_F(Formulas, DepthsAgreeWhereTheHeadersSayIt) {
         const Query& q = queries[i];
         const auto with = [&](float tolerance) {
             const DepthAgreement agreement{q.others.z, tolerance};
-            const float reach = agreement.reach(q.direction.w), of_sample = agreement.reach(q.others.y);
+            const float reach = agreement.clearance(q.direction.w), of_sample = agreement.clearance(q.others.y);
             return std::array{agreement.same(reach, of_sample),
-                              agreement.between(reach, agreement.reach(q.others.x), of_sample)};
+                              agreement.between(reach, agreement.clearance(q.others.x), of_sample)};
         };
-        const float reach = DepthAgreement{q.others.z, 0}.reach(q.direction.w), found = answers[i].position.z;
+        const float reach = DepthAgreement{q.others.z, 0}.clearance(q.direction.w), found = answers[i].position.z;
         ASSERT_TRUE(std::isnan(reach) ? std::isnan(found) : std::abs(found / reach - 1) < 1e-6f) << q.direction.w;
         const auto expected = with(q.others.w), low = with(q.others.w * 0.999f), high = with(q.others.w * 1.001f);
         for (std::size_t k = 0; k < 2; ++k) {
@@ -342,7 +342,7 @@ TEST_F(Formulas, SmoothSurfacesHideWhatTheHeadersSay) {
         const auto with = [&](float tolerance) {
             const DepthAgreement agreement{queries[i].others.z, tolerance};
             return surface_hides(agreement, grid, depth_m.view(), at[i].x, at[i].y,
-                                 1 / agreement.reach(queries[i].direction.w));
+                                 1 / agreement.clearance(queries[i].direction.w));
         };
         const float tolerance = queries[i].others.w;
         const bool expected = with(tolerance);

@@ -3,8 +3,8 @@
 #include "gl_fixture.h"
 #include "indirect_groups.h"
 
-#include <client/warp/gl/look_up.h>
 #include <client/warp/gl/mesh_depth.h>
+#include <client/warp/gl/resample.h>
 #include <tests/unit/client/engine_scenes.h>
 
 #include <client/warp/engine.h>
@@ -79,7 +79,7 @@ protected:
     }
 
     gl::MeshDepth mesh;
-    gl::LookUp surface{gl::LookUpRule::seen};
+    gl::Resample surface{gl::ResampleRule::seen};
 };
 
 /// A plain sphere of so many columns takes little room, whatever a driver's limit is.
@@ -111,7 +111,7 @@ TEST_F(GlMeshDepth, TakesSpheresAsWideAsTheBoundAsksFor) {
 /// What failed is not taken for done.
 TEST_F(GlMeshDepth, RefusesWhatIsTooLargeEachTime) {
     SourceView view;
-    view.camera = PerspectiveCamera{gl::MeshDepth::most_side + 1, 1, pi / 2};
+    view.camera = PerspectiveCamera{gl::MeshDepth::max_side + 1, 1, pi / 2};
     gl::SourceTextures textures;
     const EyeView eye{eye_camera, Pose{}};
     for (int i = 0; i < 2; ++i)

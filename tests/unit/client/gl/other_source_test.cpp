@@ -27,9 +27,9 @@ protected:
         return pictures;
     }
     /// The first and then the second one, and the second one alone.
-    static void expect_as_if_first(const Frame& first, const Frame& second, const std::string& rungs) {
+    static void expect_as_if_first(const Frame& first, const Frame& second, const std::string& passes) {
         const double radius_m = head_box_radius(second->main.info);
-        gl::EyeRenderer after(nullptr, radius_m, rungs, GetParam()), alone(nullptr, radius_m, rungs, GetParam());
+        gl::EyeRenderer after(nullptr, radius_m, passes, GetParam()), alone(nullptr, radius_m, passes, GetParam());
         const auto of_first = seen(after, first, {}), found = seen(after, second, {}),
                    expected = seen(alone, second, {});
         for (std::size_t i = 0; i < 2; ++i) {

@@ -183,7 +183,7 @@ TEST_F(GlPictureBuffers, AreNotWrittenOverWhileTheGpuReads) {
 TEST_F(GlPictureBuffers, OfAnotherSizeTakeThePlaceOfThoseBefore) {
     gl::PictureBuffers buffers;
     for (const std::size_t bytes : {some_bytes, 5 * some_bytes, 2 * some_bytes}) {
-        for (int i = 0; i < 2 * gl::PictureBuffers::most_rounds_unused; ++i) {
+        for (int i = 0; i < 2 * gl::PictureBuffers::max_rounds_unused; ++i) {
             const auto one = taken(buffers, bytes), other = taken(buffers, bytes);
             ASSERT_TRUE(one && other && one != other);
             buffers.provide();
@@ -251,14 +251,14 @@ TEST_F(GlPictureBuffers, HaveTheirLimits) {
     for (int i = 0; i < 1000; ++i)
         EXPECT_EQ(buffers.take(some_bytes), nullptr);
     buffers.provide();
-    EXPECT_EQ(buffers.count(), gl::PictureBuffers::most_wanted);
-    GLint most_texels = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most_texels);
-    EXPECT_EQ(taken(buffers, std::size_t(most_texels) + 1), nullptr);
-    EXPECT_EQ(taken(buffers, gl::PictureBuffers::most_bytes), nullptr);
+    EXPECT_EQ(buffers.count(), gl::PictureBuffers::max_wanted);
+    GLint max_texels = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &max_texels);
+    EXPECT_EQ(taken(buffers, std::size_t(max_texels) + 1), nullptr);
+    EXPECT_EQ(taken(buffers, gl::PictureBuffers::max_bytes), nullptr);
     EXPECT_NE(taken(buffers, 2 * some_bytes), nullptr) << "which is no reason to map nothing more";
     const Replaced<epoxy_glGetIntegerv> lost(no_integer);
-    EXPECT_EQ(taken(buffers, std::size_t(most_texels) + 1), nullptr);
+    EXPECT_EQ(taken(buffers, std::size_t(max_texels) + 1), nullptr);
     EXPECT_NE(taken(buffers, 3 * some_bytes), nullptr) << "nor is one that has no room for its limit";
 }
 

@@ -22,7 +22,7 @@ TEST_F(GlProgram, DriverSaysWhoItIs) {
 }
 
 TEST(ShaderText, HoldsIncludedFilesOnce) {
-    const std::string text = gl::shader_text("look_up.glsl");
+    const std::string text = gl::shader_text("resample.glsl");
     EXPECT_EQ(text.find("#include"), std::string::npos);
     const std::size_t first = text.find("vec2 position_of(");
     ASSERT_NE(first, std::string::npos);
@@ -33,10 +33,10 @@ TEST(ShaderText, HoldsIncludedFilesOnce) {
 TEST_F(GlProgram, MistakesCarryTheCompilersWords) {
     // Without its defines the text has undeclared names.
     try {
-        gl::Program program({{GL_COMPUTE_SHADER, "look_up.glsl"}});
+        gl::Program program({{GL_COMPUTE_SHADER, "resample.glsl"}});
         ADD_FAILURE() << "compiled";
     } catch (const std::logic_error& error) {
-        EXPECT_NE(std::string(error.what()).find("look_up.glsl"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("resample.glsl"), std::string::npos);
         EXPECT_NE(std::string(error.what()).find("BY_SURFACE"), std::string::npos) << error.what();
     }
 }
@@ -54,8 +54,8 @@ TEST_F(GlProgram, WhatTheCompilerFoundUnusedIsSetWithoutEffect) {
 
 /// Before the driver is asked for it, in a line that says how much there may be.
 TEST_F(GlProgram, StorageBeyondTheDriversLimitsIsRefused) {
-    GLint64 most_bytes = 0;
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
+    GLint64 max_bytes = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
     const auto expect_refused = [](const auto& make, const char* what) {
         try {
             make();
@@ -68,7 +68,7 @@ TEST_F(GlProgram, StorageBeyondTheDriversLimitsIsRefused) {
     expect_refused([] { gl::make_texture({1 << 24, 1}, GL_R8); }, "sides of textures");
     expect_refused([] { gl::make_layered_texture({1, 1 << 24}, 2, GL_R8); }, "sides of textures");
     expect_refused([] { gl::make_layered_texture({1, 1}, 1 << 24, GL_R8); }, "layers");
-    expect_refused([&] { gl::make_buffer(std::size_t(most_bytes) + 1, 0); }, "storage block");
+    expect_refused([&] { gl::make_buffer(std::size_t(max_bytes) + 1, 0); }, "storage block");
 }
 
 /// A driver that has none left: its next error is that.

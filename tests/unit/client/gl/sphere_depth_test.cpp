@@ -6,7 +6,7 @@
 
 #include <client/warp/engine.h>
 
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 #include <tests/support/references/plain_engines.h>
 
 #include <algorithm>
@@ -82,7 +82,7 @@ TEST_F(GlSphereDepth, ACubesFacesGiveEverySample) {
     EXPECT_LT(rough.off, 500);
 }
 
-TEST_F(GlSphereDepth, OneViewGivesWhatEyesMayLookUp) {
+TEST_F(GlSphereDepth, OneViewGivesWhatEyesMayResample) {
     gl::DepthPass pass(ball_and_square());
     gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures source;
@@ -134,7 +134,7 @@ void for_taps(const glm::dvec2& at, const Visit& visit) {
 }
 
 /// Eyes anywhere within 6 cm that look anywhere at a ball of half a metre around the source: nothing may be nearer.
-TEST_F(GlSphereDepth, EverySampleAroundWhatEyesLookUpIsKnown) {
+TEST_F(GlSphereDepth, EverySampleAroundWhatEyesResampleIsKnown) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> unit(-1, 1);
     const Pose pose{{0.1, 0.1, -0.3}, yaw_pitch(2, 0.4)};
@@ -217,7 +217,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
     gl::DepthPass pass(ball_and_square());
     gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures textures;
-    gl::LookUp look_up(gl::LookUpRule::seen);
+    gl::Resample resample(gl::ResampleRule::seen);
     gl::EyeTargets targets;
     targets.size_for(eye_camera, 2);
     SourceView colour_only = view;
@@ -228,7 +228,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
     views.insert(views.end(), around.views.begin(), around.views.end());
     pass.draw(views);
     sphere_depth.resolve(pass, 2, around, pose, textures);
-    look_up.reproject(colour_only, textures, eyes, {pass.texture(), gl::DepthPass::inverse_scale()}, targets);
+    resample.reproject(colour_only, textures, eyes, {pass.texture(), gl::DepthPass::inverse_scale()}, targets);
     for (std::size_t k = 0; k < 2; ++k) {
         EyeView eye = eyes[k];
         eye.depth_m = exact_m[k].view();

@@ -4,9 +4,9 @@
 #include "made_objects.h"
 
 #include <client/confidence/gl/reliability_map.h>
-#include <client/fill/gl/patch_look_up.h>
+#include <client/fill/gl/patch_resample.h>
 #include <client/fill/gl/push_pull.h>
-#include <client/warp/gl/look_up.h>
+#include <client/warp/gl/resample.h>
 #include <tests/unit/client/patches_scene.h>
 #include <tests/unit/client/random_picture.h>
 
@@ -28,9 +28,9 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     gl::PatchTextures patch_textures;
     gl::EyeTargets targets;
     gl::GapTiles gaps;
-    gl::LookUp engine(gl::LookUpRule::seen);
-    gl::GapLookUp look_up;
-    gl::PatchLookUp patch_look_up;
+    gl::Resample engine(gl::ResampleRule::seen);
+    gl::GapResample resample;
+    gl::PatchResample patch_resample;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;
     gl::SpecularTextures specular;
@@ -49,8 +49,8 @@ TEST_F(GlSteadyFrames, MakeNothing) {
         upload(RandomPicture(scene.camera.width, scene.camera.height, random).picture, 1, targets);
         gaps.find(targets);
         const gl::GapTargets to{eyes, depth, gaps, targets};
-        patch_look_up.fill(patches, patch_textures, to);
-        look_up.fill({small, small_textures, PixelOrigin::small}, to);
+        patch_resample.fill(patches, patch_textures, to);
+        resample.fill({small, small_textures, PixelOrigin::small}, to);
         push_pull.fill(scene.main_view, eyes, depth, gaps, targets);
         map.estimate({scene.main_view, main_textures, specular}, {eyes, depth, targets});
         EyePicture picture;
@@ -65,7 +65,7 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     for (const double y : {0.01, -0.02, 0.03})
         EXPECT_EQ(frame({{0.02, y, 0}, yaw_pitch(y, 0)}), 0) << "no gap stays open";
     EXPECT_EQ(made_since.count(), 0);
-    const gl::GapLookUp another;
+    const gl::GapResample another;
     EXPECT_GE(made_since.count(), 3) << "programs, shaders and buffers count";
 }
 

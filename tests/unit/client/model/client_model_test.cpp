@@ -89,7 +89,7 @@ protected:
         const auto key = [](double time_s, const glm::dvec3& at) { return PosePath::Key{time_s, {at, {1, 0, 0, 0}}}; };
         scene.name = "room";
         scene.camera_path = PosePath({key(0, {-0.5, 0, 0}), key(1, {0.5, 0, 0.2})}, "test");
-        scene.lean_m = 0.1;
+        scene.head_radius_m = 0.1;
         scene.geometry_fingerprint = "0123456789abcdef";
         scene.moving.push_back({"block", PosePath({key(0, {0, 0, -4.9}), key(1, {2, 0, -4.9})}, "test")});
         fs::create_directories(folder);
@@ -113,7 +113,7 @@ TEST_F(ClientModelTest, KeepsTheBoundWithFewerTriangles) {
 
     // Eyes and rays of this test's own, with the bound written out.
     const Bvh theirs(model), ours(built.model);
-    const double box_m = scene.lean_m + 0.5 * default_ipd_m;
+    const double box_m = scene.head_radius_m + 0.5 * default_ipd_m;
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> unit(0, 1);
@@ -162,7 +162,7 @@ TEST_F(ClientModelTest, IsTheSameEachTimeAndAsItsFiles) {
     EXPECT_EQ(read.stands_for, scene.geometry_fingerprint);
     EXPECT_EQ(read.depth_of_geometry(), scene.geometry_fingerprint);
     EXPECT_EQ(read.name, scene.name);
-    EXPECT_EQ(read.lean_m, scene.lean_m);
+    EXPECT_EQ(read.head_radius_m, scene.head_radius_m);
     const SceneModel geometry = load_model(read, {.shading = false});
     EXPECT_EQ(geometry.triangle_count(), built.model.triangle_count());
     EXPECT_EQ(find_moving_instances(geometry, read).size(), 1u);
@@ -196,7 +196,7 @@ TEST_F(ClientModelTest, OptionsOutOfRangeAreOneClearLine) {
     options.silhouette_rad = 0.5 * good.error_rad;
     refused();
     options = good;
-    scene.lean_m = 0;
+    scene.head_radius_m = 0;
     options.ipd_m = 0;
     refused();
     options = good;

@@ -207,7 +207,7 @@ TEST_F(StreamFeeds, MirrorsComeWithTheMainPictureWhereAskedFor) {
     const fs::path file = folder_ / "mirrors.mkv";
     StreamSettings settings;
     settings.preset = "ultrafast";
-    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::images, 128, 64, DepthCodeId::w10}};
+    settings.tracks = {{TrackRole::main, 128, 64}, {TrackRole::reflections, 128, 64, DepthCodeId::w10}};
     FloatImage image_m(128, 64, 1, std::nanf(""));
     for (int y = 0; y < 64; ++y)
         std::fill_n(image_m.pixel(0, y), 64, 2.0f);
@@ -216,7 +216,7 @@ TEST_F(StreamFeeds, MirrorsComeWithTheMainPictureWhereAskedFor) {
         FrameInfo with_code = info(index, 128, 64);
         writer.write(TrackRole::main, ByteImage(128, 64, 3, 99).view(), with_code);
         with_code.depth_code = DepthCodeInfo{DepthCodeId::w10, {0.0315, 1, true}, 0};
-        writer.write_depth(TrackRole::images, image_m.view(), with_code);
+        writer.write_depth(TrackRole::reflections, image_m.view(), with_code);
     }
     writer.finish();
     for (const bool depth : {false, true})

@@ -34,14 +34,14 @@ struct Mirror : ::testing::Test {
         engine->reproject(eye, picture);
     }
     /// Opens every mirror pixel whose image the main picture does not tell, or is not asked for, and fills them.
-    double filled_db(const std::string& rungs, const FillInputs& inputs,
+    double filled_db(const std::string& passes, const FillInputs& inputs,
                      MirrorTreatment treatment = MirrorTreatment::images) {
         reproject(*inputs.main);
         EXPECT_GT(rework_specular(*inputs.main, eye, picture, {.treatment = treatment}).gaps, 10000);
-        const FillLadder ladder = make_fill_ladder(rungs);
-        for (const auto& rung : ladder)
-            rung->set_frame(inputs);
-        for (const auto& [name, count] : fill_gaps(ladder, eye, picture))
+        const FillChain chain = make_fill_chain(passes);
+        for (const auto& fill_pass : chain)
+            fill_pass->set_frame(inputs);
+        for (const auto& [name, count] : fill_gaps(chain, eye, picture))
             filled[name] = count;
         return mirror_psnr_db();
     }
@@ -73,9 +73,9 @@ TEST_F(Mirror, ByVirtualDepthItIsExact) {
     const SpecularCounts hidden = rework_specular(no_images, eye, picture);
     EXPECT_EQ(hidden.by_image, 0);
     EXPECT_GT(hidden.gaps, 10000);
-    const FillLadder ladder = make_fill_ladder("pushpull");
-    ladder[0]->set_frame({.main = &source});
-    fill_gaps(ladder, eye, picture);
+    const FillChain chain = make_fill_chain("pushpull");
+    chain[0]->set_frame({.main = &source});
+    fill_gaps(chain, eye, picture);
     const double filled_db = mirror_psnr_db();
 
     picture = before;
@@ -83,7 +83,7 @@ TEST_F(Mirror, ByVirtualDepthItIsExact) {
     EXPECT_GT(counts.by_image, 10000);
     EXPECT_LT(counts.gaps, counts.by_image / 10);
     EXPECT_EQ(picture.count(PixelOrigin::gap), before.count(PixelOrigin::gap) + counts.gaps);
-    fill_gaps(ladder, eye, picture);
+    fill_gaps(chain, eye, picture);
     const double by_image_db = mirror_psnr_db();
     RecordProperty("as_surface_db", std::to_string(as_surface_db));
     RecordProperty("filled_db", std::to_string(filled_db));
@@ -347,10 +347,10 @@ TEST_F(Mirror, WithoutImagesOtherPicturesPassItOver) {
     unaware.specular = {};
     reproject(source);
     rework_specular(source, eye, picture);
-    const FillLadder ladder = make_fill_ladder("small,pushpull");
-    for (const auto& rung : ladder)
-        rung->set_frame({.main = &unaware, .small = &small});
-    fill_gaps(ladder, eye, picture);
+    const FillChain chain = make_fill_chain("small,pushpull");
+    for (const auto& fill_pass : chain)
+        fill_pass->set_frame({.main = &unaware, .small = &small});
+    fill_gaps(chain, eye, picture);
     EXPECT_LT(mirror_psnr_db(), push_pull_db - 1);
 }
 

@@ -61,7 +61,7 @@ TEST(Stages, FillPassesAreWhatTheirRowsSay) {
         EXPECT_TRUE(!stage.needs_depth || stage.make()->wants_depth()) << stage.name;
         EXPECT_TRUE(!stage.invents || stage.reads.none()) << stage.name;
     }
-    const FillLadder chain = make_fill_ladder(all);
+    const FillChain chain = make_fill_chain(all);
     EXPECT_TRUE(std::ranges::equal(
         chain, fill_stages(), {}, [](const auto& pass) { return pass->name(); }, &FillStage::name));
 }

@@ -105,18 +105,17 @@ std::string table(const std::map<std::string, Errors>& errors) {
 TEST(HeadMotion, MovesAsSeatedViewersDo) {
     for (const std::uint32_t seed : {1u, 2u, 3u}) {
         const HeadMotion motion(seed, 20);
-        double fastest = 0, resting_s = 0, largest_jump_m = 0;
+        double fastest = 0, resting_s = 0, max_jump_m = 0;
         for (double t = 0.005; t < 20; t += 0.005) {
             const double rate = degrees_between(motion.at(t - 0.005).orientation, motion.at(t).orientation) / 0.005;
             fastest = std::max(fastest, rate);
             resting_s += rate < 20 ? 0.005 : 0;
-            largest_jump_m =
-                std::max(largest_jump_m, glm::distance(motion.at(t - 0.005).position_m, motion.at(t).position_m));
+            max_jump_m = std::max(max_jump_m, glm::distance(motion.at(t - 0.005).position_m, motion.at(t).position_m));
         }
         EXPECT_GT(fastest, 120);
         EXPECT_LT(fastest, 230);
         EXPECT_GT(resting_s, 4);
-        EXPECT_LT(largest_jump_m, 0.005);  // 1 m/s
+        EXPECT_LT(max_jump_m, 0.005);  // 1 m/s
     }
 }
 

@@ -47,7 +47,7 @@ inline Pose hold(const History& history, double) {
 }
 
 /// `seconds` at the velocity between the last two poses.
-inline Pose carried_on(const History& history, double seconds) {
+inline Pose moved_at_constant_speed(const History& history, double seconds) {
     const SeenPose& before = history[history.size() - 2];
     const auto [turn, move] = from_newest(history, before);
     const double share = -seconds / (history.back().time_s - before.time_s);
@@ -55,12 +55,12 @@ inline Pose carried_on(const History& history, double seconds) {
 }
 
 inline Pose constant_velocity(const History& history, double ahead_s) {
-    return carried_on(history, ahead_s);
+    return moved_at_constant_speed(history, ahead_s);
 }
 
 /// As OSVR's process model: velocity falls exponentially, here within 0.2 s.
 inline Pose damped_velocity(const History& history, double ahead_s) {
-    return carried_on(history, 0.2 * -std::expm1(-ahead_s / 0.2));
+    return moved_at_constant_speed(history, 0.2 * -std::expm1(-ahead_s / 0.2));
 }
 
 /// LaViola 2003, equations for position and, by rotation vectors, for orientation.

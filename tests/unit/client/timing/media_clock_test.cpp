@@ -154,7 +154,7 @@ TEST(MediaClock, AStallEasesToAHalt) {
     MediaClock clock(options);
     const auto shown = watch(clock, dammed_up(), 14);
     expect_calm(shown, options);
-    // Level until `carry_on_s` is all the room there is, which is when the next frame is due; exponential from there.
+    // Level until `overrun_s` is all the room there is, which is when the next frame is due; exponential from there.
     const double last_s = at(shown, 5).newest_s, due_s = last_s + interval_s;
     const double display_due_s = due_s + 0.05 + options.min_delay_s;
     for (const Shown& s : shown) {
@@ -162,7 +162,7 @@ TEST(MediaClock, AStallEasesToAHalt) {
             continue;
         const double beyond_s = s.display_s - display_due_s;
         const double expected_s =
-            beyond_s <= 0 ? due_s + beyond_s : due_s + options.carry_on_s * -std::expm1(-beyond_s / options.carry_on_s);
+            beyond_s <= 0 ? due_s + beyond_s : due_s + options.overrun_s * -std::expm1(-beyond_s / options.overrun_s);
         EXPECT_NEAR(s.time.frame_time_s, expected_s, 2e-3) << s.display_s;
     }
     EXPECT_EQ(at(shown, 3.9).time.state, ClockState::playing);
@@ -231,11 +231,11 @@ TEST(MediaClock, AWindowThatWasHiddenComesBackWhereTheStreamIs) {
     EXPECT_EQ(clock.cuts(), 1);
     EXPECT_EQ(shown.back().time.state, ClockState::playing);
 
-    MediaClock carried;  // hidden while things were carried on beyond the last frame
-    const auto before = watch(carried, frames(0, 4, [](double) { return 0.05; }), 5);
+    MediaClock extrapolated;  // hidden while things were extrapolated beyond the last frame
+    const auto before = watch(extrapolated, frames(0, 4, [](double) { return 0.05; }), 5);
     EXPECT_GT(before.back().time.frame_time_s, 4);
-    EXPECT_EQ(carried.at(8)->frame_time_s, before.back().time.frame_time_s);
-    EXPECT_EQ(carried.cuts(), 0);
+    EXPECT_EQ(extrapolated.at(8)->frame_time_s, before.back().time.frame_time_s);
+    EXPECT_EQ(extrapolated.cuts(), 0);
 }
 
 TEST(MediaClock, AStallLeavesThePlayoutDelayAsItWas) {

@@ -58,7 +58,7 @@ TEST(Viewing, ASteadyHeadOnASteadyNetworkInClosedForm) {
                 const double frame_time_s = r.display_s - options.photon_s - delay_s - options.clock.min_delay_s;
                 EXPECT_EQ(r.frame->number, std::int64_t(std::floor(frame_time_s * 30 + 2e-3)));
                 EXPECT_EQ(r.previous->number, r.frame->number - 1);
-                EXPECT_NEAR(r.carried_on_s, frame_time_s - r.frame->frame_time_s, 1e-4);
+                EXPECT_NEAR(r.extrapolated_s, frame_time_s - r.frame->frame_time_s, 1e-4);
                 EXPECT_EQ(r.state, ClockState::playing);
             }
         }
@@ -92,7 +92,7 @@ TEST(Viewing, ShowsTheNewestOfWhatHadCome) {
         for (const ViewedRefresh& r : viewing.refreshes) {
             if (!r.frame)
                 continue;
-            const double made_s = r.display_s - options.photon_s, time_s = r.frame->frame_time_s + r.carried_on_s;
+            const double made_s = r.display_s - options.photon_s, time_s = r.frame->frame_time_s + r.extrapolated_s;
             EXPECT_GE(time_s, last_s - 1e-9);
             last_s = time_s;
             std::int64_t newest = -1, before = -1;
@@ -135,7 +135,7 @@ TEST(Viewing, AStallOfSecondsTouchesFramesButNotTheHead) {
         last = r.frame->number;
         EXPECT_LE(r.rate, options.clock.max_rate + 1e-9);
         if (r.state != ClockState::catching_up) {
-            EXPECT_LE(r.carried_on_s, interval_s + options.clock.carry_on_s + 1e-9);
+            EXPECT_LE(r.extrapolated_s, interval_s + options.clock.overrun_s + 1e-9);
         }
     }
     EXPECT_EQ(at(stalled, 6.9).frame->number, 119);
@@ -192,9 +192,9 @@ TEST(Viewing, AnyNetworkIsShownCalmly) {
                 ASSERT_EQ(last_s, -1) << "blank again";
                 continue;
             }
-            ASSERT_GE(r.carried_on_s, -1e-6);
+            ASSERT_GE(r.extrapolated_s, -1e-6);
             ASSERT_LE(r.frame->arrival_s, r.display_s - options.photon_s);
-            const double time_s = r.frame->frame_time_s + r.carried_on_s;
+            const double time_s = r.frame->frame_time_s + r.extrapolated_s;
             if (last_s >= 0) {
                 ASSERT_GE(time_s, last_s - 1e-9) << r.display_s;
                 jumps += time_s - last_s > options.clock.max_rate / options.refresh_hz + 1e-9;
@@ -239,7 +239,7 @@ TEST(ViewingReport, SumsUpByHand) {
                             glm::angleAxis(off_deg * degree, glm::dvec3(1, 0, 0)) * r.true_head.orientation};
         if (frame >= 0)
             r.frame = {.number = frame, .frame_time_s = double(frame) / 100};
-        r.carried_on_s = 0.01;
+        r.extrapolated_s = 0.01;
         r.state = state;
         return r;
     };
@@ -260,7 +260,7 @@ TEST(ViewingReport, SumsUpByHand) {
     EXPECT_NEAR(report.error_m.max, 0.005, 1e-12);
     EXPECT_NEAR(report.unreprojected_error_deg.median, 20, 1e-9);
     EXPECT_NEAR(report.unreprojected_error_m.mean, 0.5, 1e-12);
-    EXPECT_NEAR(report.carried_on_ms.max, 10, 1e-12);
+    EXPECT_NEAR(report.extrapolated_ms.max, 10, 1e-12);
     EXPECT_NEAR(report.state_s[std::size_t(ClockState::playing)], 0.3, 1e-12);
     EXPECT_NEAR(report.state_s[std::size_t(ClockState::late)], 0.1, 1e-12);
     const auto json = viewing_json(report, refreshes);
@@ -271,7 +271,7 @@ TEST(ViewingReport, SumsUpByHand) {
     EXPECT_NEAR(json["error_deg"]["p95"].get<double>(), 10, 1e-9);
     EXPECT_NEAR(json["state_s"]["playing"].get<double>(), 0.3, 1e-12);
     EXPECT_NE(report.table().find("head off by, degrees"), std::string::npos);
-    EXPECT_EQ(spread_of({}).max, 0);
+    EXPECT_EQ(quantiles_of({}).max, 0);
 }
 
 }  // namespace

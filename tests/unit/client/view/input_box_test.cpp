@@ -57,12 +57,12 @@ TEST(InputBox, RequestsCountOnce) {
 /// Two threads as in the viewer: nothing is lost, doubled or out of order, and who waits is woken.
 TEST(InputBox, TwoThreadsLoseNothing) {
     constexpr int count = 2000;
-    constexpr int most_ahead = 50;  // neither does all of its work before the other begins
+    constexpr int max_ahead = 50;  // neither does all of its work before the other begins
     InputBox box;
     std::atomic<int> taken_so_far = 0;
     std::thread telling([&] {
         for (int i = 0; i < count; ++i) {
-            while (i > taken_so_far + most_ahead)
+            while (i > taken_so_far + max_ahead)
                 std::this_thread::yield();
             TakenInputs inputs = pressed(Action::times, i);
             inputs.is_closed = i == count - 1;

@@ -115,18 +115,18 @@ TEST_F(RecordedPlayback, ShowsFramesOfTwoSecondsForTwoSeconds) {
 TEST_F(RecordedPlayback, WhatMovesIsLaterThanItsFrameAsTimeIs) {
     FrameLoader loader(folder.string(), {});
     Playback playback(loader);
-    double most_s = 0;
+    double max_s = 0;
     watch(playback, [&](const Refresh& refresh) {
-        const double later_s = playback.later_s(0.2, 0.03);
-        EXPECT_NEAR(later_s, std::max(0.0, refresh.time_s - double(refresh.shown) * interval_s), 1e-9);
-        most_s = std::max(most_s, later_s);
+        const double extrapolation_s = playback.extrapolation_s(0.2, 0.03);
+        EXPECT_NEAR(extrapolation_s, std::max(0.0, refresh.time_s - double(refresh.shown) * interval_s), 1e-9);
+        max_s = std::max(max_s, extrapolation_s);
         return refresh.shown == 4;
     });
-    EXPECT_GT(most_s, 0.4 * interval_s);
+    EXPECT_GT(max_s, 0.4 * interval_s);
     playback.pause();
     playback.seek(2 * interval_s);
     watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
-    EXPECT_EQ(playback.later_s(0.2), 0);
+    EXPECT_EQ(playback.extrapolation_s(0.2), 0);
 }
 
 TEST_F(RecordedPlayback, TimeWaitsForReadingAndRushesNothingAfterIt) {
@@ -255,7 +255,7 @@ TEST_F(LivePlayback, AStallIsCalmAndSoIsWhatComesAfterIt) {
 /// Where it is by now: ahead of the play-out delay by up to what is asked for, through the stall and after it, never
 /// back; what is seen later is later.
 TEST_F(LivePlayback, WhatMovesIsWhereItIsByNow) {
-    constexpr double most_ahead_s = 0.1;
+    constexpr double max_ahead_s = 0.1;
     PacedServer server;
     server.give(parts, 0, pictures / 2);
     FrameLoader loader(server.address(), {});
@@ -264,17 +264,18 @@ TEST_F(LivePlayback, WhatMovesIsWhereItIsByNow) {
     const auto note = [&](const Refresh& r) {
         if (r.shown < 0)
             return;
-        const double later_s = playback.later_s(most_ahead_s);
+        const double extrapolation_s = playback.extrapolation_s(max_ahead_s);
         now_s.push_back(r.now_s);
-        at_s.push_back(double(r.shown) / 30 + later_s);
+        at_s.push_back(double(r.shown) / 30 + extrapolation_s);
         ahead_s.push_back(at_s.back() - r.time_s);
-        EXPECT_GE(later_s, 0);
-        EXPECT_LE(ahead_s.back(), most_ahead_s + 1e-6);
-        EXPECT_GE(playback.later_s(most_ahead_s, 0.02), later_s);
-        EXPECT_NEAR(playback.later_s(0), later_s - ahead_s.back(), 1e-6) << "at least at the clock's own time";
+        EXPECT_GE(extrapolation_s, 0);
+        EXPECT_LE(ahead_s.back(), max_ahead_s + 1e-6);
+        EXPECT_GE(playback.extrapolation_s(max_ahead_s, 0.02), extrapolation_s);
+        EXPECT_NEAR(playback.extrapolation_s(0), extrapolation_s - ahead_s.back(), 1e-6)
+            << "at least at the clock's own time";
     };
     watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.state == ClockState::stalled; });
-    EXPECT_NEAR(ahead_s.back(), most_ahead_s, 1e-6) << "as far ahead as it may be, once nothing comes";
+    EXPECT_NEAR(ahead_s.back(), max_ahead_s, 1e-6) << "as far ahead as it may be, once nothing comes";
     server.give(parts, pictures / 2, pictures);
     server.close();
     watch_live(loader, playback, [&](const Refresh& r) { return note(r), r.is_over; });

@@ -303,8 +303,8 @@ TEST(Lean, IsExactInAHallOfItsRadiusAndEqualsReference) {
         const bool whole =
             std::holds_alternative<EquirectCamera>(camera) && std::get<EquirectCamera>(camera).range.is_full_sphere();
         for (const bool reference : {false, true}) {
-            const auto lean = reference ? plain::make_engine("lean", {.lean_radius_m = 2.5})
-                                        : make_engine("lean", {.lean_radius_m = 2.5});
+            const auto lean = reference ? plain::make_engine("lean", {.proxy_radius_m = 2.5})
+                                        : make_engine("lean", {.proxy_radius_m = 2.5});
             SourceView without_depth = source.source();
             without_depth.depth_m = {};
             lean->set_source(without_depth);
@@ -327,7 +327,7 @@ TEST(Lean, TakesTheMedianDepthOrThreeMetres) {
     EXPECT_LT(worst_colour(seen_by("lean", source.source(), eye), eye, ball), 2.0);
     SourceView without_depth = source.source();
     without_depth.depth_m = {};
-    const auto three = make_engine("lean", {.lean_radius_m = 3});
+    const auto three = make_engine("lean", {.proxy_radius_m = 3});
     three->set_source(without_depth);
     EyePicture expected;
     three->reproject(eye, expected);

@@ -45,7 +45,7 @@ EyePicture seen_by(const char* engine_name, const SourceView& source, const EyeV
 /// What two ways to reckon the same may differ by where a sample lies on the very edge of a tolerance.
 struct Expected {
     const char* engine;
-    double least_psnr_db, least_agreement;
+    double min_psnr_db, min_agreement;
 
     friend std::ostream& operator<<(std::ostream& out, const Expected& expected) { return out << expected.engine; }
 };
@@ -58,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(Client, FoundPictures,
 
 /// Depth alone would not tell whose colours a silhouette's pixels take.
 TEST_P(FoundPictures, HaveTheReferencesColoursAndGaps) {
-    const auto [engine, least_psnr_db, least_agreement] = GetParam();
+    const auto [engine, min_psnr_db, min_agreement] = GetParam();
     const SurfaceScene scene = furnished();
     const glm::dquat ahead = yaw_pitch(0.2, 0.1);
     for (const Camera& camera : engine_sources(360)) {
@@ -71,11 +71,11 @@ TEST_P(FoundPictures, HaveTheReferencesColoursAndGaps) {
             Likeness colours;
             colours.add(fast, plain);
             gaps.add(fast, plain);
-            EXPECT_GE(colours.psnr_db(), least_psnr_db)
+            EXPECT_GE(colours.psnr_db(), min_psnr_db)
                 << camera.index() << " " << from.x << evidence(fast.rgb().view(), plain.rgb().view());
         }
         ASSERT_GT(gaps.gaps_of_either, 150) << camera.index();
-        EXPECT_GE(gaps.agreement_of_gaps(), least_agreement) << camera.index();
+        EXPECT_GE(gaps.agreement_of_gaps(), min_agreement) << camera.index();
     }
 }
 

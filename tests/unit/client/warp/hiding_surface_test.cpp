@@ -14,10 +14,10 @@ constexpr DepthAgreement agreement{0.1f, 1e-3f};
 constexpr float budget = agreement.tolerance / agreement.box_radius_m;
 
 /// Of a function of column and row, 0 at the first of the inner four.
-std::array<float, 16> sampled(const std::function<float(float, float)>& over_reach) {
+std::array<float, 16> sampled(const std::function<float(float, float)>& over_clearance) {
     std::array<float, 16> samples;
     for (int i = 0; i < 16; ++i)
-        samples[std::size_t(i)] = over_reach(float(i % 4 - 1), float(i / 4 - 1));
+        samples[std::size_t(i)] = over_clearance(float(i % 4 - 1), float(i / 4 - 1));
     return samples;
 }
 
@@ -76,7 +76,7 @@ TEST(HidingSurface, GoesRoundTheSphere) {
     const EquirectCamera camera{32, 16, {}};
     const SourceGrid grid = source_grid(camera);
     FloatImage depth_m(32, 16, 1, 2.0f);
-    const float behind = 1 / agreement.reach(3), on_it = 1 / agreement.reach(2);
+    const float behind = 1 / agreement.clearance(3), on_it = 1 / agreement.clearance(2);
     for (const int x : {-1, 0, 15, 30, 31})
         for (const int y : {-1, 0, 7, 14, 15}) {
             const int u = (x << position_bits) + 40, v = (y << position_bits) + 90;

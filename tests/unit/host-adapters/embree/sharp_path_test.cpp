@@ -101,7 +101,7 @@ TEST_F(SharpPath, BetweenTwoMirrorsItEndsAfterEightSurfaces) {
     scene.add(floor_mesh(9, 9, material), upright_at(-1));
     scene.add(floor_mesh(9, 9, material), upright_at(1));
     const es_surface s = look({0, 0, 0}, {0.02f, 0, -1});
-    EXPECT_NEAR(s.virtual_distance_m, (1 + 2.0f * most_sharp_surfaces) * std::sqrt(1.0004f), 1e-3f);
+    EXPECT_NEAR(s.virtual_distance_m, (1 + 2.0f * max_sharp_surfaces) * std::sqrt(1.0004f), 1e-3f);
 }
 
 TEST_F(SharpPath, ABallObeysTheMirrorEquation) {

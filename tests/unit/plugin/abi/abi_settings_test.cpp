@@ -55,7 +55,7 @@ TEST_F(AbiSettings, each_wrong_number_is_named) {
     expect(&S::layer, stored<es_layer>(2), "layer: expected ES_LAYER_FIRST or ES_LAYER_HIDDEN, found 2");
     expect(&S::tile_side, -1, "tile_side: expected 0 to 32768, found -1");
     expect(&S::ipd_m, nan, "ipd_m: expected a number from 0 to 10, found nan");
-    expect(&S::lean_m, -0.1, "lean_m: expected a number from 0 to 1000, found -0.1");
+    expect(&S::head_radius_m, -0.1, "head_radius_m: expected a number from 0 to 1000, found -0.1");
     expect(&S::frames_per_second, 0.0, "frames_per_second: expected a number from 0.001 to 1000, found 0");
     expect(&S::exposure, std::numeric_limits<double>::infinity(),
            "exposure: expected a number from 1e-12 to 1e+12, found inf");

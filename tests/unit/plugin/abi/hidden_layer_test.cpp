@@ -56,7 +56,7 @@ protected:
         AbiTest::SetUp();
         settings.width = 360;
         settings.height = 180;
-        settings.lean_m = 0.1;
+        settings.head_radius_m = 0.1;
         settings.aovs = "depth";
         settings.layer = ES_LAYER_HIDDEN;
     }
@@ -71,7 +71,7 @@ protected:
     glm::dvec3 direction(int x, int y) const {
         return EquirectCamera{settings.width, settings.height, {}}.direction(x + 0.5, y + 0.5);
     }
-    double box_radius_m() const { return settings.lean_m + settings.ipd_m / 2; }
+    double box_radius_m() const { return settings.head_radius_m + settings.ipd_m / 2; }
 };
 
 TEST_F(HiddenLayerTest, WhatEyesUncoverIsThereAndWhatNoneDoesIsNot) {
@@ -136,7 +136,7 @@ TEST_F(HiddenLayerTest, WhatEyesUncoverIsThereAndWhatNoneDoesIsNot) {
 }
 
 TEST_F(HiddenLayerTest, TheSkyBehindAnEdgeIsInfinitelyFarAndColourGoesOnWhereNothingIs) {
-    settings.lean_m = 0.3;
+    settings.head_radius_m = 0.3;
     const Frame frame = rendered();
     const FloatImage &depth = frame.planes.at("depth"), &colour = frame.planes.at("colour");
     int sky = 0;
@@ -175,7 +175,7 @@ TEST_F(HiddenLayerTest, ThreadsAndTilesChangeNothing) {
 TEST_F(HiddenLayerTest, FromASinglePointNothingIsHidden) {
     settings.width = 64;
     settings.height = 32;
-    settings.lean_m = settings.ipd_m = 0;
+    settings.head_radius_m = settings.ipd_m = 0;
     const Frame frame = rendered();
     for (const float z : frame.planes.at("depth").samples())
         ASSERT_TRUE(std::isnan(z));

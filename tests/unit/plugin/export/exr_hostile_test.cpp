@@ -133,7 +133,7 @@ TEST_F(ExrHostile, poses_and_cameras_beyond_the_limits_are_refused_by_name) {
               at + "headOrientation: expected a unit quaternion w x y z, found length 2");
     EXPECT_EQ(refusal([](FrameInfo& info) { info.ipd_m = 1e19; }),
               at + "ipd: expected a number from 0 to 10, found 1e+19");
-    EXPECT_EQ(refusal([](FrameInfo& info) { info.lean_m = 5000; }),
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.head_radius_m = 5000; }),
               at + "headBoxRadius: expected a number from 0 to 1000, found 5000");
     EXPECT_EQ(refusal([](FrameInfo& info) {
                   info.camera = EquirectCamera{16, 8, {0, 1e-9, 0, 1}};

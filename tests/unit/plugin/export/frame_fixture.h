@@ -45,7 +45,7 @@ inline FrameInfo test_info(int width, int height) {
     info.eye = Eye::left;
     info.ipd_m = 0.0631;
     info.lock = AxisLock::path;
-    info.lean_m = 0.25;
+    info.head_radius_m = 0.25;
     info.exposure = 1.7;
     info.seed = 0xfedcba9876543210ull;
     info.samples_per_pixel = 1000;

@@ -98,26 +98,26 @@ struct Carried {
     std::int64_t pixels = 0, strangers = 0;
 };
 Carried carry(const Picture& p, const FoundMotion& found, const std::vector<Ball>& balls, double seconds) {
-    Carried carried;
+    Carried extrapolated;
     for (const MovingRegion& region : found.regions) {
         const RigidTransform movement = moved_by(region.motion, seconds);
         for (const PixelRun& run : region.runs)
             for (int x = run.begin; x < run.end; ++x) {
                 const std::uint32_t id = *p.id.pixel(x, run.row);
-                carried.strangers += id == 1;
-                ++carried.pixels;
+                extrapolated.strangers += id == 1;
+                ++extrapolated.pixels;
                 if (id == 1)
                     continue;
                 const glm::dvec3 at = p.point_world(x, run.row);
                 const glm::dvec3 is = balls[id - 2].later(at, seconds) - p.pose.position_m;
                 const glm::dvec3 shown = movement(at - p.pose.position_m);
                 const double angle = std::atan2(glm::length(glm::cross(is, shown)), glm::dot(is, shown));
-                carried.mean_rad += angle;
-                carried.max_rad = std::max(carried.max_rad, angle);
+                extrapolated.mean_rad += angle;
+                extrapolated.max_rad = std::max(extrapolated.max_rad, angle);
             }
     }
-    carried.mean_rad /= double(std::max<std::int64_t>(1, carried.pixels - carried.strangers));
-    return carried;
+    extrapolated.mean_rad /= double(std::max<std::int64_t>(1, extrapolated.pixels - extrapolated.strangers));
+    return extrapolated;
 }
 
 std::int64_t pixels_of(const Picture& p, std::uint32_t id) {
@@ -135,10 +135,10 @@ TEST(FindMovingRegions, EachBallIsOneRegionThatStaysWithinTheBudgetUntilTheHoriz
     const Picture p = look(balls, {-frame_s, frame_s});
     const FoundMotion found = find_moving_regions(p.planes(true));
     ASSERT_EQ(found.regions.size(), 2u);
-    const Carried carried = carry(p, found, balls, carry_horizon_s);
-    EXPECT_EQ(carried.strangers, 0);
-    EXPECT_EQ(carried.pixels, pixels_of(p, 2) + pixels_of(p, 3));
-    EXPECT_LE(carried.max_rad, budget_rad);
+    const Carried extrapolated = carry(p, found, balls, extrapolation_horizon_s);
+    EXPECT_EQ(extrapolated.strangers, 0);
+    EXPECT_EQ(extrapolated.pixels, pixels_of(p, 2) + pixels_of(p, 3));
+    EXPECT_LE(extrapolated.max_rad, budget_rad);
     EXPECT_GT(found.mean_motion_rad, 100 * budget_rad);
     EXPECT_LE(found.p95_error_rad, budget_rad);
     EXPECT_LE(found.mean_error_rad, budget_rad);
@@ -161,10 +161,10 @@ TEST(FindMovingRegions, WithoutIdsPiecesAreWhatMovesAlike) {
     const Picture p = look(balls, {-frame_s, frame_s});
     const FoundMotion found = find_moving_regions(p.planes(false));
     EXPECT_LE(found.regions.size(), 8u);
-    const Carried carried = carry(p, found, balls, carry_horizon_s);
-    EXPECT_EQ(carried.strangers, 0);
-    EXPECT_GE(carried.pixels, 9 * (pixels_of(p, 2) + pixels_of(p, 3)) / 10);
-    EXPECT_LE(carried.mean_rad, budget_rad);
+    const Carried extrapolated = carry(p, found, balls, extrapolation_horizon_s);
+    EXPECT_EQ(extrapolated.strangers, 0);
+    EXPECT_GE(extrapolated.pixels, 9 * (pixels_of(p, 2) + pixels_of(p, 3)) / 10);
+    EXPECT_LE(extrapolated.mean_rad, budget_rad);
 }
 
 TEST(FindMovingRegions, WhatOnlyTheCameraMovesIsNotSaid) {
@@ -176,7 +176,7 @@ TEST(FindMovingRegions, WhatOnlyTheCameraMovesIsNotSaid) {
 
 TEST(FindMovingRegions, TheBoundDecidesWhatIsWorthSaying) {
     // Seen across, at 1.6 m and more: at half the budget's speed, and at four times that.
-    const double speed = error_budget_rad(default_focal_length_px) / carry_horizon_s * 1.6;
+    const double speed = error_budget_rad(default_focal_length_px) / extrapolation_horizon_s * 1.6;
     const auto found = [&](double times) {
         const Picture p =
             look({rigid_ball({0.3, 0.4, -1.8}, 0.5, {times * speed, 0, 0}, {0, 0, 0})}, {-frame_s, frame_s});

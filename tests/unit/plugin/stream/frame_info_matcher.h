@@ -43,7 +43,7 @@ inline void expect_same_info(const FrameInfo& a, const FrameInfo& b) {
     EXPECT_EQ(a.eye, b.eye);
     EXPECT_EQ(a.ipd_m, b.ipd_m);
     EXPECT_EQ(a.lock, b.lock);
-    EXPECT_EQ(a.lean_m, b.lean_m);
+    EXPECT_EQ(a.head_radius_m, b.head_radius_m);
     EXPECT_EQ(a.exposure, b.exposure);
     EXPECT_EQ(a.seed, b.seed);
     EXPECT_EQ(a.samples_per_pixel, b.samples_per_pixel);

@@ -45,7 +45,7 @@ FrameInfo full_info() {
     info.eye = Eye::right;
     info.ipd_m = 0.0641;
     info.lock = AxisLock::path;
-    info.lean_m = 0.25;
+    info.head_radius_m = 0.25;
     info.exposure = 3.75;
     info.seed = 0xfedcba9876543210u;
     info.samples_per_pixel = 4000000000u;
@@ -295,7 +295,7 @@ TEST(FrameInfoPayload, PosesUpToTheLimitAreTaken) {
     FrameInfo info = full_info();
     info.camera_pose.position_m = info.head.position_m = {1e9, -1e9, 0};
     info.ipd_m = 10;
-    info.lean_m = 1000;
+    info.head_radius_m = 1000;
     const auto tagged = decode_frame_info(encode_frame_info(TrackRole::small, info));
     ASSERT_TRUE(tagged);
     expect_same_info(tagged->info, info);

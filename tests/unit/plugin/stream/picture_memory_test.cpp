@@ -28,7 +28,7 @@ public:
         const std::pair block(whole + guard, bytes);
         held_.insert(block);
         ++taken_;
-        return {block.first, [this, block](std::uint8_t*) { give_back(block); }};
+        return {block.first, [this, block](std::uint8_t*) { release(block); }};
     }
 
     bool holds(const std::uint8_t* sample) const {
@@ -47,7 +47,7 @@ private:
     static constexpr std::uint8_t mark = 0xa7;
     using Block = std::pair<std::uint8_t*, std::size_t>;
 
-    void give_back(const Block& block) {
+    void release(const Block& block) {
         const std::lock_guard lock(mutex_);
         EXPECT_TRUE(std::all_of(block.first - guard, block.first, [](auto byte) { return byte == mark; }));
         EXPECT_TRUE(std::all_of(block.first + block.second, block.first + block.second + guard,

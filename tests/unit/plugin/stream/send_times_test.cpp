@@ -41,7 +41,7 @@ struct Coded {
 constexpr double clock_s = 1e-3;
 
 /// Pictures are coded at most so many before others that are shown earlier: three between references, and these.
-constexpr int most_reordered = 4;
+constexpr int max_reordered = 4;
 
 TEST(SendTimes, OfMatroskaEachFramesBytesAreDueAtItsTimeAndNoLaterOnes) {
     const synthetic::Folder folder;
@@ -50,7 +50,7 @@ TEST(SendTimes, OfMatroskaEachFramesBytesAreDueAtItsTimeAndNoLaterOnes) {
     const Coded coded(folder / "a.mkv");
     EXPECT_TRUE(coded.times.is_matroska);
     EXPECT_EQ(coded.times.parts.front().time_s, 0);
-    EXPECT_GE(coded.times.parts.back().time_s, (made.pictures - 1 - most_reordered) / 30.0 - clock_s);
+    EXPECT_GE(coded.times.parts.back().time_s, (made.pictures - 1 - max_reordered) / 30.0 - clock_s);
     for (std::size_t i = 1; i < coded.times.parts.size(); ++i) {
         EXPECT_GT(coded.times.parts[i].time_s, coded.times.parts[i - 1].time_s);
         EXPECT_GT(coded.times.parts[i].end, coded.times.parts[i - 1].end);
@@ -61,7 +61,7 @@ TEST(SendTimes, OfMatroskaEachFramesBytesAreDueAtItsTimeAndNoLaterOnes) {
     for (int frame = 0; frame < made.pictures; ++frame) {
         const std::int64_t due = coded.due_at(frame / 30.0 + clock_s);
         EXPECT_GE(due, coded.bytes_of(frame + 1, made.first_index)) << frame;
-        const std::int64_t later = all - coded.bytes_of(frame + 1 + most_reordered, made.first_index);
+        const std::int64_t later = all - coded.bytes_of(frame + 1 + max_reordered, made.first_index);
         EXPECT_LE(due, coded.file_bytes - later) << frame;
     }
 }

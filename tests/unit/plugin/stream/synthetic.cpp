@@ -37,7 +37,7 @@ FrameInfo info(int width, int height, std::int64_t index, Eye eye) {
     result.head = {result.camera_pose.position_m, glm::normalize(glm::dquat(1, 0, 0.05 * i, 0))};
     result.eye = eye;
     result.exposure = 1.5;
-    result.lean_m = 0.1;
+    result.head_radius_m = 0.1;
     result.seed = 1000 + static_cast<std::uint64_t>(index);
     result.samples_per_pixel = 64;
     result.scene = "waves";

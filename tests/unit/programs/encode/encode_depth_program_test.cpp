@@ -249,7 +249,7 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
     StreamReader reader(path("mirror.mkv"));
     int images = 0;
     for (const DecodedPicture& picture : synthetic::read_all(reader)) {
-        if (picture.role != TrackRole::images)
+        if (picture.role != TrackRole::reflections)
             continue;
         ++images;
         EXPECT_TRUE(std::isnan(*picture.depth_m.pixel(40, 4)));
@@ -263,10 +263,10 @@ TEST_F(Programs, MirrorsAndGlassGetATrackOnlyWhereThereAreSome) {
     StreamReader both(path("mirror.mkv"));
     images = 0;
     for (const DecodedPicture& picture : synthetic::read_all(both)) {
-        images += picture.role == TrackRole::images;
-        if (picture.role == TrackRole::depth || picture.role == TrackRole::images) {
-            EXPECT_NEAR(*picture.depth_m.pixel(6, 24), picture.role == TrackRole::images ? 3.0 : 1.5, 0.1);
-            EXPECT_EQ(std::isnan(*picture.depth_m.pixel(40, 4)), picture.role == TrackRole::images);
+        images += picture.role == TrackRole::reflections;
+        if (picture.role == TrackRole::depth || picture.role == TrackRole::reflections) {
+            EXPECT_NEAR(*picture.depth_m.pixel(6, 24), picture.role == TrackRole::reflections ? 3.0 : 1.5, 0.1);
+            EXPECT_EQ(std::isnan(*picture.depth_m.pixel(40, 4)), picture.role == TrackRole::reflections);
         }
     }
     EXPECT_EQ(images, 2);

@@ -91,9 +91,9 @@ protected:
         frame.small = picture({80, 50, pi / 2}, Eye::right, index);
         return frame;
     }
-    static std::int64_t filled(const PlayedFrame& played, std::string_view rung) {
+    static std::int64_t filled(const PlayedFrame& played, std::string_view fill_pass) {
         const auto& counts = played.figures.right.filled;
-        const auto found = std::ranges::find(counts, rung, [](const auto& count) { return count.first; });
+        const auto found = std::ranges::find(counts, fill_pass, [](const auto& count) { return count.first; });
         return found == counts.end() ? 0 : found->second;
     }
 
@@ -132,7 +132,7 @@ TEST_F(GeometryLoads, AllChainsShareWhatWasLoadedOnce) {
     EXPECT_EQ(loads.of_depth, 1);
 }
 
-TEST_F(GeometryLoads, WhereNoRungTakesColoursFromItOnlyDepthIsLoaded) {
+TEST_F(GeometryLoads, WhereNoPassTakesColoursFromItOnlyDepthIsLoaded) {
     settings.fill = "small,pushpull";
     FramePlayer player(settings);
     const ReceivedFrame only = frame(0);

@@ -81,7 +81,7 @@ TEST(Plans, AreBarredOnlyByTracksThatCame) {
               plans.size() - std::size_t(std::ranges::count_if(plans, takes_it)));
     EXPECT_TRUE(std::ranges::none_of(plans_after(plans, plans.back(), came), takes_it));
     // Mirrors are looked up by depth: once they are left out, so is all that has depth.
-    came.set(std::size_t(TrackRole::images));
+    came.set(std::size_t(TrackRole::reflections));
     for (const Plan& plan : plans_after(plans, plans.back(), came))
         EXPECT_EQ(plan.depth, "none") << plan.words();
     came = {};
@@ -93,7 +93,7 @@ TEST(Plans, AreBarredOnlyByTracksThatCame) {
 
 TEST(Plans, NeedToKnowOfMirrorsOnlyWhereSomethingAsksForThem) {
     const auto needs_images = [](const Plan& plan) {
-        return !unneeded_roles(plan.choice())[std::size_t(TrackRole::images)];
+        return !unneeded_roles(plan.choice())[std::size_t(TrackRole::reflections)];
     };
     for (const char* by_points : {"hidden", "patches", "earlier", "small", "small-wide,pushpull"})
         EXPECT_TRUE(needs_images({.method = "mesh", .depth = "ray", .fill = by_points, .mirrors = false}));
@@ -138,17 +138,17 @@ public:
         if (plan.depth == "stream")
             source.depth_m = coded_.view();
         const auto engine = make_engine(plan.method);
-        const FillLadder ladder = make_fill_ladder(plan.fill);
+        const FillChain chain = make_fill_chain(plan.fill);
         engine->set_source(source);
         const SourceView hidden = hidden_.source(box_m), earlier = earlier_.source(box_m);
-        for (const auto& rung : ladder)
-            rung->set_frame({.main = &source, .earlier = {&earlier, 1}, .hidden = &hidden});
+        for (const auto& fill_pass : chain)
+            fill_pass->set_frame({.main = &source, .earlier = {&earlier, 1}, .hidden = &hidden});
         double squares = 0, samples = 0;
         for (const Truth& truth : truths_) {
             const EyeView eye{eye_camera, truth.pose, truth.picture.depth_m.view()};
             EyePicture picture;
             engine->reproject(eye, picture);
-            fill_gaps(ladder, eye, picture);
+            fill_gaps(chain, eye, picture);
             const ByteImage rgb = picture.rgb();
             for (std::size_t i = 0; i < rgb.samples().size(); ++i, ++samples)
                 squares += std::pow(double(rgb.samples()[i]) - double(truth.picture.rgb.samples()[i]), 2);

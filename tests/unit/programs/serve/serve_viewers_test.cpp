@@ -80,7 +80,7 @@ TEST_F(Serving, ViewersMayLeaveAndReturn) {
 
 /// What it is sent a server that reads all it can takes by the gigabyte; systems on the way keep some megabytes.
 TEST_F(Serving, GarbageIsReadSlowlyAndDropped) {
-    constexpr std::int64_t most_accepted = 24 << 20;
+    constexpr std::int64_t max_accepted = 24 << 20;
     constexpr double sending_s = 1;
     const std::string stream = record("a.mkv");
     Server server(arguments("a.mkv", {"--loop"}), place());
@@ -93,7 +93,7 @@ TEST_F(Serving, GarbageIsReadSlowlyAndDropped) {
         accepted += std::max<ssize_t>(count, 0);
         if (count < 0)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        ASSERT_LT(accepted, most_accepted);
+        ASSERT_LT(accepted, max_accepted);
     }
     EXPECT_GT(accepted, 0);
     EXPECT_TRUE(rude.read(stream.size()) == stream);

@@ -44,7 +44,7 @@ TEST_P(BundledScene, IsTheSameTwiceAndLoadsAsItWasMade) {
     EXPECT_EQ(scene.name, GetParam());
     EXPECT_EQ(scene.sky_radiance, first.description.sky_radiance);
     EXPECT_EQ(scene.exposure, first.description.exposure);
-    EXPECT_EQ(scene.lean_m, first.description.lean_m);
+    EXPECT_EQ(scene.head_radius_m, first.description.head_radius_m);
     EXPECT_EQ(scene.sun.has_value(), first.description.sun.has_value());
     ASSERT_EQ(scene.camera_path.keys().size(), first.description.camera_path.keys().size());
     for (std::size_t i = 0; i < scene.camera_path.keys().size(); ++i) {

@@ -63,7 +63,7 @@ TEST_F(SceneTest, LeastDescription) {
     EXPECT_EQ(scene.camera_path.at(0).orientation, glm::dquat(1, 0, 0, 0));
     EXPECT_EQ(scene.exposure, 1);
     EXPECT_EQ(scene.frames_per_second, 30);
-    EXPECT_EQ(scene.lean_m, 0);
+    EXPECT_EQ(scene.head_radius_m, 0);
     EXPECT_EQ(load_model(scene.model).triangle_count(), 1u);
 }
 
@@ -81,7 +81,7 @@ TEST_F(SceneTest, FullDescription) {
     EXPECT_NEAR(glm::length(forward - glm::dvec3(1, 0, 0)), 0, 1e-12);
     const glm::dvec3 up = scene.camera_path.at(0).orientation * glm::dvec3(0, 1, 0);
     EXPECT_NEAR(glm::length(up - glm::dvec3(0, 1, 0)), 0, 1e-12);
-    EXPECT_EQ(scene.lean_m, 0.25);
+    EXPECT_EQ(scene.head_radius_m, 0.25);
     EXPECT_EQ(scene.exposure, 0.8);
     EXPECT_EQ(scene.frames_per_second, 24);
     ASSERT_EQ(scene.moving.size(), 1u);

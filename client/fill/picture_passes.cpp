@@ -1,0 +1,190 @@
+#include "picture_passes.h"
+
+#include "forward_depth.h"
+#include "gap_resample.h"
+#include "wide_gaps.h"
+
+#include <equistream/bound.h>
+#include <equistream/depth_agreement.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace equistream {
+
+namespace {
+
+/// Where an eye has no depth, `still_there` says which samples may be drawn forward.
+std::int64_t fill_from(const SourceView& source, const GapResample& task, SeenPoints& seen, EyePicture& picture,
+                       const StillThere& still_there) {
+    const PictureGrid grid(source);
+    if (task.eye.depth_m.data == nullptr) {
+        const ForwardTask forward{task.eye, task.gaps, picture, seen, task.error_budget_px};
+        draw_forward(grid, forward, still_there);
+        end_drawing(forward);
+    }
+    return resample_gaps(grid, task, picture);
+}
+
+/// A picture and who it is, of a frame's.
+struct OnePicture {
+    const SourceView* source;
+    PixelOrigin mark;
+    const FillInputs& frame;
+};
+
+std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePicture& picture, Gaps& gaps,
+                           ObjectPool<SeenPoints>& pool) {
+    const SourceView* source = from.source;
+    if (source == nullptr || source->depth_m.data == nullptr || gaps.empty())
+        return 0;
+    std::unique_ptr<SeenPoints> seen = pool.acquire();
+    seen->look(eye, picture, gaps);
+    const GapResample task{eye, *seen, gaps, from.frame.error_budget_px, from.mark, from.frame.main};
+    const std::int64_t filled = fill_from(*source, task, *seen, picture, {});
+    pool.release(std::move(seen));
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+/// A surface that the source looks through now is not there any more.
+class SeenThrough {
+public:
+    SeenThrough(const SourceView& main, const EyeView& eye, double error_budget_px)
+        : main_(main), agreement_{
+                           float(std::max(main.box_radius_m, glm::distance(main.pose.position_m, eye.pose.position_m))),
+                           float(std::sin(error_budget_rad(eye.camera.focal_px(), error_budget_px)))} {}
+
+    bool still_there(const glm::dvec3& point_world) const {
+        const glm::dvec3 d = glm::conjugate(main_.pose.orientation) * (point_world - main_.pose.position_m);
+        const glm::dvec2 pixel = glm::floor(pixel_of(main_.camera, d));
+        if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < width_of(main_.camera) && pixel.y < height_of(main_.camera)))
+            return true;
+        const float clearance = agreement_.clearance(float(glm::length(d)));
+        // Somewhere around the pixel, for the point may lie on a slope or at an edge.
+        for (int y = std::max(int(pixel.y) - 1, 0); y <= std::min(int(pixel.y) + 1, height_of(main_.camera) - 1); ++y)
+            for (int x = std::max(int(pixel.x) - 1, 0); x <= std::min(int(pixel.x) + 1, width_of(main_.camera) - 1);
+                 ++x) {
+                const float now = agreement_.clearance(main_.depth_m.pixel(x, y)[0]);
+                if (now <= clearance || agreement_.same(now, clearance))
+                    return true;
+            }
+        return false;
+    }
+
+private:
+    const SourceView& main_;
+    DepthAgreement agreement_;
+};
+
+}  // namespace
+
+std::int64_t SmallPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (inputs_.small == nullptr || gaps.empty())
+        return 0;
+    if (fills_ == Fills::all_gaps)
+        return fill_all(eye, picture, gaps);
+    Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, inputs_.small->camera));
+    const std::int64_t filled = fill_all(eye, picture, wide);
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+std::int64_t SmallPass::fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (inputs_.small->depth_m.data != nullptr)
+        return fill_from_one({inputs_.small, PixelOrigin::small, inputs_}, eye, picture, gaps, pool_);
+    const SeenPoints nothing;
+    const GapResample task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
+    const std::int64_t filled = resample_gaps_by_direction(PictureGrid(*inputs_.small), task, picture);
+    gaps.narrow(picture.origin.view());
+    return filled;
+}
+
+std::int64_t HiddenPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    return fill_from_one({inputs_.hidden, PixelOrigin::hidden, inputs_}, eye, picture, gaps, pool_);
+}
+
+std::int64_t EarlierPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    StillThere still_there;
+    const SourceView* main = inputs_.main;
+    const double budget_px = inputs_.error_budget_px;
+    if (main != nullptr && main->depth_m.data != nullptr)
+        still_there = [through = SeenThrough(*main, eye, budget_px)](const glm::dvec3& p) {
+            return through.still_there(p);
+        };
+    std::unique_ptr<SeenPoints> seen = pool_.acquire();
+    std::int64_t filled = 0;
+    for (const SourceView& source : inputs_.earlier) {
+        if (gaps.empty())
+            break;
+        if (source.depth_m.data == nullptr)
+            continue;
+        seen->look(eye, picture, gaps);
+        const GapResample task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
+        filled += fill_from(source, task, *seen, picture, still_there);
+        gaps.narrow(picture.origin.view());
+    }
+    pool_.release(std::move(seen));
+    return filled;
+}
+
+void PatchesPass::set_frame(const FillInputs& inputs) {
+    inputs_ = inputs;
+    slots_.reset();
+    if (inputs.patches != nullptr && inputs.patches->depth_m.data != nullptr)
+        slots_.emplace(*inputs.patches->atlas);
+}
+
+std::int64_t PatchesPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+    if (!slots_ || gaps.empty())
+        return 0;
+    const PatchesView& patches = *inputs_.patches;
+    const double budget_px = inputs_.error_budget_px;
+    std::vector<std::unique_ptr<PatchGrid>> grids;
+    for (std::size_t offset = 0; offset < patches.atlas->offsets_m.size(); ++offset)
+        grids.push_back(std::make_unique<PatchGrid>(patches, *slots_, int(offset)));
+    // What the eye sees is seen most alike from the sphere that is nearest to it.
+    std::ranges::sort(grids, {},
+                      [&](const auto& grid) { return glm::distance(grid->pose().position_m, eye.pose.position_m); });
+    std::unique_ptr<SeenPoints> seen = pool_.acquire();
+    seen->look(eye, picture, gaps);
+    if (eye.depth_m.data == nullptr) {
+        const ForwardTask forward{eye, gaps, picture, *seen, budget_px};
+        for (const auto& grid : grids)
+            draw_forward(*grid, forward);
+        end_drawing(forward);
+    }
+    std::int64_t filled = 0;
+    for (const bool unmixed_only : {true, false})
+        for (const auto& grid : grids) {
+            if (gaps.empty())
+                break;
+            const GapResample task{eye, *seen, gaps, budget_px, PixelOrigin::patches, inputs_.main, unmixed_only};
+            filled += resample_gaps(*grid, task, picture);
+            gaps.narrow(picture.origin.view());
+        }
+    pool_.release(std::move(seen));
+    return filled;
+}
+
+std::unique_ptr<FillPass> make_hidden_pass() {
+    return std::make_unique<HiddenPass>();
+}
+
+std::unique_ptr<FillPass> make_earlier_pass() {
+    return std::make_unique<EarlierPass>();
+}
+
+std::unique_ptr<FillPass> make_patches_pass() {
+    return std::make_unique<PatchesPass>();
+}
+
+std::unique_ptr<FillPass> make_small_pass() {
+    return std::make_unique<SmallPass>(SmallPass::Fills::all_gaps);
+}
+
+std::unique_ptr<FillPass> make_small_wide_pass() {
+    return std::make_unique<SmallPass>(SmallPass::Fills::wide_gaps);
+}
+
+}  // namespace equistream

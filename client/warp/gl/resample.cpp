@@ -1,0 +1,77 @@
+#include "resample.h"
+
+#include <client/gpu/drawing_state.h>
+
+#include <client/warp/engine.h>
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+std::vector<std::string> defines(ResampleRule rule) {
+    return {rule == ResampleRule::direction ? "BY_SURFACE false" : "BY_SURFACE true",
+            rule == ResampleRule::any ? "ONLY_SEEN false" : "ONLY_SEEN true"};
+}
+
+}  // namespace
+
+Resample::Resample(ResampleRule rule, double error_budget_px)
+    : rule_(rule), error_budget_px_(error_budget_px),
+      first_({{GL_VERTEX_SHADER, "resample_vertex.glsl"}, {GL_FRAGMENT_SHADER, "resample_first.glsl"}}, defines(rule)),
+      listed_({{GL_COMPUTE_SHADER, "resample.glsl"}}, defines(rule)), no_vertices_(make_vertex_array()) {}
+
+void Resample::size_for(const EyeTargets& targets) {
+    if (targets.size() == size_ && targets.eyes() == eye_count_)
+        return;
+    size_ = targets.size();
+    eye_count_ = targets.eyes();
+    const std::size_t pixels = std::size_t(size_.width) * std::size_t(size_.height) * std::size_t(eye_count_);
+    list_.size_for(pixels);
+}
+
+void Resample::draw_first(const EyeTargets& targets) const {
+    for (const GLenum off : {GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP,
+                             GL_RASTERIZER_DISCARD})
+        glDisable(off);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
+    glViewport(0, 0, size_.width, size_.height);
+    glBindVertexArray(no_vertices_.name());
+    first_.use();
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, eye_count_);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+}
+
+void Resample::reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
+                         const EyeDepth& depth, const EyeTargets& targets) {
+    assert(int(eyes.size()) == targets.eyes());
+    assert(rule_ != ResampleRule::seen || source.depth() != 0 ||
+           std::ranges::all_of(eyes, [&](const EyeView& eye) { return same_position(view.pose, eye.pose); }));
+    size_for(targets);
+    eyes_.set(view, eyes, error_budget_px_);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
+    list_.start();
+    glBindTextureUnit(0, source.colour());
+    glBindTextureUnit(1, source.depth());
+    glBindTextureUnit(2, depth.texture);
+    if (rule_ != ResampleRule::direction) {
+        first_.set("eye_size", glm::ivec2(size_.width, size_.height));
+        for (const Program* program : {&first_, &listed_})
+            program->set("inverse_depth_scale", depth.scale);
+    }
+    draw_first(targets);
+    glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
+    glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+    list_.dispatch(listed_);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+}  // namespace equistream::gl

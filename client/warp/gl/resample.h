@@ -1,0 +1,42 @@
+#pragma once
+/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once; and the second half of those that find
+/// the eyes' depth.
+#include "eye_blocks.h"
+#include "eye_targets.h"
+#include "pixel_list.h"
+#include "source_textures.h"
+
+#include <span>
+
+namespace equistream::gl {
+
+/// direction: the eyes' places are ignored. seen: by the eyes' own depth, where the source saw that point too. any: by
+/// that depth, whatever the source saw there; its own is not read.
+enum class ResampleRule { direction, seen, any };
+
+class Resample {
+public:
+    explicit Resample(ResampleRule rule, double error_budget_px = default_error_budget_px);
+
+    /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
+    /// ResampleRule::seen needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's
+    /// size is read. What comes after may sample, copy, draw over or write the targets without a barrier of its own.
+    void reproject(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes,
+                   const EyeDepth& depth, const EyeTargets& targets);
+
+private:
+    void size_for(const EyeTargets& targets);
+    void draw_first(const EyeTargets& targets) const;
+
+    ResampleRule rule_;
+    double error_budget_px_;
+    Program first_;   ///< every pixel, where the rule is simple
+    Program listed_;  ///< the others, by the whole rule
+    VertexArray no_vertices_;
+    EyeBlocks eyes_;
+    Size size_;
+    int eye_count_ = 0;
+    PixelList list_;
+};
+
+}  // namespace equistream::gl

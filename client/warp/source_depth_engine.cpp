@@ -1,0 +1,129 @@
+#include "source_depth_engine.h"
+
+#include "eye_depth_from_source.h"
+#include "proxy_sphere.h"
+#include "resample.h"
+
+#include <equistream/bound.h>
+
+#include <tbb/parallel_for.h>
+
+#include <cassert>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace equistream {
+
+namespace {
+
+std::unique_ptr<EyeDepthFromSource> make_finder(std::string_view name) {
+    if (name == "splat")
+        return make_splat_finder();
+    if (name == "proxy-sphere")
+        return nullptr;
+    return make_mesh_finder(name == "mesh-plain");
+}
+
+class SourceDepthEngine : public Engine {
+public:
+    SourceDepthEngine(std::string_view name, const EngineOptions& options)
+        : name_(name), options_(options), finder_(make_finder(name)) {}
+
+    std::string_view name() const override { return name_; }
+    DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
+        return {.source = !is_proxy() && !same_position(source, eye)};
+    }
+    void set_source(const SourceView& source) override {
+        source_ = source;
+        lattice_.reset();
+        if (is_proxy())
+            proxy_radius_m_ = proxy_radius_m(source, options_);
+        else if (source.depth_m.data != nullptr)
+            lattice_.emplace(source.camera, source.depth_m);
+    }
+    void reproject(const EyeView& eye, EyePicture& picture) const override {
+        picture.reset(eye.camera);
+        if (same_position(source_.pose, eye.pose)) {
+            turn(eye, picture);
+            return;
+        }
+        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.error_budget_px);
+        FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
+        if (is_proxy())
+            find_on_proxy_sphere(source_, eye, proxy_radius_m_, depth_m);
+        else
+            find(eye, tolerance_rad, depth_m);
+        to_radial(eye.camera, depth_m);
+        const bool only_seen = !is_proxy() && name_ != "mesh-plain";
+        resample_by_surface(source_, {eye.camera, eye.pose, depth_m.view()},
+                            {.tolerance_rad = tolerance_rad, .only_seen = only_seen}, picture);
+        if (is_proxy())
+            return;
+        picture.depth_m = std::move(depth_m);
+        forget_gaps(picture);
+    }
+
+private:
+    bool is_proxy() const { return finder_ == nullptr; }
+
+    /// From the source's own position every distance looks the same.
+    void turn(const EyeView& eye, EyePicture& picture) const {
+        const auto turned = make_engine("rotation", options_);
+        turned->set_source(source_);
+        turned->reproject(eye, picture);
+    }
+
+    void find(const EyeView& eye, double tolerance_rad, FloatImage& inverse_planar) const {
+        assert(lattice_);
+        const double box_radius_m =
+            std::max(source_.box_radius_m, glm::distance(source_.pose.position_m, eye.pose.position_m));
+        finder_->find({source_,
+                       *lattice_,
+                       eye,
+                       {float(box_radius_m), float(std::sin(tolerance_rad))},
+                       float(std::sin(options_.mesh_share * tolerance_rad))},
+                      inverse_planar);
+    }
+
+    static void to_radial(const PerspectiveCamera& camera, FloatImage& plane) {
+        const float step = float(1 / camera.focal_px());
+        tbb::parallel_for(0, plane.height(), [&](int y) {
+            float* row = plane.pixel(0, y);
+            const float b = (float(y) + 0.5f - 0.5f * float(camera.height)) * step;
+            for (int x = 0; x < plane.width(); ++x) {
+                const float a = (float(x) + 0.5f - 0.5f * float(camera.width)) * step;
+                const float inverse = std::max(row[x], 1 / far_distance_m);
+                const float radial = std::sqrt(1 + a * a + b * b) / inverse;
+                row[x] = row[x] < 0                     ? std::numeric_limits<float>::quiet_NaN()
+                         : row[x] <= 1 / far_distance_m ? std::numeric_limits<float>::infinity()
+                                                        : radial;
+            }
+        });
+    }
+
+    static void forget_gaps(EyePicture& picture) {
+        tbb::parallel_for(0, picture.depth_m.height(), [&](int y) {
+            const std::uint8_t* origin = picture.origin.pixel(0, y);
+            float* depth_m = picture.depth_m.pixel(0, y);
+            for (int x = 0; x < picture.depth_m.width(); ++x)
+                if (origin[x] == std::uint8_t(PixelOrigin::gap))
+                    depth_m[x] = std::numeric_limits<float>::quiet_NaN();
+        });
+    }
+
+    std::string name_;
+    EngineOptions options_;
+    std::unique_ptr<EyeDepthFromSource> finder_;
+    SourceView source_;
+    std::optional<SourceLattice> lattice_;
+    double proxy_radius_m_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_source_depth_engine(std::string_view name, const EngineOptions& options) {
+    return std::make_unique<SourceDepthEngine>(name, options);
+}
+
+}  // namespace equistream
