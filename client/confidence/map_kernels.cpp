@@ -26,17 +26,8 @@ struct Shares {
     std::int32_t share_255[risk_group_count][reliability_model::table_size];
 };
 
-/// log2 within 0.01 for x > 0, rising wherever x does: a straight line from power to power would err by 0.09, its
-/// quadratic correction leaves a tenth of that.
-HWY_INLINE Floats fast_log2(Floats x) {
-    const Ints bits = hn::BitCast(int_tag, x);
-    const Floats exponent = hn::ConvertTo(float_tag, hn::ShiftRight<23>(bits) - all(127));
-    const Floats f = hn::BitCast(float_tag, hn::Or(hn::And(bits, all(0x007fffff)), all(0x3f800000))) - all(1.0f);
-    return hn::MulAdd(all(log2_correction) * f, all(1.0f) - f, exponent + f);
-}
-
 HWY_INLINE Floats log_of(Floats x) {
-    return fast_log2(all(1.0f) + x);
+    return formulas::log_of(x);
 }
 
 using Risks = std::array<Floats, risk_count>;
@@ -138,40 +129,18 @@ private:
         const float* row = planar(y);
         const Floats a = (columns_from(x) + all(0.5f - 0.5f * float(width_))) * all(inverse_focal);
         const Floats b = all((0.5f * float(height_) - float(y) - 0.5f) * inverse_focal);
-        const Floats q = hn::LoadU(float_tag, row + x), focal = all(n.focal_px);
-        const auto slope = [&](Floats before, Floats after) HWY_ATTR {
-            const Floats down = q - before, up = after - q;
-            return hn::IfThenElse(hn::Abs(down) <= hn::Abs(up), down, up);
-        };
-        const Floats nx = slope(hn::LoadU(float_tag, row + x - 1), hn::LoadU(float_tag, row + x + 1)) * focal;
-        const Floats ny =
-            hn::Neg(slope(hn::LoadU(float_tag, planar(y - 1) + x), hn::LoadU(float_tag, planar(y + 1) + x)) * focal);
-        const Floats nz = hn::MulAdd(nx, a, hn::MulSub(ny, b, q));
-        const Floats length2 = hn::MulAdd(a, a, hn::MulAdd(b, b, all(1.0f)));
-        const Floats over_length = over_sqrt(length2);
-        const Floats n2 = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, nz * nz));
-        const Floats cosine2 = q * q / hn::MulAdd(n2, length2, all(min_length2));
-        const Floats inverse_r = q * over_length;
-        const Floats sx = hn::NegMulAdd(all(n.centre.x), inverse_r, a * over_length);
-        const Floats sy = hn::NegMulAdd(all(n.centre.y), inverse_r, b * over_length);
-        const Floats sz = hn::Neg(hn::MulAdd(all(n.centre.z), inverse_r, over_length));
-        const Floats s2 = hn::Max(hn::MulAdd(sx, sx, hn::MulAdd(sy, sy, sz * sz)), all(min_distance2));
-        const Floats facing = hn::Abs(hn::NegMulAdd(
-            nx, all(n.centre.x), hn::NegMulAdd(ny, all(n.centre.y), hn::NegMulAdd(nz, all(n.centre.z), all(1.0f)))));
-        const Floats nearer = over_sqrt(s2), density = all(n.density) * over_length * nearer;
-        const Floats size2 = density * density * over_length * nearer * hn::Max(facing, all(min_facing));
-        const Floats most = all(max_halvings), none = all(0.0f);
-        const Floats doublings = all(0.5f) * fast_log2(size2);
-        const Floats aslant = hn::IfThenElseZero(q > none, all(-0.5f) * fast_log2(hn::Max(cosine2, all(min_cosine2))));
-        parallax_px = all(n.focal_px * n.baseline_m) * inverse_r;
-        const Floats sine = hn::MulAdd(all(n.pole.x), sx, hn::MulAdd(all(n.pole.y), sy, all(n.pole.z) * sz)) * nearer;
-        const Floats closer = all(-0.5f) * fast_log2(hn::Max(hn::NegMulAdd(sine, sine, all(1.0f)), all(min_cosine2)));
-        const Floats rows = hn::Min(hn::Max(hn::Neg(doublings), none), most);
-        const Floats columns = hn::Min(hn::Max(hn::Neg(doublings) - closer, none), most);
-        of(risks, Risk::blur) = detail * all(0.5f) * (rows + columns);
-        of(risks, Risk::minification) = detail * hn::Min(hn::Max(doublings, none), most);
-        of(risks, Risk::grazing) = detail * hn::Min(hn::Max(aslant, none), most);
-        of(risks, Risk::parallax) = parallax_counts_ || tells() ? log_of(parallax_px) : none;
+        const Floats q = hn::LoadU(float_tag, row + x);
+        const formulas::Number across =
+            formulas::believed_step(hn::LoadU(float_tag, row + x - 1), q, hn::LoadU(float_tag, row + x + 1));
+        const formulas::Number down = formulas::believed_step(hn::LoadU(float_tag, planar(y - 1) + x), q,
+                                                              hn::LoadU(float_tag, planar(y + 1) + x));
+        const formulas::SurfaceRisks surface =
+            formulas::surface_risks(a, b, q, n.focal_px * across, -n.focal_px * down, seen_);
+        of(risks, Risk::blur) = detail * surface.blur.lanes;
+        of(risks, Risk::minification) = detail * surface.minification.lanes;
+        of(risks, Risk::grazing) = detail * surface.grazing.lanes;
+        parallax_px = all(n.focal_px * n.baseline_m) * surface.inverse_m.lanes;
+        of(risks, Risk::parallax) = parallax_counts_ || tells() ? log_of(parallax_px) : all(0.0f);
         mirrored = n.mirrors ? mirrors_at(x, y, q) : all(0);
     }
 
@@ -286,6 +255,10 @@ private:
         return hn::GatherIndex(int_tag, shares_.share_255[group], hn::ConvertTo(int_tag, entry));
     }
 
+    static formulas::SourceSeen seen_from(const RiskNumbers& n) {
+        return {n.centre.x, n.centre.y, n.centre.z, n.pole.x, n.pole.y, n.pole.z, n.density};
+    }
+
     static bool counts(Risk risk) {
         return std::ranges::any_of(groups, [risk](const auto& group) { return group.weights[std::size_t(risk)] > 0; });
     }
@@ -308,6 +281,7 @@ private:
     RowsAround<float> texture_;
     RowsAround<std::uint8_t> bytes_;
     LossLines loss_;
+    formulas::SourceSeen seen_ = seen_from(job_.numbers);
     bool parallax_counts_ = counts(Risk::parallax);
     std::array<std::int32_t, pixel_origin_count + 1> group_of_origin_ = groups_of_origins();
 };

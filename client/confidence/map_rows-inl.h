@@ -68,13 +68,6 @@ HWY_INLINE void over_blocks(int count, const At& at) {
         at(std::max(0, std::min(x, count - block)));
 }
 
-/// 1 / sqrt(x) within 3e-7 of itself, for what is neither 0 nor infinite: one step of Newton's from the processor's
-/// guess.
-HWY_INLINE Floats over_sqrt(Floats x) {
-    const Floats guess = hn::ApproximateReciprocalSqrt(x);
-    return guess * hn::NegMulAdd(all(0.5f) * x, guess * guess, all(1.5f));
-}
-
 /// 1 / planar depth of a row; 0 for a miss and where there is no depth.
 HWY_INLINE void inverse_planar_row(const RiskNumbers& n, int y, float* to) {
     const int width = n.depth_m.width;
@@ -85,7 +78,7 @@ HWY_INLINE void inverse_planar_row(const RiskNumbers& n, int y, float* to) {
         const Floats a = (columns_from(x) + all(0.5f - 0.5f * float(width))) * all(inverse_focal);
         const Floats depth = hn::LoadU(float_tag, from + x);
         const Floats length2 = hn::MulAdd(a, a, all(1 + b * b));
-        const Floats inverse = length2 * over_sqrt(length2) / depth;
+        const Floats inverse = length2 * formulas::over_sqrt(length2).lanes / depth;
         hn::StoreU(hn::IfThenElseZero(depth > all(0.0f), hn::Min(inverse, all(max_inverse_m))), float_tag, to + x);
     });
 }
@@ -94,13 +87,6 @@ HWY_INLINE void inverse_planar_row(const RiskNumbers& n, int y, float* to) {
 HWY_INLINE void store_marks(FloatMask mask, std::uint8_t* to) {
     const Ints ones = hn::IfThenElseZero(hn::RebindMask(int_tag, mask), all(1));
     hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<IntTag>(), ones)), byte_tag, to);
-}
-
-/// Whether inverse depth steps between b and c more than the slopes beside the step explain.
-HWY_INLINE FloatMask steps(Floats a, Floats b, Floats c, Floats d, Floats least) {
-    const Floats step = hn::Abs(c - b);
-    const Floats slope = hn::Max(hn::Abs(b - a), hn::Abs(d - c));
-    return hn::And(step > least, step > slope + slope);
 }
 
 /// Silhouettes and borders between origins of a band: closeness 3 to 0 of surroundings.h.
@@ -175,15 +161,15 @@ private:
     HWY_INLINE void mark_steps(const RiskNumbers& n, int y, const Planar& planar, std::uint8_t* marks) {
         const float *two_above = planar(y - 2), *above = planar(y - 1), *here = planar(y), *below = planar(y + 1),
                     *two_below = planar(y + 2);
-        const Floats least = all(n.min_step_inverse_m);
+        const float least = n.min_step_inverse_m;
         over_row(width_, [&](int x) HWY_ATTR {
             const Floats p = hn::LoadU(float_tag, here + x - 2), q = hn::LoadU(float_tag, here + x - 1),
                          r = hn::LoadU(float_tag, here + x), s = hn::LoadU(float_tag, here + x + 1),
                          t = hn::LoadU(float_tag, here + x + 2);
             const Floats a = hn::LoadU(float_tag, two_above + x), b = hn::LoadU(float_tag, above + x),
                          d = hn::LoadU(float_tag, below + x), e = hn::LoadU(float_tag, two_below + x);
-            const FloatMask across = hn::Or(steps(p, q, r, s, least), steps(q, r, s, t, least));
-            const FloatMask down = hn::Or(steps(a, b, r, d, least), steps(b, r, d, e, least));
+            const FloatMask across = hn::Or(formulas::is_step(p, q, r, s, least), formulas::is_step(q, r, s, t, least));
+            const FloatMask down = hn::Or(formulas::is_step(a, b, r, d, least), formulas::is_step(b, r, d, e, least));
             alignas(64) std::uint8_t found[lanes];
             store_marks(hn::Or(across, down), found);
             for (int i = 0; i < lanes; ++i)

@@ -2,20 +2,16 @@
 /// What the risks of one eye's pixels are computed from: numbers that hold for the whole picture.
 #include <client/reflections/specular_sample.h>
 #include <client/warp/float_math.h>
+#include <plugin/formulas/scalars.h>
 
 #include "reliability.h"
 
 namespace equistream {
 
-inline constexpr float max_halvings = 4;
+using formulas::max_halvings;
 inline constexpr float twentieths = 20;
 /// Of a tenth of a millimetre: squares of it and of what is made of it stay finite.
 inline constexpr float max_inverse_m = 1e4f;
-inline constexpr float min_cosine2 = 1e-6f, min_facing = 1e-3f, min_distance2 = 1e-6f;
-/// So that the normal of what is infinitely far divides by something.
-inline constexpr float min_length2 = 1e-30f;
-/// What log2 is above a straight line from power to power, over the product of the fractions to either side.
-inline constexpr float log2_correction = 0.346607f;
 
 /// What holds for the whole picture.
 struct RiskNumbers {

@@ -245,11 +245,10 @@ private:
         const Projected& o = at(patch, before);
         if (std::isnan(o.inverse))
             return false;
-        const float expected = 2 * w(p) - w(o);
-        return std::abs(expected - w(q)) <= agreement_.tolerance;
+        return formulas::continues_line(o.clearance, p.clearance, q.clearance, agreement_.box_radius_m,
+                                        agreement_.tolerance);
     }
 
-    float w(const Projected& p) const { return agreement_.box_radius_m / p.clearance; }
     static const Projected& at(const Patch& patch, glm::ivec2 p) { return patch[p.y][p.x]; }
 
     /// `sign`: 1, or -1 for a footprint.

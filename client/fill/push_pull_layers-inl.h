@@ -23,7 +23,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// A row of a tile's level 1: four cells, or four numbers of one layer.
 using Tag = hn::FixedTag<float, 4>;
 using Floats = hn::Vec<Tag>;
-using Mask = hn::Mask<Tag>;
+using FloatMask = hn::Mask<Tag>;
 using IntTag = hn::RebindToSigned<Tag>;
 constexpr Tag tag;
 constexpr IntTag int_tag;
@@ -35,17 +35,25 @@ using Tile = PullPyramid::Tile;
 HWY_INLINE Floats all(float value) {
     return hn::Set(tag, value);
 }
-HWY_INLINE Mask never() {
+}  // namespace equistream::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#include <plugin/formulas/vectors-inl.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace equistream::HWY_NAMESPACE {
+
+HWY_INLINE FloatMask never() {
     return all(0) > all(1);
 }
-HWY_INLINE Mask mask_of(bool set) {
+HWY_INLINE FloatMask mask_of(bool set) {
     return all(set ? 1.0f : 0.0f) > all(0);
 }
 
 /// One layer of four cells.
 struct Layers {
     Floats r, g, b, w;
-    Mask present, coloured;  ///< coloured: only where present
+    FloatMask present, coloured;  ///< coloured: only where present
 };
 
 HWY_INLINE Layers no_layers() {
@@ -75,13 +83,13 @@ HWY_INLINE std::array<Layers, 2> pulled(const std::array<Layers, Children>& chil
         low = hn::Min(low, hn::IfThenElse(child.present, child.w, all(infinity)));
         high = hn::Max(high, hn::IfThenElse(child.present, child.w, all(-infinity)));
     }
-    const Mask alike = high - low <= all(tolerance);
-    Mask coloured_all = children[0].coloured;
+    const FloatMask alike = high - low <= all(tolerance);
+    FloatMask coloured_all = children[0].coloured;
     for (const Layers& child : children)
         coloured_all = hn::And(coloured_all, child.coloured);
     if (hn::AllTrue(tag, hn::And(alike, coloured_all)))
         return {mean_of(children), no_layers()};
-    const Floats split = hn::IfThenElse(alike, high, all(0.5f) * (low + high));
+    const Floats split = formulas::split_between(low, high, tolerance);
     std::array<Layers, 2> halves;
     for (int half = 0; half < 2; ++half) {
         Layers& sum = halves[std::size_t(half)];
@@ -90,8 +98,8 @@ HWY_INLINE std::array<Layers, 2> pulled(const std::array<Layers, Children>& chil
             break;
         Floats present = all(0), coloured = all(0);
         for (const Layers& child : children) {
-            const Mask here = hn::And(child.present, half == 0 ? child.w <= split : child.w > split);
-            const Mask shown = hn::And(here, child.coloured);
+            const FloatMask here = hn::And(child.present, half == 0 ? child.w <= split : child.w > split);
+            const FloatMask shown = hn::And(here, child.coloured);
             present = present + hn::IfThenElseZero(here, all(1));
             coloured = coloured + hn::IfThenElseZero(shown, all(1));
             sum.w = sum.w + hn::IfThenElseZero(here, child.w);
@@ -110,7 +118,7 @@ HWY_INLINE std::array<Layers, 2> pulled(const std::array<Layers, Children>& chil
     return halves;
 }
 
-HWY_INLINE unsigned bits_of(Mask mask) {
+HWY_INLINE unsigned bits_of(FloatMask mask) {
     std::uint8_t bits[8];
     hn::StoreMaskBits(tag, mask, bits);
     return bits[0];

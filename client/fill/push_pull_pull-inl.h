@@ -8,8 +8,6 @@
 
 #include "push_pull_layers-inl.h"
 
-#include <client/warp/depth_agreement-inl.h>
-
 #include <hwy/cache_control.h>
 
 #include <algorithm>
@@ -29,7 +27,7 @@ HWY_INLINE Floats w_from(const SurfaceDepths& depths, ImageView<const float> dep
     if (depth_m.data == nullptr)
         return all(0);
     const Floats depth = hn::LoadU(tag, depth_m.row(y) + x);
-    return hn::IfThenElseZero(depth > all(0), w_of(tag, depths.box_radius_m, depth));
+    return hn::IfThenElseZero(depth > all(0), Floats(formulas::w_of(depth, depths.box_radius_m)));
 }
 
 HWY_INLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
@@ -97,14 +95,14 @@ HWY_INLINE void children_of_row(const Pixels& pixels, int y, Layers& even, Layer
     odd = children_of(odd_rgba, odd_w, odd_state);
 }
 
-HWY_INLINE Floats as_number(Mask mask) {
+HWY_INLINE Floats as_number(FloatMask mask) {
     return hn::IfThenElseZero(mask, all(1));
 }
 
 /// Every other one of eight cells, in two rows of four.
 template <typename Pick>
 HWY_INLINE Layers picked(const Layers& upper, const Layers& lower, const Pick& pick) {
-    const auto number = [&](Mask a, Mask b) HWY_ATTR { return pick(as_number(a), as_number(b)) > all(0); };
+    const auto number = [&](FloatMask a, FloatMask b) HWY_ATTR { return pick(as_number(a), as_number(b)) > all(0); };
     return {pick(upper.r, lower.r),
             pick(upper.g, lower.g),
             pick(upper.b, lower.b),
@@ -126,7 +124,7 @@ HWY_INLINE Layers broadcast(const Layers& layers) {
 
 /// From the four children's layers, of which near ones are rare.
 HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers, 4>, 2>& children, float tolerance) {
-    Mask near = never();
+    FloatMask near = never();
     for (const Layers& child : children[1])
         near = hn::Or(near, child.present);
     if (hn::AllFalse(tag, near))

@@ -37,12 +37,8 @@ public:
         // Along each axis the cell that holds the place lies nearer (3/4) than the one beside it (1/4).
         const float left = x >> 1 == right_ ? 0.25f : 0.75f;
         const Floats bilinear = hn::IfThenElse(hn::FirstN(tag, 2), all(0.75f * left), all(0.75f * (1 - left)));
-        const Floats squared = all(tolerance * tolerance);
-        const auto shares = [&](Floats weight, Floats layers_w) HWY_ATTR {
-            const Floats apart = layers_w - all(w);
-            return weight * squared / hn::MulAdd(apart, apart, squared);
-        };
-        const Floats row = shares(bilinear, row_w_), beside = shares(bilinear * all(1 / 3.0f), beside_w_);
+        const Floats row = formulas::share_of_layer(bilinear, row_w_ - all(w), tolerance);
+        const Floats beside = formulas::share_of_layer(bilinear * all(1 / 3.0f), beside_w_ - all(w), tolerance);
         const Floats mean = mixed(row, layers_) + mixed(beside, layers_ + 4);
         const Floats sum = hn::Broadcast<3>(mean);
         rgb = mean / sum;

@@ -14,7 +14,6 @@ std::string common_constants() {
     d.add_bits("UNKNOWN", 0x7fc00000u);
     d.add_bits("INFINITE", 0x7f800000u);
     d.add("FAR_DISTANCE_M", far_distance_m);
-    d.add("MIN_CLEARANCE_SHARE", min_clearance_share);
     d.add("MIN_SPECULAR", min_specular);
     d.add("LOSS_TEXTURES", CodingLoss::textures);
     return d.take();

@@ -7,7 +7,6 @@
 #define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
-#include <client/warp/depth_agreement-inl.h>
 #include <client/warp/warp_points-inl.h>
 
 #include <equistream/virtual_image.h>
@@ -88,7 +87,7 @@ private:
     /// Direction from the source's centre to a point of a ray, of a length that stays finite.
     HWY_INLINE Vectors from_source(const Vectors& ray, Floats inverse_m) const { return sum(ray, eye(), inverse_m); }
 
-    HWY_INLINE Floats w(Floats distance_m) const { return w_of(float_tag, job_.agreement.box_radius_m, distance_m); }
+    HWY_INLINE Floats w(Floats distance_m) const { return formulas::w_of(distance_m, job_.agreement.box_radius_m); }
 
     /// What a sample's mirror shows is so far away; NaN where it shows nothing, or nobody has told.
     HWY_INLINE Floats image_distance(const Nearest& sample) const {

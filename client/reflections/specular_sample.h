@@ -30,8 +30,7 @@ inline float image_distance(const SourceView& source, const SpecularSample& s) {
 /// Whether an image at one distance, warped with a surface at another, stays within the budget; both as seen from the
 /// picture's centre. An image whose distance nobody has told (NaN) lies somewhere from the surface to infinity.
 inline bool warps_with_surface(const DepthAgreement& agreement, float surface_m, float image_m) {
-    const auto w = [&](float distance_m) { return agreement.box_radius_m / agreement.clearance(distance_m); };
-    return std::abs((std::isnan(image_m) ? 0 : w(image_m)) - w(surface_m)) <= agreement.tolerance;
+    return std::abs((std::isnan(image_m) ? 0 : agreement.w(image_m)) - agreement.w(surface_m)) <= agreement.tolerance;
 }
 
 }  // namespace equistream

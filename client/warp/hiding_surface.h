@@ -17,11 +17,8 @@
 
 namespace equistream {
 
-/// What second differences of a smooth surface may be, in tolerances.
-inline constexpr float max_bend = 8;
-/// How far behind a surface a point is hidden, in tolerances. Nearer to it the surface shows what lies within half a
-/// pixel of the point, which is better than what a fill pass fills in.
-inline constexpr float min_behind = 2;
+using formulas::max_bend;
+using formulas::min_behind;
 
 /// Of sixteen samples around a position, row by row, the inner four around it. `over_clearance`: 1 / (r - B) of each, w
 /// over B, NaN where nothing is known; `s` and `t` in [0, 1) between the inner columns and rows.

@@ -6,8 +6,7 @@
 #define EQUISTREAM_WARP_SURFACE_INL_H
 #endif
 
-#include "depth_agreement-inl.h"
-#include "hiding_surface-inl.h"
+#include "hiding_surface.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"
@@ -47,7 +46,7 @@ class ScaledClearance {
 public:
     HWY_INLINE ScaledClearance(const DepthAgreement& agreement, Floats length, Floats over_distance)
         : over_distance_(over_distance),
-          clearance_(hn::Max(length * all(min_clearance_share),
+          clearance_(hn::Max(length * all(equistream::formulas::min_clearance_share),
                              hn::NegMulAdd(all(agreement.box_radius_m), over_distance, length))),
           allowed_(clearance_ * all(agreement.tolerance / agreement.box_radius_m)) {}
 
@@ -166,21 +165,15 @@ HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledClearance& point
     if (hn::AllFalse(int_tag, open))
         return keep;
     alignas(64) std::int32_t us[lanes], vs[lanes], kept[lanes], opened[lanes];
-    alignas(64) float points[lanes], ss[lanes], ts[lanes];
+    alignas(64) float points[lanes];
     hn::Store(u, int_tag, us);
     hn::Store(v, int_tag, vs);
-    hn::Store(s, float_tag, ss);
-    hn::Store(t, float_tag, ts);
     hn::Store(keep, int_tag, kept);
     hn::Store(point.over_clearance(), float_tag, points);
     const auto count = int(hn::CompressStore(hn::Iota(int_tag, 0), open, int_tag, opened));
-    const ImageView<const float>& depth_m = job.source.depth_m;
     for (int k = 0; k < count; ++k) {
-        const int i = opened[k], x = us[i] >> position_bits, y = vs[i] >> position_bits;
-        const bool inside = x > 0 && y > 0 && x < job.grid.width - 2 && y < job.grid.height - 2;
-        if (inside ? surface_hides(job.agreement, depth_m.pixel(x - 1, y - 1), depth_m.row_stride,
-                                   {ss[i], ts[i], points[i]})
-                   : equistream::surface_hides(job.agreement, job.grid, depth_m, us[i], vs[i], points[i]))
+        const int i = opened[k];
+        if (equistream::surface_hides(job.agreement, job.grid, job.source.depth_m, us[i], vs[i], points[i]))
             kept[i] = 0;
     }
     return hn::Load(int_tag, kept);
@@ -266,7 +259,7 @@ HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, 
                                     hn::LoadU(float_tag, rows.at(tile.x + i, row)));
         Ints keep = all(0);
         for (int k = 0; k < 4; ++k) {
-            clearance_sample[k] = clearance(float_tag, job.agreement.box_radius_m, clearance_sample[k]);
+            clearance_sample[k] = formulas::clearance_of(clearance_sample[k], job.agreement.box_radius_m);
             behind[k] = point.behind(clearance_sample[k]);
             const IntMask agrees = hn::RebindMask(int_tag, point.same(behind[k], clearance_sample[k]));
             keep = hn::Or(keep, hn::IfThenElseZero(agrees, all(1 << k)));

@@ -57,5 +57,5 @@ FORMULA Number flat_row(Number y, Number z, float focal_px, float half_height) {
 
 /// Whether a column lies in a picture so many samples wide, or a row in one so high. False for NaN.
 FORMULA Truth is_within(Number position, float size) {
-    return position >= -edge_rounding_px && position <= size + edge_rounding_px;
+    return both(position >= -edge_rounding_px, position <= size + edge_rounding_px);
 }

@@ -9,6 +9,26 @@ float select(bool condition, float yes, float no) {
     return condition ? yes : no;
 }
 
+bool both(bool a, bool b) {
+    return a && b;
+}
+
+bool either(bool a, bool b) {
+    return a || b;
+}
+
+float over_sqrt(float x) {
+    return inversesqrt(x);
+}
+
+float mantissa_of(float x) {
+    return intBitsToFloat((floatBitsToInt(x) & 0x007fffff) | 0x3f800000);
+}
+
+float exponent_of(float x) {
+    return float((floatBitsToInt(x) >> 23) - 127);
+}
+
 float with_sign_of(float magnitude, float sign_of) {
     return sign_of < 0.0 ? -magnitude : magnitude;
 }

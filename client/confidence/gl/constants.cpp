@@ -21,14 +21,8 @@ std::string upper_case(std::string_view name) {
 
 std::string confidence_constants() {
     Defines d;
-    d.add("LOG2_CORRECTION", log2_correction);
-    d.add("MAX_HALVINGS", max_halvings);
     d.add("TWENTIETHS", twentieths);
     d.add("MAX_INVERSE_M", max_inverse_m);
-    d.add("MIN_COSINE2", min_cosine2);
-    d.add("MIN_FACING", min_facing);
-    d.add("MIN_DISTANCE2", min_distance2);
-    d.add("MIN_LENGTH2", min_length2);
     d.add("ENTRIES_PER_UNIT", reliability_model::entries_per_unit);
     d.add_whole("TABLE_SIZE", reliability_model::table_size);
     d.add_whole("RISKS", risk_count);

@@ -7,6 +7,7 @@ layout(binding = 1) uniform usampler2DArray eye_origin;
 layout(binding = 0, rgba8ui) uniform writeonly uimage2DArray surroundings;  // contrast, bend, 1 at a silhouette
 
 #include "map_numbers.glsl"
+#include "risks.glsl.h"
 
 ivec2 size;
 
@@ -28,16 +29,11 @@ ivec2 differences(ivec3 at, ivec3 here, ivec2 step) {
     return ivec2(max(worst(here - a), worst(here - b)), worst(here - (a + b + 1) / 2));
 }
 
-bool steps(float a, float b, float c, float d, float least) {
-    float step = abs(c - b);
-    return step > least && step > 2.0 * max(abs(b - a), abs(d - c));
-}
-
 bool is_silhouette(ivec3 at, ivec2 axis, float least) {
     float q[5];
     for (int i = 0; i < 5; ++i)
         q[i] = inverse_planar(ivec3(at.xy + (i - 2) * axis, at.z), size);
-    return steps(q[0], q[1], q[2], q[3], least) || steps(q[1], q[2], q[3], q[4], least);
+    return is_step(q[0], q[1], q[2], q[3], least) || is_step(q[1], q[2], q[3], q[4], least);
 }
 
 bool is_border(ivec3 at) {

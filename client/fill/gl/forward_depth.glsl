@@ -51,9 +51,8 @@ void look_around(ivec2 s) {
     }
 }
 
-/// Whether w goes on from the sample `before` through `p` to `q`.
 bool continues(float before, float p, float q) {
-    return before > 0.0 && abs(2.0 * box_radius_m / p - box_radius_m / before - box_radius_m / q) <= tolerance;
+    return before > 0.0 && continues_line(before, p, q, box_radius_m, tolerance);
 }
 
 /// Neighbours of one surface: equal within the bound, or on a line with the sample before or after.

@@ -1,4 +1,5 @@
 // The pull of push_pull.h, from up to eight layers of four children.
+#include "push_pull.glsl.h"
 
 struct Halves {
     vec4 far, near;
@@ -11,7 +12,7 @@ Halves pulled(vec4 children[8], float tolerance) {
             low = min(low, children[i].w);
             high = max(high, children[i].w);
         }
-    float split = high - low <= tolerance ? high : 0.5 * (low + high);
+    float split = split_between(low, high, tolerance);
     vec4 sums[2] = vec4[2](vec4(0.0), vec4(0.0));
     vec2 counts[2] = vec2[2](vec2(0.0), vec2(0.0));  // present, coloured
     for (int i = 0; i < 8; ++i) {

@@ -1,7 +1,7 @@
 // A pixel of a window that shows one kind of picture (SHOWN) under one overlay (OVERLAY): a program each,
 // for what runs pixel by pixel on a CPU pays for every branch of it. Eyes' rows run down, the window's up.
 #include "motion_colour.glsl"
-#include "srgb.glsl"
+#include "srgb.glsl.h"
 
 layout(binding = 0) uniform sampler2DArray eyes;
 layout(binding = 1) uniform sampler2DArray overlaid;

@@ -1,7 +1,6 @@
 #include "eye_targets.h"
 
 #include <client/gpu/defines.h>
-#include <client/warp/hiding_surface.h>
 #include <client/warp/source_lattice.h>
 #include <client/warp/view.h>
 #include <client/warp/warp.h>
@@ -13,8 +12,6 @@ namespace equistream::gl {
 std::string warp_constants() {
     Defines d;
     d.add("MIN_WEIGHT", min_weight);
-    d.add("MIN_BEHIND", min_behind);
-    d.add("MAX_BEND", max_bend);
     d.add_whole("MAX_EYES", max_eyes);
     d.add_whole("POSITION_BITS", position_bits);
     d.add_whole("POSITION_ONE", position_one);

@@ -30,11 +30,11 @@ bool shows_front(EyeRays eye, ivec2 pixel, float z, vec2 slope) {
 bool all_agree(vec2 position, float distance_m) {
     // At the corner that the four samples share, a gather finds those and no others.
     vec4 samples_m = textureGather(source_depth, floor(position + 0.5) / vec2(source_size));
-    vec4 clearance_samples = min(samples_m, FAR_DISTANCE_M);
-    clearance_samples = max(clearance_samples - box_radius_m, MIN_CLEARANCE_SHARE * clearance_samples);
     float clearance = clearance_of(distance_m);
-    return all(lessThanEqual(box_radius_m * abs(clearance - clearance_samples), tolerance * (clearance * clearance_samples))) &&
-           all(greaterThan(samples_m, vec4(0.0))) && !any(isnan(samples_m));
+    bool holds = true;
+    for (int k = 0; k < 4; ++k)
+        holds = holds && samples_m[k] > 0.0 && agree(clearance, clearance_of(samples_m[k]));
+    return holds;
 }
 
 /// Of the four samples around, with weights in steps of 1 / POSITION_ONE, as warp_colour-inl.h mixes them: what is

@@ -1,15 +1,10 @@
 #pragma once
 /// The sRGB transfer curve (IEC 61966-2-1) on values from 0 to 1, per channel. Pure functions.
-#include <cmath>
+#include <plugin/formulas/scalars.h>
 
 namespace equistream {
 
-inline float srgb_to_linear(float v) {
-    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
-inline float linear_to_srgb(float v) {
-    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-}
+using formulas::linear_to_srgb;
+using formulas::srgb_to_linear;
 
 }  // namespace equistream

@@ -95,7 +95,7 @@ TEST(MeshCells, NoCellSpansAnEdge) {
                 for (int j = 0; j <= cell.side; ++j)
                     for (int i = 0; i <= cell.side; ++i) {
                         const float k = block.point(cell.x + i, cell.y + j).k;
-                        ASSERT_TRUE(same.between_inverse(low, high, k)) << k << " from " << low << " to " << high;
+                        ASSERT_TRUE(formulas::between_inverse(low, high, k, same.box_radius_m, same.tolerance)) << k << " from " << low << " to " << high;
                     }
             }
         }
