@@ -8,9 +8,11 @@
 #include <equistream/conventions.h>
 #include <equistream/pose_limits.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <string>
 
 using namespace equistream;
 
@@ -141,14 +143,22 @@ es_status es_client_draw(es_client* client, const es_client_request* request, es
         require_pointer(targets, "targets");
         GlEyes& eyes = gl_eyes_of(*client);
         const std::size_t sizes[] = {sizeof(es_gl_target)};
-        for (int i = 0; i < 2; ++i)
-            whole_struct(&targets[i], i == 0 ? "targets[0]" : "targets[1]", sizes);
-        const SessionState shown = client->session.draw(checked_request(request), client->view);
+        const SessionRequest checked = checked_request(request);
+        std::array<GlHostPlanes, 2> planes;
+        for (std::size_t i = 0; i < 2; ++i) {
+            const std::string name = "targets[" + std::to_string(i) + "]";
+            const es_gl_target given = whole_struct(&targets[i], name.c_str(), sizes);
+            planes[i] = {given.origin, given.depth_m, given.confidence};
+            eyes.require_planes(planes[i], checked.width, checked.height, name);
+        }
+        const SessionState shown = client->session.draw(checked, client->view);
         client->is_drawn = true;
         for (int i = 0; i < 2; ++i) {
             const ViewPart& part = client->view.parts[std::size_t(i)];
             es_gl_target& target = targets[i];
             eyes.blit(i, part, target.framebuffer, target.x, target.y);
+            if (planes[std::size_t(i)].any())
+                eyes.write_planes(i, part, planes[std::size_t(i)]);
             target.width = part.width;
             target.height = part.height;
             target.fov = fov_of(part.fov);

@@ -2,6 +2,7 @@
 #include "host_gl_state.h"
 #include "module_loading.h"
 
+#include <client/gpu/program.h>
 #include <client/gpu/requirements.h>
 #include <client/view/gl/eye_renderer.h>
 #include <client/warp/gl/pq_display.h>
@@ -11,6 +12,8 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <string>
 #include <utility>
 
 namespace equistream {
@@ -64,6 +67,39 @@ public:
                                part.top, x, y, x + part.width, y + part.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     }
 
+    void require_planes(const GlHostPlanes& planes, int width, int height, const std::string& name) const override {
+        require_plane(planes.origin, {name + ".origin", "GL_R8UI", GL_R8UI}, {width, height});
+        require_plane(planes.depth_m, {name + ".depth_m", "GL_R32F", GL_R32F}, {width, height});
+        require_plane(planes.confidence, {name + ".confidence", "GL_R8", GL_R8}, {width, height});
+        if (planes.confidence != 0 && !settings_.confidence)
+            throw InputError(expected_found(name + ".confidence", "a client that was opened with confidence",
+                                            "one that was opened without"));
+    }
+
+    void write_planes(int eye, const ViewPart& part, const GlHostPlanes& to) override {
+        const gl::HostGlState kept;
+        const PerspectiveCamera& camera = eyes_[std::size_t(eye)].camera;
+        const gl::EyeDepth depth = renderer_.depth();
+        if (!part_planes_)
+            part_planes_.emplace(std::initializer_list<gl::Stage>{{GL_COMPUTE_SHADER, "part_planes.glsl"}});
+        part_planes_->use();
+        part_planes_->set("first", glm::ivec3(part.left, part.top, eye));
+        part_planes_->set("part_size", glm::ivec2(part.width, part.height));
+        part_planes_->set("camera", glm::vec3(camera.focal_px(), camera.width, camera.height));
+        part_planes_->set("inverse_depth_scale", depth.texture != 0 ? depth.scale : 0.0f);
+        glBindTextureUnit(1, targets_.origin());
+        glBindTextureUnit(2, depth.texture);
+        glBindTextureUnit(3, settings_.confidence ? renderer_.reliability() : 0);
+        glBindImageTexture(0, to.origin, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R8UI);
+        glBindImageTexture(1, to.depth_m, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+        glBindImageTexture(2, to.confidence, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R8);
+        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+        part_planes_->dispatch({part.width, part.height});
+        for (const GLuint unit : {0u, 1u, 2u})
+            glBindImageTexture(unit, 0, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R8);
+        glMemoryBarrier(GL_ALL_BARRIER_BITS);
+    }
+
     GlEyesTextures textures() const override {
         const gl::EyeDepth depth = renderer_.depth();
         return {targets_.colour(), targets_.origin(), depth.texture, settings_.confidence ? renderer_.reliability() : 0,
@@ -71,6 +107,31 @@ public:
     }
 
 private:
+    struct PlaneFormat {
+        std::string name;
+        const char* format_name;
+        GLenum format;
+    };
+
+    static void require_plane(GLuint texture, const PlaneFormat& expected, gl::Size size) {
+        if (texture == 0)
+            return;
+        GLint format = 0, width = 0, height = 0;
+        if (glIsTexture(texture) == GL_TRUE) {
+            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_WIDTH, &width);
+            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_HEIGHT, &height);
+        }
+        if (GLenum(format) != expected.format || width < size.width || height < size.height)
+            throw InputError(expected_found(expected.name,
+                                            std::string("a texture of ") + expected.format_name + ", " +
+                                                std::to_string(size.width) + "x" + std::to_string(size.height) +
+                                                " at least",
+                                            format == 0 ? std::string("none of that name")
+                                                        : "one of format " + std::to_string(format) + ", " +
+                                                              std::to_string(width) + "x" + std::to_string(height)));
+    }
+
     void download_depth(int eye, FloatImage& depth_m) const {
         const PerspectiveCamera& camera = eyes_[std::size_t(eye)].camera;
         if (depth_m.width() != camera.width || depth_m.height() != camera.height)
@@ -99,6 +160,7 @@ private:
     gl::EyeTargets targets_;
     gl::StageTimes times_;
     gl::Framebuffer part_;  ///< that one layer is read through
+    std::optional<gl::Program> part_planes_;
     std::vector<EyeView> eyes_;
 };
 

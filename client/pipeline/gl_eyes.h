@@ -33,6 +33,12 @@ struct GlEyesTextures {
     float inverse_depth_scale = 0;
 };
 
+/// Textures of a host, as in es_gl_target; 0: not wanted.
+struct GlHostPlanes {
+    std::uint32_t origin = 0, depth_m = 0, confidence = 0;
+    bool any() const { return origin != 0 || depth_m != 0 || confidence != 0; }
+};
+
 class GlEyes {
 public:
     virtual ~GlEyes() = default;
@@ -45,6 +51,10 @@ public:
     virtual void download(int eye, EyePicture& picture, FloatImage& depth_m) = 0;
     /// Copies a part of an eye's picture, the right way up for a window, without another encoding.
     virtual void blit(int eye, const ViewPart& part, std::uint32_t framebuffer, int x, int y) = 0;
+    /// Throws InputError where a texture has another format or fewer texels. `name` stands before what is said.
+    virtual void require_planes(const GlHostPlanes& planes, int width, int height, const std::string& name) const = 0;
+    /// Of a part of an eye, from the first texel on.
+    virtual void write_planes(int eye, const ViewPart& part, const GlHostPlanes& to) = 0;
     virtual GlEyesTextures textures() const = 0;
 };
 

@@ -126,13 +126,19 @@ typedef struct es_eye_image {
     es_field_of_view fov;
 } es_eye_image;
 
-/* Where an eye's picture is drawn: a rectangle of a framebuffer of the caller's, colour attachment 0. */
+/* Where an eye's picture is drawn: a rectangle of a framebuffer of the caller's, colour attachment 0. What is known
+ * of its pixels may go to textures of the caller's. */
 typedef struct es_gl_target {
     size_t struct_size;
     uint32_t framebuffer;  /* 0: the window's */
     int32_t x, y;          /* lower left corner */
     int32_t width, height; /* filled: pixels that were drawn */
     es_field_of_view fov;  /* filled: as in es_eye_image */
+    /* Textures of the caller's for what is known of each pixel: GL_TEXTURE_2D of request.width x request.height texels
+     * at least, rows downwards from texel 0, 0. 0: not wanted. */
+    uint32_t origin;     /* GL_R8UI: es_origin */
+    uint32_t depth_m;    /* GL_R32F: along each pixel's ray; +inf: nothing is there; NaN: not known */
+    uint32_t confidence; /* GL_R8; needs a client that was opened with confidence */
 } es_gl_target;
 
 /* The client's own textures of the last draw, arrays with a layer for each eye, rows downwards; 0: there is none. They

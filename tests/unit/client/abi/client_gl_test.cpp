@@ -4,6 +4,8 @@
 #include <client/gpu/context.h>
 #include <client/gpu/objects.h>
 
+#include <gmock/gmock.h>
+
 #include <cmath>
 
 namespace equistream::test {
@@ -56,7 +58,8 @@ TEST_F(GlClients, DrawIntoAFramebufferTheRightWayUp) {
     glCreateFramebuffers(1, &framebuffer);
     const gl::Framebuffer owned(framebuffer);
     glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, texture.name(), 0);
-    es_gl_target targets[2] = {{0, framebuffer, 3, 5, 0, 0, {}}, {0, framebuffer, width + 7, 5, 0, 0, {}}};
+    es_gl_target targets[2] = {{0, framebuffer, 3, 5, 0, 0, {}, 0, 0, 0},
+                               {0, framebuffer, width + 7, 5, 0, 0, {}, 0, 0, 0}};
     client.draw(request, targets);
     EXPECT_EQ(targets[0].width, width);
     EXPECT_EQ(targets[1].height, height);
@@ -74,6 +77,54 @@ TEST_F(GlClients, DrawIntoAFramebufferTheRightWayUp) {
     EXPECT_NE(textures.colour, 0u);
     EXPECT_NE(textures.inverse_depth, 0u);
     EXPECT_EQ(textures.width[1], width);
+}
+
+TEST_F(GlClients, WritesWhatIsKnownOfEachPixelIntoTheHostsTextures) {
+    es_client_settings wanted = settings(ES_BACKEND_OPENGL);
+    wanted.confidence = 1;
+    Client client(wanted);
+    const int width = 160, height = 100;
+    const es_client_request request = client.request(width, height, pi / 2);
+    ClientPicture eyes[2];
+    client.render(request, eyes);
+    const gl::Texture colour = gl::make_texture({width, height}, GL_RGBA8);
+    GLuint framebuffer = 0;
+    glCreateFramebuffers(1, &framebuffer);
+    const gl::Framebuffer owned(framebuffer);
+    glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, colour.name(), 0);
+    const gl::Size size{width + 3, height + 1};
+    const gl::Texture origin = gl::make_texture(size, GL_R8UI), depth_m = gl::make_texture(size, GL_R32F),
+                      confidence = gl::make_texture(size, GL_R8);
+    es_gl_target targets[2] = {{0, framebuffer, 0, 0, 0, 0, {}, 0, 0, 0}, {0, framebuffer, 0, 0, 0, 0, {}, 0, 0, 0}};
+    targets[1].origin = origin.name();
+    targets[1].depth_m = depth_m.name();
+    targets[1].confidence = confidence.name();
+    client.draw(request, targets);
+    const std::size_t texels = std::size_t(size.width) * std::size_t(size.height);
+    std::vector<std::uint8_t> origins(texels), trusted(texels);
+    std::vector<float> depths(texels);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(origin.name(), 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, GLsizei(texels), origins.data());
+    glGetTextureImage(confidence.name(), 0, GL_RED, GL_UNSIGNED_BYTE, GLsizei(texels), trusted.data());
+    glGetTextureImage(depth_m.name(), 0, GL_RED, GL_FLOAT, GLsizei(4 * texels), depths.data());
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const std::size_t at = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
+            const std::size_t p = std::size_t(y) * width + std::size_t(x);
+            ASSERT_EQ(origins[at], eyes[1].origin[p]) << x << ", " << y;
+            ASSERT_EQ(trusted[at], eyes[1].confidence[p]) << x << ", " << y;
+            const float want = eyes[1].depth_m[p];
+            ASSERT_TRUE(std::isnan(want) ? std::isnan(depths[at])
+                                         : depths[at] == want || std::abs(depths[at] - want) < 1e-5f * want)
+                << x << ", " << y << ": " << depths[at] << ", expected " << want;
+        }
+    targets[0].depth_m = origin.name();
+    try {
+        client.draw(request, targets);
+        FAIL();
+    } catch (const ClientError& problem) {
+        EXPECT_THAT(problem.what(), testing::HasSubstr("targets[0].depth_m: expected a texture of GL_R32F, 160x100"));
+    }
 }
 
 TEST_F(GlClients, LeaveTheHostsStateAsItWas) {
@@ -117,7 +168,7 @@ TEST_F(GlClients, LeaveTheHostsStateAsItWas) {
             all.push_back(glIsEnabled(what));
         return all;
     };
-    es_gl_target targets[2] = {{0, names[0], 0, 0, 0, 0, {}}, {0, names[0], 0, 0, 0, 0, {}}};
+    es_gl_target targets[2] = {{0, names[0], 0, 0, 0, 0, {}, 0, 0, 0}, {0, names[0], 0, 0, 0, 0, {}, 0, 0, 0}};
     prepare();
     const std::vector<GLint> before = state();
     client.draw(request, targets);
