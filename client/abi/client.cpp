@@ -1,12 +1,11 @@
-#include "checked.h"
-#include "images.h"
+#include "caller_data.h"
 #include "module_loading.h"
 
-#include <plugin/abi/guard.h>
+#include <plugin/abi/boundary.h>
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
+#include <equistream/camera_limits.h>
 #include <equistream/conventions.h>
-#include <equistream/pose_limits.h>
 
 #include <array>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <client/gpu/program.h>
 #include <client/gpu/requirements.h>
 #include <client/view/gl/eye_renderer.h>
-#include <client/warp/gl/pq_display.h>
+#include <client/warp/gl/source_textures.h>
 
 #include <client/depth/gl/gl_depth.h>
 #include <equistream/error.h>

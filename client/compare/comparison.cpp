@@ -1,11 +1,11 @@
 #include "comparison.h"
 
-#include "independent_runs.h"
+#include "noise_free.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>

@@ -1,9 +1,8 @@
 #pragma once
 /// A whole comparison: every pair of pictures measured, pooled per eye.
+#include "compared_pictures.h"
 #include "noise_free.h"
 #include "picture_metrics.h"
-#include "picture_pairs.h"
-#include "scored_picture.h"
 
 #include <functional>
 #include <optional>

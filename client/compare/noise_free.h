@@ -13,6 +13,8 @@
 /// is taken as independent, so that the variance of the whole is the sum of Y^2 over blocks. Where nearly all of the
 /// error lies in one block there is little to learn the spread from: the interval then holds the truth in some
 /// 88 % of cases rather than 95 %.
+#include "compared_pictures.h"
+
 #include <equistream/image.h>
 
 #include <cstdint>
@@ -65,5 +67,21 @@ struct NoiseFreeError {
     bool only_bounded() const { return low <= 0; }
 };
 NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks);
+
+// Whether two runs can give a noise-free error: it is one only where the noise of one does not know that of the other.
+
+/// One pair's pictures as read.
+struct RunPictures {
+    const ScoredPicture &picture, &truth;
+};
+
+/// Throws InputError where one file is in both runs.
+void require_other_files(const PicturePair& pair);
+
+/// Throws InputError where a picture of run 1 has the samples of one of run 2 or its seed, or where the runs have
+/// another number of samples per pixel. Seed and number are the EXR's own, or the source's in the report.json that
+/// `play` leaves beside its views; where neither says, nothing is checked. Pictures of one value everywhere hold no
+/// noise and may be alike.
+void require_independent(const RunPictures& run_1, const RunPictures& run_2);
 
 }  // namespace equistream

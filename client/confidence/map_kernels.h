@@ -2,10 +2,10 @@
 /// The inner loops of the reliability map (reliability.cpp), for every instruction set that Highway compiles them for;
 /// the one that this processor has is picked when they run. tests/support/references says in plain words what they
 /// compute; tests hold one to the other. Any number of threads, each its own rows or columns.
-#include "risks.h"
+#include "reliability.h"
 
 #include <client/warp/eye_rays.h>
-#include <client/warp/warp.h>
+#include <client/warp/resample.h>
 
 #include <array>
 #include <cstdint>

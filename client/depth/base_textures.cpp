@@ -3,7 +3,7 @@
 #include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
-#include <equistream/srgb.h>
+#include <equistream/rec709.h>
 
 #include <algorithm>
 #include <cmath>

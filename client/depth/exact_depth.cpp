@@ -2,7 +2,7 @@
 
 #include <client/warp/engine.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cassert>

@@ -1,6 +1,5 @@
 #include "ray_colour.h"
 
-#include "base_colour.h"
 #include "base_textures.h"
 
 #include <scenes/embree/embree_rays.h>

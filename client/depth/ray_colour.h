@@ -1,7 +1,7 @@
 #pragma once
 /// The client's geometry with its base colours, by casting rays with Embree (equistream_client_ray). It is loaded when
 /// the first ray is cast, or before that in the background; a texture is decoded when a ray first meets it.
-#include "geometry_colour.h"
+#include "depth_source.h"
 
 #include <scenes/library/scene.h>
 

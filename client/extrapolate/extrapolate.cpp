@@ -1,7 +1,5 @@
 #include "extrapolate.h"
 
-#include "moved_region.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>

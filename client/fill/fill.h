@@ -22,7 +22,7 @@
 /// without depth are looked up by direction alone (`small`, `small-wide`), or not at all.
 #include "gaps.h"
 
-#include <client/depth/geometry_colour.h>
+#include <client/depth/depth_source.h>
 #include <client/warp/engine.h>
 #include <client/warp/view.h>
 

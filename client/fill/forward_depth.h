@@ -2,8 +2,8 @@
 /// What gap pixels see where the eye has no depth of its own: the surfaces of a grid's samples, drawn forward into the
 /// gaps, nearest first. Neighbouring samples of one surface are joined by triangles (1 / planar depth is linear on
 /// them); where a surface ends, its last samples reach as far as the next, the background before the foreground.
-#include "patch_grid.h"
-#include "seen_points.h"
+#include "gap_resample.h"
+#include "gaps.h"
 
 #include <functional>
 

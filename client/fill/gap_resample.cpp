@@ -1,10 +1,8 @@
 #include "gap_resample.h"
 
-#include <client/reflections/specular_sample.h>
+#include <client/reflections/specular.h>
 #include <client/warp/eye_rays.h>
-#include <client/warp/hiding_surface.h>
-#include <client/warp/source_lookup.h>
-#include <client/warp/warp.h>
+#include <client/warp/resample.h>
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
@@ -138,7 +136,7 @@ private:
         return all;
     }
 
-    /// Whether the grid's surface runs before a point at this position (hiding_surface.h). Beyond rows, and where a
+    /// Whether the grid's surface runs before a point at this position (resample.h). Beyond rows, and where a
     /// grid has nothing, nothing hides: patches end anywhere.
     bool hidden(PixelPosition position, float point_over_clearance) const {
         const BilinearCell cell(position);

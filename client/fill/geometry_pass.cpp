@@ -1,8 +1,6 @@
 #include "geometry_pass.h"
 
-#include "geometry_light.h"
-
-#include <equistream/srgb.h>
+#include <equistream/rec709.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

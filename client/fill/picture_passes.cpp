@@ -2,7 +2,7 @@
 
 #include "forward_depth.h"
 #include "gap_resample.h"
-#include "wide_gaps.h"
+#include "gaps.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>

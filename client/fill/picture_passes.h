@@ -1,9 +1,9 @@
 #pragma once
 /// Fill passes that look gap pixels up in pictures that were rendered elsewhere.
 #include "fill.h"
-#include "seen_points.h"
+#include "gaps.h"
 
-#include <equistream/patch_slots.h>
+#include <equistream/patches.h>
 
 #include <optional>
 

@@ -1,4 +1,4 @@
-#include "push_pull_kernels.h"
+#include "push_pull.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/fill/push_pull_kernels.cpp"

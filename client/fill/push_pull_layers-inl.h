@@ -1,4 +1,4 @@
-// Vectors that the loops of push_pull_kernels.h are made of: one layer of four cells at once. Included once for each
+// Vectors that the loops of push_pull.h are made of: one layer of four cells at once. Included once for each
 // instruction set.
 #if defined(EQUISTREAM_PUSH_PULL_LAYERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef EQUISTREAM_PUSH_PULL_LAYERS_INL_H
@@ -7,7 +7,7 @@
 #define EQUISTREAM_PUSH_PULL_LAYERS_INL_H
 #endif
 
-#include "push_pull_pyramid.h"
+#include "push_pull.h"
 
 #include <hwy/highway.h>
 

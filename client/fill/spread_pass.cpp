@@ -1,7 +1,5 @@
 #include "spread_pass.h"
 
-#include "spread_likeness.h"
-
 #include <algorithm>
 #include <array>
 

@@ -1,6 +1,6 @@
 #pragma once
 /// "#define NAME VALUE" lines of GLSL from numbers of C++, so that neither can differ from the other.
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <span>
 #include <string>

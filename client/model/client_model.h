@@ -2,6 +2,7 @@
 /// The geometry a client needs of a scene, under the bound (bound.h): simplified by distance to the head boxes along
 /// the camera path, without what no eye in them can see, and checked by casting rays. Built once per scene
 /// (equistream_client_model); what comes out is a SceneModel for depth only: positions, triangles, alpha masks.
+#include <scenes/library/model.h>
 #include <scenes/library/scene.h>
 
 #include <array>
@@ -59,5 +60,10 @@ ClientModel build_client_model(const SceneModel& model, const SceneDescription& 
 /// stands for (SceneDescription::stands_for). Writes FILE.json and FILE.glb beside it; throws WorkError naming them.
 void write_client_model(const std::filesystem::path& json_file, const ClientModel& model,
                         const SceneDescription& scene);
+
+// An alpha mask as a texture that write_glb embeds.
+
+/// A PNG of grey and alpha, as a reader of the model decodes it back to the same mask.
+Texture mask_texture(const AlphaMask& mask, const std::string& name);
 
 }  // namespace equistream

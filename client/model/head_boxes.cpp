@@ -1,7 +1,7 @@
 #include "head_boxes.h"
 
 #include <equistream/bound.h>
-#include <scenes/library/triangle_distance.h>
+#include <scenes/library/polygon.h>
 
 #include <algorithm>
 #include <cmath>

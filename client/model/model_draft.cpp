@@ -1,7 +1,7 @@
 #include "model_draft.h"
 
-#include "mask_texture.h"
-#include "weld.h"
+#include "client_model.h"
+#include "simplify.h"
 
 #include <tbb/parallel_for.h>
 

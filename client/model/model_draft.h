@@ -1,8 +1,7 @@
 #pragma once
 /// A client's model in the making: what is kept of each instance, and how strictly.
-#include "ray_check.h"
+#include "ray_checks.h"
 #include "simplify.h"
-#include "visibility.h"
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #include "cpu_pipeline.h"
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 

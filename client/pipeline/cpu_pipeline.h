@@ -2,9 +2,7 @@
 /// The pipeline's CPU back end: one frame at a time, from what was received to both eyes' finished pictures.
 #include "decisions.h"
 #include "depth_maker.h"
-#include "eye_figures.h"
 #include "eye_steps.h"
-#include "frame_fill.h"
 
 #include <client/extrapolate/extrapolate.h>
 

@@ -1,9 +1,10 @@
 #include "decisions.h"
 
-#include <client/receive/received_view.h>
-#include <client/stages/stages.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
+
+#include <client/receive/receive.h>
+#include <client/stages/stages.h>
 
 namespace equistream {
 
@@ -51,6 +52,108 @@ void require_tagged_size(const ReceivedPicture& picture, const std::string& sour
         throw WorkError(expected_found(source + ": frame " + std::to_string(picture.info.index),
                                        std::to_string(width) + "x" + std::to_string(height) + " as its tag says",
                                        std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
+}
+
+namespace {
+
+/// What a source is, as far as its depth goes.
+std::string described(const DepthWish& wish, const DepthOffer& offer) {
+    if (offer.folder)
+        return wish.source + ", a folder of rendered frames" + (offer.plane ? "" : " without depth");
+    if (!offer.plane)
+        return wish.source + (offer.posed ? ", a stream without depth" : ", ordinary video");
+    return wish.source + ", a stream" +
+           (offer.code ? " of depth coded " + std::string(depth_code_names()[std::size_t(*offer.code)])
+                       : std::string(" with depth"));
+}
+
+/// Of --depth. Planes that the method does not use are not missed.
+void require_kind(const DepthWish& wish, const DepthOffer& offer, bool used) {
+    const auto require = [&](bool good, const std::string& expected, const std::string& hint) {
+        if (!good)
+            throw InputError(expected_found("--depth " + wish.depth, expected, described(wish, offer) + hint));
+    };
+    if (is_cast(wish.depth) && !offer.scene)
+        throw InputError(expected_found("--depth " + wish.depth,
+                                        std::string("--scene S or --model M, to ") +
+                                            (is_drawn(wish.depth) ? "draw" : "cast rays into"),
+                                        "neither"));
+    if (wish.depth == "stream")
+        require(!offer.folder && (offer.plane || !used), "a stream with a depth track (encode --depth auto)",
+                offer.folder && offer.plane ? " (--depth exact takes theirs)" : "");
+    if (wish.depth == "exact")
+        require(!used || (offer.plane && (offer.folder || offer.code == DepthCodeId::lossless)),
+                "a folder of rendered frames with their depth, or a stream of lossless depth",
+                !offer.folder && offer.plane ? " (--depth stream takes it)" : "");
+}
+
+std::string default_depth(const DepthOffer& offer) {
+    if (offer.scene)
+        return "ray";
+    if (!offer.plane || !offer.posed)
+        return "none";
+    return offer.folder ? "exact" : "stream";
+}
+
+}  // namespace
+
+DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
+    DepthChoice choice{.method = wish.method, .depth = wish.depth, .notes = {}};
+    const bool by_budget = wish.method == "auto";
+    const DepthNeeds needs = wish.method.empty() || by_budget ? DepthNeeds{} : find_engine(wish.method).needs;
+    require_kind(wish, offer, needs.any() || wish.method.empty());
+    if (choice.depth.empty())
+        choice.depth = default_depth(offer);
+    const bool eyes_depth = offer.scene || (choice.depth == "exact" && !offer.eye_without_plane);
+    if (choice.method.empty()) {
+        choice.method = choice.depth == "none" ? "rotation" : eyes_depth ? "eye-depth" : "mesh";
+        if (choice.depth == "none")
+            choice.notes.push_back(
+                "no scene, and no depth in " + wish.source +
+                ": method rotation (the eye only turns); --scene S gives parallax, and so does a stream "
+                "with depth (encode --depth auto)");
+        else if (wish.depth.empty() && !offer.scene)
+            choice.notes.push_back("no scene: depth is " +
+                                   std::string(choice.depth == "exact" ? "the render's own" : "the stream's own") +
+                                   ", method " + choice.method);
+    }
+    if (by_budget)
+        return choice;
+    if (!offer.posed && choice.method != "rotation")
+        throw InputError(expected_found(wish.source, "pictures tagged with their pose, for --method " + choice.method,
+                                        "ordinary video (--method rotation turns it)"));
+    if (needs.any() && choice.depth == "none")
+        throw InputError(expected_found("--method " + choice.method,
+                                        "--scene S, or a source with depth of its own, to have depth",
+                                        described(wish, offer)));
+    if (needs.eye && !eyes_depth && choice.depth == "exact" && offer.folder)
+        throw InputError(expected_found("--depth exact",
+                                        "--scene S, or a rendered depth plane of this very " +
+                                            std::string(offer.eye_without_plane == Eye::left ? "left" : "right") +
+                                            " eye's view beside " + wish.source,
+                                        "neither"));
+    if (needs.eye && !eyes_depth)
+        throw InputError(expected_found("--method " + choice.method,
+                                        "--scene S, for the eyes' own depth, which no stream has (mesh and "
+                                        "splat need none)",
+                                        "--depth " + choice.depth + " alone"));
+    if (!needs.any() && !wish.method.empty())
+        choice.depth = "none";
+    return choice;
+}
+
+std::optional<std::string> require_same_scene(const FrameInfo& first, const std::string& source,
+                                              const SceneDescription& scene, const std::string& file) {
+    const auto require_same = [&](const std::string& what, const std::string& rendered, const std::string& here) {
+        if (rendered != here)
+            throw InputError(expected_found(
+                file, "the " + what + " '" + rendered + "' that " + source + " was rendered from", "'" + here + "'"));
+    };
+    require_same("scene", first.scene, scene.name);
+    if (first.geometry_fingerprint.empty())
+        return source + " does not name its geometry: that of " + file + " is taken for it";
+    require_same("geometry", first.geometry_fingerprint, scene.depth_of_geometry());
+    return std::nullopt;
 }
 
 }  // namespace equistream

@@ -1,6 +1,6 @@
 #include "depth_maker.h"
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>

@@ -1,5 +1,16 @@
 #include "eye_steps.h"
 
+#include "decisions.h"
+
+#include <equistream/error.h>
+#include <equistream/patches.h>
+
+#include <client/receive/receive.h>
+#include <client/stages/stages.h>
+
+#include <algorithm>
+#include <utility>
+
 namespace equistream {
 
 EyeSteps::EyeSteps(std::string_view engine, const EngineOptions& options, MirrorTreatment mirrors)
@@ -17,6 +28,111 @@ SpecularCounts EyeSteps::reproject(const EyeView& eye, EyePicture& picture) cons
 
 void EyeSteps::judge(const EyeView& eye, EyePicture& picture, const ReliabilityOptions& known) const {
     estimate_reliability(source_, eye, picture, known);
+}
+
+namespace {
+
+/// "Current and previous", as the paper, and one more: at 30 frames a second the head has moved 3 cm in two.
+constexpr std::size_t kept_frames = 2;
+
+ImageView<const float> view_of(const FloatImage& image) {
+    return image.empty() ? ImageView<const float>{} : image.view();
+}
+
+/// Patches are drawn from wherever the atlas says: its slots and the pictures must be what they say they are.
+void require_whole(const ReceivedPicture& picture, const std::string& what, int width, int height) {
+    const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+    const std::string where = "frame " + std::to_string(picture.info.index) + ": " + what;
+    if (picture.width() != width || picture.height() != height)
+        throw WorkError(
+            expected_found(where, size(width, height) + " as its tag says", size(picture.width(), picture.height())));
+    const FloatImage& depth_m = picture.depth_m;
+    if (!depth_m.empty() && (depth_m.width() != width || depth_m.height() != height))
+        throw WorkError(
+            expected_found(where, "depth of " + size(width, height), size(depth_m.width(), depth_m.height())));
+}
+
+}  // namespace
+
+bool has_pass(const FillChain& chain, std::string_view name) {
+    return std::ranges::any_of(chain, [&](const auto& fill_pass) { return fill_pass->name() == name; });
+}
+
+FrameFill::FrameFill(const std::string& passes, GeometryColour* geometry)
+    : chain_(make_fill_chain(passes)), has_earlier_pass_(has_pass(chain_, "earlier")), geometry_(geometry) {}
+
+FrameFill::~FrameFill() = default;
+
+bool FrameFill::has(std::string_view fill_pass) const {
+    return has_pass(chain_, fill_pass);
+}
+
+bool FrameFill::takes_small() const {
+    return std::ranges::any_of(chain_, [](const auto& fill_pass) {
+        return find_fill(fill_pass->name()).reads[std::size_t(TrackRole::small)];
+    });
+}
+
+bool FrameFill::wants_depth() const {
+    return std::ranges::any_of(chain_, [](const auto& fill_pass) { return fill_pass->wants_depth(); });
+}
+
+void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown) {
+    main_ = shown.main;
+    small_.reset();
+    hidden_.reset();
+    patches_.reset();
+    if (frame.small)
+        small_ = source_view(*frame.small, depths.small);
+    if (frame.hidden) {
+        require_whole(*frame.hidden, "hidden", width_of(frame.hidden->info.camera),
+                      height_of(frame.hidden->info.camera));
+        hidden_ = source_view(*frame.hidden, frame.hidden->depth_m);
+    }
+    if (frame.patches && frame.patches->info.patches) {
+        const PatchAtlas& atlas = *frame.patches->info.patches;
+        if (const auto problem = patch_atlas_problem(atlas))
+            throw WorkError("frame " + std::to_string(frame.main.info.index) + ": patches: " + *problem);
+        require_whole(*frame.patches, "patches", atlas.width(), atlas.height());
+        patches_ = {.rgb = frame.patches->rgb.view(),
+                    .yuv = frame.patches->yuv.planes,
+                    .depth_m = view_of(frame.patches->depth_m.empty() ? depths.patches : frame.patches->depth_m),
+                    .atlas = &atlas,
+                    .pose = frame.patches->info.camera_pose,
+                    .box_radius_m = main_->box_radius_m};
+    }
+    earlier_views_.clear();
+    for (const Earlier& earlier : earlier_)
+        if (counts_as_earlier(earlier.picture->info.time_s, frame.main.info.time_s))
+            earlier_views_.push_back(source_view(*earlier.picture, earlier.depth_m));
+    if (geometry_)
+        geometry_->set_time(shown.time_s);
+    const auto address = [](const auto& view) { return view ? &*view : nullptr; };
+    for (const auto& fill_pass : chain_)
+        fill_pass->set_frame({.main = address(main_),
+                              .small = address(small_),
+                              .earlier = earlier_views_,
+                              .hidden = address(hidden_),
+                              .patches = address(patches_),
+                              .geometry = geometry_});
+}
+
+void FrameFill::take_over(FrameFill& before) {
+    if (&before == this)
+        return;
+    if (has_earlier_pass_)
+        earlier_ = std::move(before.earlier_);
+    before.earlier_.clear();
+}
+
+void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths) {
+    if (!has_earlier_pass_ || depths.main.empty())
+        return;
+    earlier_.push_front({std::move(main), std::exchange(depths.main, {})});
+    if (earlier_.size() <= kept_frames)
+        return;
+    depths.main = std::move(earlier_.back().depth_m);
+    earlier_.pop_back();
 }
 
 }  // namespace equistream

@@ -1,16 +1,71 @@
 #pragma once
-/// What the pipeline takes from Embree and from OpenGL. Programs link them; the client library loads them on demand
-/// (client/abi/module_loading.h). A null function: that module is not there.
-#include "gl_eyes.h"
+/// What the pipeline takes from Embree and from OpenGL, and its OpenGL back end.
+#include "covering_view.h"
+
+#include <equistream/colour.h>
 
 #include <client/depth/depth_source.h>
-#include <client/depth/geometry_colour.h>
+#include <client/receive/receive.h>
+#include <client/reflections/specular.h>
+#include <client/warp/view.h>
 #include <scenes/library/scene.h>
 
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 namespace equistream {
+
+// The pipeline's OpenGL back end as the client library takes it from its module. One context is current in
+// every call, the destructor's too. Drawing state that a host may rely on is restored; equistream/client.h lists it.
+
+struct GlEyesSettings {
+    const SceneDescription* scene = nullptr;  ///< whose geometry gives depth; null: the frame's own does
+    double box_radius_m = 0;
+    std::string engine;
+    std::string fill;
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    bool confidence = false;
+    bool by_depth = true;
+    std::shared_ptr<const HdrDisplay> hdr_display;  ///< for HDR streams; null: this is none
+};
+
+/// As es_gl_textures.
+struct GlEyesTextures {
+    std::uint32_t colour = 0, origin = 0, inverse_depth = 0, confidence = 0;
+    float inverse_depth_scale = 0;
+};
+
+/// Textures of a host, as in es_gl_target; 0: not wanted.
+struct GlHostPlanes {
+    std::uint32_t origin = 0, depth_m = 0, confidence = 0;
+    bool any() const { return origin != 0 || depth_m != 0 || confidence != 0; }
+};
+
+class GlEyes {
+public:
+    virtual ~GlEyes() = default;
+    virtual void show(std::shared_ptr<const ReceivedFrame> frame) = 0;
+    virtual bool has_depth() const = 0;
+    virtual bool can_extrapolate() const = 0;
+    /// Two eyes of one size.
+    virtual void render(std::span<const EyeView> eyes, double extrapolation_s) = 0;
+    /// Of the last render. Waits for the GPU. `depth_m`: radial, NaN where it is not known.
+    virtual void download(int eye, EyePicture& picture, FloatImage& depth_m) = 0;
+    /// Copies a part of an eye's picture, the right way up for a window, without another encoding.
+    virtual void blit(int eye, const ViewPart& part, std::uint32_t framebuffer, int x, int y) = 0;
+    /// Throws InputError where a texture has another format or fewer texels. `name` stands before what is said.
+    virtual void require_planes(const GlHostPlanes& planes, int width, int height, const std::string& name) const = 0;
+    /// Of a part of an eye, from the first texel on.
+    virtual void write_planes(int eye, const ViewPart& part, const GlHostPlanes& to) = 0;
+    virtual GlEyesTextures textures() const = 0;
+};
+
+using MakeGlEyes = std::unique_ptr<GlEyes> (*)(const GlEyesSettings& settings);
+
+// What the pipeline takes from Embree and from OpenGL. Programs link them; the client library loads them on demand
+// (client/abi/module_loading.h). A null function: that module is not there.
 
 /// Casts rays into the scene's geometry.
 struct RayModule {

@@ -3,7 +3,7 @@
 /// one. A recorded source (a folder, a file) is read a few frames ahead and waits to be shown; a live one comes at its
 /// server's pace, is read as it comes, and is asked for again when its connection is lost.
 #include <client/receive/receive.h>
-#include <client/timing/frame_ring.h>
+#include <client/timing/frame_slots.h>
 
 #include <equistream/elapsed.h>
 

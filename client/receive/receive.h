@@ -1,22 +1,49 @@
 #pragma once
-/// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
-/// without loss. All pictures of one frame come together.
-#include "pose_sender.h"
-
+/// Pictures as they arrive, what engines take of them, and the head's poses on their way to the server.
+#include <equistream/colour.h>
 #include <equistream/frame.h>
-#include <equistream/hdr_display.h>
 #include <equistream/stream.h>
-#include <equistream/yuv_picture.h>
+#include <equistream/viewer_message.h>
+#include <equistream/yuv.h>
 
+#include <client/warp/view.h>
+
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace equistream {
+
+// Tells a server where the head is, over the connection on which its stream comes (docs/stream-format.md, "From the
+// viewer"). Any thread may send.
+
+class PoseSender {
+public:
+    /// Takes what it can of the bytes without waiting; false: they are lost.
+    using Connection = std::function<bool(std::span<const std::uint8_t>)>;
+
+    /// At most 30 times a second, and no head twice. Whether it was sent.
+    bool send(const ViewerPose& pose);
+
+    /// What is sent goes there from now on; null: nowhere.
+    void use(Connection connection);
+
+private:
+    std::mutex mutex_;
+    Connection connection_;
+    std::optional<Pose> last_;
+    std::chrono::steady_clock::time_point last_at_;
+};
+
+// Pictures as they arrive: from a stream (file or URL), or from a folder of rendered frames as if they had been coded
+// without loss. All pictures of one frame come together.
 
 /// One picture and where it was seen from.
 struct ReceivedPicture {
@@ -102,5 +129,13 @@ struct FeedOptions {
 
 /// A folder of rendered frames, else a stream. Throws InputError naming what could not be opened.
 std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options = {});
+
+// A received picture as engines and fill passes take it. What comes out borrows the picture's pixels. Pure functions.
+
+/// Of the head box around the picture's centre (bound.h), metres.
+double head_box_radius(const FrameInfo& info);
+
+/// `depth_m` as in SourceView; empty: not known.
+SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m);
 
 }  // namespace equistream

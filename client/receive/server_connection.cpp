@@ -1,7 +1,7 @@
 #include "server_connection.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <asio/buffer.hpp>
 #include <asio/connect.hpp>

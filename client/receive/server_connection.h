@@ -1,9 +1,8 @@
 #pragma once
 /// A connection to a server, on which a stream comes and poses go.
-#include "pose_sender.h"
+#include "receive.h"
 
 #include <equistream/elapsed.h>
-#include <equistream/patience.h>
 
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>

@@ -1,6 +1,5 @@
+#include "decoded_pictures.h"
 #include "feeds.h"
-#include "guided_depth.h"
-#include "packed_video.h"
 #include "server_connection.h"
 
 #include <client/warp/engine.h>
@@ -8,8 +7,8 @@
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/stream.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 /// The inner loops of rework_specular (specular.h), for every instruction set that Highway compiles them for; the one
 /// that this processor has is picked when they run. tests/support/references/mirrors.cpp says
 /// in plain words what they compute.
+#include <client/warp/resample.h>
 #include <client/warp/view.h>
-#include <client/warp/warp.h>
 #include <equistream/depth_agreement.h>
 
 #include "specular.h"

@@ -1,11 +1,10 @@
 #include "specular.h"
-#include "image_colour.h"
 #include "mirror_kernels.h"
 
 #include <client/warp/plane_size.h>
 #include <equistream/bound.h>
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

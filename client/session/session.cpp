@@ -1,9 +1,9 @@
 #include "session.h"
 
-#include <client/pipeline/depth_choice.h>
-#include <client/playback/head_pose.h>
+#include <client/pipeline/decisions.h>
+#include <client/playback/playback.h>
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>

@@ -3,7 +3,6 @@
 /// thread at a time, but for now_s() and send_head(). client.h says what each setting means.
 #include <client/pipeline/covering_view.h>
 #include <client/pipeline/cpu_pipeline.h>
-#include <client/pipeline/gl_eyes.h>
 #include <client/pipeline/modules.h>
 #include <client/playback/frame_loader.h>
 #include <client/playback/playback.h>

@@ -4,8 +4,8 @@
 #include <client/fill/gl/fill_pass.h>
 #include <client/warp/gl/eye_depth_finder.h>
 
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>

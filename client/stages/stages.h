@@ -5,8 +5,8 @@
 /// source or fill pass is its own files and a row in client/stages/stage_rows.inc. All functions are pure.
 #include <client/fill/fill.h>
 #include <client/warp/engine.h>
-#include <equistream/comma_list.h>
 #include <equistream/stream.h>
+#include <equistream/text.h>
 
 #include <concepts>
 #include <memory>

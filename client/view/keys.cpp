@@ -1,6 +1,6 @@
 #include "keys.h"
 
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

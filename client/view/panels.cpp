@@ -2,7 +2,7 @@
 #include "keys.h"
 
 #include <client/view/gl/display.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// What is written over the picture: keys, frame times by stage, and a line on where in time and space the viewer is.
 /// By Dear ImGui, in the context in which it is made.
-#include <client/view/gl/stage_times.h>
+#include <client/view/gl/eye_renderer.h>
 
 #include <client/gpu/objects.h>
 

@@ -1,10 +1,10 @@
 #include "presenter.h"
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <client/warp/engine.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <chrono>

@@ -1,29 +1,89 @@
 #pragma once
-/// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
-/// the displaying thread. Nothing is drawn that would look the same.
+/// What a viewer is asked for, and what its window shows.
 #include "head_motion.h"
 #include "input_box.h"
 #include "panels.h"
 #include "recorder.h"
 #include "truth.h"
-#include "viewer_settings.h"
 #include "window.h"
 
-#include <client/playback/followed_head.h>
+#include <equistream/colour.h>
+#include <equistream/object_motion.h>
+
+#include <client/fill/fill.h>
 #include <client/playback/frame_loader.h>
 #include <client/playback/playback.h>
+#include <client/reflections/specular.h>
 #include <client/view/gl/display.h>
 #include <client/view/gl/eye_renderer.h>
 #include <client/view/xr/headset.h>
-
 #include <client/warp/engine.h>
+#include <client/warp/gl/eye_depth_finder.h>
+#include <scenes/library/scene.h>
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace equistream {
+
+// What a viewer is asked for, and what it says of itself in the end.
+
+inline constexpr gl::Size default_window_size{1280, 720};
+inline constexpr double default_view_fov_deg = 90;
+
+/// How a decoder's pictures come to the GPU. mapped: it reads them where the decoder wrote them, in its driver's own
+/// buffers, where the driver has such; copied: they are copied. by_driver: mapped, unless the driver draws on the CPU.
+enum class PictureUpload { by_driver, mapped, copied };
+
+struct ViewerSettings {
+    std::string source;                     ///< file, URL or folder
+    std::optional<SceneDescription> scene;  ///< whose geometry gives depth
+    /// Nothing: the truth's, else as the defaults are.
+    std::optional<gl::Size> size;
+    std::optional<double> fov_deg;
+    std::optional<double> ipd_m;                             ///< nothing: what the frames are tagged with
+    std::string finding_engine{gl::default_finding_engine};  ///< by which depth is found without a scene
+    bool by_depth = true, fill = true, loop = true, paused = false, times = false;
+    std::string fill_chain = default_fill;  ///< that gaps are filled by, where they are
+    MirrorTreatment mirrors = MirrorTreatment::images;
+    /// How HDR comes to the display; null: HdrDisplay's defaults. Where one is given the source must be HDR.
+    std::shared_ptr<const HdrDisplay> hdr_display;
+    bool headset = false;  ///< shown in one by OpenXR, the window beside it
+    bool hardware = true;  ///< decode by it where there is some
+    PictureUpload upload = PictureUpload::by_driver;
+    gl::DisplayLayout layout = gl::DisplayLayout::left;
+    gl::Overlay overlay = gl::Overlay::none;
+    const Anaglyph* anaglyph = &anaglyphs().front();
+    std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
+    double extrapolation_limit_s =
+        extrapolation_horizon_s;      ///< as Playback::extrapolation_s has it; 0: what moves stays where frames show it
+    std::filesystem::path truth;      ///< folder of path-traced eyes of the same path; empty: there is none
+    std::filesystem::path out = ".";  ///< of pictures and recordings
+    double seconds = 0;               ///< after which it ends by itself; 0: when it is told to
+};
+
+struct ViewerReport {
+    double seconds = 0;
+    std::int64_t refreshes = 0;  ///< that were drawn: a still picture is drawn once
+    std::int64_t frames = 0;     ///< that were shown
+    double extrapolation_s = 0;  ///< by which what moves was shown later than in its frame, on average over refreshes
+    std::optional<double> truth_db;  ///< PSNR of what was seen beside the truth, on average over refreshes
+    double latency_s = 0;            ///< from the last look at what steers until the buffers were swapped, on average
+    std::optional<double> playout_delay_s;  ///< of a live source, in the end
+    std::string decoder;                    ///< of the last frame; empty: it was not coded
+    double decode_ms = 0;                   ///< ReceivedPicture's, on average over frames
+    std::size_t mapped_bytes = 0;           ///< of buffers that decoders wrote into, in the end
+    /// Of all refreshes, in milliseconds; nothing unless stages were told apart.
+    std::optional<gl::StageTimes::Row> stages_ms;
+};
+
+// What the window shows: frames as they come, seen from where the head will be when they are, refresh by refresh, in
+// the displaying thread. Nothing is drawn that would look the same.
 
 class Presenter {
 public:

@@ -1,7 +1,10 @@
 /// What eyes see: from where they look, by what, and how that comes into the window.
 #include "presenter.h"
 
-#include <client/receive/received_view.h>
+#include <equistream/text.h>
+
+#include <client/compare/picture_metrics.h>
+#include <client/receive/receive.h>
 #include <client/warp/engine.h>
 
 #include <algorithm>
@@ -121,6 +124,155 @@ void Presenter::keep_what_is_asked_for() {
     } catch (const std::exception& error) {
         tell(error.what());
     }
+}
+
+// What a headset shows, and the window beside it.
+
+namespace {
+
+/// While the runtime wants no frames.
+constexpr double headset_idle_s = 0.02;
+
+}  // namespace
+
+/// While nobody looks into it the window shows what it would without one.
+void Presenter::refresh_headset() {
+    take_inputs();
+    headset_->poll();
+    if (headset_->is_over()) {
+        quit_ = true;
+        return;
+    }
+    if (!headset_->is_running()) {
+        is_worn_ = false;
+        if (!refresh_window())
+            box_.wait(headset_idle_s);
+        return;
+    }
+    const std::optional<HeadsetView> seen = headset_->begin_frame();
+    is_worn_ = seen.has_value();
+    now_s_ = loader_.now_s();
+    if (!seen) {
+        headset_->end_frame();
+        refresh_window();
+        return;
+    }
+    times_.start(settings_.times);
+    advance(now_s_);
+    draw_headset(*seen);
+    mirror(headset_->framebuffer(), seen->view.parts[0]);
+    // What may take longer than a frame comes after it.
+    headset_->end_frame();
+    show_mirror();
+}
+
+void Presenter::draw_headset(const HeadsetView& seen) {
+    const Pose middle = composed(followed_.around(), motion_.head());
+    seen_head_ = composed(motion_.head(), seen.head);
+    lead();
+    recorder_.add_head(playback_.time_s(), head());
+    std::array<EyeView, 2> eyes;
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+        eyes[i] = {seen.view.camera, composed(middle, seen.eyes[i])};
+        worn_eyes_m_[i] = eyes[i].pose.position_m;
+    }
+    latency_.measured(seen.until_seen_s);
+    extrapolation_s_ = wanted_extrapolation_s(seen.until_seen_s);
+    renderer_.extrapolate(extrapolation_s_);
+    renderer_.look(eyes, settings_.by_depth, times_);
+    renderer_.draw(refresh_options(), targets_, times_);
+    glBindFramebuffer(GL_FRAMEBUFFER, headset_->framebuffer());
+    display_.draw(
+        {.eyes = &targets_,
+         .depth = renderer_.depth(),
+         .reliability = settings_.overlay == gl::Overlay::reliability ? renderer_.reliability() : 0,
+         .motion = renderer_.motion(),
+         .source = &renderer_.source()},
+        {.layout = gl::DisplayLayout::side_by_side, .overlay = settings_.overlay, .fading = float(beyond_head_box())},
+        headset_->size());
+    times_.mark(gl::RenderStage::display);
+    ++report_.refreshes;
+    report_.extrapolation_s += extrapolation_s_;
+}
+
+/// What the left eye sees goes into the window's buffer while there is a picture of it.
+void Presenter::mirror(GLuint framebuffer, const ViewPart& part) {
+    const gl::Size window = inputs_.window;
+    if (window.width == 0 || window.height == 0)
+        return;
+    const int bottom = headset_->size().height - part.top - part.height;
+    glBlitNamedFramebuffer(framebuffer, 0, part.left, bottom, part.left + part.width, bottom + part.height, 0, 0,
+                           window.width, window.height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+}
+
+void Presenter::show_mirror() {
+    add_times();
+    if (inputs_.window.width == 0 || inputs_.window.height == 0)
+        return;  // minimised
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    keep_what_is_asked_for();
+    panels_.draw(status(), inputs_.window, settings_.times);
+    window_.show();
+    drawn_.reset();
+}
+
+// Path-traced eyes beside what is drawn.
+
+/// Whether there is another one to be seen, or none any more. What cannot be read is told once.
+bool Presenter::find_truth() {
+    if (truth_ == nullptr)
+        return false;
+    const Eye eye = settings_.layout == gl::DisplayLayout::right ? Eye::right : Eye::left;
+    Truth::Found found = truth_->at(frame().main.info.time_s, eye);
+    truth_is_coming_ = found.is_coming;
+    if (!found.problem.empty() && found.problem != truth_problem_)
+        tell(found.problem);
+    truth_problem_ = std::move(found.problem);
+    const bool is_other = found.eye != true_eye_;
+    true_eye_ = std::move(found.eye);
+    // While it comes the head stays: it does not go to the frame's own and back.
+    if (true_eye_ || !truth_is_coming_ || report_.frames == 0)
+        followed_.show(true_eye_ ? true_eye_->head : frame().main.info.head);
+    return is_other;
+}
+
+/// Empty: the truth is of what is drawn.
+std::string Presenter::why_no_truth() const {
+    if (settings_.layout != gl::DisplayLayout::right && settings_.layout != gl::DisplayLayout::left)
+        return "the truth is shown beside one eye (v)";
+    if (!truth_problem_.empty())
+        return truth_problem_;
+    // A folder may hold fewer frames than are watched, and one eye of the two: said on the screen, as all of these are.
+    if (!true_eye_)
+        return truth_is_coming_ ? "the truth is being read" : "there is no truth of this eye at this time";
+    const PerspectiveCamera& camera = true_eye_->camera;
+    if (!(inputs_.window == gl::Size{camera.width, camera.height}))
+        return formatted("the truth is %dx%d: the window must be", camera.width, camera.height);
+    if (std::abs(fov_deg_ - camera.fov_x_rad * 180 / pi) > 1e-6)
+        return formatted("the truth is %s degrees wide: the view must be",
+                         in_words(camera.fov_x_rad * 180 / pi).c_str());
+    if (std::abs(ipd_m() - true_eye_->ipd_m) > 1e-6)
+        return formatted("the truth's eyes are %s m apart: the view's must be", in_words(true_eye_->ipd_m).c_str());
+    if (!same_pose(seen_head_, {}))
+        return "the head is not where the truth is (c: back)";
+    return "";
+}
+
+bool Presenter::shows_truth() const {
+    return truth_ != nullptr && split_ < 1 && why_no_truth().empty();
+}
+
+/// Where the other method would be, and how near what is drawn is to it.
+void Presenter::put_truth_beside() {
+    const ByteImage& rgb = true_eye_->rgb;
+    other_targets_.size_for(true_eye_->camera, 1);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage3D(other_targets_.colour(), 0, 0, 0, 0, rgb.width(), rgb.height(), 1, GL_RGB, GL_UNSIGNED_BYTE,
+                        rgb.samples().data());
+    targets_.download(0, seen_);
+    truth_db_ = total_error(squared_errors(seen_.rgb().view(), rgb.view())).psnr_db();
+    report_.truth_db = report_.truth_db.value_or(0) + *truth_db_;
+    ++truth_count_;
 }
 
 }  // namespace equistream

@@ -1,10 +1,10 @@
 #include "recorder.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-#include <equistream/writable_folder.h>
+#include <equistream/text.h>
 
 #include <cstdio>
 

@@ -2,7 +2,6 @@
 
 #include <equistream/error.h>
 #include <equistream/rec709.h>
-#include <equistream/srgb.h>
 
 #include <tbb/parallel_for.h>
 

@@ -3,7 +3,6 @@
 #include "input_box.h"
 #include "presenter.h"
 #include "truth.h"
-#include "viewer_settings.h"
 #include "window.h"
 
 #include <client/playback/frame_loader.h>

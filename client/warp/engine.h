@@ -72,4 +72,9 @@ bool same_pose(const Pose& a, const Pose& b);
 /// Same projection, size and field of view.
 bool same_camera(const Camera& a, const Camera& b);
 
+// Engines that look each pixel of the eye up in the source: by its direction, or by the eye's own depth.
+
+/// `name`: rotation or eye-depth.
+std::unique_ptr<Engine> make_resample_engine(std::string_view name, const EngineOptions& options);
+
 }  // namespace equistream

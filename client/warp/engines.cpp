@@ -1,6 +1,5 @@
 #include "engine.h"
 #include "resample.h"
-#include "resample_engine.h"
 
 #include <equistream/bound.h>
 

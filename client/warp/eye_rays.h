@@ -1,12 +1,28 @@
 #pragma once
-/// The rays of an eye's pixels in a source's camera frame, in single precision: linear in the pixel's coordinates.
-#include "float_math.h"
-
+/// Vectors of single precision, and the rays of an eye's pixels.
 #include "view.h"
 
 #include <glm/glm.hpp>
 
 namespace equistream {
+
+// Vectors of single precision.
+
+struct Vec3f {
+    float x = 0, y = 0, z = 0;
+};
+
+inline Vec3f operator+(Vec3f a, Vec3f b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3f operator*(Vec3f a, float s) {
+    return {a.x * s, a.y * s, a.z * s};
+}
+inline float dot(Vec3f a, Vec3f b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+// The rays of an eye's pixels in a source's camera frame, in single precision: linear in the pixel's coordinates.
 
 class EyeRays {
 public:

@@ -1,9 +1,11 @@
-#include "eye_depth_from_source.h"
-#include "mesh_triangles.h"
+#include "mesh.h"
+
+#include "source_depth_engine.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace equistream {
@@ -114,6 +116,129 @@ private:
 
 std::unique_ptr<EyeDepthFromSource> make_mesh_finder(bool plain) {
     return std::make_unique<MeshFinder>(plain);
+}
+
+namespace {
+
+constexpr int side = LatticeBlock::side;
+
+/// The plane through three points, as m of 1/r = m . q. In double precision: the points lie close together, and what is
+/// wanted is their small differences.
+Vec3f plane_through(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
+    const glm::dvec3 origin(a.q.x, a.q.y, a.q.z);
+    const double square = glm::dot(origin, origin);
+    const auto chord = [&](const LatticePoint& p) { return glm::dvec3(p.q.x, p.q.y, p.q.z) - origin; };
+    // m = k q_a / |q_a|^2 + s u + t v: right at a because u and v are square to q_a, at b and c by the choice of s and
+    // t.
+    const double k = a.k / square;
+    const auto across = [&](const glm::dvec3& d) { return d - glm::dot(d, origin) / square * origin; };
+    const glm::dvec3 u = across(chord(b)), v = across(chord(c));
+    const double at_u = b.k - a.k - k * glm::dot(origin, chord(b));
+    const double at_v = c.k - a.k - k * glm::dot(origin, chord(c));
+    const double uu = glm::dot(u, u), vv = glm::dot(v, v), uv = glm::dot(u, v);
+    const double determinant = uu * vv - uv * uv;
+    const double s = (at_u * vv - at_v * uv) / determinant, t = (at_v * uu - at_u * uv) / determinant;
+    const glm::dvec3 m = k * origin + s * u + t * v;
+    return {float(m.x), float(m.y), float(m.z)};
+}
+
+/// Builds bottom-up: a node is flat if its four parts are and its two triangles hold all its points.
+class CellTree {
+public:
+    CellTree(const LatticeBlock& block, const JoinedPoints& joined, const DepthAgreement& within)
+        : block_(block), within_(within) {
+        for (int y = 0; y < block.rows; ++y)
+            for (int x = 0; x < block.columns; ++x) {
+                const int i = LatticeBlock::at(x, y);
+                flat_[0][y * side + x] =
+                    joined.right[i] & joined.right[i + LatticeBlock::stride] & joined.down[i] & joined.down[i + 1];
+            }
+        for (int level = 1; level <= levels; ++level)
+            build(level);
+    }
+
+    void collect(MeshCells& mesh) const { collect(levels, 0, 0, mesh); }
+
+private:
+    static constexpr int levels = 5;
+    static_assert(1 << levels == side);
+
+    bool fits(int x, int y, int size) const { return x + size <= block_.columns && y + size <= block_.rows; }
+
+    void build(int level) {
+        const int size = 1 << level, half = size / 2;
+        const auto& below = flat_[level - 1];
+        for (int y = 0; y < block_.rows; y += size)
+            for (int x = 0; x < block_.columns; x += size)
+                flat_[level][(y >> level) * side + (x >> level)] =
+                    fits(x, y, size) && below[(y / half) * side + x / half] &&
+                    below[(y / half) * side + x / half + 1] && below[(y / half + 1) * side + x / half] &&
+                    below[(y / half + 1) * side + x / half + 1] && holds(x, y, size);
+    }
+
+    /// Both triangles of a cell, split from its first corner to the opposite one.
+    bool holds(int x, int y, int size) const {
+        const LatticePoint a = block_.point(x, y), b = block_.point(x + size, y);
+        const LatticePoint c = block_.point(x, y + size), d = block_.point(x + size, y + size);
+        const Vec3f upper = plane_through(a, b, d), lower = plane_through(a, d, c);
+        for (int j = 0; j <= size; ++j)
+            if (!row_holds(x, y + j, {0, j}, lower) || !row_holds(x, y + j, {j, size}, upper))
+                return false;
+        return true;
+    }
+
+    struct Columns {
+        int first, last;
+    };
+    bool row_holds(int x, int y, Columns columns, const Vec3f& plane) const {
+        const int begin = LatticeBlock::at(x, y);
+        bool good = true;
+        for (int i = begin + columns.first; i <= begin + columns.last; ++i) {
+            const float k = plane.x * block_.qx[i] + plane.y * block_.qy[i] + plane.z * block_.qz[i];
+            good &= within_.same_inverse(k, block_.k[i]);
+        }
+        return good;
+    }
+
+    void collect(int level, int x, int y, MeshCells& mesh) const {
+        if (x >= block_.columns || y >= block_.rows)
+            return;
+        const int size = 1 << level;
+        const bool flat = flat_[level][(y >> level) * side + (x >> level)] != 0;
+        if (!flat && level > 0) {
+            const int half = size / 2;
+            collect(level - 1, x, y, mesh);
+            collect(level - 1, x + half, y, mesh);
+            collect(level - 1, x, y + half, mesh);
+            collect(level - 1, x + half, y + half, mesh);
+            return;
+        }
+        mesh.cells.push_back({std::uint8_t(x), std::uint8_t(y), std::uint8_t(size), flat});
+        const std::uint64_t both = std::uint64_t{1} << x | std::uint64_t{1} << (x + size);
+        mesh.corners[std::size_t(y)] |= both;
+        mesh.corners[std::size_t(y + size)] |= both;
+    }
+
+    const LatticeBlock& block_;
+    DepthAgreement within_;
+    std::array<std::array<std::uint8_t, side * side>, levels + 1> flat_{};
+};
+
+}  // namespace
+
+void build_mesh_cells(const LatticeBlock& block, const JoinedPoints& joined, const DepthAgreement& within,
+                      MeshCells& mesh) {
+    mesh.cells.clear();
+    mesh.corners = {};
+    CellTree(block, joined, within).collect(mesh);
+}
+
+void build_plain_cells(const LatticeBlock& block, MeshCells& mesh) {
+    mesh.cells.clear();
+    mesh.corners = {};
+    for (int y = 0; y < block.rows; ++y)
+        for (int x = 0; x < block.columns; ++x)
+            mesh.cells.push_back({std::uint8_t(x), std::uint8_t(y), 1, true});
 }
 
 }  // namespace equistream

@@ -1,4 +1,4 @@
-#include "mesh_triangles.h"
+#include "mesh.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,8 +1,8 @@
 #pragma once
 /// What is gathered from by index must have the size that indices are made for: nothing else would stop at its ends.
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/image.h>
+#include <equistream/text.h>
 
 #include <string>
 

@@ -1,12 +1,11 @@
 #include "resample.h"
 
-#include "warp.h"
-
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <atomic>
 #include <cassert>
+#include <cmath>
 
 namespace equistream {
 
@@ -111,6 +110,42 @@ std::int64_t resample_by_surface(const SourceView& source, const EyeView& eye, c
            (source.depth_m.width == width_of(source.camera) && source.depth_m.height == height_of(source.camera)));
     assert(eye.depth_m.width == eye.camera.width && eye.depth_m.height == eye.camera.height);
     return resample(source, eye, options, true, picture);
+}
+
+bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>& over_clearance, float s, float t,
+                   float point_over_clearance) {
+    return formulas::surface_hides(over_clearance.data(), s, t, point_over_clearance, agreement.box_radius_m,
+                                   agreement.tolerance);
+}
+
+bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, const ImageView<const float>& depth_m,
+                   int u, int v, float point_over_clearance) {
+    const int x0 = u >> position_bits, y0 = v >> position_bits;
+    std::array<float, 16> over_clearance;
+    for (int i = 0; i < 16; ++i) {
+        const Sample sample = wrapped(grid, x0 - 1 + i % 4, y0 - 1 + i / 4);
+        const float distance_m = depth_m.pixel(sample.x, sample.y)[0];
+        over_clearance[std::size_t(i)] = distance_m > 0 ? 1 / agreement.clearance(distance_m) : std::nanf("");
+    }
+    const auto fraction = [](int position) { return float(position & (position_one - 1)) / position_one; };
+    return surface_hides(agreement, over_clearance, fraction(u), fraction(v), point_over_clearance);
+}
+
+EquirectLookup::EquirectLookup(const EquirectCamera& camera) : grid_(source_grid(camera)) {
+    sin_longitude_.reserve(std::size_t(camera.width));
+    cos_longitude_.reserve(std::size_t(camera.width));
+    for (int x = 0; x < camera.width; ++x) {
+        const double longitude = camera.range.longitude_min + (x + 0.5) * camera.range.longitude_span() / camera.width;
+        sin_longitude_.push_back(float(std::sin(longitude)));
+        cos_longitude_.push_back(float(std::cos(longitude)));
+    }
+    sin_latitude_.reserve(std::size_t(camera.height));
+    cos_latitude_.reserve(std::size_t(camera.height));
+    for (int y = 0; y < camera.height; ++y) {
+        const double latitude = camera.range.latitude_max - (y + 0.5) * camera.range.latitude_span() / camera.height;
+        sin_latitude_.push_back(float(std::sin(latitude)));
+        cos_latitude_.push_back(float(std::cos(latitude)));
+    }
 }
 
 }  // namespace equistream

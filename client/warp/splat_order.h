@@ -11,7 +11,7 @@
 /// tan(p_epipole) / cos(dl) in the epipole's hemisphere of longitudes, and away from it in the other; rows follow. In a
 /// perspective picture half circles are straight and run to the epipole's image where the eye is in front of the
 /// source, else away from where the antipode's image is: columns and rows in order of their distance from it.
-#include "float_math.h"
+#include "eye_rays.h"
 
 #include <equistream/camera.h>
 

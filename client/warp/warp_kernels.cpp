@@ -1,4 +1,4 @@
-#include "warp.h"
+#include "resample.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/warp/warp_kernels.cpp"

@@ -1,4 +1,4 @@
-// Vectors that the loops of warp.h are made of: up to 16 pixels at once. Included once for each instruction set.
+// Vectors that the loops of resample.h are made of: up to 16 pixels at once. Included once for each instruction set.
 #if defined(EQUISTREAM_WARP_NUMBERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef EQUISTREAM_WARP_NUMBERS_INL_H
 #undef EQUISTREAM_WARP_NUMBERS_INL_H
@@ -6,7 +6,7 @@
 #define EQUISTREAM_WARP_NUMBERS_INL_H
 #endif
 
-#include "warp.h"
+#include "resample.h"
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>

@@ -6,7 +6,7 @@
 #define EQUISTREAM_WARP_SURFACE_INL_H
 #endif
 
-#include "hiding_surface.h"
+#include "resample.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"

@@ -11,6 +11,11 @@
 /// Frames ascend. The asker removes the files. It ends where standard input does, in the middle of a frame too.
 #include "stream.h"
 
+#include <atomic>
+#include <cstddef>
+#include <optional>
+#include <string>
+
 namespace equistream::render_command {
 
 /// Borrowed until follow() returns.
@@ -24,5 +29,27 @@ struct FollowJob {
 
 /// Throws InputError for options that it cannot do, WorkError for what is no order.
 void follow(const FollowJob& job, RenderHost& host);
+
+// Lines of a file descriptor on which another process writes when it likes.
+
+class LineInput {
+public:
+    /// `interrupted` is borrowed; waiting ends soon after it is set.
+    LineInput(int descriptor, const std::atomic<bool>& interrupted)
+        : descriptor_(descriptor), interrupted_(interrupted) {}
+
+    /// The next line without its end, waited for; nothing where they have ended, or at an interrupt. Throws WorkError
+    /// for one that is longer than any order.
+    std::optional<std::string> next();
+    /// Whether nobody writes any more, or there was an interrupt. Any thread may ask.
+    bool has_ended() const;
+
+private:
+    static constexpr std::size_t longest_line = 4096;
+
+    int descriptor_;
+    const std::atomic<bool>& interrupted_;
+    std::string read_;  // beyond the last line given
+};
 
 }  // namespace equistream::render_command

@@ -1,21 +1,81 @@
 #pragma once
-/// What a renderer is to `equistream render`. The command asks in the order of RenderHost's functions: describe once,
-/// load and begin once, then for each frame that is missing move_to and, for each stream, render. All calls come from
-/// one thread. Errors: InputError until rendering has begun, WorkError after.
-#include "options.h"
-#include "timeline.h"
-
+/// What `equistream render` can be told whatever the host, checked as far as the command line alone allows.
+#include <equistream/conventions.h>
+#include <equistream/equistream.h>
 #include <equistream/patches.h>
+
+#include <programs/cli/program.h>
+#include <scenes/library/scene.h>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace equistream::render_command {
+
+struct HostText;
+
+struct RenderOptions {
+    std::filesystem::path scene, out, path;  ///< path: empty for the scene's own
+    es_camera_kind camera = ES_EQUIRECT;
+    std::vector<es_eye> eyes{ES_EYE_CENTRE};
+    std::optional<es_eye> small_eye;
+    bool layers = false;               ///< the hidden layer too; of one eye only
+    bool patches = false;              ///< what eyes of the head box uncover too; of one sphere only
+    double patch_budget_percent = 10;  ///< most pixels of theirs, of the sphere's
+    int patch_side = 0;                ///< pixels; 0: the smallest whose atlas holds the budget
+    es_axis_lock lock = ES_LOCK_WORLD;
+    double ipd_m = 0.063;
+    std::optional<cli::FrameRange> frames;  ///< none: the whole path
+    std::optional<double> frames_per_second;
+    cli::Size size;
+    double fov_rad = pi / 2;
+    LongitudeLatitudeRange range;
+    std::uint32_t spp = 64;
+    std::uint64_t seed = 1;
+    unsigned threads = 0;  ///< 0: one per processor
+    std::string aovs = "all";
+    bool overwrite = false, single_part = false, json = false;
+    bool follow = false;  ///< frames as standard input asks for them
+    cli::ProgressStyle progress = cli::ProgressStyle::automatic;
+};
+
+/// "centre", "left", "right": also the sub-folders' names.
+const char* eye_name(es_eye eye);
+
+/// Adds the options to `app`; after parsing, the returned function gives their checked values.
+std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host);
+
+// Which frames there are to make, and at what times.
+
+/// Beyond the path's ends there is nothing: a neighbour is the frame itself.
+struct FrameTimes {
+    std::int64_t index = 0;
+    double previous_s = 0, now_s = 0, next_s = 0;
+};
+
+struct Timeline {
+    PosePath path;
+    double frames_per_second = 30;
+    std::int64_t path_frames = 1;
+    cli::FrameRange range;
+
+    FrameTimes times(std::int64_t index) const;
+    double time_s(std::int64_t index) const { return static_cast<double>(index) / frames_per_second; }
+};
+
+/// Throws InputError where there is no path, or --frames leaves it.
+Timeline make_timeline(const RenderOptions& options, const SceneDescription& scene);
+
+// What a renderer is to `equistream render`. The command asks in the order of RenderHost's functions: describe once,
+// load and begin once, then for each frame that is missing move_to and, for each stream, render. All calls come from
+// one thread. Errors: InputError until rendering has begun, WorkError after.
 
 /// What --help says of a host.
 struct HostText {

@@ -1,7 +1,6 @@
 #include "render_program.h"
 
 #include "follow.h"
-#include "report.h"
 #include "sequence_renderer.h"
 
 #include <equistream/elapsed.h>

@@ -9,3 +9,13 @@ namespace equistream::render_command {
 int run(int argc, char** argv, RenderHost& host);
 
 }  // namespace equistream::render_command
+
+// Which code this program was built from.
+
+namespace equistream {
+
+/// Eight hexadecimal digits over the sources that decide pixels, as each host lists them
+/// (cmake/CodeIdentity.cmake).
+const char* code_identity();
+
+}  // namespace equistream

@@ -1,15 +1,37 @@
 #pragma once
-/// Frame after frame, resuming; while one is rendered the one before it is written.
-#include "frame_patches.h"
-#include "report.h"
+/// What a render tells at its end.
+#include "host.h"
 #include "stream.h"
 
-#include "host.h"
-
+#include <cstdint>
 #include <future>
 #include <optional>
+#include <string>
 
 namespace equistream::render_command {
+
+/// Sums over the frames whose patches were planned.
+struct PatchReport {
+    std::int64_t frames = 0;
+    double pixel_share = 0;                 ///< of used slots, to the sphere's
+    double covered = 0;                     ///< of what the planner's eyes uncover
+    double used_slots = 0, kept_slots = 0;  ///< all; those as in the frame before
+    double plan_s = 0;                      ///< part of render_s
+};
+
+struct RenderReport {
+    std::int64_t frames_rendered = 0, frames_kept = 0;
+    unsigned threads = 0;
+    double load_s = 0;    ///< everything before the first frame
+    double render_s = 0;  ///< frames, writing included
+    std::uint64_t paths = 0;
+    PatchReport patches;
+};
+
+/// Text or JSON on standard output.
+void print_report(const RenderReport& report, const RenderHost& host, const std::string& command, bool json);
+
+// Frame after frame, resuming; while one is rendered the one before it is written.
 
 /// Borrowed for as long as the renderer lives.
 struct SequenceJob {

@@ -2,6 +2,8 @@
 /// The sequences one render writes, opened through the C ABI: a sub-folder per eye, and the small stream.
 #include "host.h"
 
+#include <plugin/patches/planner.h>
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,5 +45,28 @@ FramePointer begin_frame(const Stream& stream, const FrameTask& task, const Fram
 
 /// Writes the frame.
 void end_frame(FramePointer frame);
+
+// Which patches each frame of a render shows: planned with the host's own rays, so that any host will do, and with the
+// frame before, so that blocks keep their slots. Where that one was not rendered now it is read from its file: a
+// render that was interrupted goes on with the same slots.
+
+/// What the planner is asked for. Throws InputError where there is no head box to plan for.
+PatchSettings patch_settings(const RenderOptions& options, double head_radius_m);
+
+class FramePatches {
+public:
+    FramePatches(const RenderOptions& options, double head_radius_m);
+
+    /// The host has been moved to the frame's time.
+    PatchPlan plan(RenderHost& host, const FrameTask& task);
+
+private:
+    std::optional<PatchAtlas> atlas_before(std::int64_t index) const;
+
+    const RenderOptions& options_;
+    PatchSettings settings_;
+    std::int64_t last_index_ = -1;
+    std::optional<PatchAtlas> last_;
+};
 
 }  // namespace equistream::render_command

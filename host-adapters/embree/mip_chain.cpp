@@ -4,7 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
-#include <equistream/srgb.h>
+#include <equistream/rec709.h>
 
 #include <algorithm>
 #include <array>

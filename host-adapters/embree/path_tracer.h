@@ -1,32 +1,67 @@
 #pragma once
-/// A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
-/// heuristic) for the sun, emissive triangles and a sky that is an image, BSDF sampling for a constant sky, Russian
-/// roulette.
-///
-/// What it leaves out unless PathOptions::unbiased is set, and why:
-/// - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
-///   become (alpha up to 0.3), mirrors too. Caustics come out blurred instead of as bright single pixels, which no
-///   affordable number of samples would average away and every codec would spend its bits on.
-/// - Sunlight that glass reflects onto rough surfaces is dropped, for the same reason. Shadow rays pass through thin
-///   glass, tinted, so sunlight and lamps behind windows are there.
-/// - After a rough scattering textures are read at a coarser level, as wide as that cone.
-/// Either way textures are filtered to a pixel's width, glass is thin and paths end after max_bounces.
-///
-/// Threads: one Worker each; the shared objects are only read.
+/// Shadow rays: what part of a light arrives through thin glass, alpha masks and nothing else.
 #include "directions.h"
 #include "lights.h"
 #include "sampler.h"
-#include "shadow.h"
-#include "stage_clock.h"
+#include "shading_scene.h"
 
 #include <equistream/equistream.h>
-#include <scenes/library/shading_model.h>
+
+#include <scenes/library/model.h>
 
 #include <cstdint>
+#include <ctime>
 #include <span>
 #include <vector>
 
 namespace equistream::embree_host {
+
+/// From a surface towards a light; `direction` is unit.
+struct Segment {
+    glm::vec3 origin, direction;
+    float distance = 0;  ///< infinite for the sun
+};
+
+/// 0 where something opaque lies between, the product of the glass's tints otherwise.
+glm::vec3 transmittance(const Bvh& bvh, const ShadingScene& scene, Textures::Reader& textures, const Segment& segment);
+
+// Processor time of the calling thread, by stage. Read once a batch of rays, so that it costs next to nothing.
+
+class StageClock {
+public:
+    StageClock() : last_s_(now_s()) {}
+
+    /// Time since the last lap.
+    double lap() {
+        const double now = now_s();
+        const double taken = now - last_s_;
+        last_s_ = now;
+        return taken;
+    }
+
+private:
+    static double now_s() {
+        timespec t{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+        return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+    }
+    double last_s_;
+};
+
+// A unidirectional path tracer over Embree: next-event estimation with multiple importance sampling (power
+// heuristic) for the sun, emissive triangles and a sky that is an image, BSDF sampling for a constant sky, Russian
+// roulette.
+//
+// What it leaves out unless PathOptions::unbiased is set, and why:
+// - Past the first rough scattering, specular lobes of opaque surfaces are widened to the cone that the path has
+//   become (alpha up to 0.3), mirrors too. Caustics come out blurred instead of as bright single pixels, which no
+//   affordable number of samples would average away and every codec would spend its bits on.
+// - Sunlight that glass reflects onto rough surfaces is dropped, for the same reason. Shadow rays pass through thin
+//   glass, tinted, so sunlight and lamps behind windows are there.
+// - After a rough scattering textures are read at a coarser level, as wide as that cone.
+// Either way textures are filtered to a pixel's width, glass is thin and paths end after max_bounces.
+//
+// Threads: one Worker each; the shared objects are only read.
 
 struct PathOptions {
     std::uint32_t max_bounces = default_max_bounces;  ///< scatterings, not counting straight passes through glass

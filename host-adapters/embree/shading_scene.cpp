@@ -2,7 +2,7 @@
 
 #include "directions.h"
 
-#include <equistream/visible_normal.h>
+#include <equistream/virtual_image.h>
 
 #include <tbb/parallel_for.h>
 

@@ -1,4 +1,4 @@
-#include "sharp_path.h"
+#include "surfaces.h"
 
 #include <equistream/virtual_image.h>
 

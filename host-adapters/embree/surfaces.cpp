@@ -1,7 +1,5 @@
 #include "surfaces.h"
 
-#include "sharp_path.h"
-
 #include <cassert>
 #include <limits>
 

@@ -1,8 +1,8 @@
 #include "channel_map.h"
 
 #include <equistream/aov.h>
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include "attribute_sizes.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticitiesAttribute.h>

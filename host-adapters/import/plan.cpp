@@ -2,7 +2,7 @@
 
 #include <equistream/aov.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <set>

@@ -1,8 +1,7 @@
 #include "source_conventions.h"
 
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <functional>

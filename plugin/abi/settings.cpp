@@ -1,11 +1,9 @@
 #include "settings.h"
-#include "struct_size.h"
 
 #include <equistream/aov_groups.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
-#include <equistream/pose_limits.h>
+#include <equistream/text.h>
 #include <plugin/film/film.h>
 
 #include <cmath>

@@ -1,9 +1,18 @@
 #pragma once
 /// Checks what a host hands over, field by field; every complaint names the field, what was expected and what was
 /// found.
+#include "boundary.h"
+
 #include <equistream/equistream.h>
 #include <equistream/sequence_writer.h>
 
+#include <plugin/film/film.h>
+#include <plugin/film/hidden_layer.h>
+#include <plugin/film/rays.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
 #include <vector>
 
 namespace equistream {
@@ -29,4 +38,38 @@ struct FrameSettings {
 /// Throws InputError.
 FrameSettings checked_settings(const es_frame_settings* settings);
 
+// Structs that hosts fill, in every size they have had: a host built with an older header hands over a shorter one.
+
+/// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
+inline constexpr std::size_t sequence_settings_sizes[] = {
+    offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
+    offsetof(es_sequence_settings, patch_side), sizeof(es_sequence_settings)};
+inline constexpr std::size_t frame_settings_sizes[] = {offsetof(es_frame_settings, patches), sizeof(es_frame_settings)};
+inline constexpr std::size_t plane_sizes[] = {sizeof(es_plane)};
+
+static_assert(sizeof(void*) != 8 ||
+                  (sequence_settings_sizes[0] == 176 && frame_settings_sizes[0] == 192 && plane_sizes[0] == 40),
+              "the sizes that the first hosts were built with");
+
 }  // namespace equistream
+
+// The opaque handles of equistream.h.
+
+struct es_sequence {
+    std::shared_ptr<equistream::SequenceWriter> shared;
+    equistream::TileSettings tiles;
+};
+
+struct es_frame {
+    std::shared_ptr<equistream::SequenceWriter> sequence;
+    equistream::FrameInfo info;
+    equistream::FrameRays rays;
+    equistream::Film film;
+    std::unique_ptr<equistream::HiddenLayer> hidden;  ///< null in sequences of the first surfaces
+
+    equistream::UsedPixels used_pixels;  ///< of an atlas
+
+    /// The first misuse of a call that returns nothing; es_frame_end reports it.
+    mutable std::mutex misuse_mutex;
+    mutable std::string misuse;
+};

@@ -1,7 +1,7 @@
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 

@@ -2,16 +2,103 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
+#include <equistream/locks.h>
+#include <equistream/sequence.h>
 
 #include <fcntl.h>
+#include <isa-l/igzip_lib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace equistream {
+namespace {
+
+constexpr const char* aside_extension = ".aside";
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+void AtomicFile::fail(const char* what, int error_number) const {
+    throw WorkError(file_.string() + ": " + what + ": " + std::strerror(error_number));
+}
+
+AtomicFile::AtomicFile(std::filesystem::path file) : file_(std::move(file)) {
+    aside_ = folder_of(file_) / ("." + file_.filename().string() + aside_extension);
+    descriptor_ = open_locked_file(aside_);
+    if (descriptor_ < 0 && errno == EWOULDBLOCK)
+        throw WorkError(file_.string() + ": is being written by another process");
+    if (descriptor_ < 0)
+        throw WorkError(file_.string() + ": cannot be written: " + lock_problem(aside_, errno));
+    if (ftruncate(descriptor_, 0) != 0) {
+        const int error_number = errno;
+        close(descriptor_);
+        fail("cannot be written", error_number);
+    }
+}
+
+AtomicFile::~AtomicFile() {
+    if (descriptor_ < 0)
+        return;
+    unlink(aside_.c_str());
+    close(descriptor_);
+}
+
+void AtomicFile::write_at(const void* data, std::size_t bytes, std::uint64_t offset) {
+    const char* next = static_cast<const char*>(data);
+    while (bytes > 0) {
+        const ssize_t written = pwrite(descriptor_, next, bytes, static_cast<off_t>(offset));
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            fail("cannot be written", written < 0 ? errno : ENOSPC);
+        next += written;
+        bytes -= static_cast<std::size_t>(written);
+        offset += static_cast<std::uint64_t>(written);
+    }
+}
+
+void AtomicFile::commit() {
+    if (fsync(descriptor_) != 0)
+        fail("cannot be written", errno);
+    if (rename(aside_.c_str(), file_.c_str()) != 0)
+        fail("cannot be put in place", errno);
+    close(std::exchange(descriptor_, -1));
+    const int folder = open(folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder >= 0) {
+        // Some file systems cannot sync a folder; the file itself is safe by now.
+        fsync(folder);
+        close(folder);
+    }
+}
+
+void remove_unfinished_files(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.starts_with(".") || !name.ends_with(aside_extension))
+            continue;
+        const int descriptor = open_locked_file(entry.path(), IfMissing::fail);
+        if (descriptor < 0)
+            continue;
+        unlink(entry.path().c_str());
+        close(descriptor);
+    }
+}
+
+void write_file_atomically(const std::filesystem::path& file, const std::string& text) {
+    AtomicFile aside(file);
+    aside.write_at(text.data(), text.size(), 0);
+    aside.commit();
+}
+
 namespace {
 
 std::string one_line(std::string text) {
@@ -132,6 +219,59 @@ void ExrSession::forget_errors() const {
 
 void ExrSession::refuse(const std::string& expected, const std::string& found) const {
     throw InputError(expected_found(file_.string(), expected, found));
+}
+
+struct ZipCompressor::State {
+    isal_zstream stream{};
+    std::vector<std::uint8_t> predicted;
+    std::vector<std::uint8_t> level_buffer = std::vector<std::uint8_t>(ISAL_DEF_LVL1_DEFAULT);
+};
+
+ZipCompressor::ZipCompressor() : state_(std::make_unique<State>()) {}
+ZipCompressor::~ZipCompressor() = default;
+
+namespace {
+
+/// EXR's predictor: even bytes first, then odd ones, then each byte's difference from the one before it (+128).
+void predict(std::span<const std::uint8_t> in, std::vector<std::uint8_t>& out) {
+    out.resize(in.size());
+    const std::size_t half = (in.size() + 1) / 2;
+    for (std::size_t i = 0; i < in.size() / 2; ++i) {
+        out[i] = in[2 * i];
+        out[half + i] = in[2 * i + 1];
+    }
+    if (in.size() % 2 != 0)
+        out[half - 1] = in[in.size() - 1];
+    std::uint8_t previous = out.empty() ? std::uint8_t{0} : out[0];
+    for (std::size_t i = 1; i < out.size(); ++i) {
+        const std::uint8_t current = out[i];
+        out[i] = static_cast<std::uint8_t>(current - previous + 128);
+        previous = current;
+    }
+}
+
+}  // namespace
+
+void ZipCompressor::compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out) {
+    predict(packed, state_->predicted);
+    out.resize(packed.size());
+    isal_zstream& stream = state_->stream;
+    isal_deflate_stateless_init(&stream);
+    stream.level = 1;
+    stream.level_buf = state_->level_buffer.data();
+    stream.level_buf_size = static_cast<std::uint32_t>(state_->level_buffer.size());
+    stream.gzip_flag = IGZIP_ZLIB;
+    stream.flush = NO_FLUSH;
+    stream.end_of_stream = 1;
+    stream.next_in = state_->predicted.data();
+    stream.avail_in = static_cast<std::uint32_t>(packed.size());
+    stream.next_out = out.data();
+    stream.avail_out = static_cast<std::uint32_t>(out.size());
+    const bool done = isal_deflate_stateless(&stream) == COMP_OK;
+    if (done && stream.total_out < packed.size())
+        out.resize(stream.total_out);
+    else
+        out.assign(packed.begin(), packed.end());
 }
 
 }  // namespace equistream

@@ -1,15 +1,41 @@
 #pragma once
-/// OpenEXRCore contexts over our own files: errors are kept, not printed, and every call's result is checked.
-#include "atomic_file.h"
-
+/// A file that is written beside its name and appears under it only when it is whole.
 #include <openexr.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <mutex>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace equistream {
+
+/// Not thread-safe. Every failure throws WorkError naming the file; an uncommitted file is removed.
+/// The aside name is fixed (".NAME.aside") and locked while it is written: what a killed run left is taken over by
+/// the next one, and two processes never write the same file at once.
+class AtomicFile {
+public:
+    explicit AtomicFile(std::filesystem::path file);
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    void write_at(const void* data, std::size_t bytes, std::uint64_t offset);
+    /// Syncs, renames to the final name, syncs the folder.
+    void commit();
+
+private:
+    [[noreturn]] void fail(const char* what, int error_number) const;
+
+    std::filesystem::path file_;
+    std::filesystem::path aside_;
+    int descriptor_ = -1;
+};
+
+// OpenEXRCore contexts over our own files: errors are kept, not printed, and every call's result is checked.
 
 /// One context, for reading or for writing. The const parts may be used by several threads.
 class ExrSession {
@@ -52,6 +78,22 @@ private:
     exr_context_t context_ = nullptr;
     mutable std::mutex error_mutex_;
     mutable std::string first_error_;
+};
+
+// EXR's ZIP compression by ISA-L, about seven times as fast as zlib at level 4 for files some 6 % larger.
+
+/// One per thread. The output is what any EXR reader expects of a ZIP chunk.
+class ZipCompressor {
+public:
+    ZipCompressor();
+    ~ZipCompressor();
+
+    /// Compresses one packed chunk into `out`; stores it raw where that is not smaller, as the format demands.
+    void compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
 }  // namespace equistream

@@ -1,6 +1,4 @@
-#include "atomic_file.h"
 #include "exr_attributes.h"
-#include "exr_compress.h"
 #include "exr_session.h"
 #include "parallel.h"
 

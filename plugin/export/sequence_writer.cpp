@@ -1,8 +1,8 @@
 #include "frame_json.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/sequence_writer.h>
+#include <equistream/text.h>
 
 #include <unistd.h>
 

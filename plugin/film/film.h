@@ -5,6 +5,7 @@
 #include <equistream/aov.h>
 #include <equistream/equistream.h>
 #include <equistream/frame.h>
+#include <equistream/image.h>
 
 #include <atomic>
 #include <mutex>
@@ -109,5 +110,12 @@ private:
     FloatImage radiance_sum_;
     IdImage left_out_;  ///< colour samples that were not finite, per pixel
 };
+
+// Pixels that nobody looks at, coloured so that a picture codes well.
+
+/// Where `known` is 0: colour from the nearest known pixels, ever smoother with the distance to them (averages over
+/// 2x2 blocks, again and again, put back where there was nothing), and alpha 0. `closes`: the last column is beside the
+/// first. RGBA; `known` is one channel of the same size. All 0 where nothing is known.
+void pad_colour(FloatImage& rgba, const ByteImage& known, bool closes);
 
 }  // namespace equistream

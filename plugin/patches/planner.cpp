@@ -1,10 +1,9 @@
 #include "planner.h"
-#include "cover.h"
-#include "slots.h"
+#include "block_choice.h"
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <cmath>
 

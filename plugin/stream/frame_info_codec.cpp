@@ -3,7 +3,6 @@
 
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/pose_limits.h>
 #include <equistream/stream.h>
 
 #include <algorithm>

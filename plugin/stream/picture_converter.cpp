@@ -1,15 +1,17 @@
 #include "picture_converter.h"
 
-#include "scaling.h"
 #include "yuv420.h"
 
 #include <equistream/error.h>
 
+#include <algorithm>
+#include <cassert>
+#include <new>
+
 extern "C" {
+#include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
 }
-
-#include <algorithm>
 
 namespace equistream {
 
@@ -122,6 +124,169 @@ ByteImage YuvToRgb::convert(const AVFrame& yuv) {
     else
         scale(yuv, rgb.view());
     return rgb;
+}
+
+namespace {
+
+constexpr AVPixelFormat ours = AV_PIX_FMT_YUV420P10LE;
+
+/// Of chroma's samples within luma's grid, in 256ths of a pixel; as swscale has it.
+struct ChromaPlace {
+    int x = 0, y = 128;
+};
+
+ChromaPlace place_of(int location) {
+    switch (location) {
+    case AVCHROMA_LOC_CENTER:
+        return {128, 128};
+    case AVCHROMA_LOC_TOPLEFT:
+        return {0, 0};
+    case AVCHROMA_LOC_TOP:
+        return {128, 0};
+    case AVCHROMA_LOC_BOTTOMLEFT:
+        return {0, 256};
+    case AVCHROMA_LOC_BOTTOM:
+        return {128, 256};
+    default:
+        return {};
+    }
+}
+
+}  // namespace
+
+bool is_pq(const AVFrame& frame) {
+    return frame.color_trc == AVCOL_TRC_SMPTE2084 && frame.colorspace == AVCOL_SPC_BT2020_NCL && frame.width % 2 == 0 &&
+           frame.height % 2 == 0 && sws_isSupportedInput(static_cast<AVPixelFormat>(frame.format)) > 0;
+}
+
+void PqScaler::prepare(const Format& format) {
+    if (scaler_ && format == format_)
+        return;
+    scaler_ = make_scaler(format.width, format.height, format.pixel_format, ours);
+    const AVPixFmtDescriptor& lies = *av_pix_fmt_desc_get(static_cast<AVPixelFormat>(format.pixel_format));
+    const ChromaPlace from = place_of(format.chroma_location), to;
+    // Where chroma is whole it has no place of its own.
+    if (lies.log2_chroma_w > 0)
+        set_scaling(*scaler_, "src_h_chr_pos", from.x);
+    if (lies.log2_chroma_h > 0)
+        set_scaling(*scaler_, "src_v_chr_pos", from.y);
+    set_scaling(*scaler_, "dst_h_chr_pos", to.x);
+    set_scaling(*scaler_, "dst_v_chr_pos", to.y);
+    if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
+        throw WorkError(std::string("no conversion of PQ from pixel format ") + lies.name);
+    const int* matrix = sws_getCoefficients(SWS_CS_BT2020);
+    sws_setColorspaceDetails(scaler_.get(), matrix, format.range == AVCOL_RANGE_JPEG, matrix, 0, 0, 1 << 16, 1 << 16);
+    format_ = format;
+}
+
+av::Frame PqScaler::as_ours(const AVFrame& pq) {
+    prepare({pq.width, pq.height, pq.format, pq.color_range, pq.chroma_location});
+    av::Frame scaled = av::make_frame();
+    scaled->format = ours;
+    scaled->width = pq.width;
+    scaled->height = pq.height;
+    if (av_frame_get_buffer(scaled.get(), 0) < 0)
+        throw std::bad_alloc();
+    if (const int code = sws_scale_frame(scaler_.get(), scaled.get(), &pq); code < 0)
+        throw WorkError("conversion of PQ: " + av::error_text(code));
+    return scaled;
+}
+
+void set_scaling(SwsContext& scaler, const char* option, int value) {
+    [[maybe_unused]] const int code = av_opt_set_int(&scaler, option, value, 0);
+    assert(code >= 0);
+}
+
+av::Scaler make_scaler(int width, int height, int from_pixel_format, int to_pixel_format) {
+    av::Scaler scaler(sws_alloc_context());
+    if (!scaler)
+        throw std::bad_alloc();
+    for (const char* option : {"srcw", "dstw"})
+        set_scaling(*scaler, option, width);
+    for (const char* option : {"srch", "dsth"})
+        set_scaling(*scaler, option, height);
+    set_scaling(*scaler, "src_format", from_pixel_format);
+    set_scaling(*scaler, "dst_format", to_pixel_format);
+    set_scaling(*scaler, "sws_flags",
+                SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP);
+    return scaler;
+}
+
+namespace {
+
+template <typename Byte, typename Word>
+AnyPlanesView<Byte, Word> view_of(const AVFrame& frame, const PlaneFormat& format) {
+    AnyPlanesView<Byte, Word> planes{format};
+    for (int i = 0; i < format.plane_count(); ++i) {
+        const int width = frame.width / format.step(i), height = frame.height / format.step(i);
+        if (format.bits == 8)
+            planes.bytes[i] = {frame.data[i], width, height, 1, frame.linesize[i]};
+        else
+            planes.words[i] = {reinterpret_cast<Word*>(frame.data[i]), width, height, 1, frame.linesize[i] / 2};
+    }
+    return planes;
+}
+
+/// Whether a decoded format's first planes are such samples, one after the other.
+bool holds(const AVPixFmtDescriptor& pixels, const PlaneFormat& format) {
+    const bool rgb = (pixels.flags & AV_PIX_FMT_FLAG_RGB) != 0;
+    if ((pixels.flags & (AV_PIX_FMT_FLAG_BE | AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_FLOAT |
+                         AV_PIX_FMT_FLAG_BITSTREAM)) != 0 ||
+        rgb != (format.layout == PlaneLayout::gbr) || pixels.nb_components < format.plane_count())
+        return false;
+    const int chroma_shift = format.layout == PlaneLayout::yuv420 ? 1 : 0;
+    if (format.layout != PlaneLayout::gray &&
+        (pixels.log2_chroma_w != chroma_shift || pixels.log2_chroma_h != chroma_shift))
+        return false;
+    for (int i = 0; i < format.plane_count(); ++i) {
+        const AVComponentDescriptor& component = pixels.comp[i];
+        if (component.depth != format.bits || component.shift != 0 || component.offset != 0 ||
+            component.step != (format.bits == 8 ? 1 : 2))
+            return false;
+        // libav lists R, G, B, which lie in planes 2, 0, 1.
+        const int plane = format.layout == PlaneLayout::gbr ? (i + 2) % 3 : i;
+        if (component.plane != plane)
+            return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+AVPixelFormat pixel_format_of(const PlaneFormat& format) {
+    switch (format.layout) {
+    case PlaneLayout::gray:
+        return format.bits == 8 ? AV_PIX_FMT_GRAY8 : format.bits == 10 ? AV_PIX_FMT_GRAY10 : AV_PIX_FMT_GRAY12;
+    case PlaneLayout::yuv420:
+        return AV_PIX_FMT_YUV420P;
+    case PlaneLayout::yuv444:
+        return format.bits == 8 ? AV_PIX_FMT_YUV444P : AV_PIX_FMT_YUV444P12;
+    case PlaneLayout::gbr:
+        break;
+    }
+    return AV_PIX_FMT_GBRP;
+}
+
+av::Frame make_planes(const PlaneFormat& format, int width, int height) {
+    av::Frame frame = av::make_frame();
+    frame->format = pixel_format_of(format);
+    frame->width = width;
+    frame->height = height;
+    if (av_frame_get_buffer(frame.get(), 0) < 0)
+        throw std::bad_alloc();
+    return frame;
+}
+
+PlanesView planes_of(AVFrame& frame, const PlaneFormat& format) {
+    assert(frame.format == pixel_format_of(format));
+    return view_of<std::uint8_t, std::uint16_t>(frame, format);
+}
+
+std::optional<ConstPlanesView> decoded_planes(const AVFrame& frame, const PlaneFormat& format) {
+    const AVPixFmtDescriptor* pixels = av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
+    if (pixels == nullptr || frame.width % 2 != 0 || frame.height % 2 != 0 || !holds(*pixels, format))
+        return std::nullopt;
+    return view_of<const std::uint8_t, const std::uint16_t>(frame, format);
 }
 
 }  // namespace equistream

@@ -1,10 +1,12 @@
 #pragma once
-/// Between RGB images and libav's frames. What we code ourselves goes by yuv420.h, and by pq.h where it is HDR; any
+/// Between RGB images and libav's frames. What we code ourselves goes by yuv420.h, and by yuv.h where it is HDR; any
 /// other decoded format by swscale, as its tags say.
 #include "libav.h"
 
-#include <equistream/pq.h>
+#include <equistream/depth_code.h>
 #include <equistream/yuv.h>
+
+#include <optional>
 
 namespace equistream {
 
@@ -37,5 +39,48 @@ private:
     av::Scaler scaler_;
     av::Frame scaled_;
 };
+
+// HDR videos of others, whose samples lie otherwise than ours: in other places, of more or fewer of chroma, in other
+// ranges.
+
+/// PQ by BT.2020, of even sides, however its samples lie.
+bool is_pq(const AVFrame& frame);
+
+class PqScaler {
+public:
+    /// As equistream/pq.h describes, by swscale. `pq` is_pq().
+    av::Frame as_ours(const AVFrame& pq);
+
+private:
+    struct Format {
+        int width = 0, height = 0, pixel_format = -1, range = -1, chroma_location = -1;
+        bool operator==(const Format&) const = default;
+    };
+    void prepare(const Format& format);
+
+    Format format_;
+    av::Scaler scaler_;
+};
+
+// swscale as every conversion here has it: of one size, bicubic, accurate, the same on every processor.
+
+/// Set up but for sws_init_context().
+av::Scaler make_scaler(int width, int height, int from_pixel_format, int to_pixel_format);
+/// One of swscale's own names.
+void set_scaling(SwsContext& scaler, const char* option, int value);
+
+// Samples of depth codes in libav's frames.
+
+AVPixelFormat pixel_format_of(const PlaneFormat& format);
+
+/// An owning frame of that format.
+av::Frame make_planes(const PlaneFormat& format, int width, int height);
+
+/// The frame's samples; it must have that format.
+PlanesView planes_of(AVFrame& frame, const PlaneFormat& format);
+
+/// The same of a decoded frame, which may have more planes than asked for (H.264 decodes gray with grey chroma);
+/// nothing where it does not hold such samples.
+std::optional<ConstPlanesView> decoded_planes(const AVFrame& frame, const PlaneFormat& format);
 
 }  // namespace equistream

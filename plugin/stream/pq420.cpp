@@ -1,4 +1,4 @@
-#include <equistream/pq.h>
+#include <equistream/yuv.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -2,11 +2,15 @@
 
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
-#include <equistream/formatted.h>
 #include <equistream/image.h>
+#include <equistream/text.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <new>
 #include <utility>
 #include <vector>
@@ -135,6 +139,119 @@ void Source::open(const std::string& name) {
     StreamOptions stream_options(*format_);
     begin_waiting();
     avformat_find_stream_info(format_.get(), stream_options.data());
+}
+
+namespace {
+
+/// Containers round their times, some to milliseconds.
+constexpr double same_time_s = 0.002;
+/// Tracks are interleaved only roughly: by a group of pictures of each where an mp4 is in fragments.
+constexpr double furthest_apart_s = 10;
+/// An index may know of places that are no key frames: then one from so long before is looked for.
+constexpr std::array<double, 3> earlier_s = {0, 2, 10};
+/// In a cut mp4 the other track's samples may still be there behind one that is not.
+constexpr int max_failures_in_a_row = 1000;
+
+double start_s(const AVStream& stream) {
+    return stream.start_time == AV_NOPTS_VALUE ? 0 : double(stream.start_time) * av_q2d(stream.time_base);
+}
+
+/// What the search knows of one stream.
+struct Found {
+    int stream = 0;
+    double extrapolation_s = 0;  ///< its times are by so much, of one moment
+    bool has_key = false;        ///< packets from a key frame on are kept
+    bool is_past = false;        ///< no key frame that is shown in time can follow
+};
+
+class Search {
+public:
+    /// Tracks begin with one moment. An mp4 in fragments has no times below zero: there a track whose pictures are
+    /// coded in another order than they are shown in begins later.
+    Search(AVFormatContext& format, std::span<const int> streams, double time_s)
+        : format_(format), latest_s_(time_s + same_time_s) {
+        const double first_s = start_s(*format.streams[streams.front()]);
+        for (const int stream : streams)
+            found_.push_back({stream, start_s(*format.streams[stream]) - first_s, false, false});
+    }
+
+    /// From where the demuxer stands. False where it stands behind what is looked for.
+    bool run() {
+        packets_.clear();
+        for (Found& one : found_)
+            one.has_key = one.is_past = false;
+        for (int failures = 0; !is_done();) {
+            av::Packet packet = av::make_packet();
+            const int code = av_read_frame(&format_, packet.get());
+            failures = code == AVERROR_INVALIDDATA ? failures + 1 : 0;
+            if (failures > 0 && failures < max_failures_in_a_row)
+                continue;
+            if (code < 0)
+                break;
+            const auto of = std::ranges::find(found_, packet->stream_index, &Found::stream);
+            if (of != found_.end() && !take(std::move(packet), *of))
+                return false;
+        }
+        return found_.front().has_key;
+    }
+
+    bool all_have_keys() const { return std::ranges::all_of(found_, &Found::has_key); }
+    std::deque<av::Packet> packets() { return std::move(packets_); }
+
+private:
+    double seconds(const Found& of, std::int64_t timestamp) const {
+        return double(timestamp) * av_q2d(format_.streams[of.stream]->time_base) - of.extrapolation_s;
+    }
+
+    bool take(av::Packet packet, Found& of) {
+        if (packet->pts == AV_NOPTS_VALUE)
+            return false;
+        const double decoded_s = seconds(of, packet->dts == AV_NOPTS_VALUE ? packet->pts : packet->dts);
+        of.is_past = of.is_past || decoded_s > latest_s_;
+        if (of.stream == found_.front().stream)
+            main_s_ = decoded_s;
+        if ((packet->flags & AV_PKT_FLAG_KEY) != 0 && seconds(of, packet->pts) <= latest_s_) {
+            std::erase_if(packets_, [&](const av::Packet& earlier) { return earlier->stream_index == of.stream; });
+            of.has_key = true;
+        }
+        if (of.has_key)
+            packets_.push_back(std::move(packet));
+        return of.has_key || !of.is_past || of.stream != found_.front().stream;
+    }
+
+    bool is_done() const {
+        return std::ranges::all_of(found_, &Found::is_past) ||
+               (found_.front().is_past && all_have_keys() && main_s_ > latest_s_ + furthest_apart_s);
+    }
+
+    AVFormatContext& format_;
+    double latest_s_;
+    double main_s_ = std::numeric_limits<double>::lowest();
+    std::vector<Found> found_;
+    std::deque<av::Packet> packets_;
+};
+
+bool go_to(AVFormatContext& format, int stream, double time_s) {
+    const std::int64_t latest = std::llround(time_s / av_q2d(format.streams[stream]->time_base));
+    return avformat_seek_file(&format, stream, std::numeric_limits<std::int64_t>::min(), latest, latest, 0) >= 0;
+}
+
+}  // namespace
+
+std::optional<std::deque<av::Packet>> find_packets(AVFormatContext& format, std::span<const int> streams,
+                                                   double time_s) {
+    if (streams.empty())
+        return std::nullopt;
+    Search search(format, streams, time_s);
+    // Encoders hold back different numbers of pictures: another track's key frame may lie before the first one's of the
+    // same time.
+    for (const double before_s : earlier_s)
+        for (const int stream : streams)
+            if (go_to(format, stream, time_s - before_s) && search.run() && search.all_have_keys())
+                return search.packets();
+    if (go_to(format, streams.front(), start_s(*format.streams[streams.front()])) && search.run())
+        return search.packets();
+    return std::nullopt;
 }
 
 }  // namespace equistream

@@ -3,10 +3,12 @@
 #include "libav.h"
 
 #include <equistream/elapsed.h>
-#include <equistream/patience.h>
 #include <equistream/stream.h>
 
+#include <deque>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 namespace equistream {
@@ -53,5 +55,13 @@ private:
     std::int64_t bytes_ = -1;                   ///< that had come when it was asked last; -1: not connected
     std::string problem_;
 };
+
+// Where to begin decoding so that a moment can be shown: the packets from there on.
+
+/// Of these streams, the first of which decides what is near, all packets in the order they lie in from each one's last
+/// key frame on that is shown at `time_s` or before, as far as the search had to read; what follows comes next from
+/// `format`. Nothing where that cannot be told (no times, no way back): `format` is anywhere then.
+std::optional<std::deque<av::Packet>> find_packets(AVFormatContext& format, std::span<const int> streams,
+                                                   double time_s);
 
 }  // namespace equistream

@@ -1,4 +1,4 @@
-#include <equistream/stereo_packing.h>
+#include <equistream/stream.h>
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,3 @@
-#include "packet_search.h"
 #include "source.h"
 #include "track_decoder.h"
 #include "truncation.h"

@@ -1,4 +1,3 @@
-#include "container.h"
 #include "output.h"
 #include "track_encoder.h"
 

@@ -1,10 +1,10 @@
 #include "track_decoder.h"
 
-#include "coded_planes.h"
+#include "picture_converter.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/half_depth.h>
 
 extern "C" {
 #include <libavutil/pixdesc.h>

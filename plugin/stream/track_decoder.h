@@ -1,8 +1,7 @@
 #pragma once
 /// One track of a stream being read: packets in, checked pictures out, and the tally of what came and what is missing.
-#include "hardware_decoding.h"
 #include "picture_converter.h"
-#include "pq_scaler.h"
+#include "picture_decoding.h"
 
 #include <equistream/depth_code.h>
 #include <equistream/stream.h>

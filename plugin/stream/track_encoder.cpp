@@ -1,10 +1,10 @@
 #include "track_encoder.h"
 
-#include "coded_planes.h"
+#include "picture_converter.h"
 
+#include <equistream/depth_code.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
-#include <equistream/half_depth.h>
+#include <equistream/text.h>
 
 extern "C" {
 #include <libavutil/cpu.h>

@@ -1,4 +1,4 @@
-#include <equistream/pose_limits.h>
+#include <equistream/camera_limits.h>
 #include <equistream/viewer_message.h>
 
 #include <algorithm>

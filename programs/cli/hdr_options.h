@@ -2,7 +2,7 @@
 /// Options on how an HDR stream comes to the display, the same in `play` and `view`.
 #include "program.h"
 
-#include <equistream/hdr_display.h>
+#include <equistream/colour.h>
 
 #include <memory>
 

@@ -2,8 +2,8 @@
 #include "commands.h"
 #include "did_you_mean.h"
 
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <sstream>

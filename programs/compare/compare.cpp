@@ -1,9 +1,9 @@
 /// `equistream compare`: scores pictures against the truth.
 #include <client/compare/comparison_report.h>
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 

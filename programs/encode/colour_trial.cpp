@@ -4,7 +4,6 @@
 
 #include <equistream/colour.h>
 #include <equistream/error.h>
-#include <equistream/hdr_display.h>
 #include <equistream/sequence.h>
 #include <programs/cli/scratch_folder.h>
 

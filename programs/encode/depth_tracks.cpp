@@ -4,8 +4,8 @@
 
 #include <equistream/bound.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 #include <equistream/virtual_image.h>
 
 #include <algorithm>

@@ -4,9 +4,8 @@
 #include <equistream/bound.h>
 #include <equistream/colour.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
-#include <equistream/hdr_display.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 #include <plugin/export/frame_json.h>
 #include <programs/cli/provenance.h>
 

@@ -5,8 +5,8 @@
 #include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
-#include <equistream/stereo_packing.h>
+#include <equistream/stream.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 #include "frame_motion.h"
 
 #include <equistream/colour.h>
-#include <equistream/hdr_display.h>
 #include <equistream/sequence.h>
 #include <equistream/stream.h>
 

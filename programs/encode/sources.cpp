@@ -1,9 +1,9 @@
 #include "sources.h"
 
-#include <equistream/comma_list.h>
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 

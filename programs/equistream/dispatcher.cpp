@@ -1,6 +1,6 @@
 /// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
 /// a renderer's libraries and the client's never meet.
-#include <equistream/comma_list.h>
+#include <equistream/text.h>
 #include <programs/cli/commands.h>
 #include <programs/cli/did_you_mean.h>
 #include <programs/cli/hosts.h>

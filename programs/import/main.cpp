@@ -1,8 +1,8 @@
 /// `equistream import`: other renderers' EXR sequences made our frames.
-#include <equistream/comma_list.h>
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
-#include <equistream/pose_limits.h>
+#include <equistream/text.h>
 #include <host-adapters/import/import.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>

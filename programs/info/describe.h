@@ -1,7 +1,7 @@
 #pragma once
 /// What a file of ours holds, in plain language and as JSON.
-#include <equistream/formatted.h>
 #include <equistream/frame.h>
+#include <equistream/text.h>
 
 #include <nlohmann/json.hpp>
 

@@ -3,9 +3,9 @@
 #include "describe.h"
 
 #include <equistream/error.h>
+#include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-#include <equistream/writable_folder.h>
 
 namespace equistream {
 

@@ -1,7 +1,7 @@
 #include "figures.h"
 
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 #include <programs/cli/provenance.h>
 
 #include <nlohmann/json.hpp>

@@ -4,8 +4,8 @@
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 #include <programs/cli/program.h>
 
 #include <unistd.h>

@@ -1,6 +1,6 @@
 #include "choice.h"
 
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cassert>

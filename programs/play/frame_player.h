@@ -4,7 +4,7 @@
 #include "settings.h"
 
 #include <client/pipeline/cpu_pipeline.h>
-#include <client/pipeline/depth_choice.h>
+#include <client/pipeline/decisions.h>
 
 #include <client/receive/receive.h>
 

@@ -1,7 +1,7 @@
 #include "plan.h"
 
 #include <client/stages/stages.h>
-#include <equistream/comma_list.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <span>

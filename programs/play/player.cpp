@@ -12,7 +12,6 @@
 #include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-#include <equistream/writable_folder.h>
 
 #include <algorithm>
 #include <atomic>

@@ -1,6 +1,6 @@
 #include "report.h"
 
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 #include <programs/cli/provenance.h>
 
 #include <algorithm>

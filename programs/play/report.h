@@ -4,7 +4,7 @@
 #include "head_steering.h"
 #include "settings.h"
 
-#include <client/pipeline/eye_figures.h>
+#include <client/pipeline/eye_steps.h>
 
 #include <client/receive/receive.h>
 #include <client/timing/viewing.h>

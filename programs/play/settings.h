@@ -4,7 +4,7 @@
 #include <client/reflections/specular.h>
 #include <client/timing/delivery_simulator.h>
 #include <client/view/stereo_layout.h>
-#include <equistream/hdr_display.h>
+#include <equistream/colour.h>
 #include <equistream/object_motion.h>
 #include <programs/cli/program.h>
 #include <scenes/library/scene.h>

@@ -2,11 +2,10 @@
 
 #include <equistream/colour.h>
 #include <equistream/error.h>
+#include <equistream/locks.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-#include <equistream/stereo_packing.h>
 #include <equistream/stream.h>
-#include <equistream/writable_folder.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #include "convert_command.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 #include <scenes/mitsuba/convert.h>
 
 #include <nlohmann/json.hpp>

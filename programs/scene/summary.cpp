@@ -2,9 +2,9 @@
 
 #include <equistream/bound.h>
 #include <equistream/camera.h>
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
-#include <scenes/library/triangle_distance.h>
+#include <equistream/text.h>
+#include <scenes/library/polygon.h>
 
 #include <nlohmann/json.hpp>
 

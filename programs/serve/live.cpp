@@ -5,7 +5,7 @@
 #include "render_child.h"
 
 #include <equistream/elapsed.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <asio/io_context.hpp>
 #include <asio/post.hpp>

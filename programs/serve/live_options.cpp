@@ -1,7 +1,7 @@
 #include "live_options.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 #include <programs/cli/hosts.h>
 #include <programs/cli/own_folder.h>
 

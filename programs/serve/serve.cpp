@@ -6,8 +6,8 @@
 #include "server.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 #include <programs/cli/scratch_folder.h>

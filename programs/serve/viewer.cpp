@@ -1,6 +1,6 @@
 #include "viewer.h"
 
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <asio/buffer.hpp>
 

@@ -7,8 +7,8 @@
 #include <programs/cli/stage_names.h>
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/json_text.h>
+#include <equistream/text.h>
 
 #include <nlohmann/json.hpp>
 

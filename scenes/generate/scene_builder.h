@@ -7,8 +7,10 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <array>
 #include <initializer_list>
 #include <string>
+#include <string_view>
 
 namespace equistream::generate {
 
@@ -50,5 +52,14 @@ inline glm::mat4 moved(glm::vec3 by) {
 inline glm::mat4 turned_y(float angle_rad) {
     return glm::rotate(glm::mat4(1), angle_rad, glm::vec3(0, 1, 0));
 }
+
+// A box seen from inside whose six sides glow with a painted texture each: renders without noise.
+
+/// Sides as met by someone who looks along -Z and turns right, then looks up and down from there.
+enum Side { ahead, right, behind, left, above, below };
+inline constexpr std::array<std::string_view, 6> side_names{"ahead", "right", "behind", "left", "above", "below"};
+
+/// Texture x runs to the right and y down as seen from inside (above and below: as seen when tilting from ahead).
+void add_glowing_room(SceneBuilder& scene, glm::vec3 size, const std::function<ByteImage(Side)>& paint_side);
 
 }  // namespace equistream::generate

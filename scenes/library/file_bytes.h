@@ -1,5 +1,7 @@
 #pragma once
 /// Whole files as bytes, with a limit, and a content hash over them.
+#include "scene.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -29,5 +31,13 @@ public:
 private:
     std::uint64_t state_ = 0;
 };
+
+// The bytes that depth comes from, hashed.
+
+/// Of the model file, the files beside it that it names (buffers and images of a .gltf or .glb; of an .obj its MTL
+/// files and their images), its unit, and the moving objects' paths: all by content. Files that are missing are left
+/// for load_model to complain about.
+std::string geometry_fingerprint(const std::filesystem::path& model, double model_unit_m,
+                                 const std::vector<MovingObject>& moving);
 
 }  // namespace equistream

@@ -1,8 +1,8 @@
-#include "alpha_mask.h"
 #include "gltf_document.h"
+#include "model.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <tbb/parallel_for.h>
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -107,5 +108,32 @@ struct ModelOptions {
 /// files and out-of-range indices throw InputError naming the file (of an OBJ the line too) and what was found; a model
 /// without a triangle is an error too. What merely looks worse than meant is a note.
 SceneModel load_model(const std::filesystem::path& file, const ModelOptions& options = {});
+
+// From an encoded image to an AlphaMask.
+
+struct MaskImage {
+    std::span<const std::uint8_t> encoded;  ///< what pictures/encoded_image.h opens
+    std::string name;                       ///< the file's: its extension may tell the format
+    std::string where;                      ///< for errors
+    float alpha_factor = 1;
+    float cutoff = 0.5f;
+    bool grey_is_alpha = false;  ///< where the image has no alpha, or nothing but opaque: the first channel
+};
+
+/// Decodes the image and keeps where alpha * `alpha_factor` >= `cutoff`. Images without alpha cover everything that the
+/// factor alone covers. InputError names `where` and what the decoder said.
+AlphaMask decode_alpha_mask(const MaskImage& image);
+
+/// Covers nothing or everything: an alpha-masked material without a texture.
+AlphaMask constant_alpha_mask(bool opaque);
+
+// What every renderer of our scenes takes a material and a render to be, unless told otherwise; the formulas
+// themselves are each renderer's.
+
+/// Below this roughness a surface is a mirror.
+inline constexpr float mirror_roughness = 0.03f;
+
+/// Scatterings of a path at most, straight passes through glass not counted.
+inline constexpr std::uint32_t default_max_bounces = 8;
 
 }  // namespace equistream

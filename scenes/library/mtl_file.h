@@ -1,7 +1,6 @@
 #pragma once
-/// An MTL file as tinyobjloader reads it, and what that does not tell: which statements were there, and on which lines.
+/// What a reader of OBJ and MTL made do with: one line for each kind of trouble, however often it is met.
 #include "obj_files.h"
-#include "obj_notes.h"
 
 #include <tiny_obj_loader.h>
 
@@ -11,6 +10,24 @@
 #include <vector>
 
 namespace equistream {
+
+class ObjNotes {
+public:
+    /// `where` is "FILE:LINE"; notes of the same text are told once, with the place of the first.
+    void add(const std::string& where, const std::string& text);
+    /// In the order in which they came up.
+    std::vector<std::string> lines() const;
+
+private:
+    struct Note {
+        std::string where, text;
+        int more = 0;
+    };
+    std::vector<Note> notes_;
+    std::map<std::string, std::size_t> index_of_text_;
+};
+
+// An MTL file as tinyobjloader reads it, and what that does not tell: which statements were there, and on which lines.
 
 struct MtlMaterial {
     tinyobj::material_t values;                  ///< all but its textures

@@ -1,12 +1,10 @@
 #include "obj_document.h"
 
 #include "obj_files.h"
-#include "obj_lines.h"
 #include "polygon.h"
-#include "statement_stream.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/pose_limits.h>
 
 #include <algorithm>
 #include <cmath>

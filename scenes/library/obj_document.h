@@ -1,7 +1,6 @@
 #pragma once
 /// An OBJ file parsed: vertices, triangles by object and material, all indices checked. Internal to load_model.
 #include "mtl_file.h"
-#include "obj_notes.h"
 
 #include "model.h"
 

@@ -1,7 +1,7 @@
 #include "obj_materials.h"
 
-#include "alpha_mask.h"
 #include "file_bytes.h"
+#include "model.h"
 #include "obj_files.h"
 
 #include <plugin/pictures/encoded_image.h>

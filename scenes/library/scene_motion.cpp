@@ -1,10 +1,19 @@
+#include "file_bytes.h"
 #include "scene.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
+#include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
@@ -115,6 +124,186 @@ const std::vector<glm::mat4>& MovedInstances::at(double time_s) {
 
 std::vector<glm::mat4> instance_transforms(const SceneModel& model, const SceneDescription& scene, double time_s) {
     return MovedInstances(model, scene).at(time_s);
+}
+
+namespace {
+
+constexpr std::uint64_t csv_size_limit = 64 << 20;
+/// Epoch seconds beyond this (the year 2286) are milliseconds or finer.
+constexpr double max_epoch_s = 1e10;
+constexpr std::array<const char*, 8> columns{"time_s", "x", "y", "z", "qw", "qx", "qy", "qz"};
+
+bool finite(const PosePath::Key& key) {
+    const glm::dvec3& p = key.pose.position_m;
+    const glm::dquat& q = key.pose.orientation;
+    return std::isfinite(key.time_s) && std::isfinite(p.x + p.y + p.z) && std::isfinite(q.w + q.x + q.y + q.z);
+}
+
+/// The whole text as a number; "nan" and "inf" are numbers here, and refused where they are used.
+std::optional<double> parse_number(std::string_view text) {
+    if (!text.empty() && text.front() == '+')
+        text.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || text.empty())
+        return std::nullopt;
+    return value;
+}
+
+/// A header has no number in it: a key with a slip of the pen is an error, not a header.
+bool names_columns(std::string_view line) {
+    const auto fields = split_at_commas(line);
+    return std::none_of(fields.begin(), fields.end(),
+                        [](const auto& field) { return parse_number(field).has_value(); });
+}
+
+PosePath::Key parse_key(std::string_view line, const std::string& where) {
+    const std::vector<std::string_view> fields = split_at_commas(line);
+    if (fields.size() != columns.size())
+        throw InputError(
+            expected_found(where, "8 columns (time_s, x, y, z, qw, qx, qy, qz)", std::to_string(fields.size())));
+    std::array<double, 8> n{};
+    for (std::size_t i = 0; i < n.size(); ++i) {
+        const std::optional<double> value = parse_number(fields[i]);
+        if (!value || !std::isfinite(*value))
+            throw InputError(expected_found(where, std::string("a finite number as ") + columns[i],
+                                            "\"" + std::string(fields[i].substr(0, 40)) + "\""));
+        if (i >= 1 && i <= 3 && !is_coordinate(*value))
+            throw InputError(expected_found(where, std::string("metres from -1e9 to 1e9 as ") + columns[i],
+                                            "\"" + std::string(fields[i].substr(0, 40)) + "\""));
+        n[i] = *value;
+    }
+    return {n[0], {{n[1], n[2], n[3]}, glm::dquat(n[4], n[5], n[6], n[7])}};
+}
+
+/// As in a line of CSV.
+std::array<double, 8> numbers_of(const PosePath::Key& key) {
+    const glm::dvec3& p = key.pose.position_m;
+    const glm::dquat& q = key.pose.orientation;
+    return {key.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+}
+
+void append_number(std::string& text, double value) {
+    std::array<char, 32> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    text.append(digits.data(), end);
+}
+
+}  // namespace
+
+PosePath::PosePath(std::vector<Key> keys, const std::string& where) : keys_(std::move(keys)) {
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+        Key& key = keys_[i];
+        const std::string which = where + ", key " + std::to_string(i + 1);
+        if (!finite(key))
+            throw InputError(expected_found(which, "finite numbers", "one that is not"));
+        if (!is_position(key.pose.position_m))
+            throw InputError(expected_found(which, "coordinates from -1e9 to 1e9 metres", "one beyond"));
+        if (i > 0 && !(key.time_s > keys_[i - 1].time_s))
+            throw InputError(expected_found(which, "a time after " + std::to_string(keys_[i - 1].time_s) + " s",
+                                            std::to_string(key.time_s) + " s"));
+        const double length = glm::length(key.pose.orientation);
+        if (!(std::abs(length - 1) < 0.01))
+            throw InputError(expected_found(which, "a unit quaternion", "one of length " + std::to_string(length)));
+        key.pose.orientation /= length;
+    }
+}
+
+PosePath PosePath::on_frame_clock(std::vector<Key> keys, const std::string& where) {
+    PosePath path(std::move(keys), where);
+    if (path.empty())
+        return path;
+    const double first_s = path.keys_.front().time_s, last_s = path.keys_.back().time_s;
+    const std::string expected = "times in seconds that span a day (86400 s) at most";
+    if (!(std::abs(first_s) <= max_epoch_s && std::abs(last_s) <= max_epoch_s))
+        throw InputError(expected_found(
+            where, expected,
+            formatted("%.17g: milliseconds or nanoseconds?", std::abs(last_s) > max_epoch_s ? last_s : first_s)));
+    if (last_s < 0 || first_s > max_path_s) {
+        path.clock_start_s_ = first_s;
+        // Doubles of epoch seconds are 0.24 us apart: a last key must not miss its frame for that.
+        for (Key& key : path.keys_)
+            key.time_s = std::round((key.time_s - first_s) * 1e6) / 1e6;
+    }
+    if (path.duration_s() > max_path_s)
+        throw InputError(expected_found(where, expected, formatted("times from %.17g to %.17g", first_s, last_s)));
+    return path;
+}
+
+std::string clock_note(const PosePath& path, const std::string& name) {
+    if (path.clock_start_s() == 0)
+        return "";
+    return formatted("%s begins at %.17g s; its times count from its first sample", name.c_str(), path.clock_start_s());
+}
+
+Pose PosePath::at(double time_s) const {
+    assert(!keys_.empty());
+    if (!(time_s > keys_.front().time_s))
+        return keys_.front().pose;
+    const auto after =
+        std::upper_bound(keys_.begin(), keys_.end(), time_s, [](double t, const Key& key) { return t < key.time_s; });
+    if (after == keys_.end())
+        return keys_.back().pose;
+    const Key& from = *(after - 1);
+    const double share = (time_s - from.time_s) / (after->time_s - from.time_s);
+    return {glm::mix(from.pose.position_m, after->pose.position_m, share),
+            glm::normalize(glm::slerp(from.pose.orientation, after->pose.orientation, share))};
+}
+
+PosePath read_path_csv(const std::filesystem::path& file) {
+    const std::vector<std::uint8_t> bytes = read_file_bytes(file, "camera path (CSV)", csv_size_limit);
+    std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    if (text.starts_with(byte_order_mark))
+        text.remove_prefix(byte_order_mark.size());
+    std::vector<PosePath::Key> keys;
+    int number = 0;
+    bool first = true;
+    for (std::size_t start = 0; start < text.size();) {
+        const std::size_t end = std::min(text.find('\n', start), text.size());
+        const std::string_view line = trimmed(text.substr(start, end - start));
+        start = end + 1;
+        ++number;
+        if (line.empty() || line.front() == '#')
+            continue;
+        const bool header = first && names_columns(line);
+        first = false;
+        if (header)
+            continue;
+        const std::string where = file.string() + ":" + std::to_string(number);
+        const PosePath::Key key = parse_key(line, where);
+        PosePath({key}, where);  // the checks on one key, with its line
+        if (!keys.empty() && !(key.time_s > keys.back().time_s))
+            throw InputError(expected_found(where, "a time after " + std::to_string(keys.back().time_s) + " s",
+                                            std::to_string(key.time_s) + " s"));
+        keys.push_back(key);
+    }
+    if (keys.empty())
+        throw InputError(expected_found(file.string(), "at least one key", "none"));
+    return PosePath::on_frame_clock(std::move(keys), file.string());
+}
+
+void write_path_csv(const std::filesystem::path& file, const PosePath& path) {
+    std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
+    for (const PosePath::Key& key : path.keys()) {
+        const char* separator = "";
+        for (const double value : numbers_of(key)) {
+            text += separator;
+            append_number(text, value);
+            separator = ",";
+        }
+        text += '\n';
+    }
+    write_file_atomically(file, text);
+}
+
+std::string path_fingerprint(const PosePath& path) {
+    ContentHash hash;
+    for (const PosePath::Key& key : path.keys()) {
+        const std::array<double, 8> numbers = numbers_of(key);
+        hash.add({reinterpret_cast<const std::uint8_t*>(numbers.data()), sizeof numbers});
+    }
+    return hash.hex();
 }
 
 }  // namespace equistream

@@ -2,6 +2,8 @@
 /// The folder of meshes and images, written aside and renamed when it is whole.
 #include <equistream/locks.h>
 
+#include <scenes/library/model.h>
+
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -63,5 +65,19 @@ private:
     std::atomic<std::uint64_t> bytes_ = 0;
     bool placed_ = false, kept_ = false;
 };
+
+// Meshes as binary PLY, the form that Mitsuba reads fastest.
+
+struct PlyOptions {
+    glm::dmat4 world_from_object{1};  ///< applied to positions and normals; where it mirrors, the winding is turned
+    bool normals = true;              ///< vertex normals, where the mesh has some
+    bool texture_coordinates = true;  ///< zeros where the mesh has none: what our tracer takes
+    double behind_m = 0;              ///< above 0: the other side, that far behind
+};
+
+void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, const PlyOptions& options);
+
+/// The largest angle's cosine between a vertex normal and a face it belongs to; 1 without normals.
+double min_normal_cosine(const Mesh& mesh);
 
 }  // namespace equistream::mitsuba_xml

@@ -7,7 +7,7 @@
 #include <equistream/error.h>
 #include <equistream/image.h>
 #include <equistream/sequence.h>
-#include <scenes/library/shading_model.h>
+#include <scenes/library/model.h>
 
 #include <sstream>
 

@@ -2,7 +2,7 @@
 
 #include "xml.h"
 
-#include <scenes/library/shading_model.h>
+#include <scenes/library/model.h>
 
 #include <algorithm>
 #include <cmath>

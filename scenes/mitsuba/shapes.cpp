@@ -1,6 +1,6 @@
 #include "shapes.h"
 
-#include "ply.h"
+#include "asset_folder.h"
 #include "xml.h"
 
 #include <equistream/rec709.h>

@@ -5,7 +5,6 @@
 
 #include <client/depth/gl/depth_pass.h>
 #include <client/depth/gl/sphere_depth.h>
-#include <client/depth/gl/sphere_views.h>
 #include <client/gpu/context.h>
 #include <client/warp/gl/source_textures.h>
 #include <client/warp/view.h>

@@ -1,7 +1,6 @@
 #pragma once
 /// What the eyes by OpenGL stand beside: two usual ways from a sphere with depth to an eye, without masks and fill.
 #include <client/gpu/program.h>
-#include <client/warp/gl/eye_blocks.h>
 #include <client/warp/gl/eye_targets.h>
 #include <client/warp/gl/source_textures.h>
 

@@ -1,12 +1,15 @@
 #pragma once
-/// A server on this machine that accepts a viewer, sends it some bytes, and then nothing more; or accepts nobody.
+/// A server on this machine that accepts a viewer, sends it some bytes, and then nothing more; or accepts nobody. It
+/// hears what the viewer says.
 #include <gtest/gtest.h>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -37,6 +40,14 @@ public:
     void send(const std::string& bytes) {
         sockets_.push_back(::accept(listening_, nullptr, nullptr));
         EXPECT_EQ(::send(sockets_.back(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    }
+    /// What that viewer says, until it has said so much; empty where it says less within 5 s.
+    std::vector<std::uint8_t> hear(std::size_t bytes) {
+        std::vector<std::uint8_t> heard(bytes);
+        const timeval limit{5, 0};
+        ::setsockopt(sockets_.back(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+        const ssize_t found = ::recv(sockets_.back(), heard.data(), heard.size(), MSG_WAITALL);
+        return found == ssize_t(bytes) ? heard : std::vector<std::uint8_t>{};
     }
     /// Others take all its room: the system does not answer whoever comes then.
     void fill_up(int room) {

@@ -1,6 +1,5 @@
 #include <client/confidence/coefficients.h>
 #include <client/confidence/reliability.h>
-#include <client/confidence/risks.h>
 #include <client/gpu/defines.h>
 
 #include <cstddef>

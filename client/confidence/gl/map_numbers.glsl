@@ -1,4 +1,4 @@
-// What holds for whole pictures: RiskNumbers (risks.h) of each eye, and what is the same for all.
+// What holds for whole pictures: RiskNumbers (reliability.h) of each eye, and what is the same for all.
 
 struct EyeNumbers {
     vec4 centre;   // of the source in the eye's axes, metres; and its distance

@@ -1,8 +1,8 @@
 #include "reliability_map.h"
 
 #include <client/confidence/coefficients.h>
-#include <client/confidence/risks.h>
-#include <client/fill/push_pull_pyramid.h>
+#include <client/confidence/reliability.h>
+#include <client/fill/push_pull.h>
 
 #include <equistream/coding_loss.h>
 

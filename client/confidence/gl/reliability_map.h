@@ -1,8 +1,8 @@
 #pragma once
 /// The reliability map (reliability.h) on the GPU, for all eyes at once.
-#include <client/fill/gl/gap_tiles.h>
-#include <client/reflections/gl/specular_textures.h>
-#include <client/warp/gl/eye_blocks.h>
+#include <client/fill/gl/gap_resample.h>
+#include <client/reflections/gl/specular.h>
+#include <client/warp/gl/eye_targets.h>
 
 #include <client/confidence/reliability.h>
 

@@ -1,16 +1,15 @@
 #pragma once
-/// Depth of several perspective views at once, drawn from a scene's geometry (OpenGL): one pass over all triangles that
-/// some view may see, into a layer of one depth buffer for each. Alpha masks are respected. The context it was made in
-/// is current in every call.
+/// Depth of several perspective views at once (OpenGL), and the views.
 #include "cluster_culling.h"
-#include "depth_views.h"
 #include "scene_geometry.h"
 
-#include <client/gpu/program.h>
+#include <equistream/camera.h>
 
+#include <client/gpu/program.h>
 #include <scenes/library/model.h>
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
 
 #include <cstdint>
 #include <span>
@@ -18,6 +17,34 @@
 #include <vector>
 
 namespace equistream::gl {
+
+// Views that depth is drawn of, as depth_views.glsl has them.
+
+inline constexpr int max_views = 8;
+
+/// What is nearer is not seen, metres.
+inline constexpr double near_plane_m = 0.01;
+
+struct DepthViewpoint {
+    PerspectiveCamera camera;
+    Pose pose;
+};
+
+struct ViewBlock {
+    glm::mat4 view_from_world;
+    glm::vec4 planes[4];
+    glm::vec4 scale;
+    glm::vec4 size;
+};
+
+ViewBlock view_block(const DepthViewpoint& view);
+
+/// What depth_views.glsl must have defined.
+std::vector<std::string> view_defines();
+
+// Depth of several perspective views at once, drawn from a scene's geometry (OpenGL): one pass over all triangles that
+// some view may see, into a layer of one depth buffer for each. Alpha masks are respected. The context it was made in
+// is current in every call.
 
 class DepthPass {
 public:

@@ -2,7 +2,6 @@
 
 #include "depth_pass.h"
 #include "sphere_depth.h"
-#include "sphere_views.h"
 
 #include <client/gpu/context.h>
 #include <equistream/error.h>

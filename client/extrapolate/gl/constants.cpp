@@ -1,4 +1,4 @@
-#include <client/extrapolate/moved_region.h>
+#include <client/extrapolate/extrapolate.h>
 #include <client/gpu/defines.h>
 
 namespace equistream::gl {

@@ -1,4 +1,4 @@
-// Moving regions on their way (moved_region.h), in the frame of the picture that shows them. Numbers are from 1; 0: none.
+// Moving regions on their way (extrapolate.h), in the frame of the picture that shows them. Numbers are from 1; 0: none.
 #include "source_grid.glsl"
 
 struct Region {

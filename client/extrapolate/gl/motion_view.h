@@ -2,7 +2,7 @@
 /// How what eyes see moves by itself, pixel by pixel, for all eyes at once.
 #include "picture_extrapolator.h"
 
-#include <client/warp/gl/eye_blocks.h>
+#include <client/warp/gl/eye_targets.h>
 
 #include <span>
 

@@ -1,8 +1,8 @@
 #include "picture_extrapolator.h"
 
-#include <client/extrapolate/moved_region.h>
+#include <client/extrapolate/extrapolate.h>
 
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>

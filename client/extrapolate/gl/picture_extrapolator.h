@@ -2,7 +2,7 @@
 /// PictureExtrapolator (extrapolate.h) on the GPU. Only pixels' outlines may differ from the CPU's, by rounding.
 /// Storage grows with pictures' sizes and what moves in them, and is kept. The context it was made in is current in
 /// every call.
-#include <client/reflections/gl/specular_textures.h>
+#include <client/reflections/gl/specular.h>
 
 #include <equistream/frame.h>
 

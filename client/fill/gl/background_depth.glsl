@@ -1,4 +1,4 @@
-// How far away the background of a gap is, where nobody knows what its pixels see: the formulas of background_depth.h.
+// How far away the background of a gap is, where nobody knows what its pixels see: the formulas of gaps.h.
 layout(local_size_x = 256) in;
 
 layout(binding = 3) uniform usampler2DArray eye_origin;

@@ -1,4 +1,4 @@
-#include <client/fill/push_pull_pyramid.h>
+#include <client/fill/push_pull.h>
 #include <client/gpu/defines.h>
 
 namespace equistream::gl {

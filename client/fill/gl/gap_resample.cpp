@@ -1,10 +1,89 @@
 #include "gap_resample.h"
 
-#include <client/fill/push_pull_pyramid.h>
+#include <equistream/error.h>
+#include <equistream/patches.h>
 
+#include <client/fill/push_pull.h>
+
+#include <algorithm>
+#include <array>
 #include <cassert>
+#include <cstddef>
+#include <numeric>
+#include <string>
+#include <vector>
 
 namespace equistream::gl {
+
+namespace {
+
+constexpr int levels = PullPyramid::tile_levels + 1;
+constexpr int lists = 2;
+
+/// What stands before the lists, as gap_tiles.glsl has it.
+struct ListsHead {
+    std::array<std::array<GLuint, 4>, lists * levels> groups;
+    std::array<GLuint, lists> counts;
+    glm::ivec2 grid;
+};
+
+ListsHead nothing_listed(Size grid) {
+    ListsHead head{};
+    head.grid = {grid.width, grid.height};
+    for (auto& groups : head.groups)
+        groups = {0, 1, 1, 0};
+    return head;
+}
+
+}  // namespace
+
+GapTiles::GapTiles(Of of)
+    : find_({{GL_COMPUTE_SHADER, "find_gap_tiles.glsl"}},
+            std::vector<std::string>{of == Of::gaps ? "COUNTS(origin) ((origin) == ORIGIN_GAP)"
+                                                    : "COUNTS(origin) ((origin) != ORIGIN_SOURCE)"}),
+      list_({{GL_COMPUTE_SHADER, "list_gap_tiles.glsl"}}) {}
+
+void GapTiles::size_for(const EyeTargets& targets) {
+    constexpr int side = PullPyramid::tile_side;
+    const Size grid{(targets.size().width + side - 1) / side, (targets.size().height + side - 1) / side};
+    if (grid == grid_ && targets.eyes() == eyes_)
+        return;
+    const std::size_t tiles = std::size_t(grid.width) * std::size_t(grid.height) * std::size_t(targets.eyes());
+    GLint max_groups = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &max_groups);
+    if (tiles > 4 * std::size_t(max_groups))
+        throw WorkError(expected_found("OpenGL",
+                                       "eyes of up to " + std::to_string(4 * std::size_t(max_groups)) +
+                                           " squares of 8x8 pixels, as the driver has work groups",
+                                       std::to_string(tiles)));
+    states_ = make_buffer(tiles * sizeof(GLuint), 0);
+    lists_ = make_buffer(sizeof(ListsHead) + lists * tiles * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
+    grid_ = grid;
+    eyes_ = targets.eyes();
+}
+
+void GapTiles::find(const EyeTargets& targets) {
+    size_for(targets);
+    const ListsHead nothing = nothing_listed(grid_);
+    // The last lists were written by a shader.
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glNamedBufferSubData(lists_.name(), 0, sizeof nothing, &nothing);
+    bind();
+    glBindTextureUnit(0, targets.origin());
+    for (const Program* program : {&find_, &list_}) {
+        program->dispatch(grid_, eyes_);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+    }
+}
+
+void GapTiles::bind() const {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, states_.name());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, lists_.name());
+}
+
+void GapTiles::dispatch(const Program& program, List list, int shift) const {
+    program.dispatch_indirect(lists_.name(), sizeof(ListsHead::groups[0]) * std::size_t(int(list) * levels + shift));
+}
 
 GapResample::GapResample() : program_({{GL_COMPUTE_SHADER, "gap_resample.glsl"}}) {}
 
@@ -35,6 +114,114 @@ void run_gap_resample(const Program& program, const GapTargets& to, PixelOrigin 
     to.gaps.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+GapMirrors::GapMirrors() : program_({{GL_COMPUTE_SHADER, "gap_mirrors.glsl"}}) {}
+
+GLuint GapMirrors::find(const SpecularSource& teller, const GapTargets& to) {
+    assert(int(to.eyes.size()) == to.targets.eyes());
+    if (!teller.tells())
+        return 0;
+    if (!(to.targets.size() == size_ && to.targets.eyes() == eyes_)) {
+        size_ = to.targets.size();
+        eyes_ = to.targets.eyes();
+        image_behind_ = make_layered_texture(size_, eyes_, GL_R32F);
+    }
+    blocks_.set(teller.view, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, teller.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    to.gaps.bind();
+    glBindTextureUnit(1, teller.textures.depth());
+    glBindTextureUnit(2, to.depth.texture);
+    glBindTextureUnit(3, to.targets.origin());
+    teller.specular.bind();
+    glBindImageTexture(0, to.targets.colour(), 0, GL_TRUE, 0, GL_READ_ONLY, GL_RGBA8);
+    glBindImageTexture(2, image_behind_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
+    program_.set("inverse_depth_scale", to.depth.scale);
+    to.gaps.dispatch(program_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    return image_behind_.name();
+}
+
+namespace {
+
+using SphereOrder = std::array<int, max_patch_offsets>;
+
+/// What the eye sees is seen most alike from the sphere that is nearest to it.
+SphereOrder nearest_first(const PatchesView& patches, const EyeView& eye) {
+    SphereOrder order{};
+    const std::size_t count = patches.atlas->offsets_m.size();
+    assert(count <= order.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::sort(std::span(order).first(count), {}, [&](int offset) {
+        return glm::distance(patch_sphere_pose(patches, offset).position_m, eye.pose.position_m);
+    });
+    return order;
+}
+
+}  // namespace
+
+Pose patch_sphere_pose(const PatchesView& patches, int offset) {
+    const Pose& pose = patches.pose;
+    return {pose.position_m + pose.orientation * patches.atlas->offsets_m[std::size_t(offset)], pose.orientation};
+}
+
+void PatchTextures::upload(const PatchesView& patches, const PqView& pq) {
+    const PatchAtlas& atlas = *patches.atlas;
+    sphere_.describe(atlas.sphere());
+    // Its pixels are looked up by number, whatever a camera would make of them.
+    atlas_.upload({.rgb = patches.rgb,
+                   .yuv = patches.yuv,
+                   .camera = EquirectCamera{atlas.width(), atlas.height(), {}},
+                   .depth_m = patches.depth_m},
+                  pq);
+    const Size blocks{atlas.block_columns(), atlas.block_rows()};
+    const int offsets = int(atlas.offsets_m.size());
+    if (!(blocks == blocks_) || offsets != offsets_) {
+        slots_ = make_layered_texture(blocks, offsets, GL_R32I);
+        blocks_ = blocks;
+        offsets_ = offsets;
+    }
+    const std::size_t of_sphere = std::size_t(blocks.width) * std::size_t(blocks.height);
+    slot_numbers_.assign(of_sphere * std::size_t(offsets), -1);
+    // Of a block that is in two slots the first counts (PatchSlots).
+    for (std::size_t i = atlas.slots.size(); i-- > 0;)
+        if (const PatchAtlas::Slot& slot = atlas.slots[i]; slot.used)
+            slot_numbers_[slot.offset_index * of_sphere + std::size_t(slot.block_y) * std::size_t(blocks.width) +
+                          slot.block_x] = std::int32_t(i);
+    glTextureSubImage3D(slots_.name(), 0, 0, 0, 0, blocks.width, blocks.height, offsets, GL_RED_INTEGER, GL_INT,
+                        slot_numbers_.data());
+}
+
+PatchResample::PatchResample()
+    : program_({{GL_COMPUTE_SHADER, "gap_resample.glsl"}}, std::vector<std::string>{"PATCHES"}) {}
+
+void PatchResample::fill(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to) {
+    if (textures.atlas().depth() == 0)
+        return;
+    const PatchAtlas& atlas = *patches.atlas;
+    const std::size_t eyes = to.eyes.size();
+    std::array<SphereOrder, max_eyes> order;
+    for (std::size_t eye = 0; eye < eyes; ++eye)
+        order[eye] = nearest_first(patches, to.eyes[eye]);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, textures.grid());
+    glBindTextureUnit(0, textures.atlas().colour());
+    glBindTextureUnit(1, textures.atlas().depth());
+    glBindTextureUnit(4, textures.slots());
+    program_.set("block_side", atlas.block_side);
+    program_.set("slot_columns", atlas.columns);
+    for (const bool unmixed_only : {true, false})
+        for (std::size_t i = 0; i < atlas.offsets_m.size(); ++i) {
+            static_assert(max_eyes == 2);
+            const glm::ivec2 spheres(order[0][i], order[eyes - 1][i]);
+            const std::array<Pose, max_eyes> poses = {patch_sphere_pose(patches, spheres[0]),
+                                                      patch_sphere_pose(patches, spheres[1])};
+            blocks_.set(std::span(poses).first(eyes), patches.box_radius_m, to.eyes);
+            glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+            program_.set("patch_spheres", spheres);
+            program_.set("unmixed_only", int(unmixed_only));
+            run_gap_resample(program_, to, PixelOrigin::patches);
+        }
 }
 
 }  // namespace equistream::gl

@@ -1,4 +1,4 @@
-// The samples that a grid holds, as sample_grid.h and patch_grid.h have them. Needs source_grid.glsl and a texture
+// The samples that a grid holds, as resample.h and gap_resample.h have them. Needs source_grid.glsl and a texture
 // `source_depth`.
 
 struct Taps {

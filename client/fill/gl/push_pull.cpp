@@ -1,6 +1,6 @@
 #include "push_pull.h"
 
-#include <client/fill/push_pull_pyramid.h>
+#include <client/fill/push_pull.h>
 
 #include <cassert>
 #include <string>

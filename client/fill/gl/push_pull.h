@@ -1,8 +1,8 @@
 #pragma once
 /// The `pushpull` fill pass (fill/push_pull.h says what it computes) on the GPU, for all eyes at once.
-#include "gap_tiles.h"
+#include "gap_resample.h"
 
-#include <client/warp/gl/eye_blocks.h>
+#include <client/warp/gl/eye_targets.h>
 
 #include <span>
 #include <vector>

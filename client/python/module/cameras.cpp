@@ -1,10 +1,9 @@
-#include "arrays.h"
-#include "parts.h"
+#include "bindings.h"
 
 #include <client/warp/engine.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>

@@ -1,5 +1,4 @@
-#include "arrays.h"
-#include "parts.h"
+#include "bindings.h"
 
 #include <equistream/colour.h>
 

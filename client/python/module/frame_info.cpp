@@ -1,11 +1,12 @@
-#include "arrays.h"
-#include "parts.h"
+#include "bindings.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/frame.h>
+#include <equistream/object_motion.h>
+#include <equistream/patches.h>
+#include <equistream/text.h>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -198,6 +199,130 @@ void bind_frame_info(nb::module_& m) {
         nb::arg("camera"), nb::arg("head"), nb::arg("eye") = "centre", nb::arg("ipd_m") = default_ipd_m,
         nb::arg("lock") = "world",
         "The pose a camera has for a head: at the eye; turned with the head, unless it is a world-locked sphere.");
+}
+
+namespace {
+
+const PatchAtlas& sound(const PatchAtlas& atlas) {
+    if (const auto problem = patch_atlas_problem(atlas))
+        throw InputError("PatchAtlas: " + *problem);
+    return atlas;
+}
+
+nb::object offsets_of(const PatchAtlas& atlas) {
+    auto owned = std::make_unique<double[]>(atlas.offsets_m.size() * 3);
+    double* const data = owned.get();
+    const nb::capsule owner(owned.release(), [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    for (std::size_t i = 0; i < atlas.offsets_m.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            data[3 * i + std::size_t(axis)] = atlas.offsets_m[i][axis];
+    const std::size_t shape[] = {atlas.offsets_m.size(), 3};
+    return nb::cast(nb::ndarray<nb::numpy, double>(data, 2, shape, owner));
+}
+
+/// Of each pixel: which sphere it is of, -1 in slots that nobody uses, and the column and row it has there.
+nb::object samples_of(const PatchAtlas& atlas) {
+    sound(atlas);
+    Image<std::int32_t> samples(atlas.width(), atlas.height(), 3);
+    for (int y = 0; y < atlas.height(); ++y)
+        for (int x = 0; x < atlas.width(); ++x) {
+            const PatchAtlas::Slot& slot = atlas.slot_at(x, y);
+            const PixelCoordinates<double> at = patch_sphere_pixel(atlas, x, y, x, y);
+            std::int32_t* sample = samples.pixel(x, y);
+            sample[0] = slot.used ? slot.offset_index : -1;
+            sample[1] = static_cast<std::int32_t>(at.u);
+            sample[2] = static_cast<std::int32_t>(at.v);
+        }
+    return to_array(std::move(samples));
+}
+
+}  // namespace
+
+void bind_patches(nb::module_& m) {
+    nb::class_<PatchAtlas>(m, "PatchAtlas",
+                           "Which rays the pixels of an atlas of patches show: `width` x `height` pixels, each of one "
+                           "of the `sphere`s that "
+                           "stand at `offsets_m`. Immutable; docs/conventions.md has the whole of it.")
+        .def_prop_ro("width", &PatchAtlas::width, "Columns of the atlas' picture.")
+        .def_prop_ro("height", &PatchAtlas::height, "Rows of the atlas' picture.")
+        .def_ro("block_side", &PatchAtlas::block_side, "Pixels that a patch is wide and high.")
+        .def_prop_ro(
+            "sphere", [](const PatchAtlas& atlas) { return sound(atlas).sphere(); },
+            "The image of each of the spheres.")
+        .def_prop_ro("offsets_m", &offsets_of, nb::sig("def offsets_m(self) -> numpy.typing.NDArray[numpy.float64]"),
+                     "The spheres' places, rows of x, y, z from the main sphere's and in its camera's axes.")
+        .def("samples", &samples_of, nb::sig("def samples(self) -> numpy.typing.NDArray[numpy.int32]"),
+             "Of each pixel (rows x columns x 3) the sphere's number, -1 where nobody uses it, and column and row "
+             "there: "
+             "of blocks at the right and lower border these may be beyond the sphere's own.")
+        .def("__repr__", [](const PatchAtlas& atlas) {
+            return formatted("PatchAtlas(%s, %zu patches of %d pixels a side, %zu spheres)",
+                             size_text(atlas.width(), atlas.height()).c_str(), atlas.used_slots(), atlas.block_side,
+                             atlas.offsets_m.size());
+        });
+}
+
+namespace {
+
+using Triple = std::array<double, 3>;
+
+Triple triple(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+/// Its pixels in a picture of that size.
+nb::object mask_of(const MovingRegion& region, int width, int height) {
+    if (width < 1 || height < 1 || width > max_image_side || height > max_image_side)
+        throw InputError(expected_found("MovingRegion.mask",
+                                        "sides from 1 to " + std::to_string(max_image_side) + " pixels",
+                                        size_text(width, height)));
+    if (const auto problem = moving_regions_problem({region}, width, height))
+        throw InputError("MovingRegion.mask: " + *problem);
+    ByteImage mask(width, height, 1);
+    for (const PixelRun& run : region.runs)
+        std::fill_n(mask.pixel(run.begin, run.row), run.end - run.begin, std::uint8_t{1});
+    return to_array(std::move(mask));
+}
+
+std::array<std::array<double, 4>, 3> movement_of(const MovingRegion& region, double seconds) {
+    const RigidTransform moved = moved_by(region.motion, seconds);
+    std::array<std::array<double, 4>, 3> rows;
+    for (int i = 0; i < 3; ++i)
+        rows[std::size_t(i)] = {moved.rotation[0][i], moved.rotation[1][i], moved.rotation[2][i],
+                                moved.translation_m[i]};
+    return rows;
+}
+
+}  // namespace
+
+void bind_motion(nb::module_& m) {
+    nb::class_<MovingRegion>(m, "MovingRegion",
+                             "A rigid body that moves by itself, and the pixels of a picture that show it. Vectors are "
+                             "along the world's axes, points from the picture's camera. Immutable.")
+        .def_prop_ro(
+            "velocity_m_s", [](const MovingRegion& r) { return triple(r.motion.twist.velocity_m_s); },
+            "v of its twist: a point at p has the velocity v + w x p.")
+        .def_prop_ro(
+            "angular_rad_s", [](const MovingRegion& r) { return triple(r.motion.twist.angular_rad_s); },
+            "w of its twist.")
+        .def_prop_ro(
+            "velocity_per_second", [](const MovingRegion& r) { return triple(r.motion.twist_per_second.velocity_m_s); },
+            "By how much v changes.")
+        .def_prop_ro(
+            "angular_per_second", [](const MovingRegion& r) { return triple(r.motion.twist_per_second.angular_rad_s); },
+            "By how much w changes.")
+        .def_ro("near_m", &MovingRegion::near_m, "Distance of the nearest of its surface from the camera.")
+        .def_ro("far_m", &MovingRegion::far_m, "Of the farthest.")
+        .def_prop_ro("pixels", &MovingRegion::pixels, "How many show it.")
+        .def("mask", &mask_of, nb::arg("width"), nb::arg("height"),
+             nb::sig("def mask(self, width: int, height: int) -> numpy.typing.NDArray[numpy.uint8]"),
+             "1 where a picture of that size, its own, shows it.")
+        .def("movement", &movement_of, nb::arg("seconds"),
+             "Where its points have moved to after so many seconds: the rows of a 3 x 4 matrix, which takes p, 1.")
+        .def("__repr__", [](const MovingRegion& r) {
+            return formatted("MovingRegion(%lld pixels, %g to %g m away)", static_cast<long long>(r.pixels()),
+                             double(r.near_m), double(r.far_m));
+        });
 }
 
 }  // namespace equistream::python

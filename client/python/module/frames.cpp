@@ -1,13 +1,11 @@
-#include "arrays.h"
-#include "parts.h"
-#include "waiting.h"
+#include "bindings.h"
 
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/plane_values.h>
 #include <equistream/sequence_writer.h>
+#include <equistream/text.h>
 #include <scenes/library/scene.h>
 
 #include <nanobind/stl/filesystem.h>

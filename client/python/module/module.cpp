@@ -1,4 +1,4 @@
-#include "parts.h"
+#include "bindings.h"
 
 #include <equistream/error.h>
 

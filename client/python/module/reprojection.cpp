@@ -1,6 +1,4 @@
-#include "arrays.h"
-#include "parts.h"
-#include "waiting.h"
+#include "bindings.h"
 
 #include <client/pipeline/decisions.h>
 #include <client/pipeline/eye_steps.h>

@@ -1,11 +1,9 @@
-#include "arrays.h"
-#include "parts.h"
-#include "waiting.h"
+#include "bindings.h"
 
 #include <client/receive/receive.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
 #include <equistream/stream.h>
+#include <equistream/text.h>
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>

@@ -1,4 +1,4 @@
-// What a picture's samples show of mirrors and glass (specular_sample.h).
+// What a picture's samples show of mirrors and glass (specular.h).
 
 layout(binding = 6) uniform sampler2D source_specular;
 layout(binding = 7) uniform sampler2D source_virtual_depth;  // NaN where nobody has told

@@ -1,5 +1,5 @@
 // Mirrors and glass (specular.h): pixels that an engine took from a mirror's sample are kept, looked up by the image in
-// it, or made gaps. The formulas of mirror_kernels.cpp and image_colour.h.
+// it, or made gaps. The formulas of mirror_kernels.cpp and specular.h.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0) uniform sampler2D source_colour;

@@ -1,7 +1,7 @@
 #include "display.h"
 
 #include <equistream/conventions.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <cassert>

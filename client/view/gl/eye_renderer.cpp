@@ -1,11 +1,12 @@
 #include "eye_renderer.h"
 
-#include <client/depth/gl/sphere_views.h>
-
-#include <client/pipeline/decisions.h>
-
-#include <client/stages/stages.h>
 #include <equistream/bound.h>
+
+#include <client/depth/gl/sphere_depth.h>
+#include <client/pipeline/decisions.h>
+#include <client/stages/stages.h>
+
+#include <epoxy/gl.h>
 
 #include <algorithm>
 #include <cassert>
@@ -313,6 +314,22 @@ void EyeRenderer::draw(const RefreshOptions& options, EyeTargets& targets, Stage
         motion_.find(main.view, extrapolator_, eyes_, known);
     }
     times.mark(RenderStage::judge);
+}
+
+void StageTimes::start(bool told_apart) {
+    told_apart_ = told_apart;
+    row_ = {};
+    if (told_apart_)
+        glFinish();
+    last_ = Clock::now();
+}
+
+void StageTimes::mark(RenderStage stage) {
+    if (!told_apart_)
+        return;
+    glFinish();
+    row_[std::size_t(stage)] += milliseconds_since(last_);
+    last_ = Clock::now();
 }
 
 }  // namespace equistream::gl

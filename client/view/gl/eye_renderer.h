@@ -1,32 +1,59 @@
 #pragma once
-/// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
-/// scene's geometry (engine `eye-depth`) or by the frame's own or without (one that finds it), engine, mirrors, gaps
-/// and reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for
-/// and is kept. The context it was made in is current in every call.
+/// A refresh of the display, and what its time went into.
 #include "frame_textures.h"
-#include "stage_times.h"
+
+#include <equistream/elapsed.h>
 
 #include <client/confidence/gl/reliability_map.h>
 #include <client/depth/gl/depth_pass.h>
 #include <client/depth/gl/sphere_depth.h>
 #include <client/extrapolate/gl/motion_view.h>
 #include <client/fill/gl/fill_pass.h>
-#include <client/fill/gl/found_depth.h>
-#include <client/reflections/gl/mirrors.h>
+#include <client/reflections/gl/specular.h>
 #include <client/warp/gl/eye_depth_finder.h>
 #include <client/warp/gl/eye_targets.h>
 #include <client/warp/gl/resample.h>
-
 #include <scenes/library/scene.h>
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace equistream::gl {
+
+// What a refresh's time went into. GPUs work behind the caller's back: stages are told apart only where the pipeline
+// is drained between them, which costs a little and is done while somebody looks at the figures.
+
+enum class RenderStage { upload, depth, carry, reproject, fill, judge, display };
+inline constexpr std::array<std::string_view, 7> render_stage_names = {"upload", "depth",       "carry",  "reproject",
+                                                                       "fill",   "reliability", "display"};
+
+class StageTimes {
+public:
+    /// Of one refresh, in milliseconds.
+    using Row = std::array<double, render_stage_names.size()>;
+
+    void start(bool told_apart);
+    /// What passed since the last mark was that stage's.
+    void mark(RenderStage stage);
+
+    const Row& row() const { return row_; }
+
+private:
+    bool told_apart_ = false;
+    Clock::time_point last_;
+    Row row_{};
+};
+
+// A refresh of the display: what both eyes see of the frame that came last, from wherever they are now. Depth by the
+// scene's geometry (engine `eye-depth`) or by the frame's own or without (one that finds it), engine, mirrors, gaps
+// and reliability, all on the GPU; shaders are compiled when it is made, storage there grows with what is asked for
+// and is kept. The context it was made in is current in every call.
 
 /// How a refresh is drawn.
 struct RefreshOptions {

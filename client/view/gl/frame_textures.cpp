@@ -1,8 +1,8 @@
 #include "frame_textures.h"
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <utility>
 

@@ -1,6 +1,6 @@
 #pragma once
 /// One received frame on the GPU: the main picture and what came to fill its gaps.
-#include <client/fill/gl/patch_resample.h>
+#include <client/fill/gl/gap_resample.h>
 #include <client/warp/gl/source_textures.h>
 
 #include <client/fill/fill.h>

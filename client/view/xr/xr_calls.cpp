@@ -1,7 +1,7 @@
 #include "xr_calls.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 #include "eye_targets.h"
 
 #include <client/gpu/defines.h>
+#include <client/warp/resample.h>
 #include <client/warp/source_lattice.h>
 #include <client/warp/view.h>
-#include <client/warp/warp.h>
 
 #include <bit>
 

@@ -1,18 +1,64 @@
 #pragma once
-/// The first half of the engines that need the source alone, on the GPU: how far away is what the eyes see? The
-/// second half is Resample's.
-#include "eye_blocks.h"
-#include "eye_depth_layers.h"
-#include "lattice_textures.h"
+/// Engines that find on the GPU how far away is what the eyes see, and what they know of a source's lattice.
+#include "eye_targets.h"
 #include "source_textures.h"
 
+#include <equistream/camera.h>
+
+#include <client/gpu/objects.h>
+#include <client/gpu/program.h>
 #include <client/warp/engine.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
 namespace equistream::gl {
+
+// What source_lattice.glsl knows of a source's lattice beside its depth: the sines and cosines of its columns and
+// rows.
+
+class LatticeTextures {
+public:
+    /// Kept as long as the camera stays. Whether it did.
+    bool set(const Camera& camera);
+    /// To the unit that source_lattice.glsl reads.
+    void bind() const;
+    Size size() const { return size_; }  ///< of the source
+
+private:
+    std::optional<Camera> camera_;
+    Size size_;
+    Texture angles_;
+};
+
+// How near and how far blocks of a source's lattice show something, in which directions, and whether their samples are
+// still the same (source_block.glsl).
+
+class SourceBlocks {
+public:
+    SourceBlocks();
+
+    /// Storage is kept as long as there are as many.
+    void size_for(const Camera& camera);
+    /// Of the depth of a source that EyeDepthFinder::bind has bound. What comes after may read them without a barrier
+    /// of its own.
+    void find() const;
+    /// For a program that reads them at this binding.
+    void bind(const Program& program, GLuint binding) const;
+
+    int count() const { return grid_.width * grid_.height; }
+    Size grid() const { return grid_; }
+
+private:
+    Program pass_;
+    Size grid_;
+    Buffer blocks_;
+};
+
+// The first half of the engines that need the source alone, on the GPU: how far away is what the eyes see? The
+// second half is Resample's.
 
 /// What an engine needs, and what its depth is good for.
 struct FinderTraits {
@@ -57,5 +103,19 @@ inline constexpr std::string_view default_finding_engine = "mesh";
 /// `engine`: of engine_stages(). Null where it finds no depth itself. Throws InputError where OpenGL has no such
 /// engine.
 std::unique_ptr<EyeDepthFinder> make_eye_depth_from_source(std::string_view engine, const EngineOptions& options = {});
+
+// Engine `proxy-sphere` (engine.h) on the GPU: rays as far as a sphere of one radius around the source.
+
+class ProxySphereDepth : public EyeDepthFinder {
+public:
+    explicit ProxySphereDepth(const EngineOptions& options = {});
+
+    void forget_source() override { radius_m_ = 0; }
+    void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) override;
+
+private:
+    Program leave_sphere_;
+    float radius_m_ = 0;  ///< 0: not found yet
+};
 
 }  // namespace equistream::gl

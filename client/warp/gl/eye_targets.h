@@ -1,8 +1,11 @@
 #pragma once
 /// What eyes of one size see, on the GPU: a layer for each.
-#include <client/gpu/program.h>
+#include <equistream/bound.h>
 
+#include <client/gpu/program.h>
 #include <client/warp/view.h>
+
+#include <span>
 
 namespace equistream::gl {
 
@@ -36,6 +39,48 @@ private:
     int eyes_ = 0;
     Texture colour_, origin_, depth_;
     Framebuffer framebuffer_;
+};
+
+// What eye_rays.glsl knows of the eyes: how they look at one source.
+
+class EyeBlocks {
+public:
+    EyeBlocks();
+
+    /// Of up to max_eyes eyes; `error_budget_px` as in EngineOptions.
+    void set(const SourceView& source, std::span<const EyeView> eyes, double error_budget_px = default_error_budget_px);
+    /// Each eye and the source that it looks at, all with one head box.
+    void set(std::span<const Pose> sources, double box_radius_m, std::span<const EyeView> eyes,
+             double error_budget_px = default_error_budget_px);
+    GLuint name() const { return blocks_.name(); }
+
+private:
+    Buffer blocks_;
+};
+
+// What an engine finds on the GPU that eyes of one size see: inverse planar depth, a layer each; NaN where nothing was
+// found.
+
+class EyeDepthLayers {
+public:
+    EyeDepthLayers();
+
+    /// Storage is kept as long as the size stays. Whether it did.
+    bool size_for(Size size, int eyes);
+    /// Image unit `unit` is the layers, to be written.
+    void bind(GLuint unit) const;
+    /// Makes unknown what gap pixels of the targets see.
+    void forget_gaps(const EyeTargets& targets) const;
+
+    Size size() const { return size_; }
+    int eyes() const { return eyes_; }
+    EyeDepth depth() const { return {depth_.name(), 1}; }
+
+private:
+    Program forget_gaps_;
+    Size size_;
+    int eyes_ = 0;
+    Texture depth_;
 };
 
 }  // namespace equistream::gl

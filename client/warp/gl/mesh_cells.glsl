@@ -1,4 +1,4 @@
-// The cells of a source's mesh, as mesh_cells.h has them; a group is a listed block. Of each block a quadtree is built from
+// The cells of a source's mesh, as mesh.h has them; a group is a listed block. Of each block a quadtree is built from
 // below: a node is flat if its four parts are and its two triangles hold all its points. Nodes whose parents are not
 // flat are the cells. PLAIN: each cell of the lattice is one, whatever lies between its corners.
 layout(local_size_x = 64) in;

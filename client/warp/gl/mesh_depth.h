@@ -3,7 +3,6 @@
 /// are built in blocks: those that an eye sees and that are not there yet, or whose samples have become others. At each
 /// refresh those that an eye sees are drawn, for all eyes at once.
 #include "eye_depth_finder.h"
-#include "source_blocks.h"
 
 namespace equistream::gl {
 

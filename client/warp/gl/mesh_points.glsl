@@ -1,4 +1,4 @@
-// Points and triangles of a mesh's cells (mesh_cells.glsl), as mesh_triangles.h has them; a group is a listed block, an
+// Points and triangles of a mesh's cells (mesh_cells.glsl), as mesh.h has them; a group is a listed block, an
 // invocation a row of it. Cells larger than one of the lattice become two triangles, or, where smaller ones end on
 // their border, a fan around their middle, so that no crack opens. Points of blocks that there is no room for are counted.
 layout(local_size_x = 64) in;

@@ -1,4 +1,4 @@
-// Which blocks of a mesh (mesh_lists.glsl) each eye may see something of, SeenThrough of eye_projection.h, and which of
+// Which blocks of a mesh (mesh_lists.glsl) each eye may see something of, SeenThrough of source_lattice.h, and which of
 // them have to be built first.
 layout(local_size_x = 64) in;
 

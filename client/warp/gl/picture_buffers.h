@@ -3,7 +3,7 @@
 /// driver maps nothing for good there are none, and nobody notices.
 #include <client/gpu/objects.h>
 
-#include <equistream/picture_memory.h>
+#include <equistream/yuv.h>
 
 #include <cstddef>
 #include <memory>

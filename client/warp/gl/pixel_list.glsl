@@ -1,4 +1,4 @@
-// Pixels that wait for the whole rule, where a first pass has a simple one (pixel_list.h).
+// Pixels that wait for the whole rule, where a first pass has a simple one (client/warp/gl/resample.h).
 
 const uint LIST_GROUP = 256u;
 const uint MAX_GROUPS = 65535u;  // along an axis that every driver has; more go along the next one

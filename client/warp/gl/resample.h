@@ -1,14 +1,37 @@
 #pragma once
-/// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once; and the second half of those that find
-/// the eyes' depth.
-#include "eye_blocks.h"
+/// Resampling on the GPU, and the pixels that its first pass leaves to its second.
 #include "eye_targets.h"
-#include "pixel_list.h"
 #include "source_textures.h"
 
+#include <client/gpu/program.h>
+
+#include <cstddef>
 #include <span>
 
 namespace equistream::gl {
+
+// Pixels that a first pass leaves to a second one, listed on the GPU: where lanes run both sides of every branch, a
+// rule that few pixels need would cost all of them.
+
+class PixelList {
+public:
+    PixelList();
+
+    /// For so many pixels, of up to 32,768 columns and rows and four layers. Storage grows and is kept.
+    void size_for(std::size_t pixels);
+    /// Empties the list, and binds it for shaders that include pixel_list.glsl.
+    void start() const;
+    /// Runs such a program, whose groups are of 256, once for each pixel that was listed before.
+    void dispatch(const Program& program) const;
+
+private:
+    Program groups_;
+    std::size_t pixels_ = 0;
+    Buffer list_;
+};
+
+// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once; and the second half of those that find
+// the eyes' depth.
 
 /// direction: the eyes' places are ignored. seen: by the eyes' own depth, where the source saw that point too. any: by
 /// that depth, whatever the source saw there; its own is not read.

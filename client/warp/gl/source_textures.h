@@ -1,18 +1,51 @@
 #pragma once
-/// A source picture on the GPU. The context it was made in is current in every call.
+/// A source picture on the GPU, and HDR pictures to a display's colours.
 #include "picture_buffers.h"
-#include "pq_display.h"
+
+#include <equistream/colour.h>
+#include <equistream/yuv.h>
 
 #include <client/gpu/program.h>
-
 #include <client/warp/view.h>
-#include <equistream/pq.h>
 
 #include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace equistream::gl {
+
+// HDR pictures to a display's colours on the GPU: OpenColorIO's shader and the tables it reads. The context it was
+// made in is current in every call.
+
+class PqDisplay {
+public:
+    /// Compiles its shader. Throws InputError in one line where that, or a table, is more than the driver takes.
+    explicit PqDisplay(const HdrDisplay& display);
+
+    double exposure_stops() const { return exposure_stops_; }
+    /// Of pictures that are converted from now on.
+    void set_exposure(double stops);
+
+    /// Y', Cb and Cr (GL_R16UI) to a texture of GL_RGBA8 and of this size.
+    void convert(const std::array<Texture, 3>& planes, const Texture& colour, Size size) const;
+
+private:
+    PqDisplay(const DisplayShader& shader, double exposure_stops);
+
+    struct Table {
+        Texture texture;
+        GLuint sampler = 0;  ///< one of the two below
+    };
+
+    Program program_;
+    std::string exposure_uniform_;
+    double exposure_stops_ = 0;
+    std::vector<Table> tables_;
+    Sampler linear_, nearest_;
+};
+
+// A source picture on the GPU. The context it was made in is current in every call.
 
 /// Who turns a decoder's planes of 8 bits into colours, the same ones. Where the driver itself runs on the CPU, loops
 /// of C++ do it many times as fast as its shaders.

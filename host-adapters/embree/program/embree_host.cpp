@@ -2,7 +2,7 @@
 #include "frame_job.h"
 #include "loaded_scene.h"
 
-#include <host-adapters/common/code_identity.h>
+#include <host-adapters/common/render_program.h>
 
 #include <nlohmann/json.hpp>
 

@@ -5,6 +5,7 @@
 #include <mitsuba/core/parser.h>
 
 #include <map>
+#include <string>
 
 namespace equistream::mitsuba_host {
 
@@ -22,5 +23,10 @@ struct EditedXml {
 
 /// Throws InputError with Mitsuba's words, file, line and column among them.
 EditedXml read_and_edit(const SceneRequest& request, const std::string& variant);
+
+// Mitsuba's messages, some of which are paragraphs, as one line.
+
+/// Lines joined with single spaces, zero-width characters taken out.
+std::string one_line(const std::string& message);
 
 }  // namespace equistream::mitsuba_host

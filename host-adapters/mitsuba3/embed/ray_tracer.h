@@ -1,17 +1,18 @@
 #pragma once
 /// Rays of anybody's through a scene of Mitsuba's: how far they go, and what comes along them. In scalar variants by
 /// many threads.
+#include "embedded_scene.h"
 #include "variant_arrays.h"
 
 #include <host-adapters/mitsuba3/plugins/first_surface.h>
 
-#include "embedded_scene.h"
-
+#include <mitsuba/core/properties.h>
 #include <mitsuba/render/integrator.h>
 #include <mitsuba/render/sampler.h>
 #include <mitsuba/render/sensor.h>
-
 #include <nanothread/nanothread.h>
+
+#include <optional>
 
 namespace equistream::mitsuba_host {
 
@@ -132,6 +133,37 @@ private:
     ShapeFacts<Float, Spectrum> facts_;
     std::vector<std::uint32_t> object_ids_;
     UInt32 objects_ = 0u;
+};
+
+// Whether rays meet a surface, as alpha: what a frame's colour says of itself. Mitsuba's path integrator calls the sky
+// a hit, and its depth integrator the holes of masks.
+
+template <typename Float, typename Spectrum>
+class HitIntegrator final : public mitsuba::SamplingIntegrator<Float, Spectrum> {
+public:
+    using Base = mitsuba::SamplingIntegrator<Float, Spectrum>;
+    MI_IMPORT_TYPES(Scene, Sensor, Medium, Sampler)
+
+    explicit HitIntegrator(bool hides_emitters)
+        : Base(mitsuba::Properties("equistream_hits")), hides_emitters_(hides_emitters) {}
+
+    TensorXf render(Scene* scene, Sensor* sensor, UInt32 seed, std::uint32_t spp, bool develop,
+                    bool evaluate) override {
+        facts_.emplace(scene, hides_emitters_);
+        return Base::render(scene, sensor, seed, spp, develop, evaluate);
+    }
+
+    std::pair<Spectrum, Mask> sample(const Scene* scene, Sampler*, const RayDifferential3f& ray, const Medium*, Float*,
+                                     Mask active) const override {
+        const FirstSurface<Float, Spectrum> first(scene, ray, *facts_, active);
+        return {Spectrum(0.f), active && first.si.is_valid()};
+    }
+
+    MI_DECLARE_CLASS(HitIntegrator)
+
+private:
+    bool hides_emitters_;
+    std::optional<ShapeFacts<Float, Spectrum>> facts_;
 };
 
 }  // namespace equistream::mitsuba_host

@@ -1,7 +1,6 @@
 #pragma once
 /// EmbeddedScene for one variant of Mitsuba. Included only by the sources that instantiate it.
 #include "edited_xml.h"
-#include "hit_integrator.h"
 #include "ray_tracer.h"
 #include "variant_arrays.h"
 

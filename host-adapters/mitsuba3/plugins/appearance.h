@@ -1,9 +1,10 @@
 #pragma once
 /// What a surface looks like whatever the light: its albedo, and whether it mirrors or refracts sharply.
+#include "first_surface.h"
+
 #include <equistream/virtual_image.h>
 
 #include <drjit/while_loop.h>
-
 #include <mitsuba/render/bsdf.h>
 #include <mitsuba/render/interaction.h>
 #include <mitsuba/render/texture.h>
@@ -142,6 +143,170 @@ private:
     }
 
     mitsuba::ref<Texture> daylight_;
+};
+
+// What is seen in mirrors and through glass: a ray followed on, at each sharp surface into the lobe that sends the
+// most, to the first surface that is not sharp, and where that appears to lie (equistream/virtual_image.h). Surfaces
+// below a shape group are taken to be flat: Mitsuba does not tell how those bend.
+
+template <typename Float, typename Spectrum>
+class SharpPath {
+public:
+    MI_IMPORT_TYPES(Scene, BSDF, BSDFPtr)
+    using Facts = ShapeFacts<Float, Spectrum>;
+    using Surface = FirstSurface<Float, Spectrum>;
+
+    Mask is_sharp;   ///< something else is seen in the first surface
+    Mask ends;       ///< and it is a surface
+    Point3f seen;    ///< a point of it
+    UInt32 shape;    ///< of which one: index in the scene's list
+    Float distance;  ///< where it appears to lie; from the eye
+
+    /// The eye is `eye_before` before the ray's origin.
+    SharpPath(const Scene* scene, const Facts& facts, const Appearance<Float, Spectrum>& appearance,
+              const RayDifferential3f& ray, const Float& eye_before, const Mask& active)
+        : eye_(ray.o - ray.d * eye_before), eye_direction_(ray.d), pencil_(Pencil<Float>::from_eye(own(ray.d))) {
+        pencil_.travel(eye_before);
+        State state = first_state(ray, active);
+        dr::tie(state) = dr::while_loop(
+            dr::make_tuple(state), [](const State& s) { return s.active; },
+            [scene, &facts, &appearance, &ray](State& s) { follow(scene, facts, appearance, ray, s); },
+            "What a mirror shows");
+        take(state, pencil_);
+        is_sharp = active && state.surfaces > 0u;
+        ends = is_sharp && state.ends;
+        seen = state.seen;
+        shape = state.shape;
+        distance = pencil_.image_distance(Mask(!ends));
+    }
+
+    /// Where the image of the point goes when that moves.
+    Point3f image_moved(const Vector3f& movement) const {
+        const Float reach = dr::select(dr::isfinite(distance), distance, Float(0.f));
+        const Vector3<Float> m = pencil_.image_movement(own(eye_direction_), reach, own(movement));
+        return dr::fmadd(eye_direction_, reach, eye_) + Vector3f(m.x, m.y, m.z);
+    }
+
+private:
+    static constexpr int count = Pencil<Float>::count;
+
+    struct State {
+        Point3f origin;  ///< off the surface that it left, by `lead` along the ray
+        Vector3f direction;
+        Float lead;
+        dr::Array<Vector3f, count> position, turn;
+        Point3f seen;
+        UInt32 shape, surfaces;
+        Mask ends, active;
+        DRJIT_STRUCT(State, origin, direction, lead, position, turn, seen, shape, surfaces, ends, active)
+    };
+
+    static Vector3<Float> own(const Vector3f& v) { return {v.x(), v.y(), v.z()}; }
+    static Vector3f theirs(const Vector3<Float>& v) { return {v.x, v.y, v.z}; }
+
+    static void take(const State& state, Pencil<Float>& pencil) {
+        pencil.direction = own(state.direction);
+        for (size_t i = 0; i < count; ++i) {
+            pencil.position[i] = own(state.position[i]);
+            pencil.turn[i] = own(state.turn[i]);
+        }
+    }
+    static void give(const Pencil<Float>& pencil, const Mask& where, State& state) {
+        dr::masked(state.direction, where) = theirs(pencil.direction);
+        for (size_t i = 0; i < count; ++i) {
+            dr::masked(state.position[i], where) = theirs(pencil.position[i]);
+            dr::masked(state.turn[i], where) = theirs(pencil.turn[i]);
+        }
+    }
+
+    State first_state(const RayDifferential3f& ray, const Mask& active) const {
+        State state;
+        state.origin = ray.o;
+        state.direction = ray.d;
+        state.lead = 0.f;
+        for (size_t i = 0; i < count; ++i) {
+            state.position[i] = theirs(pencil_.position[i]);
+            state.turn[i] = theirs(pencil_.turn[i]);
+        }
+        state.seen = Point3f(0.f);
+        state.shape = state.surfaces = 0u;
+        state.ends = false;
+        state.active = active;
+        return state;
+    }
+
+    static void follow(const Scene* scene, const Facts& facts, const Appearance<Float, Spectrum>& appearance,
+                       const RayDifferential3f& first, State& s) {
+        RayDifferential3f ray(s.origin, s.direction, first.time, first.wavelengths);
+        dr::masked(ray.maxt, s.surfaces == 0u) = first.maxt;
+        const Surface surface(scene, ray, facts, s.active);
+        const SurfaceInteraction3f& si = surface.si;
+        const Mask hit = s.active && si.is_valid();
+        s.active &= hit;
+        if (!dr::any_or<true>(hit))
+            return;
+        Pencil<Float> pencil{};
+        take(s, pencil);
+        pencil.travel(dr::select(hit, surface.distance + s.lead, Float(0.f)));
+        give(pencil, hit, s);
+
+        const BSDFPtr bsdf = si.bsdf();
+        const auto lobe = appearance.sharp_lobe(bsdf, si, hit);
+        const Vector3f geometric = dr::mulsign(Vector3f(si.n), -dr::dot(si.n, ray.d));
+        const Vector3f shading(bsdf->sh_frame(si, hit).n);
+        const Vector3f normal = dr::mulsign(shading, -dr::dot(shading, ray.d));
+        Pencil<Float> mirrored = pencil;
+        mirrored.onto_surface(own(geometric));
+        Vector3<Float> bend[count];
+        bends(surface, normal, mirrored, hit, bend);
+        Pencil<Float> refracted = mirrored;
+        mirrored.reflect(own(normal), bend);
+        const Mask straight = dr::abs(lobe.eta - 1.f) < 1e-4f;
+        const Float eta = dr::rcp(lobe.eta), cosine = dr::dot(ray.d, normal);
+        const Mask passes = lobe.transmits && eta * eta * (1.f - cosine * cosine) < 1.f;
+        refracted.refract(own(normal), bend, eta);
+
+        const Mask returns = !lobe.transmits && dr::dot(theirs(mirrored.direction), geometric) > 0.f;
+        const Mask on = hit && lobe.sharp && (returns || passes) && s.surfaces < max_sharp_surfaces;
+        give(mirrored, on && returns, s);
+        give(refracted, on && passes && !straight, s);
+        const Point3f origin = si.spawn_ray(s.direction).o;
+        dr::masked(s.origin, on) = origin;
+        dr::masked(s.lead, on) = dr::dot(origin - si.p, s.direction);
+        dr::masked(s.surfaces, on) += 1u;
+        const Mask here = hit && !on;
+        dr::masked(s.seen, here) = si.p;
+        dr::masked(s.shape, here) = facts.index(si.shape, si.instance, here);
+        s.ends |= here;
+        s.active &= on;
+    }
+
+    /// Derivatives of the normal, which faces the viewer, for the pencil's movements within the surface.
+    static void bends(const Surface& surface, const Vector3f& normal, const Pencil<Float>& pencil, const Mask& active,
+                      Vector3<Float> (&bend)[count]) {
+        // Without texture coordinates: a mesh's derivatives of places would be by those, of normals by barycentrics.
+        const SurfaceInteraction3f si =
+            surface.with_flags(mitsuba::RayFlags::ShadingFrame | mitsuba::RayFlags::dNSdUV, active);
+        const Float uu = dr::dot(si.dp_du, si.dp_du), uv = dr::dot(si.dp_du, si.dp_dv),
+                    vv = dr::dot(si.dp_dv, si.dp_dv);
+        const Float determinant = dr::fmsub(uu, vv, uv * uv);
+        const Mask known = active && determinant > 0.f && si.instance == nullptr;
+        // A mesh whose normals are flipped keeps the derivatives of those that it had.
+        const Mask flipped = si.shape->is_mesh() && si.shape->has_flipped_normals();
+        const Float side =
+            dr::mulsign(dr::select(flipped, Float(-1.f), Float(1.f)), dr::dot(Vector3f(si.sh_frame.n), normal));
+        const Float scale = dr::select(known, side / determinant, Float(0.f));
+        for (int i = 0; i < count; ++i) {
+            const Vector3f moved = theirs(pencil.position[i]);
+            const Float u = dr::dot(moved, si.dp_du), v = dr::dot(moved, si.dp_dv);
+            const Vector3f change = (vv * u - uv * v) * Vector3f(si.dn_du) + (uu * v - uv * u) * Vector3f(si.dn_dv);
+            bend[i] = own(dr::select(known, change * scale, Vector3f(0.f)));
+        }
+    }
+
+    Point3f eye_;
+    Vector3f eye_direction_;
+    Pencil<Float> pencil_;
 };
 
 }  // namespace equistream::mitsuba_host

@@ -115,12 +115,10 @@ Limits:
 - A point that lies inside the viewing circle cannot be seen tangentially: omnidirectional stereo leaves it out.
  */
 
-#include "camera_frame.h"
-#include "refusal.h"
 #include "registration.h"
 #include "rigid_pose.h"
 
-#include <equistream/omnidirectional_stereo.h>
+#include <equistream/image_motion.h>
 
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/film.h>

@@ -99,7 +99,6 @@ of geometry planes are 0.
 
 #include "film_channels.h"
 #include "pixel_geometry.h"
-#include "refusal.h"
 #include "registration.h"
 #include "rigid_pose.h"
 

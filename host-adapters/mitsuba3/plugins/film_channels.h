@@ -5,7 +5,7 @@
 /// Each pixel is divided by its weight on the way and its weight becomes 1. So whatever is done with the film later (it
 /// is developed, written, developed again) divides by 1: values that were put in come out exactly, infinities too,
 /// under any reconstruction filter. x * weight / weight would not.
-#include "refusal.h"
+#include "rigid_pose.h"
 
 #include <mitsuba/render/film.h>
 #include <mitsuba/render/imageblock.h>

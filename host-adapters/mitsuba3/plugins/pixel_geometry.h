@@ -3,11 +3,9 @@
 #include "appearance.h"
 #include "first_surface.h"
 #include "sensor_view.h"
-#include "shape_facts.h"
-#include "sharp_path.h"
 
 #include <equistream/aov.h>
-#include <equistream/visible_normal.h>
+#include <equistream/virtual_image.h>
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,33 @@
 #pragma once
-/// Poses as the plugins take them: a rotation and a translation, nothing else.
-#include "refusal.h"
+/// Between the contract's camera frame (+X right, -Z forward) and Mitsuba's (+X left, +Z forward): half a turn about
+/// +Y, which is its own inverse.
+#include <equistream/conventions.h>
 
 #include <mitsuba/core/transform.h>
+#include <tinyformat.h>
+
+#include <stdexcept>
 
 namespace equistream::mitsuba_host {
+
+template <typename Vector, typename T>
+Vector mitsuba_frame(const Vector3<T>& v) {
+    return Vector(-v.x, v.y, -v.z);
+}
+
+template <typename T, typename Vector>
+Vector3<T> contract_frame(const Vector& v) {
+    return {-v.x(), v.y(), -v.z()};
+}
+
+// How the plugins refuse: one line, without the place in the source that Mitsuba's own Throw puts before it.
+
+template <typename... Values>
+[[noreturn]] void refuse(const char* format, const Values&... values) {
+    throw std::runtime_error(tfm::format(format, values...));
+}
+
+// Poses as the plugins take them: a rotation and a translation, nothing else.
 
 /// Throws one line unless `pose`, a host-side transform, turns and moves only.
 template <typename Transform>

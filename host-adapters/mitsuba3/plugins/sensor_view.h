@@ -1,12 +1,10 @@
 #pragma once
 /// What the AOV integrator knows of a sensor: its image formula and its poses, read from the parameters that the sensor
 /// exposes, because plugins cannot include each other's classes.
-#include "camera_frame.h"
 #include "parameters.h"
-#include "refusal.h"
+#include "rigid_pose.h"
 
 #include <equistream/image_motion.h>
-#include <equistream/omnidirectional_stereo.h>
 
 #include <mitsuba/render/film.h>
 #include <mitsuba/render/sensor.h>

@@ -1,12 +1,11 @@
 #include "mitsuba_host.h"
 #include "child_process.h"
 #include "frame_planes.h"
-#include "tile_rays.h"
 
 #include <equistream/aov_groups.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <host-adapters/common/code_identity.h>
+#include <host-adapters/common/render_program.h>
 #include <programs/cli/own_folder.h>
 
 #include <nlohmann/json.hpp>

@@ -23,7 +23,7 @@ struct DepthCodeInfo {
     DepthCodeId code = DepthCodeId::w10;
     DepthRange range;
     std::uint32_t clamped_pixels = 0;  ///< how many of this picture's coded samples lay nearer than near_m
-    bool halved = false;               ///< coded at half the picture's columns and rows (half_depth.h)
+    bool halved = false;               ///< coded at half the picture's columns and rows (depth_code.h)
 
     bool operator==(const DepthCodeInfo&) const = default;
 };

@@ -39,4 +39,63 @@ PixelCoordinates<T> perspective_motion(PixelCoordinates<T> here, const Vector3<T
             select(inside, seen.v, T(T(0.5 * height) - limit * up)) - here.v};
 }
 
+// The one definition of omnidirectional stereo (ODS): each column of an equirect image is seen by an eye that turns
+// with it, tangentially to a horizontal viewing circle whose radius is half the interpupillary distance (Ishiguro,
+// Yamamoto and Tsuji, "Omni-directional stereo", 1992; Google, "Rendering omni-directional stereo content", 2015).
+//
+// Towards the poles such eyes cannot be right for any head, and just at a pole all columns meet: so the circle shrinks
+// to a point there. Between the latitudes `from` and `to` the radius is multiplied by
+//     fade = (1 + cos(pi t)) / 2,     t = (|latitude| - from) / (to - from)
+// The two angles and their defaults are those of Blender's "pole merge"; its fade cos(pi t / 2) breaks at `to`, so it
+// is squared here. Templates on the scalar as conventions.h has them; C++17-clean.
+
+/// Where the eyes' separation fades out, radians of latitude. Never if `from` is pi/2 or more.
+struct PoleMerge {
+    double from = pi / 3;
+    double to = 5 * pi / 12;
+};
+
+/// 1 at the equator, 0 from `to` on, smooth between.
+template <typename T>
+T pole_fade(T latitude, const PoleMerge& merge) {
+    using std::cos;
+    if (!(merge.from < pi / 2))
+        return T(1);
+    const T height = select(latitude < T(0), T(-latitude), latitude);
+    const T t = (height - T(merge.from)) * T(1 / (merge.to - merge.from));
+    const T within = select(t < T(0), T(0), select(t > T(1), T(1), t));
+    return T(0.5) + T(0.5) * cos(T(pi) * within);
+}
+
+/// Where the eye is that looks at this longitude and latitude, in the head's camera frame. `side_m` is half the
+/// interpupillary distance: positive for the right eye, negative for the left.
+template <typename T>
+Vector3<T> ods_eye_offset(T longitude, T latitude, double side_m, const PoleMerge& merge) {
+    using std::cos;
+    using std::sin;
+    const T radius = T(side_m) * pole_fade(latitude, merge);
+    return {radius * cos(longitude), T(0), radius * sin(longitude)};
+}
+
+/// The unit direction in which a point is seen by the eye that looks at it: the inverse of the above. The point is
+/// relative to the circle's centre, in the head's camera frame; one that lies within the circle is seen as if on it.
+template <typename T>
+Vector3<T> ods_direction(const Vector3<T>& point, double side_m, const PoleMerge& merge) {
+    using std::atan2;
+    using std::sqrt;
+    const T flat2 = point.x * point.x + point.z * point.z;
+    T ahead = sqrt(flat2);
+    T latitude = atan2(point.y, ahead);
+    T radius = T(side_m) * pole_fade(latitude, merge);
+    // The latitude depends on the radius and the radius on the latitude, but weakly: for points three radii away or
+    // more this ends within 2e-5 radians, for those of a room within rounding.
+    for (int step = 0; step < 6; ++step) {
+        const T left = flat2 - radius * radius;
+        ahead = sqrt(select(left > T(0), left, T(0)));
+        latitude = atan2(point.y, ahead);
+        radius = T(side_m) * pole_fade(latitude, merge);
+    }
+    return direction_from_longitude_latitude(T(longitude_of(point) - atan2(radius, ahead)), latitude);
+}
+
 }  // namespace equistream

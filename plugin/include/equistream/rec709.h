@@ -2,6 +2,8 @@
 /// Linear Rec.709, which all colours here are in: what colours of other primaries are in it, and luminance.
 #include <equistream/error.h>
 
+#include <plugin/formulas/scalars.h>
+
 #include <glm/glm.hpp>
 
 #include <array>
@@ -60,5 +62,10 @@ inline glm::dmat3 to_rec709(const Chromaticities& from, const std::string& where
             throw InputError(expected_found(where, "chromaticities that span a triangle around white", "others"));
     return matrix;
 }
+
+// The sRGB transfer curve (IEC 61966-2-1) on values from 0 to 1, per channel. Pure functions.
+
+using formulas::linear_to_srgb;
+using formulas::srgb_to_linear;
 
 }  // namespace equistream

@@ -3,9 +3,8 @@
 /// container libavformat knows. Written front to back, so a file and a socket carry the same bytes. The payload's
 /// table is docs/stream-format.md. Errors name the file or URL. One object, one thread.
 #include <equistream/frame.h>
-#include <equistream/picture_memory.h>
-#include <equistream/pq.h>
-#include <equistream/yuv_picture.h>
+#include <equistream/image.h>
+#include <equistream/yuv.h>
 
 #include <bitset>
 #include <cstddef>
@@ -65,7 +64,7 @@ inline constexpr std::size_t max_motion_bytes = 32768;
 
 enum class Codec { h264, h265 };
 
-/// What samples of colour mean: display-referred sRGB in 8 bits (yuv.h), or PQ in 10 (pq.h), which keeps what is
+/// What samples of colour mean: display-referred sRGB in 8 bits (yuv.h), or PQ in 10 (yuv.h), which keeps what is
 /// brighter than white.
 enum class Transfer { srgb, pq };
 
@@ -81,7 +80,7 @@ struct TrackSettings {
     int height = 0;                           ///< even
     std::optional<DepthCodeId> depth_code{};  ///< of depth tracks: always; of others: never
     std::optional<double> crf{};              ///< nothing: the stream's; `lossless` has none
-    /// Of main's depth alone: coded at half the columns and rows (half_depth.h), which are then multiples of 4.
+    /// Of main's depth alone: coded at half the columns and rows (depth_code.h), which are then multiples of 4.
     bool halved = false;
     int coded_width() const { return halved ? width / 2 : width; }
     int coded_height() const { return halved ? height / 2 : height; }
@@ -142,7 +141,7 @@ public:
 
     /// Pictures of one track in display order, indices ascending; tracks interleave as they come.
     void write(TrackRole role, ImageView<const std::uint8_t> rgb, const FrameInfo& info);
-    /// The same where the transfer is pq: R'G'B' as pq.h describes, 3 channels from 0 to 1.
+    /// The same where the transfer is pq: R'G'B' as yuv.h describes, 3 channels from 0 to 1.
     void write_pq(TrackRole role, ImageView<const float> rgb, const FrameInfo& info);
     /// The same for depth tracks: metres along each pixel-centre ray, 1 channel. `info.depth_code` has the track's code
     /// and the range to use, the same one throughout a group of pictures; its clamped_pixels is counted here and its
@@ -270,5 +269,11 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
+
+// Both eyes in one picture, as ordinary players and displays take them: one definition for what is encoded, played and
+// viewed. Pictures are 8-bit RGB; a pure function.
+
+/// The left eye's picture above, or to the left of, the right one's, of one size. `packing` is not none.
+ByteImage packed_eyes(StereoPacking packing, ImageView<const std::uint8_t> left, ImageView<const std::uint8_t> right);
 
 }  // namespace equistream

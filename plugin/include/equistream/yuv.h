@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 
 namespace equistream {
 
@@ -88,5 +90,57 @@ inline Rgb rgb_at(const YuvView& planes, int x, int y) {
 /// A whole picture's colours, those of yuv_to_rgb: 3 channels, or 4 of which the last is 255. Sides are even. Rows run
 /// in parallel.
 void yuv420_to_rgb(const YuvView& yuv, ImageView<std::uint8_t> rgb);
+
+// A decoder's own planes, alive and unchanged for as long as anybody holds a copy of this.
+
+struct YuvPicture {
+    YuvView planes;
+    std::shared_ptr<const void> owner;
+
+    bool empty() const { return planes.empty(); }
+};
+
+// 10-bit Y'CbCr 4:2:0 of HDR streams: R'G'B' of SMPTE ST 2084 (PQ) with BT.2020 primaries, BT.2020 non-constant
+// luminance matrix, limited range, chroma sited and resampled as in yuv.h.
+//     Y' = 64 + 876 (kr R' + kg G' + kb B')
+//     Cb = 512 + 896 (B' - Y) / cb_divisor           Cr = 512 + 896 (R' - Y) / cr_divisor
+// with R', G', B', Y in 0 to 1.
+
+using PqView = Yuv420View<const std::uint16_t>;  ///< samples of 10 bits
+
+/// A decoder's own planes, as YuvPicture holds those of 8 bits.
+struct PqPicture {
+    PqView planes;
+    std::shared_ptr<const void> owner;
+
+    bool empty() const { return planes.empty(); }
+};
+
+namespace bt2020 {
+
+inline constexpr double kr = 0.2627, kb = 0.0593, kg = 1 - kr - kb;
+inline constexpr double luma_black = 64, luma_scale = 876, chroma_middle = 512, chroma_scale = 896;
+inline constexpr double cb_divisor = 2 * (1 - kb), cr_divisor = 2 * (1 - kr);
+inline constexpr double green_from_cb = -kb * cb_divisor / kg, green_from_cr = -kr * cr_divisor / kg;
+
+}  // namespace bt2020
+
+/// R'G'B', 3 channels, clamped to 0 to 1; chroma interpolated linearly, the border repeated. Rows run in parallel.
+FloatImage pq_to_rgb(const PqView& planes);
+/// The way there, of 3 channels: chroma averaged with weights 1 2 1 across and 1 1 down.
+void rgb_to_pq(ImageView<const float> rgb, const Yuv420View<std::uint16_t>& planes);
+
+// Memory that a decoder's pictures come to lie in, of whoever looks at them: a driver's, so that nobody copies them
+// there.
+
+class PictureMemory {
+public:
+    virtual ~PictureMemory() = default;
+
+    /// At least so many bytes, at a multiple of 64, until the last copy of what is returned goes; null: there are none
+    /// just now, and memory of the decoder's own does as well. Decoders read there too what they wrote before. Any
+    /// thread, several at once; waits for nobody.
+    virtual std::shared_ptr<std::uint8_t> take(std::size_t bytes) = 0;
+};
 
 }  // namespace equistream

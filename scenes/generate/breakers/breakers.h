@@ -1,6 +1,10 @@
 #pragma once
 /// Scenes that break reprojection (tests/stress). Each has one knob, its first option.
 #include <scenes/generate/bundled.h>
+#include <scenes/generate/scene_builder.h>
+
+#include <cstdint>
+#include <string>
 
 namespace equistream::generate {
 
@@ -31,5 +35,24 @@ inline constexpr GeneratorOption inside_options[] = {
     {"depth_m", "0", "of the head's centre in a block; below 0 it is still before it"}};
 inline constexpr GeneratorOption grazing_options[] = {{"height_m", "0.2", "of the eyes above the ground"}};
 inline constexpr GeneratorOption sky_options[] = {{"distance_m", "0.3", "of the railing before the sky"}};
+
+// What the breakers share: a glowing room with things in it around a head at the origin that looks along -Z.
+
+inline constexpr glm::vec3 stage_size_m{6, 4, 6};
+/// The left eye of a head at the origin, for an interpupillary distance of 63 mm.
+inline constexpr glm::vec3 left_eye_m{-0.0315f, 0, 0};
+
+/// Light that reflects nothing, painted with clouds between a dark and a light colour, and three ruled lines a
+/// texture.
+std::uint32_t painted(SceneBuilder& scene, const std::string& name, std::uint32_t seed, glm::vec3 tint);
+
+/// The room with two pillars and a table, so that there is something at every distance.
+void add_stage(SceneBuilder& scene);
+
+/// A ball that glows, painted.
+void add_ball(SceneBuilder& scene, const std::string& name, glm::vec3 centre_m, float radius_m);
+
+/// The scene as built, seen from the origin with these orientations, one a frame.
+GeneratedScene finished(SceneBuilder& scene, std::initializer_list<glm::dquat> heads);
 
 }  // namespace equistream::generate

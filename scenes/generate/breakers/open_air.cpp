@@ -1,7 +1,5 @@
 #include "breakers.h"
 
-#include "stage.h"
-
 #include <string>
 #include <utility>
 
@@ -10,7 +8,7 @@ namespace {
 
 constexpr glm::dvec3 sky_radiance{0.35, 0.5, 0.8};
 constexpr float horizon_m = 300;
-constexpr glm::dquat ahead{1, 0, 0, 0};
+constexpr glm::dquat straight_on{1, 0, 0, 0};
 
 /// A painted ground that ends where the sky begins, so far out that it takes it for the horizon.
 void add_ground(SceneBuilder& scene, float below_m) {
@@ -20,7 +18,7 @@ void add_ground(SceneBuilder& scene, float below_m) {
 }
 
 GeneratedScene under_the_sky(SceneBuilder& scene) {
-    GeneratedScene result = finished(scene, {ahead});
+    GeneratedScene result = finished(scene, {straight_on});
     result.description.sky_radiance = sky_radiance;
     return result;
 }

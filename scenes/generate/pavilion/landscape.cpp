@@ -1,6 +1,6 @@
 #include "parts.h"
 
-#include <scenes/generate/noise.h>
+#include <scenes/generate/paint.h>
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "paintwork.h"
 
-#include <scenes/generate/noise.h>
+#include <scenes/generate/paint.h>
 
 #include <algorithm>
 #include <cmath>

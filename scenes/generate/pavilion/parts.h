@@ -3,6 +3,7 @@
 /// the floor's top is y = 0, its centre the origin.
 #include "paintwork.h"
 
+#include <scenes/generate/paint.h>
 #include <scenes/library/scene.h>
 
 namespace equistream::generate::pavilion {
@@ -57,5 +58,16 @@ inline constexpr float glass_ball_radius = 0.25f;
 inline constexpr float ball_radius = 0.28f;
 /// The ball rolls without slipping.
 PosePath ball_path(double duration_s, double frames_per_second);
+
+// Shapes that plants are put together from.
+
+/// `count` folded leaf cards on and in a ball of `radius`, pointing mostly outwards; their stalks are at their bottoms.
+Shape leaf_cluster(int count, float radius, glm::vec2 card_size, std::uint64_t seed);
+
+/// A random turn and size at a place.
+glm::mat4 scattered(glm::vec3 at, float scale, Random& random);
+
+/// A card that starts at the origin, rises along +Y, and folds along its middle line.
+Shape folded_leaf(float width, float length, float fold);
 
 }  // namespace equistream::generate::pavilion

@@ -1,4 +1,4 @@
-#include "plants.h"
+#include "parts.h"
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "plain_task.h"
 
 #include <client/stages/stages.h>
-#include <client/warp/proxy_sphere.h>
+#include <client/warp/source_depth_engine.h>
 #include <equistream/bound.h>
 
 #include <cassert>

@@ -1,6 +1,6 @@
 #include "plain_task.h"
 
-#include <client/warp/proxy_sphere.h>
+#include <client/warp/source_depth_engine.h>
 
 #include <cmath>
 

@@ -1,8 +1,8 @@
 #include "plain_reliability.h"
 #include "surroundings.h"
 
-#include <client/confidence/risks.h>
-#include <client/reflections/specular_sample.h>
+#include <client/confidence/reliability.h>
+#include <client/reflections/specular.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

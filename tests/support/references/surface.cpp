@@ -1,6 +1,6 @@
 #include "plain_task.h"
 
-#include <client/warp/hiding_surface.h>
+#include <client/warp/resample.h>
 #include <equistream/bound.h>
 
 #include <array>
@@ -167,7 +167,7 @@ private:
         return sample_m > 0 ? w_of(sample_m, box_radius_m(eye)) : std::nan("");
     }
 
-    /// Whether a smooth surface through the sixteen samples around a position runs before the point (hiding_surface.h).
+    /// Whether a smooth surface through the sixteen samples around a position runs before the point (resample.h).
     bool hidden(const EyeView& eye, glm::dvec2 position, double distance_m) const {
         const glm::dvec2 corner = glm::floor(position - 0.5), a = position - 0.5 - corner;
         double w[4][4];

@@ -2,7 +2,6 @@
 
 #include <client/fill/fill.h>
 #include <client/receive/receive.h>
-#include <client/receive/received_view.h>
 #include <client/warp/engine.h>
 
 #include <Imath/half.h>

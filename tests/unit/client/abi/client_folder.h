@@ -3,8 +3,8 @@
 #include <tests/unit/client/fill_scene.h>
 
 #include <equistream/client.hpp>
+#include <equistream/rec709.h>
 #include <equistream/sequence.h>
-#include <equistream/srgb.h>
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include <client/compare/picture_pairs.h>
+#include <client/compare/compared_pictures.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 

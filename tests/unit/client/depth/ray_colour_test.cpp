@@ -4,7 +4,7 @@
 #include <client/depth/ray_colour.h>
 #include <equistream/error.h>
 #include <equistream/picture.h>
-#include <equistream/srgb.h>
+#include <equistream/rec709.h>
 #include <scenes/library/write_glb.h>
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <tests/unit/evidence.h>
 
 #include <equistream/bound.h>
-#include <equistream/srgb.h>
+#include <equistream/rec709.h>
 
 #include <gtest/gtest.h>
 

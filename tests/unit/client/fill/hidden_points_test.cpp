@@ -1,4 +1,4 @@
-/// Hidden points (hiding_surface.h) where pictures end or go round: what fill passes take there, against the plain
+/// Hidden points (resample.h) where pictures end or go round: what fill passes take there, against the plain
 /// `surface`.
 #include <tests/unit/client/analytic_scene.h>
 

@@ -1,7 +1,7 @@
 #include <tests/unit/client/fill_scene.h>
 #include <tests/unit/evidence.h>
 
-#include <client/fill/wide_gaps.h>
+#include <client/fill/gaps.h>
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto gap = std::uint8_t(PixelOrigin::gap);
 
-/// The definition in wide_gaps.h, by flooding from every square: 1 where a gap is wide.
+/// The definition in gaps.h, by flooding from every square: 1 where a gap is wide.
 ByteImage flooded(const ByteImage& origin, int side) {
     const int width = origin.width(), height = origin.height();
     ByteImage wide(width, height, 1, 0);

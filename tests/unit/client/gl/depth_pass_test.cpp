@@ -1,8 +1,8 @@
 #include "gl_fixture.h"
 #include "gl_scene.h"
 
-#include <client/depth/gl/clusters.h>
 #include <client/depth/gl/depth_pass.h>
+#include <client/depth/gl/scene_geometry.h>
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <tests/unit/client/moving_ball.h>
 
 #include <client/extrapolate/extrapolate.h>
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 
 #include <cmath>
 #include <vector>

@@ -7,7 +7,7 @@
 #include <client/depth/ray_colour.h>
 #include <client/extrapolate/extrapolate.h>
 #include <client/fill/fill.h>
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <client/reflections/specular.h>
 #include <client/warp/engine.h>
 #include <tests/unit/client/patches_scene.h>

@@ -1,9 +1,9 @@
 /// GLSL's formulas are those of the headers: a million directions and depths through both.
 #include "gl_fixture.h"
 
-#include <client/warp/gl/lattice_textures.h>
+#include <client/warp/gl/eye_depth_finder.h>
 #include <client/warp/gl/source_textures.h>
-#include <client/warp/hiding_surface.h>
+#include <client/warp/resample.h>
 #include <client/warp/source_lattice.h>
 #include <tests/unit/client/engine_scenes.h>
 

@@ -1,8 +1,7 @@
 #include "filled_pictures.h"
 #include "gl_fixture.h"
 
-#include <client/fill/gl/gap_mirrors.h>
-#include <client/fill/gl/patch_resample.h>
+#include <client/fill/gl/gap_resample.h>
 #include <tests/unit/client/engine_scenes.h>
 #include <tests/unit/client/mirror_room.h>
 #include <tests/unit/client/patches_scene.h>

@@ -3,7 +3,7 @@
 #include "found_pictures.h"
 #include "gl_fixture.h"
 
-#include <client/reflections/gl/mirrors.h>
+#include <client/reflections/gl/specular.h>
 #include <tests/unit/client/mirror_room.h>
 
 #include <client/reflections/specular.h>

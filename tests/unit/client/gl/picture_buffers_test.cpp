@@ -5,7 +5,7 @@
 #include <client/warp/gl/source_textures.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 
-#include <equistream/hdr_display.h>
+#include <equistream/colour.h>
 
 #include <algorithm>
 #include <chrono>

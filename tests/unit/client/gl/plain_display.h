@@ -3,7 +3,7 @@
 #include <client/view/gl/display.h>
 
 #include <equistream/conventions.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <array>
 #include <string>

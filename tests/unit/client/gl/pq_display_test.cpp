@@ -7,8 +7,7 @@
 
 #include <equistream/colour.h>
 #include <equistream/error.h>
-#include <equistream/hdr_display.h>
-#include <equistream/pq.h>
+#include <equistream/yuv.h>
 
 #include <algorithm>
 #include <cmath>

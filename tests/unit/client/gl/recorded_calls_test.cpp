@@ -8,7 +8,7 @@
 #include <tests/unit/client/patches_scene.h>
 #include <tests/unit/scenes/generate/scratch_folder.h>
 
-#include <client/receive/received_view.h>
+#include <client/receive/receive.h>
 #include <equistream/colour.h>
 
 #include <array>

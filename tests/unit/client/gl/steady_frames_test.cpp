@@ -4,7 +4,7 @@
 #include "made_objects.h"
 
 #include <client/confidence/gl/reliability_map.h>
-#include <client/fill/gl/patch_resample.h>
+#include <client/fill/gl/gap_resample.h>
 #include <client/fill/gl/push_pull.h>
 #include <client/warp/gl/resample.h>
 #include <tests/unit/client/patches_scene.h>

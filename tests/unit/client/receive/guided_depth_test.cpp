@@ -1,8 +1,8 @@
 /// Halved depth told apart by the colour: silhouettes as the colour has them, slopes as they were, no depth made up.
-#include <client/receive/guided_depth.h>
+#include <client/receive/decoded_pictures.h>
 
 #include <equistream/bound.h>
-#include <equistream/half_depth.h>
+#include <equistream/depth_code.h>
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <tests/unit/client/counted_memory.h>
 
-#include <client/timing/frame_ring.h>
+#include <client/timing/frame_slots.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// How much memory the way back to an atlas of patches takes, whatever size its sphere is said to be of.
 #include <tests/unit/client/counted_memory.h>
 
-#include <equistream/patch_slots.h>
+#include <equistream/patches.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 /// Around what a head is moved whose movements come back as frames, late.
-#include <client/playback/followed_head.h>
+#include <client/playback/playback.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <client/view/navigator.h>
+#include <client/view/head_motion.h>
 
 #include <equistream/conventions.h>
 

@@ -3,7 +3,6 @@
 #include <client/view/stereo_layout.h>
 #include <equistream/error.h>
 #include <equistream/rec709.h>
-#include <equistream/srgb.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-#include <client/warp/float_math.h>
-#include <client/warp/source_lookup.h>
+#include <client/warp/eye_rays.h>
+#include <client/warp/resample.h>
 
 #include <gtest/gtest.h>
 

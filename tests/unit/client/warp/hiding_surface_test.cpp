@@ -1,4 +1,4 @@
-#include <client/warp/hiding_surface.h>
+#include <client/warp/resample.h>
 
 #include <gtest/gtest.h>
 

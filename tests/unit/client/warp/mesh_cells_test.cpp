@@ -1,6 +1,6 @@
 #include <tests/unit/client/engine_scenes.h>
 
-#include <client/warp/mesh_cells.h>
+#include <client/warp/mesh.h>
 
 #include <equistream/bound.h>
 
@@ -95,7 +95,8 @@ TEST(MeshCells, NoCellSpansAnEdge) {
                 for (int j = 0; j <= cell.side; ++j)
                     for (int i = 0; i <= cell.side; ++i) {
                         const float k = block.point(cell.x + i, cell.y + j).k;
-                        ASSERT_TRUE(formulas::between_inverse(low, high, k, same.box_radius_m, same.tolerance)) << k << " from " << low << " to " << high;
+                        ASSERT_TRUE(formulas::between_inverse(low, high, k, same.box_radius_m, same.tolerance))
+                            << k << " from " << low << " to " << high;
                     }
             }
         }

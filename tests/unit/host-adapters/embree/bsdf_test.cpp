@@ -1,6 +1,5 @@
 #include <host-adapters/embree/bsdf.h>
 #include <host-adapters/embree/directions.h>
-#include <host-adapters/embree/ggx.h>
 #include <host-adapters/embree/sampler.h>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 #include <equistream/colour.h>
 #include <equistream/error.h>
-#include <equistream/hdr_display.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <equistream/comma_list.h>
+#include <equistream/text.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #include <equistream/image_motion.h>
-#include <equistream/visible_normal.h>
+#include <equistream/virtual_image.h>
 
 #include <gtest/gtest.h>
 

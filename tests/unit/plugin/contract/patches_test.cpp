@@ -1,7 +1,7 @@
 // The atlas of patches: where its pixels look from and to, the way back, and what is refused.
 #include <tests/unit/atlas_fixture.h>
 
-#include <equistream/patch_slots.h>
+#include <equistream/patches.h>
 
 #include <gtest/gtest.h>
 

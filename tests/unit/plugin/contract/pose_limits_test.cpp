@@ -1,5 +1,5 @@
 // One text decides which poses, IPDs and head boxes are taken; every reader of them goes by it.
-#include <equistream/pose_limits.h>
+#include <equistream/camera_limits.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <equistream/omnidirectional_stereo.h>
+#include <equistream/image_motion.h>
 
 #include <gtest/gtest.h>
 

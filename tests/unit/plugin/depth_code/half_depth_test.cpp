@@ -1,5 +1,5 @@
 /// Depth at half the columns and rows: only depths that were there, the nearest of each four.
-#include <equistream/half_depth.h>
+#include <equistream/depth_code.h>
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "frame_fixture.h"
 
 #include <equistream/error.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 #include <tests/unit/atlas_fixture.h>
 
 #include <csignal>

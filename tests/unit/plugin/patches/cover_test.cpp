@@ -1,6 +1,5 @@
 // Greedy coverage against a plain one that looks at every block each time; slots from frame to frame.
-#include <plugin/patches/cover.h>
-#include <plugin/patches/slots.h>
+#include <plugin/patches/block_choice.h>
 
 #include <gtest/gtest.h>
 

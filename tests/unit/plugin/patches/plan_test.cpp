@@ -1,6 +1,6 @@
 // A room with furniture, all boxes: what eyes that the planner has not seen uncover is in the patches.
 #include <equistream/error.h>
-#include <equistream/patch_slots.h>
+#include <equistream/patches.h>
 #include <plugin/patches/planner.h>
 
 #include <gtest/gtest.h>

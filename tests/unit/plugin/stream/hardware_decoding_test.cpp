@@ -1,7 +1,7 @@
 /// Decoding by hardware: where there is none, as on most machines that test, nobody notices that it was asked for.
 #include "synthetic.h"
 
-#include <plugin/stream/hardware_decoding.h>
+#include <plugin/stream/picture_decoding.h>
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 /// HDR streams: 10-bit planes by their formula, and what comes back of light brighter than white.
 #include "synthetic.h"
 
+#include <equistream/colour.h>
 #include <equistream/error.h>
-#include <equistream/hdr_display.h>
-#include <equistream/pq.h>
+#include <equistream/yuv.h>
 
 #include <gtest/gtest.h>
 

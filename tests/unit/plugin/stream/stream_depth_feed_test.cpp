@@ -2,7 +2,7 @@
 #include "depth_stream.h"
 
 #include <client/receive/receive.h>
-#include <equistream/half_depth.h>
+#include <equistream/depth_code.h>
 
 #include <gtest/gtest.h>
 

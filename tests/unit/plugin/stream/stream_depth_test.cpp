@@ -4,7 +4,7 @@
 
 #include <client/receive/receive.h>
 #include <equistream/bound.h>
-#include <equistream/half_depth.h>
+#include <equistream/depth_code.h>
 
 #include <gtest/gtest.h>
 

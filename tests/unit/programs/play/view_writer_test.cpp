@@ -9,7 +9,6 @@
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
-#include <equistream/stereo_packing.h>
 #include <equistream/stream.h>
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <tests/unit/programs/programs_fixture.h>
 
 #include <equistream/elapsed.h>
-#include <equistream/formatted.h>
+#include <equistream/text.h>
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include <scenes/embree/mask_bits.h>
+#include <scenes/embree/bvh_build.h>
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 #include <scenes/generate/shapes.h>
 
-#include <scenes/generate/noise.h>
 #include <scenes/generate/paint.h>
 
 #include <equistream/error.h>

@@ -2,7 +2,7 @@
 
 #include <scenes/generate/generate.h>
 
-#include <scenes/library/triangle_distance.h>
+#include <scenes/library/polygon.h>
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,282 @@
+#include "fill_pass.h"
+
+#include "push_pull.h"
+
+#include <equistream/bound.h>
+#include <equistream/patches.h>
+
+#include <client/fill/push_pull.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace equistream::gl {
+
+namespace {
+
+Program made(const char* file, std::span<const std::string> defines = {}) {
+    return Program({{GL_COMPUTE_SHADER, file}}, defines);
+}
+
+/// Of points in one's axes to the other's.
+glm::mat4 change(const Pose& from, const Pose& to) {
+    const glm::dmat4 turn = glm::mat4_cast(glm::conjugate(to.orientation));
+    return glm::mat4(glm::translate(turn, from.position_m - to.position_m) * glm::mat4_cast(from.orientation));
+}
+
+}  // namespace
+
+FoundDepth::FoundDepth()
+    : draw_(made("forward_depth.glsl")), draw_patches_(made("forward_depth.glsl", std::vector<std::string>{"PATCHES"})),
+      end_(made("end_forward.glsl")), groups_pass_(made("forward_groups.glsl")), still_there_(made("still_there.glsl")),
+      background_(made("background_depth.glsl")), groups_(make_buffer(3 * sizeof(GLuint), 0)) {}
+
+void FoundDepth::size_for(const EyeTargets& targets) {
+    if (targets.size() == size_ && targets.eyes() == eyes_)
+        return;
+    size_ = targets.size();
+    eyes_ = targets.eyes();
+    keys_ = make_layered_texture(size_, eyes_, GL_R32I);
+    const GLint none = std::numeric_limits<GLint>::min();
+    glClearTexImage(keys_.name(), 0, GL_RED_INTEGER, GL_INT, &none);
+}
+
+void FoundDepth::start(const GapTargets& to, GLuint depth) {
+    size_for(to.targets);
+    to.gaps.bind();
+    glBindTextureUnit(1, depth);
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
+}
+
+/// Into groups_, for passes over all samples in so many layers, or, if there are no gaps, over none.
+void FoundDepth::count_groups(Size samples, int layers, const GapTargets& to) const {
+    to.gaps.bind();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, groups_.name());
+    groups_pass_.set("groups_with_gaps", glm::ivec3((samples.width + group_width - 1) / group_width,
+                                                    (samples.height + group_height - 1) / group_height, layers));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    groups_pass_.use();
+    glDispatchCompute(1, 1, 1);
+    glMemoryBarrier(GL_COMMAND_BARRIER_BIT);
+}
+
+void FoundDepth::draw_picture(const OtherPicture& from, const GapTargets& to, GLuint depth) {
+    blocks_.set(from.view, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, from.textures.grid());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    start(to, depth);
+    count_groups(from.textures.size(), eyes_, to);
+    draw_.dispatch_indirect(groups_.name(), 0);
+    end(to);
+}
+
+void FoundDepth::draw_forward(const OtherPicture& from, const GapTargets& to) {
+    assert(from.textures.depth() != 0);
+    draw_picture(from, to, from.textures.depth());
+}
+
+void FoundDepth::draw_still_there(const OtherPicture& earlier, const OtherPicture& main, const GapTargets& to) {
+    assert(earlier.textures.depth() != 0 && main.textures.depth() != 0);
+    const Size size = earlier.textures.size();
+    if (!(size == earlier_size_)) {
+        earlier_depth_ = make_texture(size, GL_R32F);
+        earlier_size_ = size;
+    }
+    double radius_m = main.view.box_radius_m;
+    for (const EyeView& eye : to.eyes)
+        radius_m = std::max(radius_m, glm::distance(main.view.pose.position_m, eye.pose.position_m));
+    const double tolerance_rad = error_budget_rad(to.eyes.front().camera.focal_px());
+    still_there_.set("main_from_source", change(earlier.view.pose, main.view.pose));
+    still_there_.set("joins", glm::vec2(radius_m, std::sin(tolerance_rad)));
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, earlier.textures.grid());
+    glBindTextureUnit(1, earlier.textures.depth());
+    glBindTextureUnit(4, main.textures.depth());
+    glBindImageTexture(0, earlier_depth_.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+    count_groups(size, 1, to);
+    still_there_.dispatch_indirect(groups_.name(), 0);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    draw_picture(earlier, to, earlier_depth_.name());
+}
+
+void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to) {
+    assert(textures.atlas().depth() != 0);
+    start(to, textures.atlas().depth());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, textures.grid());
+    glBindTextureUnit(4, textures.slots());
+    draw_patches_.set("block_side", patches.atlas->block_side);
+    draw_patches_.set("slot_columns", patches.atlas->columns);
+    count_groups({patches.atlas->sphere_width, patches.atlas->sphere_height}, eyes_, to);
+    for (int i = 0; i < int(patches.atlas->offsets_m.size()); ++i) {
+        std::array<Pose, max_eyes> poses;
+        poses.fill(patch_sphere_pose(patches, i));
+        blocks_.set(std::span(poses).first(to.eyes.size()), patches.box_radius_m, to.eyes);
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+        draw_patches_.set("patch_spheres", glm::ivec2(i));
+        draw_patches_.dispatch_indirect(groups_.name(), 0);
+    }
+    end(to);
+}
+
+void FoundDepth::forget(const GapTargets& to) {
+    size_for(to.targets);
+    to.gaps.bind();
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
+    end(to);
+}
+
+void FoundDepth::end(const GapTargets& to) {
+    assert(to.depth.scale == 1);
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    glBindImageTexture(1, to.depth.texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
+    to.gaps.dispatch(end_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+void FoundDepth::find_background(const SourceView& main, const GapTargets& to) {
+    assert(to.depth.scale == 1);
+    blocks_.set(main, to.eyes);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, blocks_.name());
+    to.gaps.bind();
+    glBindTextureUnit(3, to.targets.origin());
+    glBindImageTexture(0, to.depth.texture, 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32F);
+    to.gaps.dispatch(background_, GapTiles::List::with_gaps, PullPyramid::tile_levels);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+// The passes themselves: which picture each looks up in, and by whose depth.
+
+namespace {
+
+/// What gap pixels see in mirrors and glass: by what an earlier picture tells itself, else by the main one.
+GapTargets with_mirrors(const GlFillFrame& frame, const std::optional<SpecularSource>& own, const GapTargets& to) {
+    GapTargets with = to;
+    with.image_behind = frame.gap_mirrors->find(own && own->tells() ? *own : frame.mirrors, to);
+    return with;
+}
+
+class PicturePass : public GlFillPass {
+public:
+    explicit PicturePass(GlFillShared& shared) : resample_(shared.resample()) {}
+
+protected:
+    /// From a picture with depth; of a small one without, by direction alone.
+    void resample(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to) {
+        if (from.textures.depth() == 0) {
+            resample_.fill(from, to);
+            return;
+        }
+        if (frame.found != nullptr)
+            frame.found->draw_forward(from, to);
+        resample_.fill(from, with_mirrors(frame, {}, to));
+    }
+
+    GapResample& resample_;
+};
+
+class HiddenPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::string_view name() const override { return "hidden"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        if (to.depth.texture != 0 && frame.hidden)
+            resample(frame, *frame.hidden, to);
+    }
+};
+
+class SmallPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::string_view name() const override { return "small"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        if (frame.small && (to.depth.texture != 0 || frame.small->textures.depth() == 0))
+            resample(frame, *frame.small, to);
+    }
+};
+
+class EarlierPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::string_view name() const override { return "earlier"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        if (to.depth.texture == 0 || !frame.earlier)
+            return;
+        const OtherPicture& from = *frame.earlier;
+        if (from.textures.depth() == 0) {
+            resample_.fill(from, to);
+            return;
+        }
+        if (frame.found != nullptr && same_camera(from.view.camera, frame.main.view.camera))
+            frame.found->draw_still_there(from, frame.main, to);
+        else if (frame.found != nullptr)
+            frame.found->forget(to);
+        resample_.fill(from, with_mirrors(frame, frame.mirrors_earlier, to));
+    }
+};
+
+class PatchesPass : public GlFillPass {
+public:
+    std::string_view name() const override { return "patches"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        if (to.depth.texture == 0 || frame.patch_textures == nullptr || frame.patch_textures->atlas().depth() == 0)
+            return;
+        if (frame.found != nullptr)
+            frame.found->draw_forward(*frame.patches, *frame.patch_textures, to);
+        resample_.fill(*frame.patches, *frame.patch_textures, with_mirrors(frame, {}, to));
+    }
+
+private:
+    PatchResample resample_;
+};
+
+class PushPullPass : public GlFillPass {
+public:
+    std::string_view name() const override { return "pushpull"; }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override {
+        if (to.depth.texture != 0 && frame.found != nullptr)
+            frame.found->find_background(frame.main.view, to);
+        push_pull_.fill(frame.main.view, to.eyes, to.depth, to.gaps, to.targets);
+    }
+
+private:
+    PushPull push_pull_;
+};
+
+}  // namespace
+
+std::unique_ptr<GlFillPass> make_gl_hidden_pass(GlFillShared& shared) {
+    return std::make_unique<HiddenPass>(shared);
+}
+
+std::unique_ptr<GlFillPass> make_gl_small_pass(GlFillShared& shared) {
+    return std::make_unique<SmallPass>(shared);
+}
+
+std::unique_ptr<GlFillPass> make_gl_earlier_pass(GlFillShared& shared) {
+    return std::make_unique<EarlierPass>(shared);
+}
+
+std::unique_ptr<GlFillPass> make_gl_patches_pass(GlFillShared&) {
+    return std::make_unique<PatchesPass>();
+}
+
+std::unique_ptr<GlFillPass> make_gl_push_pull_pass(GlFillShared&) {
+    return std::make_unique<PushPullPass>();
+}
+
+GapResample& GlFillShared::resample() {
+    if (!resample_)
+        resample_.emplace();
+    return *resample_;
+}
+
+}  // namespace equistream::gl

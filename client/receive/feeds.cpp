@@ -1,0 +1,139 @@
+#include "feeds.h"
+
+#include <equistream/error.h>
+#include <equistream/text.h>
+
+#include <client/warp/engine.h>
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+namespace equistream {
+
+void require_patches_of_main(const std::string& source, const ReceivedFrame& frame) {
+    if (!frame.patches || !frame.patches->info.patches)
+        return;
+    const Camera sphere = frame.patches->info.patches->sphere();
+    const ReceivedPicture& main = frame.main;
+    if (same_camera(sphere, main.info.camera) && main.width() == width_of(sphere) && main.height() == height_of(sphere))
+        return;
+    const bool same_size = main.width() == width_of(sphere) && main.height() == height_of(sphere);
+    throw WorkError(expected_found(source + ": frame " + std::to_string(main.info.index) + " of patches",
+                                   "the sphere of its main picture, " + size_text(main.width(), main.height()),
+                                   same_size ? "another range" : size_text(width_of(sphere), height_of(sphere))));
+}
+
+std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options) {
+    if (options.frames_ahead > 0)
+        return open_feed_ahead(source, options);
+    std::error_code ignored;
+    if (std::filesystem::is_directory(source, ignored)) {
+        if (options.hdr_display)
+            throw InputError(expected_found(source, "an HDR stream, for a display, a view or an exposure to be chosen",
+                                            "a folder of frames"));
+        return open_folder_feed(source, options);
+    }
+    return open_stream_feed(source, options);
+}
+
+namespace {
+
+/// A feed that a thread of its own reads while frames before are worked on. Whoever asks sees what the feed said when
+/// it gave the frame, not what it says by now.
+class ReadAhead : public FrameFeed {
+public:
+    ReadAhead(const std::string& source, const FeedOptions& options)
+        : most_(options.frames_ahead), feed_(open(source, options)), given_(state()), thread_([this] { read(); }) {}
+    ~ReadAhead() override {
+        stop_.request_stop();
+        thread_.join();
+    }
+
+    std::optional<ReceivedFrame> next() override {
+        std::unique_lock lock(mutex_);
+        arrived_.wait(lock, [&] { return !arrivals_.empty(); });
+        Arrival& first = arrivals_.front();
+        if (first.problem)
+            std::rethrow_exception(first.problem);
+        given_ = first.state;
+        if (!first.frame)
+            return std::nullopt;
+        std::optional<ReceivedFrame> frame = std::move(first.frame);
+        arrivals_.pop_front();
+        room_.notify_all();
+        return frame;
+    }
+    std::string truncation() const override { return given_.truncation; }
+    std::vector<FeedTrack> tracks() const override { return given_.tracks; }
+    std::optional<double> fraction_done() const override { return given_.fraction_done; }
+    bool is_live() const override { return feed_->is_live(); }
+    std::vector<std::string> transfers() const override { return feed_->transfers(); }
+    bool seek(std::int64_t) override { return false; }
+
+private:
+    struct State {
+        std::string truncation;
+        std::vector<FeedTrack> tracks;
+        std::optional<double> fraction_done;
+    };
+    /// A frame, or the end, or what went wrong; the last two stay.
+    struct Arrival {
+        std::optional<ReceivedFrame> frame;
+        std::exception_ptr problem;
+        State state;
+    };
+
+    std::unique_ptr<FrameFeed> open(const std::string& source, FeedOptions options) {
+        options.frames_ahead = 0;
+        // A source that is slow to give must not hold up the end.
+        options.interrupted = [this, asked = std::move(options.interrupted)] {
+            return stop_.stop_requested() || (asked && asked());
+        };
+        return open_feed(source, options);
+    }
+
+    State state() const { return {feed_->truncation(), feed_->tracks(), feed_->fraction_done()}; }
+
+    void read() {
+        for (bool more = true; more;) {
+            Arrival arrival;
+            try {
+                arrival.frame = feed_->next();
+                arrival.state = state();
+            } catch (...) {
+                arrival.problem = std::current_exception();
+            }
+            more = arrival.frame.has_value();
+            std::unique_lock lock(mutex_);
+            room_.wait(lock, stop_.get_token(), [&] { return arrivals_.size() < most_; });
+            if (stop_.stop_requested())
+                return;
+            arrivals_.push_back(std::move(arrival));
+            arrived_.notify_all();
+        }
+    }
+
+    const std::size_t most_;
+    std::stop_source stop_;
+    std::unique_ptr<FrameFeed> feed_;
+    State given_;
+    std::mutex mutex_;
+    std::condition_variable arrived_;
+    std::condition_variable_any room_;
+    std::deque<Arrival> arrivals_;
+    std::thread thread_;  // last: it begins when all else is there
+};
+
+}  // namespace
+
+std::unique_ptr<FrameFeed> open_feed_ahead(const std::string& source, const FeedOptions& options) {
+    return std::make_unique<ReadAhead>(source, options);
+}
+
+}  // namespace equistream

@@ -1,0 +1,58 @@
+#include "receive.h"
+
+#include <equistream/bound.h>
+#include <equistream/elapsed.h>
+
+#include <utility>
+
+namespace equistream {
+
+namespace {
+
+constexpr double shortest_interval_s = 1.0 / 30;
+
+}  // namespace
+
+bool PoseSender::send(const ViewerPose& pose) {
+    const std::lock_guard lock(mutex_);
+    const bool is_known =
+        last_ && last_->position_m == pose.head.position_m && last_->orientation == pose.head.orientation;
+    if (!connection_ || is_known || (last_ && seconds_since(last_at_) < shortest_interval_s))
+        return false;
+    if (!connection_(encode_viewer_pose(pose)))
+        return false;
+    last_ = pose.head;
+    last_at_ = Clock::now();
+    return true;
+}
+
+void PoseSender::use(Connection connection) {
+    const std::lock_guard lock(mutex_);
+    connection_ = std::move(connection);
+    last_.reset();
+}
+
+namespace {
+
+ImageView<const float> plane_or_nothing(const FloatImage& plane) {
+    return plane.empty() ? ImageView<const float>{} : plane.view();
+}
+
+}  // namespace
+
+double head_box_radius(const FrameInfo& info) {
+    return head_box_radius(info.eye, info.head_radius_m, info.ipd_m);
+}
+
+SourceView source_view(const ReceivedPicture& picture, const FloatImage& depth_m) {
+    return {.rgb = picture.rgb.empty() ? ImageView<const std::uint8_t>{} : picture.rgb.view(),
+            .yuv = picture.yuv.planes,
+            .camera = picture.info.camera,
+            .pose = picture.info.camera_pose,
+            .depth_m = plane_or_nothing(depth_m),
+            .specular = plane_or_nothing(picture.specular),
+            .virtual_depth_m = plane_or_nothing(picture.virtual_depth_m),
+            .box_radius_m = head_box_radius(picture.info)};
+}
+
+}  // namespace equistream

@@ -1,0 +1,213 @@
+#include "host.h"
+
+#include <equistream/camera.h>
+#include <equistream/error.h>
+#include <equistream/patches.h>
+#include <equistream/stream.h>
+#include <equistream/text.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+namespace equistream::render_command {
+namespace {
+
+/// As typed; what is not a plain number is read by checked().
+struct Typed {
+    RenderOptions options;
+    std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
+    std::string progress = "auto";
+    double fps = 0, fov_deg = 90;
+    CLI::Option* fov_option = nullptr;
+    CLI::Option* fps_option = nullptr;
+    CLI::Option *patch_budget = nullptr, *patch_side = nullptr;
+};
+
+double number(std::string_view text, const std::string& option, const std::string& expected) {
+    double value = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size())
+        throw InputError(expected_found(option, expected, "'" + std::string(text) + "'"));
+    return value;
+}
+
+/// "180,90": spans in degrees around straight ahead.
+LongitudeLatitudeRange parse_range(const std::string& text) {
+    const std::string expected = "LON,LAT in degrees, up to 360,180";
+    const std::vector<std::string_view> words = split_at_commas(text);
+    if (words.size() != 2)
+        throw InputError(expected_found("--range", expected, "'" + text + "'"));
+    const double longitude = number(words[0], "--range", expected);
+    const double latitude = number(words[1], "--range", expected);
+    if (!(longitude > 0 && longitude <= 360 && latitude > 0 && latitude <= 180))
+        throw InputError(expected_found("--range", expected, "'" + text + "'"));
+    const double half_longitude = longitude * pi / 360, half_latitude = latitude * pi / 360;
+    return {-half_longitude, half_longitude, -half_latitude, half_latitude};
+}
+
+es_eye parse_eye(const std::string& text) {
+    return text == "left" ? ES_EYE_LEFT : text == "right" ? ES_EYE_RIGHT : ES_EYE_CENTRE;
+}
+
+RenderOptions checked(const Typed& typed) {
+    RenderOptions o = typed.options;
+    o.camera = typed.camera == "perspective" ? ES_PERSPECTIVE : ES_EQUIRECT;
+    const bool sphere = o.camera == ES_EQUIRECT;
+    o.eyes = typed.eye == "both" ? std::vector{ES_EYE_LEFT, ES_EYE_RIGHT} : std::vector{parse_eye(typed.eye)};
+    if (!typed.small_eye.empty())
+        o.small_eye = parse_eye(typed.small_eye);
+    o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
+    if (typed.fps_option->count() > 0) {
+        if (!std::isfinite(typed.fps))
+            throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));
+        o.frames_per_second = typed.fps;
+    }
+    o.size = typed.size.empty() ? (sphere ? cli::Size{1920, 960} : cli::Size{1280, 720}) : cli::parse_size(typed.size);
+    if (o.layers && o.eyes.size() > 1)
+        throw InputError(
+            expected_found("--layers", "one --eye, whose hidden layer goes into DIR/hidden", "--eye both"));
+    if (o.patches && (!sphere || o.eyes.size() > 1))
+        throw InputError(expected_found("--patches", "one sphere, whose patches go into DIR/patches",
+                                        sphere ? "--eye both" : "--camera perspective"));
+    if (!o.patches && (typed.patch_budget->count() > 0 || typed.patch_side->count() > 0))
+        throw InputError(expected_found(typed.patch_side->count() > 0 ? "--patch-side" : "--patch-budget",
+                                        "--patches as well", "none"));
+    if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
+        throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
+                                        std::to_string(o.size.width) + "x" + std::to_string(o.size.height)));
+    if (o.small_eye && (o.size.width / 4 < min_track_side || o.size.height / 4 < min_track_side))
+        std::fprintf(stderr,
+                     "equistream render: note: --small is a quarter, %dx%d; encode codes sides of at least %d only\n",
+                     o.size.width / 4, o.size.height / 4, min_track_side);
+    if (sphere && typed.fov_option->count() > 0)
+        throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
+    if (!sphere && !typed.range.empty())
+        throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
+    o.fov_rad = typed.fov_deg * pi / 180;
+    if (!typed.range.empty())
+        o.range = parse_range(typed.range);
+    else if (sphere && o.size.width != 2 * o.size.height)
+        std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
+                     o.size.width, o.size.height);
+    o.progress = cli::parse_progress(typed.progress);
+    return o;
+}
+
+void add_camera_options(CLI::App& app, Typed& t) {
+    app.add_option("--camera", t.camera, "Whole sphere or flat view")
+        ->check(CLI::IsMember({"equirect", "perspective"}))
+        ->capture_default_str();
+    app.add_option("--eye", t.eye, "Where the camera stands; both: left and right")
+        ->check(CLI::IsMember({"centre", "left", "right", "both"}))
+        ->capture_default_str();
+    app.add_option("--ipd", t.options.ipd_m, "Distance between the eyes, metres")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
+        ->check(CLI::IsMember({"world", "path"}))
+        ->capture_default_str();
+    app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720)");
+    t.fov_option = app.add_option("--fov", t.fov_deg, "Horizontal field of view of a perspective view, degrees")
+                       ->check(CLI::Range(1.0, 170.0))
+                       ->capture_default_str();
+    app.add_option("--range", t.range, "LON,LAT: degrees a sphere covers, centred ahead (default 360,180)");
+    app.add_option("--small", t.small_eye, "Also render this eye at a quarter of width and height, into DIR/small")
+        ->check(CLI::IsMember({"centre", "left", "right"}));
+    app.add_flag("--layers", t.options.layers,
+                 "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
+    app.add_flag(
+        "--patches", t.options.patches,
+        "Also render what eyes of the head box uncover, as patches of spheres beside this one, into DIR/patches");
+    t.patch_budget = app.add_option("--patch-budget", t.options.patch_budget_percent,
+                                    "Most pixels of all patches, percent of the sphere's")
+                         ->check(CLI::Range(0.1, 100.0))
+                         ->capture_default_str();
+    t.patch_side =
+        app.add_option("--patch-side", t.options.patch_side,
+                       "Pixels a patch is wide and high; default: as few as the budget's atlas allows, 4 at 1920x960")
+            ->check(CLI::Range(min_patch_side, max_patch_side));
+}
+
+void add_frame_options(CLI::App& app, Typed& t) {
+    app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's")->check(CLI::ExistingFile);
+    cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
+    t.fps_option =
+        app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
+}
+
+void add_quality_options(CLI::App& app, Typed& t) {
+    app.add_option("--spp", t.options.spp, "Samples per pixel")->check(CLI::Range(1u, 1048576u))->capture_default_str();
+    cli::add_seed_option(app, t.options.seed, "Other seeds give independent noise");
+    app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids,specular,virtual, all or none")
+        ->capture_default_str();
+}
+
+}  // namespace
+
+const char* eye_name(es_eye eye) {
+    static_assert(ES_EYE_CENTRE == static_cast<int>(Eye::centre) && ES_EYE_LEFT == static_cast<int>(Eye::left) &&
+                  ES_EYE_RIGHT == static_cast<int>(Eye::right));
+    return eye_names[eye];
+}
+
+std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host) {
+    const auto typed = std::make_shared<Typed>();
+    typed->host = host.name;
+    app.add_option("scene", typed->options.scene, host.scene)->required();
+    app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye")->required();
+    app.add_option("--host", typed->host, "Renderer: embree or mitsuba; this is the help of the one shown")
+        ->check(CLI::IsMember({host.name}))
+        ->capture_default_str();
+    add_camera_options(app, *typed);
+    add_frame_options(app, *typed);
+    add_quality_options(app, *typed);
+    app.add_option("--threads", typed->options.threads, "Rendering threads (default: one per processor)")
+        ->check(CLI::Range(1u, 1024u));
+    app.add_flag("--overwrite", typed->options.overwrite,
+                 "Render finished frames again; frames of other settings make way");
+    app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");
+    cli::add_progress_option(app, typed->progress);
+    app.add_flag("--follow", typed->options.follow,
+                 "Stay, and render each frame that a line of standard input asks for (docs/guide/render.md, \"Frames "
+                 "on demand\")");
+    cli::add_json_flag(app, typed->options.json);
+    return [typed] { return checked(*typed); };
+}
+
+FrameTimes Timeline::times(std::int64_t index) const {
+    const std::int64_t previous = index > 0 ? index - 1 : index;
+    const std::int64_t next = index + 1 < path_frames ? index + 1 : index;
+    return {index, time_s(previous), time_s(index), time_s(next)};
+}
+
+namespace {
+
+void note_clock(const PosePath& path, const std::string& name) {
+    const std::string note = clock_note(path, name);
+    if (!note.empty())
+        std::fprintf(stderr, "equistream render: note: %s\n", note.c_str());
+}
+
+}  // namespace
+
+Timeline make_timeline(const RenderOptions& options, const SceneDescription& scene) {
+    Timeline t;
+    t.path = options.path.empty() ? scene.camera_path : read_path_csv(options.path);
+    if (t.path.empty())
+        throw InputError(expected_found(scene.file.string(), "a camera path (or --path)", "none"));
+    note_clock(t.path, options.path.empty() ? "the camera path of " + scene.file.string() : options.path.string());
+    for (const MovingObject& moving : scene.moving)
+        note_clock(moving.path, "the path of " + moving.object);
+    t.frames_per_second = options.frames_per_second.value_or(scene.frames_per_second);
+    // The small term keeps a last key that falls on a frame from being lost to rounding.
+    t.path_frames = static_cast<std::int64_t>(std::floor(t.path.duration_s() * t.frames_per_second + 1e-6)) + 1;
+    t.range = options.frames.value_or(cli::FrameRange{0, t.path_frames - 1});
+    if (t.range.last >= t.path_frames)
+        throw InputError(expected_found("--frames", "frames within the path's 0-" + std::to_string(t.path_frames - 1),
+                                        std::to_string(t.range.first) + "-" + std::to_string(t.range.last)));
+    return t;
+}
+
+}  // namespace equistream::render_command
