@@ -1,5 +1,6 @@
 """What a system's milliseconds are put beside, on the same machine in the same run: FFmpeg's v360 turning the same sphere to the same views, and a copy of
-the two views' bytes."""
+the two views' bytes; and what ./bench prints, as a result with the machine and the version.
+"""
 
 import math
 import statistics
@@ -8,7 +9,7 @@ import time
 
 import numpy as np
 from presets import focal_length_px
-from steps import Failed
+from steps import Failed, provenance
 
 FEW_FRAMES, MANY_FRAMES = 100, 500
 RUNS = 3
@@ -50,3 +51,21 @@ def copy_ms(size):
         np.copyto(target, source)
         times.append(time.perf_counter() - began)
     return 1000 * statistics.median(times)
+
+
+def bench_result(programs, repository, figures_regex):
+    """Every figure whose name matches, each beside its peers. To be run on a machine that does nothing else."""
+    command = [programs.resolve() / "equistream_bench", f"--benchmark_filter={figures_regex}"]
+    made = provenance(programs, repository)
+    done = subprocess.run(command, cwd=repository, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        raise Failed(f"equistream_bench: exit {done.returncode}: {done.stderr.strip()}")
+    figures = []
+    for line in done.stdout.splitlines():
+        name, value, unit, ratio, peer = line.split()
+        figures.append({"name": name, unit: float(value), "ratio": None if ratio == "-" else float(ratio), "peer": peer})
+    peers_alone = sorted({figure["name"] for figure in figures if "/" in figure["name"]})
+    if peers_alone:
+        raise Failed(f"equistream_bench: expected ours beside every peer, found alone: {', '.join(peers_alone)}")
+    notes = [line[2:] for line in done.stderr.splitlines() if line.startswith("# ")]
+    return {"command": f"./bench '{figures_regex}'", "notes": notes, "figures": figures, **made}

@@ -18,9 +18,8 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from needed import expect_packages  # noqa: E402
 from options import Parser, Progress, add_common, parse  # noqa: E402
-from steps import REPOSITORY, Failed, provenance, run_as_program  # noqa: E402
+from steps import REPOSITORY, Failed, expect_packages, provenance, run_as_program  # noqa: E402
 
 FEWEST_PIXELS = 64
 
@@ -109,8 +108,7 @@ def main():
     options = arguments()
     expect_packages("fit")
     from fitting.choice import Fit, Unreachable  # what needs these packages
-    from fitting.report import chosen_text, n_text, report, times_text, unreachable_text
-    from fitting.settings import sections_of, write_settings
+    from fitting.report import chosen_text, n_text, report, sections_of, times_text, unreachable_text, write_settings
     from fitting.work import Asked, FitWork
     began = time.time()
     asked = Asked(options.eye_size, options.fov, *options.frames, options.spp, options.widest)

@@ -1,8 +1,10 @@
-"""Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share."""
+"""Reading the study's results, OUT/EXPERIMENT/SCENE.json: what charts, tables and the page share; and the noise-free error of `compare --second`
+(docs/compare.md), of one eye or of views together.
+"""
 
+import math
 import pathlib
 
-from noise_free import together
 from presets import REAL_SCENES
 from render_list import EYES
 from steps import read_json
@@ -59,3 +61,21 @@ def all_bytes(entry):
 
 def coding_name(entry):
     return f"{ {'h264': 'H.264', 'h265': 'H.265'}[entry['codec']] }, CRF {entry['crf']:g}" if entry["codec"] else "uncoded"
+
+
+def decibels(mean_square):
+    return -10 * math.log10(mean_square) if mean_square > 0 else None
+
+
+def together(figures):
+    """Of views as large as each other. One source's noise is in both eyes, so that intervals add rather than their squares."""
+    pooled = {key: sum(figure[key] for figure in figures) / len(figures) for key in ("mean_square", "mean_square_low", "mean_square_high")}
+    return {**pooled, "db": decibels(pooled["mean_square"]), "db_low": decibels(pooled["mean_square_high"]),
+            "db_high": decibels(pooled["mean_square_low"]), "only_bounded": pooled["mean_square_low"] <= 0}
+
+
+def gap_error(by_eye):
+    """What lies in what the source did not see, and all of the error: linear mean squares of all eyes together. An eye without gaps says nothing of them."""
+    eyes = by_eye.values()
+    in_gaps = sum(eye["gaps"]["fraction"] * eye["gaps"]["noise_free"]["linear"]["mean_square"] for eye in eyes if "gaps" in eye)
+    return max(0.0, in_gaps), sum(eye["noise_free"]["linear"]["mean_square"] for eye in eyes)

@@ -10,7 +10,7 @@ import equistream as es
 import flip_evaluator
 import numpy as np
 from drawing import rgb
-from noise_free import decibels
+from found import decibels
 from render_list import EYES
 
 FLIP_PICTURES = 2

@@ -12,10 +12,9 @@ import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from needed import expect_packages  # noqa: E402
 from options import Parser, add_common, parse  # noqa: E402
 from presets import EXPERIMENTS, PRESETS  # noqa: E402
-from steps import RESULTS, run_as_program  # noqa: E402
+from steps import RESULTS, expect_packages, run_as_program  # noqa: E402
 
 
 def names_of(known):

@@ -5,23 +5,19 @@ import json
 import sys
 import time
 
-import charts.accuracy
-import charts.latency
-import charts.moved
 import charts.paper
 import charts.parity
 import charts.parsimony
 import charts.related
 import charts.stability
-import charts.where
+import charts.systems
 import plan
 from charts.looks import COLOURS
 from experiments import EXPERIMENTS
 from found import load
 from kept import LEFT_OUT, all_pictures, lean, result_text, write_pictures
 from options import Progress
-from page import write_page
-from page_pictures import Pictures
+from page import Pictures, write_page
 from presets import OF_SCENES, PRESETS, SEEDS
 from scene_work import REPOSITORY, SceneWork
 from steps import Failed, provenance, read_json, write_whole
@@ -116,7 +112,7 @@ class Study:
         SceneWork(self.work, self.options.bin, job.scene, self.preset, self.progress).render_part(job.render, job.first, job.last)
 
     def draw(self):
-        for chart in (charts.accuracy, charts.paper, charts.where, charts.moved, charts.parity, charts.parsimony, charts.stability, charts.latency, charts.related):
+        for chart in (charts.systems, charts.paper, charts.parity, charts.parsimony, charts.stability, charts.related):
             chart.draw_all(self.options.out)
         write_tables(self.options.out)
         systems = load(self.options.out, "systems")

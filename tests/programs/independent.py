@@ -8,6 +8,7 @@ w x y z and turn camera vectors into world vectors.
 import pathlib
 import subprocess
 import sys
+import time
 
 try:
     import numpy as np
@@ -125,3 +126,16 @@ def leave_behind(folder, name, image, reference):
     for suffix, picture in (("image", image), ("reference", reference), ("difference", 8 * np.abs(image - reference))):
         Image.fromarray(bytes_of(np.clip(picture, 0, 1))).save(folder / f"{name}.{suffix}.png")
     return f"{folder / name}.*.png"
+
+
+def wait_until(found, what, patience_s):
+    """The first thing that found() gives which is not None or False."""
+    end = time.monotonic() + patience_s
+    while time.monotonic() < end:
+        result = found()
+        if isinstance(result, np.bool_):
+            result = bool(result)  # which is not False itself
+        if result is not None and result is not False:
+            return result
+        time.sleep(0.02)
+    raise AssertionError(f"waited {patience_s} s for {what}")

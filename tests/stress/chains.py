@@ -6,6 +6,7 @@ import subprocess
 
 import equistream as es
 import numpy as np
+from PIL import Image
 from scipy.ndimage import maximum_filter
 
 EYE_SIZE = (200, 112)
@@ -31,7 +32,7 @@ def methods():
 
 
 def chain():
-    return "small,pushpull" if "pushpull" in es.FILL_RUNGS else "small,spread"
+    return "small,pushpull" if "pushpull" in es.FILL_PASSES else "small,spread"
 
 
 class Renders:
@@ -201,3 +202,21 @@ def scores(renders):
             score.add(picture.rgb, truth, picture.gaps, picture.reliability)
         found[method] = score.figures(best)
     return found
+
+
+# Of chains by `equistream play`: the program, and what it wrote.
+
+
+def run_program(program, *words):
+    words = [str(word) for word in words] + (["--overwrite"] if words[0] == "play" else [])
+    result = subprocess.run([program, *words], capture_output=True, text=True)
+    if result.returncode != 0:
+        raise RuntimeError(f"equistream {' '.join(words)}: exit {result.returncode}: {result.stderr.strip()}")
+
+
+def played_picture(out, eye, number):
+    return np.asarray(Image.open(out / eye / f"frame.{number:04}.png").convert("RGB"))
+
+
+def played_plane(out, name, eye, number):
+    return np.asarray(Image.open(out / name / eye / f"frame.{number:04}.png"))

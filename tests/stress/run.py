@@ -16,15 +16,12 @@ import sys
 import tempfile
 
 try:
-    import broken_pixels
     import chains
-    import late
     from breakers import BREAKERS
+    from by_play import SCORES_OF
 except ImportError as missing:
     sys.exit(f"run.py: expected equistream's package and tests/requirements.txt (PYTHONPATH=BUILD/package), found no {missing.name}")
 
-# With a chain of their own; all others have that of chains.py.
-BY_PLAY = {breaker: module for module in (broken_pixels, late) for breaker in module.BREAKERS}
 HERE = pathlib.Path(__file__).resolve().parent
 THRESHOLDS = HERE / "thresholds.json"
 SCORES = {"psnr_db": "dB over all", "worst_percent_db": "dB of the worst 1 %", "gaps_db": "dB in gaps",
@@ -55,8 +52,8 @@ def measure(program, folder, breaker, value, kept=None):
 
 def measured(program, folder, breaker, value):
     with tempfile.TemporaryDirectory(prefix=f"{breaker.name.replace(' ', '-')}-{value:g}-", dir=folder) as work:
-        if breaker in BY_PLAY:
-            return BY_PLAY[breaker].scores(program, breaker, value, pathlib.Path(work))
+        if breaker in SCORES_OF:
+            return SCORES_OF[breaker](program, breaker, value, pathlib.Path(work))
         return chains.scores(chains.Renders(program, breaker, value, work))
 
 
@@ -136,7 +133,7 @@ def losses(found, thresholds):
 
 
 def every_breaker():
-    return {breaker.name: breaker for breaker in (*BREAKERS, *BY_PLAY)}
+    return {breaker.name: breaker for breaker in (*BREAKERS, *SCORES_OF)}
 
 
 def chosen(names):

@@ -1,7 +1,7 @@
 """Chart 3: a sphere's accuracy against its width and its bytes, with the perspective render's line and where they cross; PSNR and SSIM, noise and all, below. One column a scene."""
 
 import matplotlib.pyplot as plt
-from figures.parity import REFERENCES, SPHERE, matching, of, parity_width, points, widths
+from curves import REFERENCES, SPHERE, matching, of, parity_width, points, widths
 from found import db, interval_db, load, psnr, together_psnr
 from render_list import EYES
 

@@ -3,9 +3,9 @@
 import textwrap
 
 import matplotlib.pyplot as plt
-from figures.parsimony import AXES, CHOSEN_PX, CODE_BITS, sample_points
+from curves import AXES, CHOSEN_PX, CODE_BITS, sample_points
 from found import ceiling_psnr, db, load
-from knee import CLOSE_DB, knee, least_within
+from rates import CLOSE_DB, knee, least_within
 
 from . import looks
 

@@ -1,9 +1,9 @@
 """Systems beside the paper's that it names: layouts, rows of a sphere, difference streams, motion search and grids of blocks, one row of panels each."""
 
 import matplotlib.pyplot as plt
-from figures.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import ceiling_psnr, db, load
 from render_list import EYES
+from tables.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 
 from . import looks
 

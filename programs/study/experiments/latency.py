@@ -15,7 +15,7 @@ from scene_work import STRESS
 from steps import write_if_other
 
 sys.path.insert(0, str(STRESS))
-from late import head_path  # noqa: E402
+from by_play import head_path  # noqa: E402
 
 SPHERE, EYES, FOV_DEG = "480x240", "200x112", 90
 FRAMES_HZ, REFRESH_HZ = 30, 30

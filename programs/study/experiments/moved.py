@@ -10,7 +10,6 @@ import equistream as es
 import numpy as np
 from presets import SEEDS
 from render_list import EYES, moved_eyes
-from standing_head import path_text
 from steps import write_if_other
 
 from .systems import SYSTEMS, Player, systems_of
@@ -41,6 +40,16 @@ BY_FILL = tuple(dataclasses.replace(DEFAULT, name=f"fill-{fill.split(',')[0]}", 
                 for fill in ("none", "spread", "pushpull", "hidden,pushpull", "patches,pushpull", "geometry,pushpull"))
 BY_MIRRORS = tuple(dataclasses.replace(DEFAULT, name=f"mirrors-{how}", title=f"{DEFAULT.title}, --mirrors {how}", play=("--mirrors", how)) for how in ("gaps", "surface"))
 """What fills gaps, and what becomes of mirrors, each alone: of the sphere that has the tracks for all of it."""
+
+
+PATH_LAST_S = 60.0
+"""Beyond every scene's own path."""
+
+
+def path_text(position_m, orientation_wxyz):
+    """A head that stands still, as the camera path that programs take (docs/scenes.md)."""
+    pose = ",".join(repr(float(value)) for value in (*position_m, *orientation_wxyz))
+    return "\n".join(["time_s,x,y,z,qw,qx,qy,qz", *(f"{time_s},{pose}" for time_s in (0.0, PATH_LAST_S))]) + "\n"
 
 
 def path_of(work, head, number):

@@ -12,7 +12,7 @@ import found
 import numpy as np
 import render_list
 from experiments.systems import Coding, Player, System
-from noise_free import decibels, gap_error
+from found import decibels, gap_error
 from perceived import display, frames_of
 from presets import SEEDS, focal_length_px, matching_width
 from scene_work import SceneWork

@@ -1,9 +1,29 @@
-"""Tables of the systems beside the paper's (experiments/related.py): layouts, rows, difference streams, motion search, grids of blocks."""
+"""Systems beside the paper's (experiments/related.py): picking points of a result, and tables of layouts, rows, difference streams, motion search, grids of blocks."""
 
-from figures.related import ANCHOR, DEFAULT_SEARCH, SECOND_EYE, beside, curve, of
 from found import db
 from pages import cell, counts_text, table
 from rates import bd_db, bd_rate_percent
+
+ANCHOR, DEFAULT_SEARCH = "e", "hex 16"
+"""Layout and motion search that the others are put beside."""
+SECOND_EYE = {"direct": "coded itself", "together": "in one stream with the first eye", "difference": "as a difference from what is reprojected"}
+"""Ways to send it; the first is what the others are put beside."""
+
+
+def of(points, **wanted):
+    return [point for point in points if all(point[key] == value for key, value in wanted.items())]
+
+
+def curve(points, eye):
+    """(bytes a frame, dB) of what was coded."""
+    return [(point["bytes_a_frame"], level) for point in points if point["crf"] is not None and (level := db(point, eye)) is not None]
+
+
+def beside(points, keys, key, value):
+    """(point, the point with `value` for `key` that has the same `keys`)."""
+    for point in points:
+        yield point, next(other for other in of(points, **{name: point[name] for name in keys}) if other[key] == value)
+
 
 SAID = {True: "yes", False: "no"}
 

@@ -2,14 +2,33 @@
 
 from experiments.systems import DECODING, STAGES, client_ms, faster
 from found import all_bytes, ceiling_psnr, coding_name, error, ms, psnr
-from noise_free import decibels, gap_error, together
+from found import decibels, gap_error, together
 from pages import cell, noise_free_short, noise_free_text, table
 from render_list import EYES
 
-from . import paper
-
 FRAMES = 150
 """Of the paper's sequences."""
+
+# The paper's Table 2, MB per 150 frames at 1080p in H.264 at CRF 16 and 24, main and small right-eye stream; as its text gives it.
+STANDS_FOR = {"voxel-city": "Rungholt", "sponza-crytek": "Sponza", "san-miguel": "San Miguel", "kitchen": "Kitchen", "sibenik": "Sibenik"}
+CRFS = (16, 24)
+MEGABYTES = {
+    "Rungholt": {"perspective": ((28.3, 9.83), (2.97, 1.28)), "equirect": ((27.9, 10.5), (2.85, 1.33))},
+    "Sponza": {"perspective": ((27.7, 4.61), (1.77, 0.487)), "equirect": ((22.9, 3.88), (1.69, 0.502))},
+    "San Miguel": {"perspective": ((37.1, 10.3), (2.94, 1.00)), "equirect": ((37.4, 10.9), (2.97, 1.08))},
+    "Kitchen": {"perspective": ((16.3, 1.22), (0.567, 0.208)), "equirect": ((14.7, 1.05), (0.438, 0.151))},
+    "Sibenik": {"perspective": ((21.1, 4.40), (1.79, 0.458)), "equirect": ((19.2, 4.05), (1.95, 0.492))},
+}
+"""Scene -> stream -> (main at each CRF, small at each CRF)."""
+
+
+def paper_streams(scene, crf):
+    """MB of the perspective main and small stream, and of the equirect ones; None where the paper has no such scene or CRF."""
+    name = STANDS_FOR.get(scene)
+    if name is None or crf not in CRFS:
+        return None
+    at = CRFS.index(crf)
+    return [MEGABYTES[name][source][track][at] for source in ("perspective", "equirect") for track in (0, 1)]
 
 
 def mean(values):
@@ -83,7 +102,7 @@ def systems_of(scene, result):
 
 
 def scene_row(scene, info):
-    return [scene, paper.STANDS_FOR.get(scene, "-"), f"{info['triangles']:,}", f"{info['unique_triangles']:,}", str(info["textures"]), cell(info["path_length_m"], 1), cell(info["turn_deg"], 0),
+    return [scene, STANDS_FOR.get(scene, "-"), f"{info['triangles']:,}", f"{info['unique_triangles']:,}", str(info["textures"]), cell(info["path_length_m"], 1), cell(info["turn_deg"], 0),
             cell(info["nearest_m"]), f"{info['sphere_width']:.0f}", f"{info['depth_levels']:.0f}"]
 
 
@@ -101,7 +120,7 @@ def bytes_rows(sizes):
                 continue
             view, megabytes = views[row["codec"], row["crf"]], lambda of, track: of["bytes_a_frame"].get(track, 0) * FRAMES / 1e6
             ratio = row["bytes_a_frame"]["main"] / view["bytes_a_frame"]["main"]
-            theirs = paper.streams(scene, row["crf"]) if row["codec"] == "h264" else None
+            theirs = paper_streams(scene, row["crf"]) if row["codec"] == "h264" else None
             yield [scene, row["source"], row["codec"], f"{row['crf']:g}", cell(megabytes(view, "main")), cell(megabytes(view, "small"), 3), cell(megabytes(row, "main")), cell(megabytes(row, "small"), 3),
                    cell(ratio), cell(row["ws_psnr_db"], 1), *([f"{size:g}" for size in theirs] + [cell(theirs[2] / theirs[0])] if theirs else ["-"] * 5), f"{view['samples']:.0f} / {row['samples']:.0f}"]
 

@@ -12,13 +12,13 @@ import threading
 
 import numpy as np
 
-import waiting
+from independent import wait_until
 
 PATIENCE_S = 240
 
 
 def wait_for(found, what):
-    return waiting.wait_for(found, what, PATIENCE_S)
+    return wait_until(found, what, PATIENCE_S)
 
 
 def still_scene(programs, folder):

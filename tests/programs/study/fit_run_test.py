@@ -16,7 +16,7 @@ TESTS = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS / "programs"), str(TESTS / "programs/viewer")]
 from display import Display  # noqa: E402
 from fitting.choice import Chosen  # noqa: E402
-from fitting.settings import sections_of, write_settings  # noqa: E402
+from fitting.report import sections_of, write_settings  # noqa: E402
 from fitting.work import Asked, Fill, Point  # noqa: E402
 from independent import Programs  # noqa: E402
 

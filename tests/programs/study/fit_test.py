@@ -6,7 +6,7 @@ import unittest
 from fitting import report as fit_report
 from fitting import search as fit_search
 from fitting.choice import Chosen, Fit, Unreachable
-from fitting.settings import sections_of, settings_text
+from fitting.report import sections_of, settings_text
 from fitting.work import Asked, Fill, Point
 
 

@@ -12,7 +12,7 @@ from drawing import rgb
 from found import together_psnr
 from PIL import Image
 
-from experiments import related_blocks, related_cells, related_layouts, related_streams
+from experiments import parsimony, related, related_layouts, related_streams
 
 WIDTH, BOX_M, BUDGET_RAD = 256, 0.1, 1e-3
 CELLS = WIDTH * (WIDTH // 2 + 1)
@@ -28,23 +28,23 @@ def floor_m(height_m=1.6):
 
 class Cells(unittest.TestCase):
     def test_a_floor_is_whole_blocks_but_along_the_horizon(self):
-        found = related_cells.count_cells(floor_m(), BOX_M, BUDGET_RAD)
+        found = parsimony.count_cells(floor_m(), BOX_M, BUDGET_RAD)
         self.assertEqual(found[32], 3 * WIDTH // 32)
         self.assertLess(sum(found.values()), CELLS / 25)
 
     def test_steps_everywhere_leave_single_cells(self):
         depth_m = np.where(np.arange(WIDTH) % 2 == 0, 1.0, 3.0) * np.ones((WIDTH // 2, 1))
-        self.assertEqual(related_cells.count_cells(depth_m, BOX_M, BUDGET_RAD), {1: CELLS, 2: 0, 4: 0, 8: 0, 16: 0, 32: 0})
+        self.assertEqual(parsimony.count_cells(depth_m, BOX_M, BUDGET_RAD), {1: CELLS, 2: 0, 4: 0, 8: 0, 16: 0, 32: 0})
 
     def test_cells_cover_everything_once(self):
         depth_m = floor_m() + np.random.default_rng(1).choice([0, 0.001, 1], (WIDTH // 2, WIDTH), p=[0.98, 0.015, 0.005])
-        found = related_cells.count_cells(depth_m, BOX_M, BUDGET_RAD)
+        found = parsimony.count_cells(depth_m, BOX_M, BUDGET_RAD)
         self.assertEqual(sum(count * side ** 2 for side, count in found.items()), CELLS)
         self.assertGreater(found[1], found[2])
 
     def test_a_larger_budget_takes_fewer(self):
         bulging = np.full((WIDTH // 2, WIDTH), 2.0)
-        counts = [sum(related_cells.count_cells(bulging, BOX_M, budget).values()) for budget in (1e-4, 1e-3, 1e-2)]
+        counts = [sum(parsimony.count_cells(bulging, BOX_M, budget).values()) for budget in (1e-4, 1e-3, 1e-2)]
         self.assertGreater(counts[0], counts[1])
         self.assertGreater(counts[1], counts[2])
 
@@ -55,25 +55,25 @@ class Cells(unittest.TestCase):
             first, last = (fine.directions(np.array([x + 0.5, 255.5 + y])) for x, y in ends)
             with np.errstate(divide="ignore"):
                 depth_m = 1 / np.maximum(0, 0.3 * fine.directions() @ np.cross(first, last) / np.linalg.norm(np.cross(first, last)))
-            folded[ends[0]] = related_cells.holds(related_cells.Lattice(depth_m), np.array([256]), np.array([0]), side, BOX_M, BUDGET_RAD / 8)[0]
+            folded[ends[0]] = parsimony.holds(parsimony.Lattice(depth_m), np.array([256]), np.array([0]), side, BOX_M, BUDGET_RAD / 8)[0]
         self.assertEqual(folded, {(0, 0): True, (side, 0): False})
 
     def test_over_a_pole_lies_the_row_half_a_turn_on(self):
-        lattice = related_cells.Lattice(np.random.default_rng(2).random((WIDTH // 2, WIDTH)) + 1)
+        lattice = parsimony.Lattice(np.random.default_rng(2).random((WIDTH // 2, WIDTH)) + 1)
         for over, inside in ((0, 1), (-1, -2)):
             np.testing.assert_array_equal(lattice.k[over, :WIDTH // 2], lattice.k[inside, WIDTH // 2:WIDTH])
             cosines = (lattice.q[over] * lattice.q[inside]).sum(axis=-1)
             np.testing.assert_allclose(cosines, math.cos(2 * math.pi / WIDTH), atol=1e-6)
 
     def test_a_grid_puts_a_floor_back(self):
-        depth_m, cells = related_blocks.coarsened(np.full((WIDTH // 2, WIDTH), 2.0, np.float32), 8)
+        depth_m, cells = related.coarsened(np.full((WIDTH // 2, WIDTH), 2.0, np.float32), 8)
         np.testing.assert_allclose(depth_m, 2, rtol=1e-6)
         self.assertEqual(cells, WIDTH // 8 * (WIDTH // 2 // 8))
 
     def test_a_grid_is_linear_between_its_points(self):
-        found, points = related_blocks.weights(16, 5, closes=False)
+        found, points = related.weights(16, 5, closes=False)
         np.testing.assert_allclose(found @ points, np.arange(16), atol=1e-12)
-        np.testing.assert_allclose(related_blocks.weights(16, 4, closes=True)[0].sum(axis=1), 1)
+        np.testing.assert_allclose(related.weights(16, 4, closes=True)[0].sum(axis=1), 1)
 
 
 def smooth_frame():

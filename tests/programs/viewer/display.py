@@ -9,8 +9,7 @@ import time
 import numpy as np
 from PIL import Image
 
-import waiting
-from independent import psnr_db
+from independent import psnr_db, wait_until
 
 PATIENCE_S = 120
 
@@ -21,7 +20,7 @@ def psnr(a, b):
 
 
 def wait_for(found, what):
-    return waiting.wait_for(found, what, PATIENCE_S)
+    return wait_until(found, what, PATIENCE_S)
 
 
 class Display:

@@ -17,7 +17,6 @@ import time
 import numpy as np
 from PIL import Image
 
-import agreement
 import hosts
 from independent import srgb
 
@@ -55,7 +54,7 @@ def save_pictures(out, name, a, b, exposure):
 def save_failures(out, name, t):
     picture = np.clip(np.abs(t).max(-1) / 10, 0, 1)
     image = Image.fromarray((255 * picture).astype(np.uint8))
-    image.resize((image.width * agreement.BLOCK, image.height * agreement.BLOCK), Image.Resampling.NEAREST).save(out / f"{name}-z.png")
+    image.resize((image.width * hosts.BLOCK, image.height * hosts.BLOCK), Image.Resampling.NEAREST).save(out / f"{name}-z.png")
 
 
 def meets(result, what):
@@ -76,8 +75,8 @@ def compare(programs, scene, settings):
     finally:
         if not settings.keep:
             shutil.rmtree(work, ignore_errors=True)
-    geometry = agreement.geometry(planes_a, planes_b)
-    colour, t = agreement.z_test(colours_a, colours_b, np.isfinite(planes_a["depth.Z"]) & np.isfinite(planes_b["depth.Z"]))
+    geometry = hosts.geometry(planes_a, planes_b)
+    colour, t = hosts.z_test(colours_a, colours_b, np.isfinite(planes_a["depth.Z"]) & np.isfinite(planes_b["depth.Z"]))
     exposure = json.loads(scene.read_text()).get("exposure", 1)
     save_pictures(settings.out, scene.stem, colours_a, colours_b, exposure)
     if not colour["passes"]:

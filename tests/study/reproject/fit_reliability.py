@@ -5,7 +5,7 @@
 
 FOLDER is what reliability_pairs.py filled. Every eye of every shot is reprojected at the source's own density, a half and a third of it,
 with the engine `eye-depth` and several fill chains, with exact and with coarse depth, and by rotation alone; and as a client has it from a
-stream, its colours through H.264 (decoded.py), by exact depth and by the depth that came with it. Every pixel gives its
+stream, its colours through H.264 (reliability_samples.py), by exact depth and by the depth that came with it. Every pixel gives its
 risks, their group and whether it is good (no channel off by more than the tolerance). Pixels whose noise may be more than a quarter of the
 tolerance are left out, and mirrors and panes of scenes with direct light only: what is reflected is black there.
 For each group of pixels: logistic regression with weights that are not negative, scenes counting alike, then a table that falls with the

@@ -12,7 +12,7 @@ of them.
 
 That noise must stay far below the tolerance, and with light that bounces it does not: the sky alone takes 1,000 samples a pixel,
 Kitchen and Sibenik in their own light 10,000 and more. So the real scenes keep geometry, textures, materials and sun, get lamps along
-the camera's path (lamps.py), and show direct light only. --path-traced renders the scenes as they are, with more samples, to check what
+the camera's path (relight), and show direct light only. --path-traced renders the scenes as they are, with more samples, to check what
 the difference makes; most of their pixels are too noisy to be used. Finished renders are kept: run it again to go on.
 """
 
@@ -23,12 +23,11 @@ import math
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 
 import numpy as np
-
-import lamps
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 SEEDS = {"eyes": (1, 3), "source": (2, 4)}
@@ -118,7 +117,7 @@ class Shots:
         path = path_of(description, described.parent)
         above_m, side_m, power = LAMPS[self.name]
         centres = [pose_at(path, time_s)[0] + (0, above_m, 0) for time_s in LAMP_TIMES_S]
-        lamps.relight(model, target.parent / f"{self.name}.glb", [(centre, side_m, power / side_m ** 2) for centre in centres])
+        relight(model, target.parent / f"{self.name}.glb", [(centre, side_m, power / side_m ** 2) for centre in centres])
         keys = [{"time_s": row[0], "position_m": list(row[1:4]), "orientation_wxyz": list(row[4:8])} for row in path]
         relit = {"name": self.name, "model": f"{self.name}.glb", "camera": {"keys": keys}, "head_box": {"lean_m": 0.1}, "frames_per_second": 30}
         if "sun" in description and self.name != "sibenik":  # whose sun is for its windows alone
@@ -185,3 +184,73 @@ if __name__ == "__main__":
         main()
     except KeyboardInterrupt:
         sys.exit("reliability_pairs.py: interrupted; run it again to go on")
+
+
+JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
+
+
+def read_glb(file):
+    data = pathlib.Path(file).read_bytes()
+    if data[:4] != b"glTF":
+        raise SystemExit(f"{file}: expected a binary glTF, found something else")
+    chunks, at = {}, 12
+    while at < len(data):
+        length, kind = struct.unpack_from("<II", data, at)
+        chunks[kind] = data[at + 8:at + 8 + length]
+        at += 8 + length
+    return json.loads(chunks[JSON_CHUNK]), chunks[BIN_CHUNK]
+
+
+def write_glb(file, document, binary):
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    total = 12 + 8 + len(text) + 8 + len(binary)
+    pathlib.Path(file).write_bytes(struct.pack("<4sII", b"glTF", 2, total) + struct.pack("<II", len(text), JSON_CHUNK) + text
+                                   + struct.pack("<II", len(binary), BIN_CHUNK) + binary)
+
+
+def card(centre, side_m, towards):
+    """Four corners of a square around a centre, and its two triangles."""
+    normal = np.asarray(towards, float) / np.linalg.norm(towards)
+    across = np.cross(normal, [0.0, 0.3, 1.0])
+    across /= np.linalg.norm(across)
+    along = np.cross(normal, across)
+    corners = [centre + 0.5 * side_m * (s * across + t * along) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return np.asarray(corners, np.float32), np.asarray([0, 1, 2, 0, 2, 3], np.uint16)
+
+
+def add(document, binary, values, target, component, kind):
+    """Another accessor over bytes at the end of the buffer."""
+    binary += b"\0" * (-len(binary) % 4)
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": values.nbytes, "target": target})
+    accessor = {"bufferView": len(document["bufferViews"]) - 1, "componentType": component, "count": len(values), "type": kind}
+    if kind == "VEC3":
+        accessor.update(min=values.min(axis=0).tolist(), max=values.max(axis=0).tolist())
+    document["accessors"].append(accessor)
+    return binary + values.tobytes(), len(document["accessors"]) - 1
+
+
+def relight(source, target, lamps):
+    """`lamps`: (centre in metres, side in metres, radiance) each."""
+    document, binary = read_glb(source)
+    for material in document["materials"]:
+        material.pop("emissiveFactor", None)
+        material.get("extensions", {}).pop("KHR_materials_emissive_strength", None)
+    used = set(document.get("extensionsUsed", [])) | {"KHR_materials_emissive_strength"}
+    document["extensionsUsed"] = sorted(used)
+    for index, (centre, side_m, radiance) in enumerate(lamps):
+        corners, triangles = card(np.asarray(centre, float), side_m, (0.25, 1, 0.15 + 0.1 * index))
+        binary, positions = add(document, binary, corners, 34962, 5126, "VEC3")
+        binary, indices = add(document, binary, triangles, 34963, 5123, "SCALAR")
+        document["materials"].append({"name": f"lamp {index}", "doubleSided": True, "emissiveFactor": [1, 1, 1],
+                                      "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 1},
+                                      "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": radiance},
+                                                     "KHR_materials_ior": {"ior": 1}}})
+        document["meshes"].append({"name": f"lamp {index}", "primitives": [
+            {"attributes": {"POSITION": positions}, "indices": indices, "material": len(document["materials"]) - 1}]})
+        document["nodes"].append({"name": f"lamp {index}", "mesh": len(document["meshes"]) - 1})
+        document["scenes"][document.get("scene", 0)]["nodes"].append(len(document["nodes"]) - 1)
+    document["extensionsUsed"] = sorted(set(document["extensionsUsed"]) | {"KHR_materials_ior"})
+    document["buffers"][0]["byteLength"] = len(binary)
+    write_glb(target, document, binary)

@@ -6,13 +6,13 @@ import unittest
 import report
 import results
 
-import noise_free  # report puts its folder on the path
+from found import decibels, together  # report puts its folder on the path
 
 
 def figure(mean_square, half=0.0):
     found = {"mean_square": mean_square, "mean_square_low": mean_square - half, "mean_square_high": mean_square + half}
-    return {**found, "db": noise_free.decibels(mean_square), "db_low": noise_free.decibels(mean_square + half),
-            "db_high": noise_free.decibels(mean_square - half), "only_bounded": half >= mean_square}
+    return {**found, "db": decibels(mean_square), "db_low": decibels(mean_square + half),
+            "db_high": decibels(mean_square - half), "only_bounded": half >= mean_square}
 
 
 def entry(system, left, right, worst=None):
@@ -39,8 +39,8 @@ class Tables(unittest.TestCase):
         both = results.both_eyes(entry("ours", figure(0.019), figure(0.001)), "linear")
         self.assertAlmostEqual(both["db"], 20)
         self.assertFalse(both["only_bounded"])
-        self.assertTrue(noise_free.together([figure(0.01, 0.005), figure(0.01, 0.016)])["only_bounded"], "halves of intervals add")
-        self.assertIsNone(noise_free.together([figure(-0.01), figure(0.005)])["db"])
+        self.assertTrue(together([figure(0.01, 0.005), figure(0.01, 0.016)])["only_bounded"], "halves of intervals add")
+        self.assertIsNone(together([figure(-0.01), figure(0.005)])["db"])
 
     def test_linear_leads_and_display_stands_in_brackets(self):
         found = {"scene": {"systems": [entry("sphere", figure(0.01), figure(0.001, 0.002))]}}

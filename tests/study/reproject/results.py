@@ -6,7 +6,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from kept import result_text  # noqa: E402
-from noise_free import together  # noqa: E402
+from found import together  # noqa: E402
 from steps import write_whole  # noqa: E402
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]

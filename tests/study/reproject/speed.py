@@ -7,12 +7,11 @@ To be run on a machine that does nothing else.
 """
 
 import argparse
-import json
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from bench_figures import bench_result  # noqa: E402
+from baselines import bench_result  # noqa: E402
 from renders import REPOSITORY  # noqa: E402
 from kept import result_text  # noqa: E402
 from steps import run_as_program, write_whole  # noqa: E402

@@ -13,7 +13,7 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
-from bench_figures import bench_result  # noqa: E402
+from baselines import bench_result  # noqa: E402
 from kept import result_text  # noqa: E402
 from pages import cell, place, table  # noqa: E402
 from steps import run_as_program, write_whole  # noqa: E402

@@ -1,14 +1,16 @@
-"""From curves of accuracy against bytes to the paper's open question: what sphere equals a perspective render.
+"""Curves that charts and tables share. Of parity (experiments/parity.py), from accuracy against bytes to the paper's open question: what sphere equals a
+perspective render. Of parsimony (experiments/parsimony.py): (cost, dB, error budget in pixels or None) of what is swept.
 
-Of both eyes unless one is named. A sphere's width is given beside the width that matches the view's centre, 2 pi f columns (DESIGN's bound), so that it
-can be read for any display.
+Parity is of both eyes unless one is named. A sphere's width is given beside the width that matches the view's centre, 2 pi f columns (DESIGN's bound), so
+that it can be read for any display. Parsimony's budget is that of the client's own choice or, of bits, stands for it.
 """
 
 import math
 
-from found import all_bytes, db, interval_db
+from found import all_bytes, db, interval_db, together_psnr
 from presets import matching_width
 from rates import bd_db, bd_rate_percent, crossing, fewest_bytes
+from render_list import EYES
 
 SPHERE, REFERENCES = "centre", {"perspective": "perspective view, the other eye reprojected", "pair": "both eyes rendered"}
 """The sphere that is put beside views, and those, by name (experiments/parity.py)."""
@@ -66,3 +68,25 @@ def rates_of(result, which, system, reference, eye=None, scale="linear"):
              "bd_db": bd_db(anchor, points(of(entries, system, width), eye, scale))} for width in widths(entries, system)]
 
 
+CHOSEN_PX, CODE_BITS = 0.25, 10
+
+
+def triangle_points(result):
+    return [(point["triangles"], db(point), point["error_px"]) for point in result["triangles"] if point["triangles"]]
+
+
+def bit_points(result):
+    return [(point["bits"], db(point), CHOSEN_PX if point["bits"] == CODE_BITS else None) for point in result["depth_bits"] if point["bits"]]
+
+
+def cell_points(result):
+    return [(point["cells"], db(point), point["error_px"]) for point in result["mesh_cells"]]
+
+
+def sample_points(result):
+    """Noise and all of the sphere, without the truth's own."""
+    return [(point["samples"], together_psnr([point["against_truth"][eye]["mean_square"] - result["truth_noise"][eye] for eye in EYES]), None) for point in result["samples"]]
+
+
+AXES = {"triangles of the client's model": triangle_points, "bits of depth (equal steps of w)": bit_points,
+        "cells of the mesh": cell_points, "samples a pixel of the sphere (PSNR with its noise)": sample_points}

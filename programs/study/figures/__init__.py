@@ -1,1 +1,0 @@
-"""What charts and tables share of the study's results."""

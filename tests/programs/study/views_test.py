@@ -1,0 +1,174 @@
+"""What the study does with pictures and heads, beside closed forms: spheres filtered narrower (rendered_test.py has them beside rendered ones); flicker, with
+noise that it must not count, and FLIP of what is the same; kinds of pixels, whose edges begin where closed form says; heads that have turned and moved on.
+"""
+
+import math
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import equistream as es
+import narrowed
+import numpy as np
+import perceived
+from experiments import moved, where
+from experiments.systems import SYSTEMS
+from PIL import Image
+from tables.where import kinds_of, shares
+
+
+class Narrowed(unittest.TestCase):
+    def test_each_pixel_is_the_mean_of_those_it_covers(self):
+        colour = np.arange(4 * 8 * 3, dtype=float).reshape(4, 8, 3)
+        np.testing.assert_allclose(narrowed.narrowed(colour, (4, 2))[1, 3], colour[2:4, 6:8].mean(axis=(0, 1)))
+
+    def test_light_is_kept(self):
+        random = np.random.default_rng(2).random((9, 18, 3))
+        np.testing.assert_allclose(narrowed.narrowed(random, (6, 3)).mean(axis=(0, 1)), random.mean(axis=(0, 1)), atol=1e-12)
+
+    def test_other_sizes_are_refused(self):
+        for size in ((8, 4), (3, 2), (4, 1)):
+            with self.assertRaisesRegex(ValueError, f"a whole fraction of 4x2, found {size[0]}x{size[1]}"):
+                narrowed.narrowed(np.zeros((2, 4, 3)), size)
+
+
+SIZE, FRAMES = (96, 64), 6
+GREY = 128
+
+
+class Perceived(unittest.TestCase):
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp(prefix="equistream_perceived_"))
+        self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
+        self.random = np.random.default_rng(7)
+
+    def sequence(self, name, offsets, noise=0):
+        """Grey frames, each brighter by its offset."""
+        folder = self.root / name
+        folder.mkdir()
+        for number, offset in enumerate(offsets):
+            values = GREY + offset + noise * self.random.standard_normal((*SIZE[::-1], 3))
+            Image.fromarray(np.clip(np.round(values), 0, 255).astype(np.uint8)).save(folder / f"frame.{number:04}.png")
+        return folder
+
+    def flicker(self, offsets, noise=0):
+        runs = [(self.sequence(f"view-{seed}", offsets, noise), self.sequence(f"truth-{seed}", [0] * FRAMES, noise)) for seed in (1, 2)]
+        return perceived.flicker(runs)
+
+    def test_an_error_that_stays_does_not_flicker(self):
+        self.assertEqual(self.flicker([20] * FRAMES)["mean_square"], 0)
+        self.assertIsNone(perceived.decibels(0))
+
+    def test_one_that_comes_and_goes_counts_by_its_steps(self):
+        found = self.flicker([0, 10] * (FRAMES // 2))
+        self.assertAlmostEqual(found["mean_square"], (10 / 255) ** 2, places=6)
+        self.assertAlmostEqual(found["db"], -20 * np.log10(10 / 255), places=2)
+
+    def test_noise_counts_nothing(self):
+        noise = 12
+        found = self.flicker([0, 10] * (FRAMES // 2), noise)
+        deviation = 4 * (noise / 255) ** 2 / np.sqrt((FRAMES - 1) * 3 * SIZE[0] * SIZE[1])
+        self.assertLess(abs(found["mean_square"] - (10 / 255) ** 2), 5 * deviation)
+
+    def test_of_a_single_frame_there_is_none(self):
+        one = self.sequence("one", [0])
+        self.assertIsNone(perceived.flicker([(one, one), (one, one)]))
+
+    def test_flip_is_of_what_differs(self):
+        plain, bright = self.sequence("plain", [0, 0]), self.sequence("bright", [30, 30])
+        self.assertEqual(perceived.flip(plain, plain, 20), 0)
+        self.assertGreater(perceived.flip(bright, plain, 20), 0.05)
+        self.assertAlmostEqual(perceived.pixels_a_degree(180 / math.pi), 1)
+
+
+FOCAL_PX, IPD_M = 320, 0.063
+BY_NAME = {system.name: system for system in SYSTEMS}
+
+
+def step(near_m, far_m, columns=8):
+    return np.where(np.arange(columns) < columns // 2, near_m, far_m) * np.ones((5, 1))
+
+
+class Kinds(unittest.TestCase):
+    def test_each_pixel_is_of_exactly_one(self):
+        random = np.random.default_rng(1)
+        hidden, specular = random.random((2, 40, 60)) < 0.05
+        kinds = where.kinds_of(hidden, specular, random.choice([1.0, 1.01, 3.0, np.inf], (40, 60), p=[0.5, 0.45, 0.03, 0.02]), FOCAL_PX, IPD_M)
+        self.assertEqual(list(kinds), list(where.KINDS))
+        np.testing.assert_array_equal(sum(mask.astype(int) for mask in kinds.values()), 1)
+        np.testing.assert_array_equal(kinds["hidden"], hidden)
+        self.assertTrue(all(mask.any() for mask in kinds.values()))
+
+    def test_a_mirror_reaches_a_pixel_further(self):
+        specular = np.zeros((5, 8), bool)
+        specular[2, 4] = True
+        kinds = where.kinds_of(np.zeros_like(specular), specular, np.ones(specular.shape), FOCAL_PX, IPD_M)
+        self.assertEqual(kinds["mirrors"].sum(), 9)
+        self.assertEqual(kinds["edges"].sum(), 0)
+
+    def test_an_edge_begins_at_a_pixel_of_shift(self):
+        near_m = 2.0
+        at_one_pixel_m = 1 / (1 / near_m - where.EDGE_PX / (FOCAL_PX * IPD_M))
+        found = where.edges(step(near_m, 1.01 * at_one_pixel_m), FOCAL_PX, IPD_M)
+        np.testing.assert_array_equal(np.flatnonzero(found[2]), [3, 4])
+        self.assertFalse(where.edges(step(near_m, 0.99 * at_one_pixel_m), FOCAL_PX, IPD_M).any())
+
+    def test_the_sky_lies_still(self):
+        near, far = (where.edges(step(FOCAL_PX * IPD_M / px, np.inf), FOCAL_PX, IPD_M).any() for px in (1.1, 0.9))
+        self.assertEqual((near, far), (True, False))
+
+
+def entry(**kinds):
+    """Of both eyes alike: {kind: (share of the pixels, mean square over these)}; a share of 0 has no error."""
+    figures = {kind: {"fraction": share, **({"noise_free": {"linear": {"mean_square": square}}} if share else {})} for kind, (share, square) in kinds.items()}
+    return {"kinds": {kind: {"left": figure, "right": figure} for kind, figure in figures.items()}}
+
+
+class Shares(unittest.TestCase):
+    def test_they_are_of_all_of_the_error(self):
+        found = entry(hidden=(0.1, 0.02), mirrors=(0, 0), edges=(0.3, 0.01), elsewhere=(0.6, 0.005))
+        self.assertAlmostEqual(sum(square for _, square in kinds_of(found).values()), 0.1 * 0.02 + 0.3 * 0.01 + 0.6 * 0.005)
+        for kind, share in {"hidden": 0.25, "mirrors": 0, "edges": 0.375, "elsewhere": 0.375}.items():
+            self.assertAlmostEqual(shares(found)[kind], share)
+
+    def test_what_noise_made_negative_is_none(self):
+        self.assertEqual(shares(entry(hidden=(0.1, -0.001), elsewhere=(0.9, 0.01))), {"hidden": 0, "elsewhere": 1})
+
+
+class Places(unittest.TestCase):
+    def test_all_from_one_place_miss_what_its_geometry_says(self):
+        self.assertEqual({name: getattr(where.that_knows_gaps(system), "name", None) for name, system in BY_NAME.items()}, {
+            "perspective": "perspective", "pair": None, "sphere-left": "sphere-left", "two-spheres": None,
+            **{name: "centre" for name in BY_NAME if name.startswith("centre") or name == "default"}})
+
+
+TOLD = es.Pose.look_at((1, 2, 3), (4, 2.5, -1), (0, 1, 0))
+
+
+class Heads(unittest.TestCase):
+    def test_the_first_stays(self):
+        np.testing.assert_allclose(moved.HEADS[0].pose(TOLD).matrix, TOLD.matrix, atol=1e-12)
+
+    def test_they_move_and_turn_as_far_as_they_say(self):
+        for head in moved.HEADS:
+            pose = head.pose(TOLD)
+            self.assertAlmostEqual(np.linalg.norm(np.subtract(pose.position_m, TOLD.position_m)), head.moved_m)
+            turned = TOLD.matrix[:3, :3].T @ pose.matrix[:3, :3]
+            self.assertAlmostEqual(math.degrees(math.acos(min(1, (np.trace(turned) - 1) / 2))), head.turned_deg, places=4)
+            np.testing.assert_allclose(turned[:, 1], (0, 1, 0), atol=1e-9)
+
+    def test_a_path_that_stands_still(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "head.csv"
+            there = moved.HEADS[-1].pose(TOLD)
+            file.write_text(moved.path_text(there.position_m, there.orientation))
+            head, *rows = file.read_text().splitlines()
+            self.assertEqual(head, "time_s,x,y,z,qw,qx,qy,qz")
+            self.assertEqual(len({row.split(",", 1)[1] for row in rows}), 1)
+            back = es.Pose([float(v) for v in rows[0].split(",")[1:4]], [float(v) for v in rows[0].split(",")[4:]])
+            np.testing.assert_allclose(back.matrix, there.matrix, atol=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()
