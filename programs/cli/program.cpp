@@ -1,14 +1,21 @@
 #include "program.h"
-#include "child_failed.h"
-#include "did_you_mean.h"
-#include "settings_file.h"
+
+#include "commands.h"
+#include "process.h"
 
 #include <equistream/error.h>
+#include <equistream/image.h>
+#include <equistream/text.h>
 
+#include <algorithm>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <limits>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace equistream::cli {
@@ -93,6 +100,203 @@ int run_program(int argc, char** argv, const ProgramText& text,
     } catch (const std::exception& e) {
         return report(name, e.what(), exit_failed);
     }
+}
+
+namespace {
+
+/// The whole of `text` as a number, digits only.
+template <typename Integer>
+bool read_whole(std::string_view text, Integer& value) {
+    const char* end = text.data() + text.size();
+    const auto result = std::from_chars(text.data(), end, value);
+    return !text.empty() && result.ec == std::errc() && result.ptr == end;
+}
+
+std::string in_quotes(std::string_view text) {
+    return "'" + std::string(text) + "'";
+}
+
+}  // namespace
+
+Size parse_size(const std::string& text) {
+    const std::size_t x = text.find('x');
+    Size size;
+    const bool good = x != std::string::npos && read_whole(std::string_view(text).substr(0, x), size.width) &&
+                      read_whole(std::string_view(text).substr(x + 1), size.height);
+    if (!good || size.width < 1 || size.height < 1 || size.width > max_image_side || size.height > max_image_side)
+        throw InputError(expected_found("--size", "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text)));
+    return size;
+}
+
+FrameRange parse_frames(const std::string& text) {
+    const std::size_t dash = text.find('-', 1);
+    FrameRange range;
+    bool good = read_whole(std::string_view(text).substr(0, dash), range.first);
+    range.last = range.first;
+    if (dash != std::string::npos)
+        good = good && read_whole(std::string_view(text).substr(dash + 1), range.last);
+    if (!good || range.first < 0)
+        throw InputError(expected_found("--frames", "FIRST-LAST or one frame number, from 0", in_quotes(text)));
+    if (range.last < range.first)
+        throw InputError(expected_found("--frames", "the last frame not before the first", in_quotes(text)));
+    if (range.last >= std::numeric_limits<std::int32_t>::max())
+        throw InputError(expected_found("--frames", "frame numbers below 2147483647", in_quotes(text)));
+    return range;
+}
+
+CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description) {
+    return app.add_option_function<std::string>(
+        "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
+}
+
+CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description) {
+    return app
+        .add_option_function<std::string>(
+            "--seed",
+            [&seed](const std::string& text) {
+                if (!read_whole(text, seed))
+                    throw InputError(
+                        expected_found("--seed", "a whole number from 0 to 18446744073709551615", in_quotes(text)));
+            },
+            description)
+        ->type_name("UINT")
+        ->default_str(std::to_string(seed));
+}
+
+CLI::Option* add_json_flag(CLI::App& app, bool& json) {
+    return app.add_flag("--json", json, "Report as JSON on standard output");
+}
+
+CLI::Option* add_progress_option(CLI::App& app, std::string& progress) {
+    return app
+        .add_option("--progress", progress,
+                    "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
+        ->capture_default_str();
+}
+
+std::string quoted_command(int argc, char** argv) {
+    const std::string program = argc > 0 ? argv[0] : "";
+    std::string command = program.substr(program.rfind('/') + 1);
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        command += ' ';
+        const bool plain =
+            !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                    "0123456789_-+=.,:/@%") == std::string::npos;
+        if (plain) {
+            command += word;
+            continue;
+        }
+        command += '\'';
+        for (const char c : word)
+            command += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        command += '\'';
+    }
+    return command;
+}
+
+namespace {
+
+bool is_mark(const CLI::ConfigItem& item) {
+    return item.name == "++" || item.name == "--";  // a section's begin and end
+}
+
+std::string trimmed(const std::string& text) {
+    const auto first = text.find_first_not_of(" \t\r\"'");
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\"'") - first + 1);
+}
+
+/// Where a key or the section [key] is first spoken of; CLI11 does not keep it. 0 where it cannot be found.
+int line_of(const std::string& text, const std::string& key) {
+    std::istringstream lines(text);
+    std::string section;
+    int number = 1;
+    for (std::string line; std::getline(lines, line); ++number) {
+        line = trimmed(line);
+        if (line.starts_with('[')) {
+            section = trimmed(line.substr(1, line.find(']') - 1));
+            if (section == key)
+                return number;
+            section += '.';
+        } else if (section + trimmed(line.substr(0, line.find('='))) == key) {
+            return number;
+        }
+    }
+    return 0;
+}
+
+bool is_accepted(const CLI::Option& option) {
+    return option.get_configurable() && !option.get_lnames().empty();
+}
+
+/// As _parse_single_config looks them up.
+bool knows(const CLI::App& app, const std::string& name) {
+    for (const std::string& spelling : {"--" + name, "-" + name, name})
+        if (const CLI::Option* option = app.get_option_no_throw(spelling))
+            return option->get_configurable();
+    return false;
+}
+
+const CLI::App* subcommand(const CLI::App& app, const std::string& name) {
+    const auto subs = app.get_subcommands([&](const CLI::App* sub) { return sub->check_name(name); });
+    return subs.empty() ? nullptr : subs.front();
+}
+
+std::vector<std::string> accepted_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options())
+        if (is_accepted(*option))
+            names.push_back(option->get_lnames().front());
+    return names;
+}
+
+}  // namespace
+
+std::vector<CLI::ConfigItem> SettingsFile::from_config(std::istream& input) const {
+    std::ostringstream whole;
+    whole << input.rdbuf();
+    std::istringstream again(whole.str());
+    const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
+    std::vector<CLI::ConfigItem> accepted;
+    for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
+        const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
+        if (section != own && std::ranges::find(commands, section, &Command::name) != commands.end())
+            continue;
+        const std::string place = item.fullname();
+        if (section == own)
+            item.parents.clear();
+        if (is_mark(item) && section == own)
+            continue;
+        require_known(item, place, whole.str());
+        // What is said for a command alone wins.
+        if (section == own)
+            std::erase_if(accepted, [&](const CLI::ConfigItem& other) {
+                return other.parents.empty() && other.name == item.name;
+            });
+        accepted.push_back(std::move(item));
+    }
+    return accepted;
+}
+
+void SettingsFile::require_known(const CLI::ConfigItem& item, const std::string& place, const std::string& text) const {
+    const CLI::App* app = &app_;
+    std::string key;
+    for (const std::string& section : item.parents) {
+        key += (key.empty() ? "" : ".") + section;
+        app = app != nullptr ? subcommand(*app, section) : nullptr;
+    }
+    if (app != nullptr && (is_mark(item) || knows(*app, item.name)))
+        return;
+    if (app != nullptr)
+        key = place;
+    const int line = line_of(text, key);
+    const std::string where =
+        app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string());
+    if (app == nullptr)
+        throw InputError(expected_found(where, "options outside any section but of a command's", "'" + key + "'"));
+    const std::vector<std::string> names = accepted_names(*app);
+    throw InputError(expected_found(where, "one of " + in_a_sentence(names, ", "), "'" + key + "'") +
+                     did_you_mean(item.name, names));
 }
 
 }  // namespace equistream::cli

@@ -5,7 +5,7 @@
 #include <equistream/colour.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
-#include <programs/cli/scratch_folder.h>
+#include <programs/cli/process.h>
 
 #include <algorithm>
 #include <optional>

@@ -3,7 +3,7 @@
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
-#include <programs/cli/scratch_folder.h>
+#include <programs/cli/process.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// EXR sequences through the display transform into a stream.
 #include "depth_tracks.h"
-#include "frame_motion.h"
+#include "source_pictures.h"
 
 #include <equistream/stream.h>
 

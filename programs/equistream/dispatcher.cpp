@@ -2,8 +2,6 @@
 /// a renderer's libraries and the client's never meet.
 #include <equistream/text.h>
 #include <programs/cli/commands.h>
-#include <programs/cli/did_you_mean.h>
-#include <programs/cli/hosts.h>
 
 #include <cerrno>
 #include <cstdio>

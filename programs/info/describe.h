@@ -44,4 +44,10 @@ std::string bytes_text(double bytes);
 /// Text out of a file, as a terminal may have it.
 std::string shown(const std::string& text);
 
+// Pictures of what a frame carries, for people who would rather look than read.
+
+/// Writes FOLDER/frame.NNNN.PLANE.png for every plane of an EXR frame, or of every frame of a sequence's folder. Those
+/// of a render's folder go into FOLDER/centre, FOLDER/hidden and so on. Returns how many pictures it wrote.
+int write_pictures(const std::filesystem::path& source, const std::filesystem::path& folder);
+
 }  // namespace equistream

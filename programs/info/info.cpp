@@ -1,6 +1,5 @@
 /// equistream info: explains any file of ours.
 #include "describe.h"
-#include "pictures.h"
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>

@@ -1,6 +1,5 @@
 /// equistream scene: generate NAME --out DIR, info SCENE, placements SCENE, convert SCENE OUT.
 #include "convert_command.h"
-#include "placements.h"
 #include "summary.h"
 
 #include <equistream/error.h>

@@ -35,4 +35,11 @@ SceneSummary summarise(const SceneModel& model, const SceneDescription& scene);
 std::string summary_text(const SceneSummary& summary);
 std::string summary_json(const SceneSummary& summary);
 
+// Which nodes a scene's model has and where its instances stand, as JSON: what a renderer in another process needs to
+// move objects and to number surfaces as ours does.
+
+/// {"objects": [{"name", "parent", "world_from_object"}], "instances": [{"object", "material", "world_from_object"}]};
+/// matrices are 16 numbers, column by column.
+std::string placements_json(const SceneModel& model);
+
 }  // namespace equistream

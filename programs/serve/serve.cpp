@@ -1,16 +1,15 @@
 /// equistream serve: a recorded stream, or a scene as it is rendered, to viewers over the network.
-#include "encode_child.h"
-#include "listen_address.h"
-#include "live_options.h"
-#include "recording.h"
+#include "children.h"
+#include "live.h"
+#include "programmes.h"
 #include "server.h"
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
+#include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
-#include <programs/cli/scratch_folder.h>
 
 #include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>

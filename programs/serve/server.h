@@ -1,12 +1,32 @@
 #pragma once
-/// Lets viewers in, up to a limit, and keeps count. One thread: that of the io_context.
-#include "feed.h"
-#include "server_log.h"
+/// What happens to viewers, a line each on standard error.
+#include "programmes.h"
 #include "viewer.h"
 
+#include <programs/cli/program.h>
+
+#include <asio/ip/tcp.hpp>
+
+#include <cstdint>
 #include <map>
+#include <string>
 
 namespace equistream::serve {
+
+struct ViewerEvent {
+    std::string what;  ///< "came", "left", "has all", "refused", ...
+    int viewer = 0;    ///< counted from 1; 0: was never let in
+    std::string address;
+    std::int64_t bytes = 0;  ///< sent to it
+    std::string detail;      ///< may be empty
+};
+
+/// In words, as JSON, or not at all, by the same option as progress.
+void log_event(cli::ProgressStyle style, const ViewerEvent& event);
+/// What else there is to tell.
+void log_note(cli::ProgressStyle style, const std::string& text);
+
+// Lets viewers in, up to a limit, and keeps count. One thread: that of the io_context.
 
 struct ServerSettings {
     int max_viewers = 8;
@@ -48,5 +68,18 @@ private:
     ServerFigures figures_;
     std::map<int, std::shared_ptr<Viewer>> viewers_;
 };
+
+// Where the server listens: tcp://HOST:PORT.
+
+/// A host is a name, an IPv4 address or an IPv6 address in brackets; none means 127.0.0.1, port 0 any that is free.
+/// Throws InputError naming `option` for what is none of these, and for a host that is not known.
+asio::ip::tcp::endpoint parse_listen_address(const std::string& url, const std::string& option);
+
+/// Bound, not yet listening. Throws InputError where the address is taken or not this machine's.
+asio::ip::tcp::acceptor bind_to(asio::io_context& io, const asio::ip::tcp::endpoint& address,
+                                const std::string& option);
+
+/// "tcp://127.0.0.1:9000"
+std::string url_of(const asio::ip::tcp::endpoint& address);
 
 }  // namespace equistream::serve

@@ -1,7 +1,7 @@
 #pragma once
 /// One viewer: a connection on which it is sent what its feed gives. Holds one block of it at most, reads what the
 /// viewer sends at a bounded rate, and gives up on a viewer that does not read, or not fast enough.
-#include "feed.h"
+#include "programmes.h"
 
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>

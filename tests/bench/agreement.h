@@ -2,10 +2,14 @@
 /// How near a fast engine's pictures are to the slow reference's, to stand beside its time.
 #include <tests/support/references/plain_engines.h>
 
+#include <benchmark/benchmark.h>
+
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace equistream::bench {
 
@@ -39,6 +43,16 @@ inline std::string agreement_label(const char* method, const SourceView& source,
     std::snprintf(text, sizeof text, "%.1f dB to the reference, %.2f %% gaps", psnr_db(found, reference),
                   100 * double(found.count(PixelOrigin::gap)) / pixels);
     return text;
+}
+
+// The machine's own limit as a peer: a copy of the same bytes.
+
+inline void copy_bytes(benchmark::State& state, std::size_t bytes) {
+    std::vector<char> from(bytes, 1), to(bytes);
+    for (auto _ : state) {
+        std::memcpy(to.data(), from.data(), bytes);
+        benchmark::ClobberMemory();
+    }
 }
 
 }  // namespace equistream::bench

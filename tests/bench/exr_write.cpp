@@ -1,6 +1,6 @@
 /// Writing a 3840x1920 frame (half RGBA and float depth, two parts): ours (OpenEXRCore with ISA-L) against the stock
 /// OpenEXR C++ writer at its default ZIP level, and against a copy of the same bytes.
-#include "memory_copy.h"
+#include "agreement.h"
 
 #include <equistream/sequence.h>
 

@@ -1,6 +1,6 @@
 /// OpenCV's remap as a peer: bilinear, RGBA, its fixed-point map made beforehand, as only an eye that never moves
 /// could.
-#include "big_views.h"
+#include "eye_stages.h"
 
 #include <benchmark/benchmark.h>
 

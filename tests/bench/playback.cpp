@@ -3,7 +3,7 @@
 /// side by side, as `equistream play` does. Both use every core, and the clock runs from opening the file to the last
 /// picture: libav decodes on threads of its own while eyes are filled, so that the ratio is that of all work done.
 #include "coded_sphere.h"
-#include "two_eyes_stage.h"
+#include "eye_stages.h"
 
 #include <client/fill/fill.h>
 #include <client/receive/receive.h>

@@ -1,7 +1,7 @@
 /// How far each pixel of one 1920x1080 eye can be trusted, its picture and depth given, against a copy of what it reads
 /// (colour and depth) and against making the picture (`surface`).
-#include "eye_stage.h"
-#include "memory_copy.h"
+#include "agreement.h"
+#include "eye_stages.h"
 
 #include <client/confidence/reliability.h>
 #include <client/warp/engine.h>

@@ -2,8 +2,7 @@
 /// and on a decoder's planes, against FFmpeg's v360 (its map fixed, and rebuilt each frame as a moving head needs),
 /// against OpenCV's remap (opencv.cpp) and against a copy of the view.
 #include "agreement.h"
-#include "big_views.h"
-#include "memory_copy.h"
+#include "eye_stages.h"
 
 #include <client/warp/engine.h>
 

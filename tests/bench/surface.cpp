@@ -1,7 +1,7 @@
 /// One 640x360 eye, half an IPD beside a 1280x640 sphere of the bundled scene: the `surface` engine, its depths given,
 /// against turning the sphere (`sphere`) and against a copy of the eye's picture.
-#include "eye_stage.h"
-#include "memory_copy.h"
+#include "agreement.h"
+#include "eye_stages.h"
 
 #include <client/warp/engine.h>
 

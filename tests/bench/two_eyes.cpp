@@ -2,8 +2,7 @@
 /// both eyes side by side as `equistream play` has them, all depths given, against two of OpenCV's remaps (opencv.cpp)
 /// and against a copy of both eyes' pictures.
 #include "agreement.h"
-#include "memory_copy.h"
-#include "two_eyes_stage.h"
+#include "eye_stages.h"
 
 #include <client/warp/engine.h>
 

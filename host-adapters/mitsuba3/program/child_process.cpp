@@ -1,7 +1,7 @@
 #include "child_process.h"
 
 #include <equistream/error.h>
-#include <programs/cli/own_folder.h>
+#include <programs/cli/process.h>
 
 #include <fcntl.h>
 #include <poll.h>

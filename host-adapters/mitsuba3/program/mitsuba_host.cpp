@@ -6,7 +6,7 @@
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <host-adapters/common/render_program.h>
-#include <programs/cli/own_folder.h>
+#include <programs/cli/process.h>
 
 #include <nlohmann/json.hpp>
 

@@ -9,7 +9,7 @@
 #include <equistream/sequence.h>
 #include <equistream/text.h>
 
-#include <programs/cli/own_folder.h>
+#include <programs/cli/process.h>
 #include <scenes/library/model.h>
 #include <scenes/library/write_glb.h>
 
@@ -162,7 +162,6 @@ void OwnScene::move_to(const render_command::FrameTimes& times) {
     scene_->commit_placements();
     scene_->set_moved(to_previous, to_next);
 }
-
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "plain_reliability.h"
+#include "plain_engines.h"
 #include "surroundings.h"
 
 #include <client/confidence/reliability.h>

@@ -1,4 +1,4 @@
-#include "plain_task.h"
+#include "plain_surface.h"
 
 #include <client/warp/resample.h>
 #include <equistream/bound.h>

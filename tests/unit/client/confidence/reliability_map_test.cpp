@@ -3,7 +3,7 @@
 #include <tests/unit/client/reliability_scene.h>
 #include <tests/unit/client/simd_targets.h>
 
-#include <tests/support/references/plain_reliability.h>
+#include <tests/support/references/plain_engines.h>
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <equistream/error.h>
 
-#include <tests/support/references/plain_reliability.h>
+#include <tests/support/references/plain_engines.h>
 
 #include <gtest/gtest.h>
 

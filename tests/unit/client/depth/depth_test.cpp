@@ -1,16 +1,21 @@
+#include <equistream/error.h>
+#include <equistream/picture.h>
+#include <equistream/rec709.h>
+
+#include <client/depth/ray_colour.h>
+#include <client/depth/ray_depth.h>
+#include <scenes/library/write_glb.h>
 #include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/squares.h>
 #include <tests/unit/evidence.h>
 
-#include <client/depth/ray_depth.h>
-#include <equistream/error.h>
-#include <scenes/library/write_glb.h>
-
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
 
 namespace equistream::test {
 namespace {
@@ -143,6 +148,131 @@ TEST_F(RayDepthTest, ExactPlanesGoToTheirOwnViewOnly) {
 TEST_F(RayDepthTest, AMissingModelIsOneClearLine) {
     scene.model = folder / "none.glb";
     EXPECT_THROW(RayDepth depth(scene), InputError);
+}
+
+}  // namespace
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// At z = -3 a wall of 4 m whose texture is a ramp, before it a lamp and a mirror, and a block that moves to the right
+/// at 1 m/s.
+class RayColourTest : public testing::Test {
+protected:
+    static constexpr int texels = 64;
+    fs::path folder = fs::temp_directory_path() / ("equistream_colour_" + std::to_string(::getpid()));
+    SceneDescription scene;
+
+    void SetUp() override {
+        fs::create_directories(folder);
+        ByteImage ramp(texels, texels, 3);
+        for (int y = 0; y < texels; ++y)
+            for (int x = 0; x < texels; ++x) {
+                const std::uint8_t colour[] = {std::uint8_t(4 * x), std::uint8_t(4 * y), 90};
+                std::copy_n(colour, 3, ramp.pixel(x, y));
+            }
+        write_picture(folder / "ramp.png", ramp.view());
+        std::ifstream file(folder / "ramp.png", std::ios::binary);
+        SceneModel model;
+        model.textures.push_back({.name = "ramp",
+                                  .mime_type = "image/png",
+                                  .encoded{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()},
+                                  .wrap_u = Wrap::clamp,
+                                  .wrap_v = Wrap::clamp});
+        model.materials.resize(4);
+        for (Material& material : model.materials)
+            material.metallic = 0;
+        model.materials[0].base_colour = {0.5f, 1, 1};
+        model.materials[0].base_colour_texture = 0;
+        model.materials[1].emission = {5, 5, 5};
+        model.materials[2].metallic = 1;
+        model.materials[2].roughness = 0;
+        model.materials[3].base_colour = {0.1f, 0.2f, 0.3f};
+        add_square(model, "wall", 2, {0, 0, -3}, std::uint32_t(model.meshes.size()));
+        add_square(model, "lamp", 0.2f, {-1, 1, -2.5}, std::uint32_t(model.meshes.size()));
+        add_square(model, "mirror", 0.2f, {1, 1, -2.5}, std::uint32_t(model.meshes.size()));
+        add_square(model, "block", 0.2f, {0, 0, -2}, std::uint32_t(model.meshes.size()));
+        scene.model = folder / "four.glb";
+        write_glb(scene.model, model);
+        const auto key = [](double time_s, double x) { return PosePath::Key{time_s, {{x, 0, -2}, {1, 0, 0, 0}}}; };
+        scene.moving.push_back({"block", PosePath({key(0, 0), key(1, 1)}, "test")});
+    }
+    void TearDown() override { fs::remove_all(folder); }
+
+    static GeometryHit cast(RayColour& geometry, const glm::vec3& to, float spread_rad = 0) {
+        const GeometryRay ray{glm::vec3(0), glm::normalize(to), spread_rad};
+        GeometryHit hit;
+        geometry.cast({&ray, 1}, {&hit, 1});
+        return hit;
+    }
+};
+
+TEST_F(RayColourTest, ColoursAreThoseOfTheTextureWhereTheRayHits) {
+    RayColour geometry(scene);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> anywhere(-1.9f, 1.9f);
+    std::vector<GeometryRay> rays;
+    for (int i = 0; i < 37; ++i)
+        rays.push_back(
+            {glm::vec3(0), glm::normalize(glm::vec3(anywhere(random), -std::abs(anywhere(random)) - 0.4f, -3))});
+    std::vector<GeometryHit> hits(rays.size());
+    geometry.cast(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const glm::vec3 p = rays[i].direction * hits[i].distance_m;
+        if (p.y < -1.95)  // beside the wall, or beyond the middle of its last texels
+            continue;
+        EXPECT_NEAR(p.z, -3, 1e-5);
+        EXPECT_EQ(hits[i].normal, glm::vec3(0, 0, 1));
+        EXPECT_TRUE(hits[i].matte);
+        // The ramp is linear in sRGB, and bilinear in linear light between two of its steps.
+        const auto ramp = [](float t) { return srgb_to_linear((4 * (t * texels - 0.5f)) / 255); };
+        EXPECT_NEAR(hits[i].base_colour.r, 0.5f * ramp((p.x + 2) / 4), 2e-3);
+        EXPECT_NEAR(hits[i].base_colour.g, ramp((2 - p.y) / 4), 2e-3);
+        EXPECT_NEAR(hits[i].base_colour.b, srgb_to_linear(90.0f / 255), 1e-6);
+    }
+}
+
+TEST_F(RayColourTest, LoadedInTheBackgroundIsTheSame) {
+    RayColour early(scene), late(scene);
+    early.start_loading();
+    for (const glm::vec3 to : {glm::vec3(0.3f, 0.4f, -3), {-1, 1, -2.5f}, {0, 0, -2}, {0, 3, 0}}) {
+        const GeometryHit a = cast(early, to), b = cast(late, to);
+        EXPECT_EQ(a.distance_m, b.distance_m);
+        EXPECT_EQ(a.base_colour, b.base_colour);
+        EXPECT_EQ(a.matte, b.matte);
+    }
+}
+
+TEST_F(RayColourTest, WhatFailsInTheBackgroundIsThrownByTheFirstCast) {
+    scene.model = folder / "none.glb";
+    RayColour geometry(scene);
+    geometry.start_loading();
+    EXPECT_THROW(cast(geometry, {0, 0, -3}), InputError);
+}
+
+TEST_F(RayColourTest, AWideRaySeesTheMean) {
+    RayColour geometry(scene);
+    const GeometryHit hit = cast(geometry, {0.5f, -1, -3}, 4);
+    EXPECT_NEAR(hit.base_colour.r, 0.5f * srgb_to_linear(126.0f / 255), 0.01);
+}
+
+TEST_F(RayColourTest, LampsAndMirrorsAreNotMatte) {
+    RayColour geometry(scene);
+    EXPECT_FALSE(cast(geometry, {-1, 1, -2.5}).matte);
+    EXPECT_FALSE(cast(geometry, {1, 1, -2.5}).matte);
+    EXPECT_TRUE(cast(geometry, {1, -1, -3}).matte);
+    EXPECT_NE(cast(geometry, {-1, 1, -2.5}).instance, cast(geometry, {1, 1, -2.5}).instance);
+}
+
+TEST_F(RayColourTest, ObjectsAreWhereTheyAreAtTheTime) {
+    RayColour geometry(scene);
+    const glm::vec3 block(0.1f, 0.2f, 0.3f);
+    EXPECT_EQ(cast(geometry, {0, 0, -1}).base_colour, block);
+    geometry.set_time(0.5);
+    EXPECT_FLOAT_EQ(cast(geometry, {0, 0, -1}).distance_m, 3);
+    EXPECT_EQ(cast(geometry, {0.5f, 0, -2}).base_colour, block);
+    EXPECT_TRUE(std::isinf(cast(geometry, {0, 0, 1}).distance_m));
 }
 
 }  // namespace

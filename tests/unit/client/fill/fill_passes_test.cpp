@@ -1,5 +1,4 @@
 #include <tests/unit/client/fill_scene.h>
-#include <tests/unit/client/patches_scene.h>
 #include <tests/unit/evidence.h>
 
 #include <equistream/bound.h>

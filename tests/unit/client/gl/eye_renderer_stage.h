@@ -10,7 +10,7 @@
 #include <client/receive/receive.h>
 #include <client/reflections/specular.h>
 #include <client/warp/engine.h>
-#include <tests/unit/client/patches_scene.h>
+#include <tests/unit/client/fill_scene.h>
 #include <tests/unit/scenes/generate/scratch_folder.h>
 
 #include <array>

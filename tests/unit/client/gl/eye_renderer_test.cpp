@@ -1,7 +1,6 @@
 /// A whole refresh of the viewer: held to what the CPU makes of the same frame, and without anything being made, on the
 /// GPU or in memory, once everything was drawn.
 #include "eye_renderer_stage.h"
-#include "indirect_groups.h"
 #include "made_objects.h"
 #include "recorded_calls.h"
 

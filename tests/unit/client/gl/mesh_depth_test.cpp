@@ -1,7 +1,7 @@
 /// Engine `mesh` on the GPU shows what it shows on the CPU.
-#include "found_pictures.h"
+#include "filled_pictures.h"
 #include "gl_fixture.h"
-#include "indirect_groups.h"
+#include "made_objects.h"
 
 #include <client/warp/gl/mesh_depth.h>
 #include <client/warp/gl/resample.h>

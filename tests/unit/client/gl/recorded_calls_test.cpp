@@ -5,7 +5,7 @@
 
 #include <client/view/gl/display.h>
 #include <client/view/gl/eye_renderer.h>
-#include <tests/unit/client/patches_scene.h>
+#include <tests/unit/client/fill_scene.h>
 #include <tests/unit/scenes/generate/scratch_folder.h>
 
 #include <client/receive/receive.h>

@@ -1,4 +1,4 @@
-#include "found_pictures.h"
+#include "filled_pictures.h"
 #include "gl_fixture.h"
 
 #include <client/warp/gl/resample.h>

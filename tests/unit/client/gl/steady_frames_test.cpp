@@ -7,7 +7,7 @@
 #include <client/fill/gl/gap_resample.h>
 #include <client/fill/gl/push_pull.h>
 #include <client/warp/gl/resample.h>
-#include <tests/unit/client/patches_scene.h>
+#include <tests/unit/client/fill_scene.h>
 #include <tests/unit/client/random_picture.h>
 
 #include <array>

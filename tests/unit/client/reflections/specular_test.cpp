@@ -1,4 +1,4 @@
-#include <tests/unit/client/mirror_room.h>
+#include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/simd_targets.h>
 #include <tests/unit/evidence.h>
 

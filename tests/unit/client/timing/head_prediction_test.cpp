@@ -1,5 +1,4 @@
 #include "head_motion.h"
-#include "head_predictors.h"
 
 #include <client/timing/head_prediction.h>
 

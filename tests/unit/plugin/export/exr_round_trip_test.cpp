@@ -3,7 +3,7 @@
 
 #include <equistream/error.h>
 #include <tests/unit/atlas_fixture.h>
-#include <tests/unit/plugin/stream/frame_info_matcher.h>
+#include <tests/unit/plugin/stream/synthetic.h>
 
 #include <OpenImageIO/imageio.h>
 

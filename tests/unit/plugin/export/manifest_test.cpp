@@ -2,6 +2,15 @@
 
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
+#include <equistream/locks.h>
+
+#include <tests/comma_locale.h>
+#include <tests/unit/atlas_fixture.h>
+#include <tests/unit/plugin/stream/synthetic.h>
+
+#include <sys/stat.h>
+
+#include <cerrno>
 
 namespace equistream::testing {
 namespace {
@@ -188,6 +197,130 @@ TEST(AovGroups, are_parsed_in_catalogue_order) {
                 << error.what();
         }
     }
+}
+
+}  // namespace
+
+namespace {
+
+// The kernel's locks belong to open files, so two within one process exclude each other as two processes do.
+class Locks : public FolderTest {};
+
+TEST_F(Locks, a_file_is_opened_as_it_is_by_one_at_a_time) {
+    const auto file = folder / "a";
+    put_bytes(file, "earlier");
+    const int first = open_locked_file(file);
+    ASSERT_GE(first, 0);
+    EXPECT_EQ(file_bytes(file), "earlier");
+    EXPECT_EQ(open_locked_file(file), -1);
+    EXPECT_EQ(errno, EWOULDBLOCK);
+    std::filesystem::rename(file, folder / "b");
+    const int another = open_locked_file(file);
+    EXPECT_GE(another, 0) << "the lock went with the file";
+    close(first);
+    close(another);
+    const int again = open_locked_file(folder / "b");
+    EXPECT_GE(again, 0) << "closing unlocks";
+    close(again);
+}
+
+TEST_F(Locks, missing_files_are_made_or_not) {
+    EXPECT_EQ(open_locked_file(folder / "a", IfMissing::fail), -1);
+    EXPECT_EQ(errno, ENOENT);
+    const int made = open_locked_file(folder / "a");
+    EXPECT_GE(made, 0);
+    close(made);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a"));
+}
+
+TEST_F(Locks, a_folder_belongs_to_one_at_a_time) {
+    {
+        const FolderLock first(folder);
+        EXPECT_THROW(FolderLock second(folder), InputError);
+    }
+    EXPECT_NO_THROW(FolderLock third(folder));
+    EXPECT_TRUE(std::filesystem::is_empty(folder)) << "nothing is left behind";
+}
+
+TEST_F(Locks, unfinished_files_that_are_being_written_stay) {
+    const int writing = open_locked_file(folder / ".frame.0001.exr.aside");
+    put_bytes(folder / ".frame.0002.exr.aside", "of a killed run");
+    remove_unfinished_files(folder);
+    EXPECT_TRUE(std::filesystem::exists(folder / ".frame.0001.exr.aside"));
+    EXPECT_FALSE(std::filesystem::exists(folder / ".frame.0002.exr.aside"));
+    close(writing);
+}
+
+TEST_F(Locks, no_symbolic_link_is_followed_and_no_pipe_waited_for) {
+    put_bytes(folder / "victim", "mine");
+    std::filesystem::create_symlink(folder / "victim", folder / ".a.json.aside");
+    EXPECT_EQ(open_locked_file(folder / ".a.json.aside"), -1);
+    try {
+        write_file_atomically(folder / "a.json", "{}");
+        ADD_FAILURE() << "a symbolic link was followed";
+    } catch (const WorkError& error) {
+        EXPECT_EQ(error.what(), (folder / "a.json").string() + ": cannot be written: " +
+                                    (folder / ".a.json.aside").string() + ", a symbolic link, there");
+    }
+    EXPECT_EQ(file_bytes(folder / "victim"), "mine");
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    EXPECT_EQ(open_locked_file(folder / "pipe"), -1);
+}
+
+}  // namespace
+
+// A host or a script that asked for its user's locale writes the same frames as any other, and reads them.
+
+namespace {
+
+class Locale : public FolderTest {
+protected:
+    static Frame frame_of_an_atlas() {
+        Frame frame;
+        frame.info = test_info(500, 243);
+        frame.info.patches = random_atlas(3, 2, 1);
+        frame.planes["colour"] = FloatImage(48, 32, 4);
+        return frame;
+    }
+};
+
+TEST_F(Locale, frames_are_the_same_bytes) {
+    int number = 0;
+    for (const Frame& frame : {test_frame(37, 17), frame_of_an_atlas()}) {
+        const auto plain = folder / (std::to_string(++number) + ".exr"), comma = folder / "comma.exr";
+        write_exr(plain, frame);
+        {
+            const CommaLocale locale;
+            write_exr(comma, frame);
+        }
+        EXPECT_TRUE(file_bytes(plain) == file_bytes(comma));
+    }
+}
+
+TEST_F(Locale, frames_are_read) {
+    int number = 0;
+    for (const Frame& frame : {test_frame(37, 17), frame_of_an_atlas()}) {
+        const auto file = folder / (std::to_string(++number) + ".exr");
+        write_exr(file, frame);
+        const CommaLocale locale;
+        expect_same_info(read_exr(file).info, frame.info);
+        expect_same_info(read_exr_info(file), frame.info);
+    }
+}
+
+TEST_F(Locale, manifests_are_the_same_bytes_and_are_read) {
+    Manifest manifest;
+    manifest.shared = frame_of_an_atlas().info;
+    manifest.planes = {"colour"};
+    write_manifest(folder, manifest);
+    const std::string plain = file_bytes(folder / "manifest.json");
+    const CommaLocale locale;
+    write_manifest(folder, manifest);
+    EXPECT_EQ(file_bytes(folder / "manifest.json"), plain);
+    const FrameInfo back = read_manifest(folder).shared;
+    EXPECT_EQ(back.head.orientation, manifest.shared.head.orientation);
+    EXPECT_EQ(back.time_s, manifest.shared.time_s);
+    EXPECT_EQ(back.ipd_m, manifest.shared.ipd_m);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "frame_info_matcher.h"
+#include "synthetic.h"
 
 #include <equistream/error.h>
 #include <equistream/stream.h>

@@ -1,6 +1,6 @@
 /// Depth tracks beside colour: every code through its codec, in every container.
 #include "depth_stream.h"
-#include "frame_info_matcher.h"
+#include "synthetic.h"
 
 #include <client/receive/receive.h>
 #include <equistream/bound.h>

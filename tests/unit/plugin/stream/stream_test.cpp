@@ -1,4 +1,3 @@
-#include "frame_info_matcher.h"
 #include "synthetic.h"
 
 #include <equistream/error.h>

@@ -1,8 +1,8 @@
 #include <equistream/error.h>
-#include <programs/cli/did_you_mean.h>
+#include <programs/cli/commands.h>
+#include <programs/cli/process.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
-#include <programs/cli/scratch_folder.h>
 
 #include <gtest/gtest.h>
 

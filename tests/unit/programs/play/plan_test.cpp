@@ -1,5 +1,5 @@
 /// `play --method auto`: which ways there are, and that their order is the one measured.
-#include <programs/play/plan.h>
+#include <programs/play/choice.h>
 
 #include <client/fill/fill.h>
 #include <client/stages/stages.h>

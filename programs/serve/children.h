@@ -1,9 +1,9 @@
 #pragma once
-/// `equistream render --follow` as a child that stays: orders go to its standard input, answers come from its standard
-/// output (host-adapters/common/follow.h). One thread: that of the io_context.
+/// A rendered sequence coded by `equistream encode` as a child process.
 #include <equistream/camera.h>
 
 #include <asio/posix/stream_descriptor.hpp>
+#include <asio/signal_set.hpp>
 
 #include <cstdint>
 #include <exception>
@@ -13,6 +13,14 @@
 #include <vector>
 
 namespace equistream::serve {
+
+/// Waits for `equistream encode` with these arguments, whose report goes to standard error. True: done. False: one of
+/// the signals of `stop` came, and the child has been ended. Throws cli::ChildFailed where the child fails. `io` is
+/// the context of `stop` and has nothing else to do.
+bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<std::string>& arguments);
+
+// `equistream render --follow` as a child that stays: orders go to its standard input, answers come from its standard
+// output (host-adapters/common/follow.h). One thread: that of the io_context.
 
 struct FrameOrder {
     std::int64_t frame = 0;

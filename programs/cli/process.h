@@ -1,10 +1,19 @@
 #pragma once
-/// Where files lie that only this process needs. The folder and all in it go with the object, or where SIGINT, SIGTERM
-/// or SIGHUP ends the process. A program that handles these signals itself does so before it makes the first folder.
 #include <filesystem>
 #include <string>
 
 namespace equistream::cli {
+
+/// Thrown where another program of ours, run as a child, has failed and said why: run_program says nothing more.
+struct ChildFailed {
+    int exit_code;
+};
+
+/// Of the running program: the others lie beside it.
+std::filesystem::path own_folder();
+
+// Where files lie that only this process needs. The folder and all in it go with the object, or where SIGINT, SIGTERM
+// or SIGHUP ends the process. A program that handles these signals itself does so before it makes the first folder.
 
 class ScratchFolder {
 public:

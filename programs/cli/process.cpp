@@ -1,4 +1,4 @@
-#include "scratch_folder.h"
+#include "process.h"
 
 #include <equistream/error.h>
 
@@ -14,6 +14,11 @@
 #include <thread>
 
 namespace equistream::cli {
+
+std::filesystem::path own_folder() {
+    std::error_code error;
+    return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+}
 
 namespace fs = std::filesystem;
 

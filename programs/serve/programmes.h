@@ -1,0 +1,109 @@
+#pragma once
+/// What a viewer is sent, block by block, and what becomes of what it sends.
+#include <equistream/camera.h>
+#include <equistream/send_times.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace equistream::serve {
+
+struct Portion {
+    std::size_t bytes = 0;            ///< put into the block; 0: none now
+    double due_s = 0;                 ///< when the first of them was due
+    std::optional<double> again_s{};  ///< when there will be some, as elapsed time; nothing: the viewer will be woken
+    bool ended = false;               ///< there will be no more
+    std::string problem{};            ///< not empty: it cannot go on
+};
+
+/// Of one viewer. Times are in seconds since it came.
+class Feed {
+public:
+    virtual ~Feed() = default;
+    /// Fills `block` with what is due next.
+    virtual Portion next(std::span<char> block, double elapsed_s) = 0;
+    /// What the viewer has sent, in pieces of any size.
+    virtual void hear(std::span<const char>) {}
+};
+
+/// What all viewers look at.
+class Programme {
+public:
+    virtual ~Programme() = default;
+    /// For a viewer that has come. The programme outlives it.
+    virtual std::unique_ptr<Feed> open_feed() = 0;
+};
+
+// A recorded stream that is open for all viewers, each of which gets it from its beginning.
+
+class Recording : public Programme {
+public:
+    /// `loop`: over and over. Throws InputError for what cannot be read or is no video with times.
+    Recording(const std::string& file, bool loop);
+    ~Recording() override;
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+
+    std::unique_ptr<Feed> open_feed() override;
+
+    std::int64_t bytes() const { return times_.parts.back().end; }
+    double duration_s() const { return times_.duration_s; }
+    bool is_matroska() const { return times_.is_matroska; }
+    bool loops() const { return loop_; }
+    /// Where the bytes end that are due at this time.
+    std::int64_t due_at(double time_s) const;
+    /// When the byte at this offset, of those there are, is due.
+    double time_of(std::int64_t offset) const;
+    /// How many bytes from this offset on it has put into `bytes`; none where the file has become shorter or cannot
+    /// be read any more.
+    std::size_t read(std::int64_t offset, std::span<char> bytes) const;
+
+private:
+    SendTimes times_;
+    bool loop_;
+    int file_ = -1;
+};
+
+// A stream that is being made, for all who watch: each viewer gets the header and, from the next group of pictures on,
+// the same bytes as everybody; who steers is told from what they send. One thread: that of the io_context.
+
+class LiveFeed;
+
+class LiveStream : public Programme {
+public:
+    /// `changed`: a viewer has come or gone, or the pose that steers has changed.
+    explicit LiveStream(std::function<void()> changed) : changed_(std::move(changed)) {}
+
+    std::unique_ptr<Feed> open_feed() override;
+
+    /// Before any bytes.
+    void set_header(const std::string& header);
+    void publish(const std::string& bytes, bool begins_group);
+    /// There will be no more.
+    void end();
+
+    std::size_t viewers() const { return feeds_.size(); }
+    /// Of the viewer that came first of those who have sent one.
+    std::optional<Pose> steering() const;
+    std::int64_t poses_heard() const { return poses_heard_; }
+    /// Whether somebody has come since this was asked last, for whom a group should begin.
+    bool take_joined() { return std::exchange(joined_, false); }
+
+private:
+    friend class LiveFeed;
+
+    std::function<void()> changed_;
+    std::list<LiveFeed*> feeds_;  // in the order they came
+    std::shared_ptr<const std::string> header_;
+    bool joined_ = false, ended_ = false;
+    std::int64_t poses_heard_ = 0;
+};
+
+}  // namespace equistream::serve
