@@ -119,7 +119,7 @@ def run(work):
     return {"truth_noise": {eye: figures["mean_square"] / len(SEEDS) ** 2 for eye, figures in apart.items()}, "triangles": triangles(work), "draws": draws(work), "depth_bits": depth_bits(work), "mesh_cells": mesh_cells(work), "samples": samples(work)}
 
 
-# How many cells the client's adaptive mesh has: client/warp/mesh_cells.h's rule once more, in numpy, for counting alone. A sphere's pixels are a lattice of
+# How many cells the client's adaptive mesh has: client/warp/mesh.h's rule once more, in numpy, for counting alone. A sphere's pixels are a lattice of
 # points (q, 1/r), q the unit direction. Blocks of 32x32 cells are quadtrees: a cell is whole if its four parts are and its two triangles hold all its points
 # within a tolerance of w. Which neighbours the mesh joins decides nothing here: that rule allows eight times as much.
 

@@ -15,6 +15,12 @@
 
 namespace equistream::plain {
 
+using formulas::log2_correction;
+using formulas::min_cosine2;
+using formulas::min_distance2;
+using formulas::min_facing;
+using formulas::min_length2;
+
 namespace {
 
 /// log2 within 0.01 for x > 0, rising wherever x does: a straight line from power to power would err by 0.09, its
