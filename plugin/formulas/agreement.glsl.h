@@ -7,10 +7,14 @@ CONSTANT float far_distance_m = 1e9f;
 /// Inside the box the bound says nothing: this share of r stands for r - B, so that only equal depths agree there.
 CONSTANT float min_clearance_share = 1e-3f;
 
+/// Misses lie as far away as something may be. NaN for NaN.
+FORMULA Number bounded_distance(Number distance_m) {
+    return min_or_nan(distance_m, far_distance_m);
+}
+
 /// r - B: the least distance from an eye in the box. NaN for NaN.
 FORMULA Number clearance_of(Number distance_m, float box_radius_m) {
-    // Not min(), which may make a number of NaN.
-    Number r = select(distance_m > far_distance_m, far_distance_m, distance_m);
+    Number r = bounded_distance(distance_m);
     return max(min_clearance_share * r, r - box_radius_m);
 }
 

@@ -32,6 +32,10 @@ inline bool both(bool a, bool b) {
 inline bool either(bool a, bool b) {
     return bool(int(a) | int(b));
 }
+/// NaN for NaN, of which min() may make a number.
+inline float min_or_nan(float x, float most) {
+    return x > most ? most : x;
+}
 inline float over_sqrt(float x) {
     return 1 / std::sqrt(x);
 }

@@ -17,6 +17,11 @@ bool either(bool a, bool b) {
     return a || b;
 }
 
+// A comparison with NaN may be taken for min() by a compiler.
+float min_or_nan(float x, float most) {
+    return isnan(x) ? UNKNOWN : min(x, most);
+}
+
 float over_sqrt(float x) {
     return inversesqrt(x);
 }

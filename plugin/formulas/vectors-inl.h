@@ -77,6 +77,9 @@ HWY_INLINE Number select(Truth condition, Number yes, Number no) {
 HWY_INLINE Number with_sign_of(Number magnitude, Number sign) {
     return hwy::HWY_NAMESPACE::CopySign(magnitude.lanes, sign.lanes);
 }
+HWY_INLINE Number min_or_nan(Number x, Number most) {
+    return select(x > most, most, x);
+}
 /// 1 / sqrt(x) within 3e-7 of itself, for what is neither 0 nor infinite: one step of Newton's from the processor's
 /// guess.
 HWY_INLINE Number over_sqrt(Number x) {
