@@ -30,10 +30,9 @@ FORMULA Truth agree(Number clearance_a, Number clearance_b, float box_radius_m, 
 
 /// Whether a sample's w lies between the point's and what its plane predicts, give or take the tolerance.
 FORMULA Truth lies_between(Number point, Number predicted, Number found, float box_radius_m, float tolerance) {
-    Number low = min(point, predicted);
-    Number high = max(point, predicted);
-    return either(either(agree(low, found, box_radius_m, tolerance), agree(high, found, box_radius_m, tolerance)),
-                  both(low < found, found < high));
+    // Not by the least and the largest of both, of which NaN may make either.
+    return either(either(agree(point, found, box_radius_m, tolerance), agree(predicted, found, box_radius_m, tolerance)),
+                  either(both(point < found, found < predicted), both(predicted < found, found < point)));
 }
 
 /// (r - B) / r, by 1 / r.
