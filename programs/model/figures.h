@@ -8,10 +8,13 @@
 
 namespace equistream::model {
 
+/// A model as coarse as this was as good as all geometry in five scenes (docs/decisions/0016).
+inline constexpr double default_model_error_px = 4;
+
 struct Request {
     std::string command;
     std::filesystem::path scene, out;
-    double error_px = default_error_budget_px;
+    double error_px = default_model_error_px;
     double focal_px = default_focal_length_px;
     double share = default_budget_share;
     double ipd_m = default_ipd_m;
