@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from . import looks
 
-COLOURS = {"surface": "#145a32", "mesh": "#28b463", "splat": "#76d7c4", "gather": "#45b39d", "mesh-plain": "#b9770e", "lean": "#8e44ad", "sphere": "#7f8c8d",
+COLOURS = {"eye-depth": "#145a32", "rotation": "#7f8c8d", "proxy-sphere": "#8e44ad", "surface": "#145a32", "mesh": "#28b463", "splat": "#76d7c4", "gather": "#45b39d", "mesh-plain": "#b9770e", "lean": "#8e44ad", "sphere": "#7f8c8d",
            "paper": "#2e86c1"}
 TITLES = {"paper": "the paper's: surface from the left eye's sphere"}
 ACROSS = 5
@@ -64,7 +64,7 @@ def draw_breakers(folder):
         plt.close(figure)
 
 
-LATE_COLOURS = {"surface": "#145a32", "mesh": "#28b463", "held": "#d4ac0d", "sphere": "#7f8c8d", "views": "#c0392b", "wide-views": "#2e86c1", "reprojected-views": "#8e44ad"}
+LATE_COLOURS = {"eye-depth": "#145a32", "rotation": "#7f8c8d", "surface": "#145a32", "mesh": "#28b463", "held": "#d4ac0d", "sphere": "#7f8c8d", "views": "#c0392b", "wide-views": "#2e86c1", "reprojected-views": "#8e44ad"}
 
 
 def draw_sweep(level, degrees, label, by_value, titles):
