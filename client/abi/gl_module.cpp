@@ -9,6 +9,7 @@
 
 #include <client/depth/gl/gl_depth.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <cmath>
 #include <limits>
@@ -116,20 +117,23 @@ private:
     static void require_plane(GLuint texture, const PlaneFormat& expected, gl::Size size) {
         if (texture == 0)
             return;
-        GLint format = 0, width = 0, height = 0;
+        GLint format = 0, width = 0, height = 0, target = 0, is_immutable = 0;
         if (glIsTexture(texture) == GL_TRUE) {
+            glGetTextureParameteriv(texture, GL_TEXTURE_TARGET, &target);
+            glGetTextureParameteriv(texture, GL_TEXTURE_IMMUTABLE_FORMAT, &is_immutable);
             glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
             glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_WIDTH, &width);
             glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_HEIGHT, &height);
         }
-        if (GLenum(format) != expected.format || width < size.width || height < size.height)
-            throw InputError(expected_found(expected.name,
-                                            std::string("a texture of ") + expected.format_name + ", " +
-                                                std::to_string(size.width) + "x" + std::to_string(size.height) +
-                                                " at least",
-                                            format == 0 ? std::string("none of that name")
-                                                        : "one of format " + std::to_string(format) + ", " +
-                                                              std::to_string(width) + "x" + std::to_string(height)));
+        if (GLenum(format) != expected.format || GLenum(target) != GL_TEXTURE_2D || is_immutable == 0 ||
+            width < size.width || height < size.height)
+            throw InputError(expected_found(
+                expected.name,
+                std::string("a GL_TEXTURE_2D with immutable storage of ") + expected.format_name + ", " +
+                    std::to_string(size.width) + "x" + std::to_string(size.height) + " at least",
+                format == 0 ? std::string("none of that name")
+                            : formatted("one of target 0x%x, format 0x%x, ", unsigned(target), unsigned(format)) +
+                                  std::to_string(width) + "x" + std::to_string(height)));
     }
 
     void download_depth(int eye, FloatImage& depth_m) const {
@@ -145,7 +149,7 @@ private:
         glPixelStorei(GL_PACK_ALIGNMENT, 4);
         glGetTextureSubImage(depth.texture, 0, 0, 0, eye, camera.width, camera.height, 1, GL_RED, GL_FLOAT,
                              GLsizei(depth_m.samples().size_bytes()), depth_m.samples().data());
-        const double focal_px = 0.5 * camera.width / std::tan(0.5 * camera.fov_x_rad);
+        const double focal_px = camera.focal_px();
         for (int y = 0; y < camera.height; ++y)
             for (int x = 0; x < camera.width; ++x) {
                 float& sample = depth_m.pixel(x, y)[0];

@@ -24,6 +24,8 @@ HostGlState::HostGlState() {
     glGetBooleanv(GL_COLOR_WRITEMASK, colour_mask_.data());
     glGetDoublev(GL_DEPTH_RANGE, depth_range_.data());
     glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
+    // A host's samplers would filter what the client's textures are read as. Not restored, as client.h says.
+    glBindSamplers(0, 16, nullptr);
     // The client's transfers are of its own memory.
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);

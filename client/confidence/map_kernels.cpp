@@ -2,6 +2,8 @@
 
 #include "coefficients.h"
 
+#include <equistream/virtual_image.h>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/confidence/map_kernels.cpp"
 // The scalar loops too, whatever the processor has (warp_kernels.cpp says why this is asked for).

@@ -89,7 +89,7 @@ HWY_INLINE void store_marks(FloatMask mask, std::uint8_t* to) {
     hn::StoreU(hn::U8FromU32(hn::BitCast(hn::RebindToUnsigned<IntTag>(), ones)), byte_tag, to);
 }
 
-/// Silhouettes and borders between origins of a band: closeness 3 to 0 of surroundings.h.
+/// Silhouettes and borders between origins of a band: closeness 3 to 0 of plain_engines.h.
 class ClosenessRows {
 public:
     /// Of `rows` rows.

@@ -24,7 +24,7 @@ using reliability_model::Group;
 using reliability_model::groups;
 
 /// The calibration table covers sums from 0 to its last entry; beyond that it stays.
-inline std::uint8_t resample(const Group& group, float sum) {
+inline std::uint8_t share_of(const Group& group, float sum) {
     const auto entry = int(std::min(sum * reliability_model::entries_per_unit, float(group.share_255.size() - 1)));
     return group.share_255[std::size_t(entry)];
 }
@@ -131,7 +131,7 @@ float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks
     float sum = 0;
     for (std::size_t k = 0; k < risks.size(); ++k)
         sum += weighted.weights[k] * risks[k];
-    return float(resample(weighted, sum)) * (1 / 255.0f);
+    return float(share_of(weighted, sum)) * (1 / 255.0f);
 }
 
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,

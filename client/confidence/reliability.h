@@ -9,7 +9,6 @@
 /// its colour. All functions are pure and use all cores.
 #include <equistream/coding_loss.h>
 
-#include <client/reflections/specular.h>
 #include <client/warp/eye_rays.h>
 #include <client/warp/view.h>
 #include <plugin/formulas/scalars.h>

@@ -25,7 +25,7 @@ struct Neighbourhood {
 };
 
 /// As DepthAgreement has it.
-float tolerance_of(const GapResample& task) {
+float tolerance_of(const GapResampleTask& task) {
     return float(std::sin(error_budget_rad(task.eye.camera.focal_px(), task.error_budget_px)));
 }
 
@@ -33,7 +33,7 @@ float tolerance_of(const GapResample& task) {
 template <typename Grid, typename Lookup>
 class PointSamples {
 public:
-    PointSamples(const Grid& grid, const Lookup& lookup, const GapResample& task)
+    PointSamples(const Grid& grid, const Lookup& lookup, const GapResampleTask& task)
         : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
           agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()), tolerance_of(task)},
           wrapping_(source_grid(grid.camera())) {}
@@ -174,7 +174,7 @@ private:
 
     const Grid& grid_;
     const Lookup& lookup_;
-    const GapResample& task_;
+    const GapResampleTask& task_;
     EyeRays rays_;
     DepthAgreement agreement_;
     formulas::Wrapping wrapping_;
@@ -191,7 +191,7 @@ struct NoMirrors {
 template <typename Lookup>
 class Mirrors {
 public:
-    Mirrors(const Lookup& lookup, const SourceView& view, const GapResample& task)
+    Mirrors(const Lookup& lookup, const SourceView& view, const GapResampleTask& task)
         : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps, task.error_budget_px},
           samples_(grid_, lookup, task_), tolerance_(tolerance_of(task)) {}
 
@@ -215,14 +215,14 @@ public:
 private:
     const SourceView& view_;
     PictureGrid grid_;
-    GapResample task_;  ///< where mirrors are any sample tells, of mixed colour too
+    GapResampleTask task_;  ///< where mirrors are any sample tells, of mixed colour too
     PointSamples<PictureGrid, Lookup> samples_;
     float tolerance_;
 };
 
 /// Runs colour_pixel(x, y, rgba) -> coloured? for every gap that is still open, on all cores.
 template <typename ColourPixel>
-std::int64_t over_gaps(const GapResample& task, EyePicture& picture, const ColourPixel& colour_pixel) {
+std::int64_t over_gaps(const GapResampleTask& task, EyePicture& picture, const ColourPixel& colour_pixel) {
     std::atomic<std::int64_t> total{0};
     const std::span<const GapSpan> spans = task.gaps.spans();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, spans.size(), 64), [&](const auto& range) {
@@ -249,7 +249,7 @@ std::int64_t with_lookup(const Camera& camera, const Run& run) {
 }
 
 template <typename Samples, typename AnyMirrors>
-std::int64_t colour_by_surface(const Samples& samples, const AnyMirrors& mirrors, const GapResample& task,
+std::int64_t colour_by_surface(const Samples& samples, const AnyMirrors& mirrors, const GapResampleTask& task,
                                EyePicture& picture) {
     return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
         Neighbourhood around;
@@ -269,7 +269,7 @@ bool tells_of_mirrors(const SourceView* view) {
 }
 
 template <typename Grid>
-std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapResample& task, EyePicture& picture) {
+std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapResampleTask& task, EyePicture& picture) {
     const SourceView* teller = tells_of_mirrors(own) ? own : task.main;
     return with_lookup(grid.camera(), [&](const auto& lookup) {
         const PointSamples samples(grid, lookup, task);
@@ -283,15 +283,15 @@ std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapResamp
 
 }  // namespace
 
-std::int64_t resample_gaps(const PictureGrid& grid, const GapResample& task, EyePicture& picture) {
+std::int64_t resample_gaps(const PictureGrid& grid, const GapResampleTask& task, EyePicture& picture) {
     return by_surface(grid, &grid.view(), task, picture);
 }
 
-std::int64_t resample_gaps(const PatchGrid& grid, const GapResample& task, EyePicture& picture) {
+std::int64_t resample_gaps(const PatchGrid& grid, const GapResampleTask& task, EyePicture& picture) {
     return by_surface(grid, nullptr, task, picture);
 }
 
-std::int64_t resample_gaps_by_direction(const PictureGrid& grid, const GapResample& task, EyePicture& picture) {
+std::int64_t resample_gaps_by_direction(const PictureGrid& grid, const GapResampleTask& task, EyePicture& picture) {
     return with_lookup(grid.camera(), [&](const auto& lookup) {
         const PointSamples samples(grid, lookup, task);
         return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {

@@ -51,7 +51,7 @@ private:
 
 // Colours of gap pixels by the points they see, from samples on a grid.
 
-struct GapResample {
+struct GapResampleTask {
     const EyeView& eye;
     const SeenPoints& seen;
     const Gaps& gaps;
@@ -66,10 +66,10 @@ struct GapResample {
 /// Each gap pixel whose point is known and that the grid's pictures show too. Returns how many were coloured. What
 /// mirrors and glass show is not on them: such a pixel is coloured only where the picture shows the same in them from
 /// its own place, within the budget.
-std::int64_t resample_gaps(const PictureGrid& grid, const GapResample& task, EyePicture& picture);
-std::int64_t resample_gaps(const PatchGrid& grid, const GapResample& task, EyePicture& picture);
+std::int64_t resample_gaps(const PictureGrid& grid, const GapResampleTask& task, EyePicture& picture);
+std::int64_t resample_gaps(const PatchGrid& grid, const GapResampleTask& task, EyePicture& picture);
 
 /// By direction alone, whatever the distance.
-std::int64_t resample_gaps_by_direction(const PictureGrid& grid, const GapResample& task, EyePicture& picture);
+std::int64_t resample_gaps_by_direction(const PictureGrid& grid, const GapResampleTask& task, EyePicture& picture);
 
 }  // namespace equistream

@@ -5,6 +5,7 @@
 
 #include <client/warp/view.h>
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -52,9 +53,6 @@ Gaps wide_gaps(const Gaps& gaps, int width, int side);
 /// trial: in gaps of less, colours of full resolution around them are mostly nearer the truth (docs/decisions/0004).
 int wide_gap_side(const PerspectiveCamera& eye, const Camera& source);
 
-// What the gap pixels of an eye see: 1 / planar depth of each, and of the pixels beside it. One plane of the picture's
-// size, of which only those pixels are ever written or read, so that it costs no more than the gaps do.
-
 /// Things that are costly to make, lent to one fill at a time.
 template <typename Thing>
 class ObjectPool {
@@ -77,6 +75,8 @@ private:
     std::vector<std::unique_ptr<Thing>> pool_;
 };
 
+/// What the gap pixels of an eye see: 1 / planar depth of each, and of the pixels beside it. One plane of the picture's
+/// size, of which only those pixels are ever written or read, so that it costs no more than the gaps do.
 class SeenPoints {
 public:
     /// Takes the eye's depths, or, where it has none, those of the picture's coloured pixels. NaN: not known.

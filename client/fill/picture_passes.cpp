@@ -15,7 +15,7 @@ namespace equistream {
 namespace {
 
 /// Where an eye has no depth, `still_there` says which samples may be drawn forward.
-std::int64_t fill_from(const SourceView& source, const GapResample& task, SeenPoints& seen, EyePicture& picture,
+std::int64_t fill_from(const SourceView& source, const GapResampleTask& task, SeenPoints& seen, EyePicture& picture,
                        const StillThere& still_there) {
     const PictureGrid grid(source);
     if (task.eye.depth_m.data == nullptr) {
@@ -40,7 +40,7 @@ std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePictur
         return 0;
     std::unique_ptr<SeenPoints> seen = pool.acquire();
     seen->look(eye, picture, gaps);
-    const GapResample task{eye, *seen, gaps, from.frame.error_budget_px, from.mark, from.frame.main};
+    const GapResampleTask task{eye, *seen, gaps, from.frame.error_budget_px, from.mark, from.frame.main};
     const std::int64_t filled = fill_from(*source, task, *seen, picture, {});
     pool.release(std::move(seen));
     gaps.narrow(picture.origin.view());
@@ -94,7 +94,7 @@ std::int64_t SmallPass::fill_all(const EyeView& eye, EyePicture& picture, Gaps& 
     if (inputs_.small->depth_m.data != nullptr)
         return fill_from_one({inputs_.small, PixelOrigin::small, inputs_}, eye, picture, gaps, pool_);
     const SeenPoints nothing;
-    const GapResample task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
+    const GapResampleTask task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
     const std::int64_t filled = resample_gaps_by_direction(PictureGrid(*inputs_.small), task, picture);
     gaps.narrow(picture.origin.view());
     return filled;
@@ -120,7 +120,7 @@ std::int64_t EarlierPass::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         if (source.depth_m.data == nullptr)
             continue;
         seen->look(eye, picture, gaps);
-        const GapResample task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
+        const GapResampleTask task{eye, *seen, gaps, budget_px, PixelOrigin::earlier, main};
         filled += fill_from(source, task, *seen, picture, still_there);
         gaps.narrow(picture.origin.view());
     }
@@ -159,7 +159,7 @@ std::int64_t PatchesPass::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
         for (const auto& grid : grids) {
             if (gaps.empty())
                 break;
-            const GapResample task{eye, *seen, gaps, budget_px, PixelOrigin::patches, inputs_.main, unmixed_only};
+            const GapResampleTask task{eye, *seen, gaps, budget_px, PixelOrigin::patches, inputs_.main, unmixed_only};
             filled += resample_gaps(*grid, task, picture);
             gaps.narrow(picture.origin.view());
         }

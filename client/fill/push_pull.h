@@ -30,7 +30,7 @@ struct SurfaceDepths {
         if (depth_m.data == nullptr)
             return 0;
         const float depth = depth_m.pixel(x, y)[0];
-        return depth > 0 ? box_radius_m / DepthAgreement{box_radius_m, tolerance}.clearance(depth) : 0;
+        return depth > 0 ? formulas::w_of(depth, box_radius_m) : 0;
     }
 };
 

@@ -15,7 +15,7 @@ namespace equistream {
 // stands in, if that is of another surface (DepthAgreement::connected) and the pixel's luma is nearer to that square's
 // mean by at least one step of 8-bit luma, which coding leaves no more of than noise.
 
-/// 8-bit luma of display-referred RGB, as yuv.h has it.
+/// 8-bit luma of display-referred RGB (see yuv.h).
 ByteImage luma_of(ImageView<const std::uint8_t> rgb);
 /// The same of an HDR picture's planes, in 8 bits.
 ByteImage luma_of(const PqView& planes);

@@ -3,6 +3,8 @@
 #include <equistream/conventions.h>
 #include <equistream/text.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>

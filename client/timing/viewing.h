@@ -5,7 +5,7 @@
 #include "head_prediction.h"
 #include "media_clock.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <algorithm>
 #include <array>

@@ -61,7 +61,7 @@ struct ViewerSettings {
     const Anaglyph* anaglyph = &anaglyphs().front();
     std::optional<double> predict_s;  ///< how far ahead the head is foretold; nothing: as far as is measured
     double extrapolation_limit_s =
-        extrapolation_horizon_s;      ///< as Playback::extrapolation_s has it; 0: what moves stays where frames show it
+        extrapolation_horizon_s;      ///< see Playback::extrapolation_s; 0: what moves stays where frames show it
     std::filesystem::path truth;      ///< folder of path-traced eyes of the same path; empty: there is none
     std::filesystem::path out = ".";  ///< of pictures and recordings
     double seconds = 0;               ///< after which it ends by itself; 0: when it is told to

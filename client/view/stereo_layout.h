@@ -1,6 +1,6 @@
 #pragma once
 /// Both eyes in one picture, for displays that have but one, seen through coloured glasses; one beside the other is
-/// equistream/stereo_packing.h. Pictures are display-referred sRGB, 8-bit RGB. Pure
+/// equistream/stream.h. Pictures are display-referred sRGB, 8-bit RGB. Pure
 /// functions; rows run in parallel.
 #include <equistream/image.h>
 

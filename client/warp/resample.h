@@ -78,8 +78,8 @@ struct WarpJob {
     const EyeView& eye;
     EyeRays rays;
     bool surface = false;      ///< by the point that the eye sees; else by direction alone
-    bool only_seen = true;     ///< for `surface`: only where the source saw that point
-    DepthAgreement agreement;  ///< for `surface`
+    bool only_seen = true;     ///< by the point: only where the source saw that point
+    DepthAgreement agreement;  ///< by the point
     float interpolation = 0;   ///< by how much interpolated positions may be off, samples
     float radians_per_sample = 1;
     PixelOrigin mark = PixelOrigin::source;

@@ -7,13 +7,13 @@
 
 namespace equistream {
 
-// Engines made of a EyeDepthFromSource and the colour lookup of `eye-depth`.
+// Engines made of an EyeDepthFromSource and the colour lookup of `eye-depth`.
 
 /// `name`: splat, mesh, mesh-plain or proxy-sphere.
 std::unique_ptr<Engine> make_source_depth_engine(std::string_view name, const EngineOptions& options);
 
 // The first half of the engines that need the source's depth only: how far from the eye is what each of its pixels
-// sees? The second half is theirs and the `surface` engine's alike: the point found is looked up in the source, once,
+// sees? The second half is theirs and the `eye-depth` engine's alike: the point found is looked up in the source, once,
 // bilinearly, and samples of other surfaces are left out. So an error of the distance found moves colour along one
 // line only and by what the bound says, and no footprint or triangle blurs or smears colour.
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What `equistream render` can be told whatever the host, checked as far as the command line alone allows.
+/// What `equistream render` is told whatever the host, and what a host has to offer it.
 #include <equistream/conventions.h>
 #include <equistream/equistream.h>
 #include <equistream/patches.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Keeps exceptions on our side of the C ABI: they become a status and one line of text.
+/// The edge of the C ABI: exceptions become a status and a line of text, structs are taken by their size.
 #include <equistream/abi_types.h>
 #include <equistream/error.h>
 

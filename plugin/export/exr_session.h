@@ -1,5 +1,5 @@
 #pragma once
-/// A file that is written beside its name and appears under it only when it is whole.
+/// EXR files as they are written and read: each appears under its name only when it is whole.
 #include <openexr.h>
 
 #include <cstddef>

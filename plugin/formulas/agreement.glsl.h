@@ -30,9 +30,10 @@ FORMULA Truth agree(Number clearance_a, Number clearance_b, float box_radius_m, 
 
 /// Whether a sample's w lies between the point's and what its plane predicts, give or take the tolerance.
 FORMULA Truth lies_between(Number point, Number predicted, Number found, float box_radius_m, float tolerance) {
-    // Not by the least and the largest of both, of which NaN may make either.
-    return either(either(agree(point, found, box_radius_m, tolerance), agree(predicted, found, box_radius_m, tolerance)),
-                  either(both(point < found, found < predicted), both(predicted < found, found < point)));
+    // With NaN, min() and max() may return either.
+    return either(
+        either(agree(point, found, box_radius_m, tolerance), agree(predicted, found, box_radius_m, tolerance)),
+        either(both(point < found, found < predicted), both(predicted < found, found < point)));
 }
 
 /// (r - B) / r, by 1 / r.

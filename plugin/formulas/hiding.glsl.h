@@ -1,4 +1,4 @@
-// Where a smooth surface of the source hides a point (resample.h). For single numbers alone.
+// Where a smooth surface of the source hides a point (resample.h). Scalars only.
 
 /// What second differences of a smooth surface may be, in tolerances.
 CONSTANT float max_bend = 8.0f;

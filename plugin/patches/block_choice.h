@@ -1,5 +1,5 @@
 #pragma once
-/// Greedy maximum coverage: blocks by what they add to what is covered.
+/// Which blocks an atlas takes: greedy maximum coverage, each by what it adds to what is covered.
 #include "gap_samples.h"
 
 #include <equistream/patches.h>

@@ -18,7 +18,7 @@ av::Frame pq_frame_of(ImageView<const float> rgb);
 /// Whether a decoded frame is as equistream/yuv.h describes; then its planes.
 bool is_our_yuv420(const AVFrame& frame);
 YuvView yuv420_planes_of(const AVFrame& frame);
-/// The same of equistream/pq.h.
+/// The same of equistream/yuv.h.
 bool is_our_pq420(const AVFrame& frame);
 PqView pq420_planes_of(const AVFrame& frame);
 
@@ -48,7 +48,7 @@ bool is_pq(const AVFrame& frame);
 
 class PqScaler {
 public:
-    /// As equistream/pq.h describes, by swscale. `pq` is_pq().
+    /// As equistream/yuv.h describes, by swscale. `pq` is_pq().
     av::Frame as_ours(const AVFrame& pq);
 
 private:

@@ -1,4 +1,5 @@
 #pragma once
+/// Other programs of ours, which lie beside this one, and files that only this process needs.
 #include <filesystem>
 #include <string>
 

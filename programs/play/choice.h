@@ -110,7 +110,7 @@ struct Change {
     std::int64_t frame = 0;  ///< index of the first that is played by `to`
     Plan from, to;
     double median_ms = 0;                 ///< what frames took by `from`
-    std::optional<double> expected_ms{};  ///< by `to`; nothing: that was never timed
+    std::optional<double> expected_ms{};  ///< by `to`; nothing: that was never timed whole
     double budget_ms = 0;
     bool is_up = false;  ///< `to` is the more accurate one
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What happens to viewers, a line each on standard error.
+/// The server: viewers come, are sent the programme and go, a line each on standard error.
 #include "programmes.h"
 #include "viewer.h"
 

@@ -1,7 +1,7 @@
 /// Reading a stream of 24 pictures of 1280x640 (H.264, CRF 16) to its end: our reader, which finds the poses, checks
 /// every picture and holds one back, against libavformat and libavcodec alone; and both with the way to RGB, there by
 /// libswscale. All use every core.
-#include "coded_sphere.h"
+#include "bench_scene.h"
 
 #include <equistream/error.h>
 #include <plugin/stream/libav.h>

@@ -30,7 +30,7 @@ struct GlEyes {
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
     gl::EyeTargets targets;
-    gl::Resample resample{gl::ResampleRule::seen};
+    gl::Resample resample{gl::ResampleRule::seen, default_error_budget_px};
     gl::GapTiles gaps;
     gl::PushPull push_pull;
     gl::ReliabilityMap map;

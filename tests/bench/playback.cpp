@@ -2,7 +2,7 @@
 /// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Read ahead and with the eyes
 /// side by side, as `equistream play` does. Both use every core, and the clock runs from opening the file to the last
 /// picture: libav decodes on threads of its own while eyes are filled, so that the ratio is that of all work done.
-#include "coded_sphere.h"
+#include "bench_scene.h"
 #include "eye_stages.h"
 
 #include <client/fill/fill.h>

@@ -4,7 +4,7 @@
 
 #include <scenes/library/model.h>
 #include <tests/unit/scenes/gltf_builder.h>
-#include <tests/unit/scenes/png_bytes.h>
+#include <tests/unit/scenes/temporary_folder.h>
 
 namespace equistream::fuzz {
 

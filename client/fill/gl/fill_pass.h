@@ -12,8 +12,8 @@
 namespace equistream::gl {
 
 // What gap pixels see where the eyes have no depth of their own but that which an engine found (an R32F texture of 1 /
-// planar depth, NaN for gaps): drawn forward from the pictures that fill passes look up in, as forward_depth.h has it,
-// or the background's, as gaps.h has it. For all eyes at once; nothing is drawn where no gaps are left.
+// planar depth, NaN for gaps): drawn forward from the pictures that fill passes look up in (see forward_depth.h),
+// or the background's (see gaps.h). For all eyes at once; nothing is drawn where no gaps are left.
 
 class FoundDepth {
 public:

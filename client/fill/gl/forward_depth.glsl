@@ -1,5 +1,5 @@
 // What gap pixels see where the eyes have no depth of their own: the surfaces of a grid's samples, drawn forward into
-// the gaps, as forward_depth.cpp has it. An invocation has a sample: the cell to its right and below, and its footprint.
+// the gaps (see forward_depth.cpp). An invocation has a sample: the cell to its right and below, and its footprint.
 // Triangles are no larger than a sample or two, which are a few pixels.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 

@@ -20,7 +20,7 @@ namespace {
 constexpr int levels = PullPyramid::tile_levels + 1;
 constexpr int lists = 2;
 
-/// What stands before the lists, as gap_tiles.glsl has it.
+/// What stands before the lists (see gap_tiles.glsl).
 struct ListsHead {
     std::array<std::array<GLuint, 4>, lists * levels> groups;
     std::array<GLuint, lists> counts;

@@ -1,4 +1,4 @@
-// Gap pixels take the colours of what they see from samples on a grid, as gap_resample.cpp has it: of every pixel of
+// Gap pixels take the colours of what they see from samples on a grid (see gap_resample.cpp): of every pixel of
 // another picture, or, with PATCHES, of the blocks of a sphere that an atlas holds.
 layout(local_size_x = 256) in;
 
@@ -8,7 +8,7 @@ layout(binding = 3) uniform usampler2DArray eye_origin;
 layout(binding = 0, rgba8) uniform writeonly image2DArray eye_colour;
 layout(binding = 1, r8ui) uniform writeonly uimage2DArray filled_origin;  // the same as eye_origin
 
-layout(binding = 5) uniform sampler2DArray image_behind;  // of mirrors, as gap_mirrors.glsl has it
+layout(binding = 5) uniform sampler2DArray image_behind;  // of mirrors (see gap_mirrors.glsl)
 
 #include "gap_tiles.glsl"
 #include "source_grid.glsl"

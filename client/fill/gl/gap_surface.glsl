@@ -1,4 +1,4 @@
-// Which samples on a grid show the surface that a gap pixel sees, as PointSamples of gap_resample.cpp has it. Needs
+// Which samples on a grid show the surface that a gap pixel sees (see PointSamples in gap_resample.cpp). Needs
 // source_grid.glsl, eye_rays.glsl, eye_surface.glsl and a texture `source_depth`.
 
 #include "gap_samples.glsl"

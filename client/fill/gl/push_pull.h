@@ -21,7 +21,7 @@ public:
 
 private:
     struct Level {
-        glm::ivec3 cells{0};  ///< as push_pull_levels.glsl has it
+        glm::ivec3 cells{0};  ///< (see push_pull_levels.glsl)
         Texture layers;       ///< far and near ones of each eye
     };
 

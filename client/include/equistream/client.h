@@ -13,9 +13,9 @@
  *
  * Conventions: conventions.h. Lengths in metres, angles in radians, times in seconds. A camera looks along -z, +x is
  * right and +y is up. Pictures are sRGB, display-referred; the first row is the top one, and in framebuffers the top
- * one, as OpenGL has it.
+ * one, as in OpenGL.
  * Struct growth: a struct that the caller fills begins with its own size. Fields are only ever appended. Those that an
- * older caller does not know of are taken to be 0.
+ * older caller does not know of are taken to be 0. Structs that a call takes two of do not grow.
  * Threading: a client is used by one thread at a time. es_client_now_s and es_client_send_head may be called by any
  * thread meanwhile. The client reads and decodes in a thread of its own. Work on pictures uses all cores.
  * OpenGL: with ES_BACKEND_OPENGL one context is current in every call, open and close too: OpenGL 4.5 core with
@@ -126,16 +126,16 @@ typedef struct es_eye_image {
     es_field_of_view fov;
 } es_eye_image;
 
-/* Where an eye's picture is drawn: a rectangle of a framebuffer of the caller's, colour attachment 0. What is known
- * of its pixels may go to textures of the caller's. */
+/* Where an eye's picture is drawn: a rectangle of the caller's framebuffer, colour attachment 0. What is known of its
+ * pixels may go to the caller's textures. */
 typedef struct es_gl_target {
     size_t struct_size;
     uint32_t framebuffer;  /* 0: the window's */
     int32_t x, y;          /* lower left corner */
     int32_t width, height; /* filled: pixels that were drawn */
     es_field_of_view fov;  /* filled: as in es_eye_image */
-    /* Textures of the caller's for what is known of each pixel: GL_TEXTURE_2D of request.width x request.height texels
-     * at least, rows downwards from texel 0, 0. 0: not wanted. */
+    /* The caller's textures for what is known of each pixel: GL_TEXTURE_2D with immutable storage of request.width x
+     * request.height texels at least, rows downwards from texel 0, 0. 0: not wanted. */
     uint32_t origin;     /* GL_R8UI: es_origin */
     uint32_t depth_m;    /* GL_R32F: along each pixel's ray; +inf: nothing is there; NaN: not known */
     uint32_t confidence; /* GL_R8; needs a client that was opened with confidence */

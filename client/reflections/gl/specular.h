@@ -42,7 +42,7 @@ struct SpecularSource {
     bool tells() const { return specular.has_mask() && textures.depth() != 0; }
 };
 
-// rework_specular (specular.h) on the GPU, for all eyes at once.
+// rework_specular on the GPU, for all eyes at once.
 
 class Mirrors {
 public:

@@ -51,8 +51,8 @@ struct DisplayedPictures {
     const EyeTargets* eyes = nullptr;
     const EyeTargets* other = nullptr;  ///< of the same size; null: there is no split
     EyeDepth depth{};                   ///< texture 0: not known
-    GLuint reliability = 0;             ///< as ReliabilityMap has it; 0: not known
-    GLuint motion = 0;                  ///< as MotionView has it; 0: nothing is said to move
+    GLuint reliability = 0;             ///< see ReliabilityMap; 0: not known
+    GLuint motion = 0;                  ///< see MotionView; 0: nothing is said to move
     const SourceTextures* source = nullptr;
 };
 

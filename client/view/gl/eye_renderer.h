@@ -102,7 +102,7 @@ public:
     EyeDepth depth() const;
     GLuint reliability() const { return reliability_.texture(); }
     void download_reliability(int eye, EyePicture& picture) const { reliability_.download(eye, picture); }
-    /// Of the last draw() since look() that was to find it, as MotionView has it; 0: there was none, or the frame says
+    /// Of the last draw() since look() that was to find it, see MotionView; 0: there was none, or the frame says
     /// of nothing that it moves.
     GLuint motion() const { return has_motion_ ? motion_.texture() : 0; }
 

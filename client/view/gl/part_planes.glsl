@@ -24,5 +24,5 @@ void main() {
     vec2 along = (vec2(from.xy) + 0.5 - 0.5 * camera.yz) / camera.x;
     float z = inverse_depth_scale * texelFetch(eye_depth, from, 0).x;
     float ray_m = z > 0.0 ? sqrt(1.0 + dot(along, along)) / z : INFINITE;
-    imageStore(depth_m, at, vec4(inverse_depth_scale == 0.0 ? UNKNOWN : ray_m));
+    imageStore(depth_m, at, vec4(inverse_depth_scale == 0.0 || isnan(z) ? UNKNOWN : ray_m));
 }

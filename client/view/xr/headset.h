@@ -41,7 +41,7 @@ public:
     /// Waits until the next frame is to be made. Nothing where nobody sees it; end_frame() all the same.
     std::optional<HeadsetView> begin_frame();
     /// Where it is drawn: a framebuffer of both views side by side, the left one first, the first row of pixels at its
-    /// bottom as OpenGL has it. Only of a frame that is seen.
+    /// bottom as in OpenGL. Only of a frame that is seen.
     GLuint framebuffer();
     gl::Size size() const { return size_; }  ///< of that framebuffer
     void end_frame();

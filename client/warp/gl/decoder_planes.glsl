@@ -1,4 +1,4 @@
-// A decoder's 4:2:0 planes, and the chroma between its samples as equistream/yuv.h has it.
+// A decoder's 4:2:0 planes, and the chroma between its samples (see equistream/yuv.h).
 #ifdef IN_ONE_BUFFER
 layout(binding = 0) uniform usamplerBuffer samples;
 // Of each plane its first sample, and how many lie from row to row.

@@ -83,7 +83,7 @@ void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, 
 
 ProxySphereDepth::ProxySphereDepth(const EngineOptions& options)
     : EyeDepthFinder(options, {.needs_depth = false, .only_seen = false, .is_known = false}),
-      leave_sphere_({{GL_COMPUTE_SHADER, "proxy_sphere_depth.glsl"}}) {}
+      pass_({{GL_COMPUTE_SHADER, "proxy_sphere_depth.glsl"}}) {}
 
 void ProxySphereDepth::find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
     if (radius_m_ == 0)
@@ -92,8 +92,8 @@ void ProxySphereDepth::find(const SourceView& view, const SourceTextures& source
     layers_.size_for(size, int(eyes.size()));
     bind(view, source, eyes);
     layers_.bind(0);
-    leave_sphere_.set("radius_m", radius_m_);
-    leave_sphere_.dispatch(size, int(eyes.size()));
+    pass_.set("radius_m", radius_m_);
+    pass_.dispatch(size, int(eyes.size()));
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 

@@ -115,7 +115,7 @@ public:
     void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) override;
 
 private:
-    Program leave_sphere_;
+    Program pass_;
     float radius_m_ = 0;  ///< 0: not found yet
 };
 

@@ -1,4 +1,4 @@
-// A decoder's 10-bit planes to PQ R'G'B' by the formula of equistream/pq.h, then to the display by OpenColorIO's shader,
+// A decoder's 10-bit planes to PQ R'G'B' by the formula of equistream/yuv.h, then to the display by OpenColorIO's shader,
 // which stands before this text: pq_to_display.
 #include "decoder_planes.glsl"
 

@@ -1,4 +1,4 @@
-// Engine `proxy-sphere`: where the eyes' rays leave a sphere around the source, as source_depth_engine.cpp has it, in inverse planar depth.
+// Engine `proxy-sphere`: where the eyes' rays leave a sphere around the source (see source_depth_engine.cpp), in inverse planar depth.
 layout(local_size_x = GROUP_WIDTH, local_size_y = GROUP_HEIGHT) in;
 
 layout(binding = 0, r32f) uniform writeonly image2DArray eye_inverse_planar;

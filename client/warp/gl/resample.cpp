@@ -13,7 +13,7 @@ namespace equistream::gl {
 
 namespace {
 
-/// What stands before the pixels, as pixel_list.glsl has it: work groups, and the count.
+/// What stands before the pixels (see pixel_list.glsl): work groups, and the count.
 using ListHead = std::array<GLuint, 4>;
 constexpr ListHead nothing_listed = {0, 1, 1, 0};
 constexpr GLuint list_unit = 8;

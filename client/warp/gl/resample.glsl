@@ -1,4 +1,4 @@
-// Engines `sphere` and `surface`: a pixel of an eye takes its colour from the source, or is left a gap. In plain
+// Engines `rotation` and `eye-depth`: a pixel of an eye takes its colour from the source, or is left a gap. In plain
 // words it is tests/support/references/surface.cpp. One pixel of resample_first.glsl's list is one invocation.
 layout(local_size_x = 256) in;  // LIST_GROUP
 

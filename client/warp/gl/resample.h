@@ -30,8 +30,8 @@ private:
     Buffer list_;
 };
 
-// Engines `sphere` and `surface` (engine.h) on the GPU, for all eyes at once; and the second half of those that find
-// the eyes' depth.
+// Engines `rotation` and `eye-depth` (engine.h) on the GPU, for all eyes at once; and the second half of those that
+// find the eyes' depth.
 
 /// direction: the eyes' places are ignored. seen: by the eyes' own depth, where the source saw that point too. any: by
 /// that depth, whatever the source saw there; its own is not read.
@@ -39,7 +39,7 @@ enum class ResampleRule { direction, seen, any };
 
 class Resample {
 public:
-    explicit Resample(ResampleRule rule, double error_budget_px = default_error_budget_px);
+    Resample(ResampleRule rule, double error_budget_px);
 
     /// Writes colour and origin of every pixel. Eyes have one size; their depth_m is not read. Where an eye has moved,
     /// ResampleRule::seen needs the source's depth. `depth` has a layer for each eye, of whose corner at 0, 0 the eye's

@@ -18,7 +18,7 @@ in EyeConstants {
     flat EyeRays eye;
     flat int eye_number;
     flat ivec2 eye_size;
-    flat float inverse_depth_scale;  // as eye_surface.glsl has it
+    flat float inverse_depth_scale;  // (see eye_surface.glsl)
 };
 
 /// Whether the source sees the front of what the eye sees through one neighbour along each axis, that of the two by two
@@ -33,7 +33,7 @@ bool all_agree(vec2 position, float distance_m) {
     float clearance = clearance_of(distance_m);
     bool holds = true;
     for (int k = 0; k < 4; ++k)
-        holds = holds && samples_m[k] > 0.0 && agree(clearance, clearance_of(samples_m[k]));
+        holds = both(holds, both(samples_m[k] > 0.0, agree(clearance, clearance_of(samples_m[k]))));
     return holds;
 }
 

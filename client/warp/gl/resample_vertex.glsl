@@ -4,7 +4,7 @@
 #include "source_grid.glsl"
 #include "eye_rays.glsl"
 
-uniform float inverse_depth_scale;  // as eye_surface.glsl has it
+uniform float inverse_depth_scale;  // (see eye_surface.glsl)
 uniform ivec2 eye_size;
 
 out GridConstants {

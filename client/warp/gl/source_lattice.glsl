@@ -1,4 +1,4 @@
-// A source's depth as a surface, as source_lattice.h has it: points (q, k) of columns from -1 to its width and rows from
+// A source's depth as a surface (see source_lattice.h): points (q, k) of columns from -1 to its width and rows from
 // -1 to its height. Needs source_grid.glsl.
 
 #include "depth_clearance.glsl"

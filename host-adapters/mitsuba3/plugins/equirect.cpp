@@ -79,7 +79,7 @@ image is not mirrored. These formulas are conventions.h of equistream's contract
 In omnidirectional stereo every column is seen by an eye of its own, tangentially to the circle on which the two eyes
 turn with the head, of radius ipd/2. Each image by itself is warped by what this does; depth is measured from the
 column's own eye. The radius is multiplied by :math:`(1 + \cos \pi t)/2` with :math:`t = (|p| - from)/(to - from)`: see
-omnidirectional_stereo.h.
+image_motion.h.
 
 .. tabs::
     .. code-tab:: xml

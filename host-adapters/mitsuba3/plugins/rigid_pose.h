@@ -1,6 +1,6 @@
 #pragma once
-/// Between the contract's camera frame (+X right, -Z forward) and Mitsuba's (+X left, +Z forward): half a turn about
-/// +Y, which is its own inverse.
+/// Camera frames, poses and refusals that the plugins share. Between the contract's camera frame (+X right, -Z
+/// forward) and Mitsuba's (+X left, +Z forward) lies half a turn about +Y, which is its own inverse.
 #include <equistream/conventions.h>
 
 #include <mitsuba/core/transform.h>

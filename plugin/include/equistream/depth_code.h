@@ -1,6 +1,6 @@
 #pragma once
-/// Pictures as video codecs take and give them: one to three planes of 8-bit bytes, or of words that hold 9 to 16 bits.
-/// Views borrow their samples.
+/// Depth as samples of a video picture, and pictures as video codecs take and give them: one to three planes of 8-bit
+/// bytes, or of words that hold 9 to 16 bits. Views borrow their samples.
 #include <equistream/camera.h>
 #include <equistream/depth_code_info.h>
 #include <equistream/image.h>

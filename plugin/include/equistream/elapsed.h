@@ -1,5 +1,5 @@
 #pragma once
-/// Wall time since a moment, for progress and reports. Never goes back.
+/// Wall time since a moment, which never goes back, and how long a server is waited for.
 #include <chrono>
 
 namespace equistream {

@@ -1,7 +1,7 @@
 #pragma once
-/// The one definition of motion in an image: from a pixel to where the same thing is in a neighbouring frame, as the
-/// difference of positions in pixels. Results are finite for every direction that is not 0. Templates on the scalar as
-/// conventions.h has them; C++17-clean.
+/// Motion in an image and omnidirectional stereo. The one definition of motion: from a pixel to where the same thing is
+/// in a neighbouring frame, as the difference of positions in pixels. Results are finite for every direction that is
+/// not 0. Templates on the scalar as conventions.h has them; C++17-clean.
 #include <equistream/conventions.h>
 
 namespace equistream {

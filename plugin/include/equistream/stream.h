@@ -210,7 +210,7 @@ struct StreamReadOptions {
     /// Give the decoder's own planes in place of rgb wherever they are as equistream/yuv.h describes, without
     /// conversion or copy.
     bool yuv = false;
-    /// Give planes as equistream/pq.h describes them in place of rgb, of PQ by BT.2020 with even sides: the decoder's
+    /// Give planes as equistream/yuv.h describes them in place of rgb, of PQ by BT.2020 with even sides: the decoder's
     /// own where they are so. Other HDR, and without this PQ too, comes as if it were sRGB: dull.
     bool pq = false;
     bool depth = true;      ///< false: depth tracks are not decoded beyond their first picture, nor given

@@ -1,6 +1,7 @@
 #pragma once
-/// The one definition of the normal that hosts shade with and export: interpolated or mapped normals may point away
-/// from the viewer at a silhouette, where the surface itself does not. Template on the scalar as conventions.h has it;
+/// How surfaces that mirror and refract are seen: normals, and where images lie. The one definition of the normal that
+/// hosts shade with and export: interpolated or mapped normals may point away
+/// from the viewer at a silhouette, where the surface itself does not. Template on the scalar (see conventions.h);
 /// C++17-clean.
 #include <equistream/conventions.h>
 
@@ -51,7 +52,7 @@ Vector3<T> visible_normal(const Vector3<T>& shading, const Vector3<T>& geometric
 // one number that errs least, in mean square over y, is half the trace of K. The thing moved by x across its ray is
 // seen turned by B^-1 x.
 //
-// Template on the scalar as conventions.h has it; C++17-clean. Pure functions of values.
+// Template on the scalar (see conventions.h); C++17-clean. Pure functions of values.
 
 /// Sharp surfaces that are followed at most, the first one among them.
 inline constexpr unsigned max_sharp_surfaces = 8;

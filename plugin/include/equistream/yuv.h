@@ -1,6 +1,6 @@
 #pragma once
-/// 8-bit Y'CbCr 4:2:0 as our streams carry it: BT.709 matrix, limited range, left-sited chroma (on the even columns,
-/// between the rows).
+/// Y'CbCr 4:2:0 as our streams carry it. HDR with 10 bits is below; with 8 bits: BT.709 matrix, limited range,
+/// left-sited chroma (on the even columns, between the rows).
 ///     Y' = 16 + 219/255 (kr R + kg G + kb B)
 ///     Cb = 128 + 224/255 (B - Y) / cb_divisor        Cr = 128 + 224/255 (R - Y) / cr_divisor
 /// with R, G, B, Y in 0 to 255. Views borrow their samples.
@@ -101,7 +101,7 @@ struct YuvPicture {
 };
 
 // 10-bit Y'CbCr 4:2:0 of HDR streams: R'G'B' of SMPTE ST 2084 (PQ) with BT.2020 primaries, BT.2020 non-constant
-// luminance matrix, limited range, chroma sited and resampled as in yuv.h.
+// luminance matrix, limited range, chroma sited and resampled as above.
 //     Y' = 64 + 876 (kr R' + kg G' + kb B')
 //     Cb = 512 + 896 (B' - Y) / cb_divisor           Cr = 512 + 896 (R' - Y) / cr_divisor
 // with R', G', B', Y in 0 to 1.

@@ -125,13 +125,16 @@ public:
             add_shifts(*engine, eyes_.next(generator), shifts);
             pixels += std::int64_t(eyes_.eye.width) * eyes_.eye.height;
         }
+        const EngineOptions options;
+        const bool finds_depth = name == "mesh" || name == "splat";
+        const double budget_px = finds_depth ? options.source_depth_budget_px : options.error_budget_px;
         return {{"engine", name},
                 {"pixels", pixels},
-                {"budget_px", EngineOptions{}.error_budget_px},
-                {"coloured", summary(shifts.coloured_px)},
-                {"smooth", summary(shifts.smooth_px)},
-                {"added", summary(shifts.added_px)},
-                {"sampled", summary(shifts.sampled_px)}};
+                {"budget_px", budget_px},
+                {"coloured", summary(shifts.coloured_px, budget_px)},
+                {"smooth", summary(shifts.smooth_px, budget_px)},
+                {"added", summary(shifts.added_px, budget_px)},
+                {"sampled", summary(shifts.sampled_px, budget_px)}};
     }
 
 private:
@@ -189,7 +192,7 @@ private:
             }
     }
 
-    static nlohmann::json summary(std::vector<float>& shifts_px) {
+    static nlohmann::json summary(std::vector<float>& shifts_px, double budget_px) {
         if (shifts_px.empty())
             return {{"pixels", 0}};
         std::ranges::sort(shifts_px);
@@ -198,7 +201,6 @@ private:
             return double(std::ranges::upper_bound(shifts_px, float(px)) - shifts_px.begin()) /
                    double(shifts_px.size());
         };
-        const double budget_px = EngineOptions{}.error_budget_px;
         return {{"pixels", shifts_px.size()},
                 {"within_budget", share_within(budget_px)},
                 {"within_twice_budget", share_within(2 * budget_px)},

@@ -85,7 +85,7 @@ private:
         if (name_ == "splat")
             find_by_splat(task, inverse_planar);
         else if (name_ == "proxy-sphere")
-            find_by_lean(task, inverse_planar);
+            find_on_proxy_sphere(task, inverse_planar);
         else
             find_by_mesh(task, name_ == "mesh-plain", inverse_planar);
         FloatImage depth_m(eye.camera.width, eye.camera.height, 1);
@@ -138,7 +138,7 @@ std::unique_ptr<Engine> make_engine(std::string_view name, const EngineOptions& 
 }
 
 /// Where each ray of the eye leaves the sphere of pictures.
-void find_by_lean(const PlainTask& task, Image<double>& inverse_planar) {
+void find_on_proxy_sphere(const PlainTask& task, Image<double>& inverse_planar) {
     const double radius_m = proxy_radius_m(task.source, task.options);
     const glm::dvec3 from = task.eye_from_source_m();
     for (int y = 0; y < inverse_planar.height(); ++y)

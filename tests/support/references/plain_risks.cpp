@@ -1,5 +1,4 @@
 #include "plain_engines.h"
-#include "surroundings.h"
 
 #include <client/confidence/reliability.h>
 #include <client/reflections/specular.h>

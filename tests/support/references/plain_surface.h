@@ -25,7 +25,7 @@ struct PlainTask {
 /// Fills 1 / planar depth of every pixel of the eye, negative where nothing is found.
 void find_by_splat(const PlainTask& task, Image<double>& inverse_planar);
 void find_by_mesh(const PlainTask& task, bool plain, Image<double>& inverse_planar);
-void find_by_lean(const PlainTask& task, Image<double>& inverse_planar);
+void find_on_proxy_sphere(const PlainTask& task, Image<double>& inverse_planar);
 
 // A source's depth as a surface, in double precision: the definition that the fast lattice is held to.
 

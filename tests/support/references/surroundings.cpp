@@ -1,4 +1,4 @@
-#include "surroundings.h"
+#include "plain_engines.h"
 
 #include <equistream/coding_loss.h>
 

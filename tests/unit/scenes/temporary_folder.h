@@ -2,12 +2,16 @@
 /// A folder that lives as long as a test.
 #include <equistream/error.h>
 
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 namespace equistream::test {
 
@@ -46,6 +50,20 @@ std::string input_error(Work&& work) {
 
 inline void expect_contains(const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in \"" << text << "\"";
+}
+
+// An RGBA PNG in memory, by OpenImageIO's writer.
+
+inline std::string png_rgba(int width, int height, const std::vector<std::uint8_t>& rgba) {
+    OIIO::Filesystem::IOVecOutput memory;
+    const auto output = OIIO::ImageOutput::create("png");
+    const OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
+    output->set_ioproxy(&memory);
+    output->open("memory.png", spec);
+    output->write_image(OIIO::TypeDesc::UINT8, rgba.data());
+    output->close();
+    const auto& bytes = memory.buffer();
+    return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace equistream::test

@@ -121,7 +121,8 @@ TEST_F(GlClients, WritesWhatIsKnownOfEachPixelIntoTheHostsTextures) {
         client.draw(request, targets);
         FAIL();
     } catch (const ClientError& problem) {
-        const std::string expected = "targets[0].depth_m: expected a texture of GL_R32F, 160x100";
+        const std::string expected =
+            "targets[0].depth_m: expected a GL_TEXTURE_2D with immutable storage of GL_R32F, 160x100";
         EXPECT_NE(std::string(problem.what()).find(expected), std::string::npos) << problem.what();
     }
 }

@@ -1,5 +1,5 @@
+#include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/fill_scene.h>
-#include <tests/unit/client/random_picture.h>
 #include <tests/unit/client/simd_targets.h>
 #include <tests/unit/evidence.h>
 

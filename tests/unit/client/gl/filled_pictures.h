@@ -3,7 +3,6 @@
 #include <client/fill/fill.h>
 #include <client/warp/gl/eye_targets.h>
 #include <tests/unit/client/analytic_scene.h>
-#include <tests/unit/client/random_picture.h>
 
 #include <gtest/gtest.h>
 

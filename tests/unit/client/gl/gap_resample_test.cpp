@@ -6,7 +6,6 @@
 #include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/engine_scenes.h>
 #include <tests/unit/client/fill_scene.h>
-#include <tests/unit/client/random_picture.h>
 
 #include <array>
 

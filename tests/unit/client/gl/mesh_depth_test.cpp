@@ -79,7 +79,7 @@ protected:
     }
 
     gl::MeshDepth mesh;
-    gl::Resample surface{gl::ResampleRule::seen};
+    gl::Resample surface{gl::ResampleRule::seen, mesh.traits().error_budget_px};
 };
 
 /// A plain sphere of so many columns takes little room, whatever a driver's limit is.

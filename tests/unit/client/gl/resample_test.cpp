@@ -25,7 +25,7 @@ protected:
     void expect_reference(bool surface, const SourceView& view, const Distance& distance, std::span<const Pose> poses) {
         gl::SourceTextures textures;
         textures.upload(view);
-        gl::Resample resample(surface ? gl::ResampleRule::seen : gl::ResampleRule::direction);
+        gl::Resample resample(surface ? gl::ResampleRule::seen : gl::ResampleRule::direction, default_error_budget_px);
         gl::EyeTargets targets;
         const auto reference = plain::make_engine(surface ? "surface" : "sphere");
         reference->set_source(view);
@@ -106,7 +106,7 @@ TEST_F(GlResample, MixesAcrossSeamAndPoles) {
     const SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{64, 32, {}}};
     gl::SourceTextures textures;
     textures.upload(view);
-    gl::Resample resample(gl::ResampleRule::direction);
+    gl::Resample resample(gl::ResampleRule::direction, default_error_budget_px);
     gl::EyeTargets targets;
     targets.size_for(eye_camera, 2);
     const auto reference = plain::make_engine("sphere");
@@ -139,7 +139,7 @@ TEST_F(GlResample, MorePixelsMayWaitThanAnAxisOfWorkGroupsHas) {
     const SourceView view{.rgb = rgb.view(), .camera = EquirectCamera{2, 64, {}}};
     gl::SourceTextures textures;
     textures.upload(view);
-    gl::Resample resample(gl::ResampleRule::direction);
+    gl::Resample resample(gl::ResampleRule::direction, default_error_budget_px);
     gl::EyeTargets targets;
     const EyeView eye{PerspectiveCamera{side, side, pi / 2}, {{0, 0, 0}, yaw_pitch(pi, 0)}, {}};
     targets.size_for(eye.camera, 1);

@@ -217,7 +217,7 @@ TEST_F(GlSphereDepth, EyesSeeWhatTheCpuShowsThem) {
     gl::DepthPass pass(ball_and_square());
     gl::SphereDepth sphere_depth(box_radius_m, error_rad);
     gl::SourceTextures textures;
-    gl::Resample resample(gl::ResampleRule::seen);
+    gl::Resample resample(gl::ResampleRule::seen, default_error_budget_px);
     gl::EyeTargets targets;
     targets.size_for(eye_camera, 2);
     SourceView colour_only = view;

@@ -7,8 +7,8 @@
 #include <client/fill/gl/gap_resample.h>
 #include <client/fill/gl/push_pull.h>
 #include <client/warp/gl/resample.h>
+#include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/fill_scene.h>
-#include <tests/unit/client/random_picture.h>
 
 #include <array>
 
@@ -28,7 +28,7 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     gl::PatchTextures patch_textures;
     gl::EyeTargets targets;
     gl::GapTiles gaps;
-    gl::Resample engine(gl::ResampleRule::seen);
+    gl::Resample engine(gl::ResampleRule::seen, default_error_budget_px);
     gl::GapResample resample;
     gl::PatchResample patch_resample;
     gl::PushPull push_pull;

@@ -3,6 +3,7 @@
 #include <client/timing/viewing.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>

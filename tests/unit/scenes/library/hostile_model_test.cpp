@@ -1,6 +1,5 @@
 // Files that lie, end early or ask for too much: each must end in one InputError that names the file.
 #include <tests/unit/scenes/gltf_builder.h>
-#include <tests/unit/scenes/png_bytes.h>
 #include <tests/unit/scenes/temporary_folder.h>
 
 #include <scenes/library/scene.h>

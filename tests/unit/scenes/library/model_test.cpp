@@ -1,5 +1,4 @@
 #include <tests/unit/scenes/gltf_builder.h>
-#include <tests/unit/scenes/png_bytes.h>
 #include <tests/unit/scenes/temporary_folder.h>
 
 #include <scenes/library/model.h>

@@ -1,5 +1,4 @@
 // MTL: what its statements mean, and how its files are found. The snippets are built like those of the McGuire archive.
-#include <tests/unit/scenes/png_bytes.h>
 #include <tests/unit/scenes/temporary_folder.h>
 
 #include <scenes/library/scene.h>
