@@ -228,7 +228,7 @@ TEST_F(GlMeshDepth, BuildsAnewWhatHasChanged) {
         textures.upload(view);
         mesh.forget_source();
         const std::int64_t blocks = built(view, textures, eyes);
-        gl::MeshDepth another;
+        gl::MeshDepth another{strict};
         EXPECT_EQ(differing(found_by(mesh, view, textures, eye), found_by(another, view, textures, eye)), 0) << left;
         return blocks;
     };
@@ -262,7 +262,7 @@ TEST_F(GlMeshDepth, MakesRoomForWhatASourceNeeds) {
         by.forget_source();
         return found_by(by, view_of(depth_m), textures, eye);
     };
-    gl::MeshDepth another;
+    gl::MeshDepth another{strict};
     const FloatImage expected = seen_by(another, ragged);
     const auto pixels = double(expected.samples().size());
     EXPECT_GT(double(std::ranges::count_if(expected.samples(), [](float z) { return z > 0; })), 0.8 * pixels);
