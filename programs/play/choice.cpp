@@ -30,7 +30,9 @@ Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measu
     for (const Plan& plan : plans) {
         const auto alike =
             std::ranges::find_if(choice.tried, [&](const TriedPlan& tried) { return tried.plan.reprojects_as(plan); });
-        if (alike != choice.tried.end() && alike->trial.milliseconds.unfilled > budget_ms) {
+        // Where nothing fits, the last one is the fastest: it is always tried.
+        const bool is_last = &plan == &plans.back();
+        if (!is_last && alike != choice.tried.end() && alike->trial.milliseconds.unfilled > budget_ms) {
             choice.passed_over.push_back({plan, alike->trial.milliseconds.unfilled});
             before = formatted("%s, at least %.1f ms", plan.words().c_str(), choice.passed_over.back().at_least_ms);
             continue;
@@ -142,7 +144,7 @@ Change Rechooser::change_to(std::size_t plan, double median_ms, std::int64_t nex
                   .from = plans_[current_].plan,
                   .to = plans_[plan].plan,
                   .median_ms = median_ms,
-                  .expected_ms = plans_[plan].ms,
+                  .expected_ms = plans_[plan].best_ms ? plans_[plan].ms : std::nullopt,
                   .budget_ms = budget_ms_,
                   .is_up = is_up};
     current_ = plan;

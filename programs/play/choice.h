@@ -94,7 +94,7 @@ struct Choice {
 using Measure = std::function<Trial(const Plan&)>;
 
 /// Tries `plans` from the most accurate down, until one keeps to the budget. Where a method is too slow without any
-/// filling, its shorter chains are passed over.
+/// filling, its shorter chains are passed over, but for the last plan.
 Choice choose_plan(const std::vector<Plan>& plans, double budget_ms, const Measure& measure);
 
 struct RechooseOptions {
