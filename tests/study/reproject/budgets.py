@@ -28,7 +28,7 @@ class Budgets:
     def __init__(self, options, scene):
         self.program, self.scene, self.work = options.bin / "equistream", scene, options.work / scene
         for seed in SEEDS:
-            self.render(f"sphere-{seed}", "--size", SPHERE, "--spp", SPHERE_SPP, "--seed", seed)
+            self.render(f"sphere-{seed}", "--aovs", "depth", "--size", SPHERE, "--spp", SPHERE_SPP, "--seed", seed)
             self.render(f"truth-{seed}", "--camera", "perspective", "--eye", "both", "--size", EYE, "--spp", EYE_SPP, "--seed", 100 + seed)
 
     def render(self, name, *words):
