@@ -31,9 +31,9 @@
 
 namespace equistream {
 
-/// Budget of engines that find the eye's depth from the source's (docs/decisions/0016). Larger cells and fewer cuts
-/// bridge small steps of depth, and that is nearer the truth than filling what was cut.
-inline constexpr double default_source_depth_budget_px = 2;
+/// Budget of engines that find the eye's depth from the source's. 2 px are more accurate, but the confidence map is
+/// fitted to this one (docs/decisions/0016).
+inline constexpr double default_source_depth_budget_px = default_error_budget_px;
 
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
