@@ -268,7 +268,6 @@ void es_frame_discard(es_frame* frame) {
 
 }  // extern "C"
 
-
 extern "C" {
 
 uint32_t es_abi_version(void) {

@@ -76,7 +76,6 @@ std::string ContentHash::hex() const {
     return text;
 }
 
-
 namespace {
 
 std::string percent_decoded(const std::string& uri) {

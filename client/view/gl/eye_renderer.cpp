@@ -46,7 +46,8 @@ struct EyeRenderer::Geometry {
 
 EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, const std::string& fill,
                          std::string_view finding_engine)
-    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr), turn_(ResampleRule::direction, default_error_budget_px),
+    : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr),
+      turn_(ResampleRule::direction, default_error_budget_px),
       surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get()),
                finder_ == nullptr ? default_error_budget_px : finder_->engine->traits().error_budget_px),
       chain_(make_gl_fill_chain(fill, fill_shared_)) {
