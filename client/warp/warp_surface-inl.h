@@ -6,6 +6,7 @@
 #define EQUISTREAM_WARP_SURFACE_INL_H
 #endif
 
+#include "hiding_surface-inl.h"
 #include "resample.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
@@ -165,15 +166,21 @@ HWY_NOINLINE Ints unless_hidden(const WarpJob& job, const ScaledClearance& point
     if (hn::AllFalse(int_tag, open))
         return keep;
     alignas(64) std::int32_t us[lanes], vs[lanes], kept[lanes], opened[lanes];
-    alignas(64) float points[lanes];
+    alignas(64) float points[lanes], ss[lanes], ts[lanes];
     hn::Store(u, int_tag, us);
     hn::Store(v, int_tag, vs);
+    hn::Store(s, float_tag, ss);
+    hn::Store(t, float_tag, ts);
     hn::Store(keep, int_tag, kept);
     hn::Store(point.over_clearance(), float_tag, points);
     const auto count = int(hn::CompressStore(hn::Iota(int_tag, 0), open, int_tag, opened));
+    const ImageView<const float>& depth_m = job.source.depth_m;
     for (int k = 0; k < count; ++k) {
-        const int i = opened[k];
-        if (equistream::surface_hides(job.agreement, job.grid, job.source.depth_m, us[i], vs[i], points[i]))
+        const int i = opened[k], x = us[i] >> position_bits, y = vs[i] >> position_bits;
+        const bool inside = x > 0 && y > 0 && x < job.grid.width - 2 && y < job.grid.height - 2;
+        if (inside ? surface_hides(job.agreement, depth_m.pixel(x - 1, y - 1), depth_m.row_stride,
+                                   {ss[i], ts[i], points[i]})
+                   : equistream::surface_hides(job.agreement, job.grid, depth_m, us[i], vs[i], points[i]))
             kept[i] = 0;
     }
     return hn::Load(int_tag, kept);
