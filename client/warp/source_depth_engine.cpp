@@ -26,15 +26,10 @@ std::unique_ptr<EyeDepthFromSource> make_finder(std::string_view name) {
     return make_mesh_finder(name == "mesh-plain");
 }
 
-bool finds_surfaces(std::string_view name) {
-    return name == "mesh" || name == "splat";
-}
-
 class SourceDepthEngine : public Engine {
 public:
     SourceDepthEngine(std::string_view name, const EngineOptions& options)
-        : name_(name), options_(options), finder_(make_finder(name)),
-          budget_px_(finds_surfaces(name) ? options.source_depth_budget_px : options.error_budget_px) {}
+        : name_(name), options_(options), finder_(make_finder(name)) {}
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -54,7 +49,7 @@ public:
             turn(eye, picture);
             return;
         }
-        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), budget_px_);
+        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.error_budget_px);
         FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
         if (is_proxy())
             find_on_proxy_sphere(source_, eye, proxy_radius_m_, depth_m);
@@ -121,7 +116,6 @@ private:
     std::string name_;
     EngineOptions options_;
     std::unique_ptr<EyeDepthFromSource> finder_;
-    double budget_px_;
     SourceView source_;
     std::optional<SourceLattice> lattice_;
     double proxy_radius_m_ = 0;

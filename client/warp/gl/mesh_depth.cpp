@@ -63,9 +63,7 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
-    : EyeDepthFinder(options, {.only_seen = !plain,
-                               .error_budget_px = plain ? options.error_budget_px : options.source_depth_budget_px}),
-      plain_(plain), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
+    : EyeDepthFinder(options, {.only_seen = !plain}), plain_(plain), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
       cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}},
              plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
       points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}), draws_pass_({{GL_COMPUTE_SHADER, "mesh_draws.glsl"}}),
@@ -267,7 +265,7 @@ void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::
     for (const EyeView& eye : eyes)
         radius_m = std::max(radius_m, glm::distance(view.pose.position_m, eye.pose.position_m));
     bind(view, source, eyes);
-    build_within({radius_m, error_budget_rad(camera.focal_px(), traits_.error_budget_px)});
+    build_within({radius_m, error_budget_rad(camera.focal_px(), options_.error_budget_px)});
     draw();
 }
 
