@@ -55,8 +55,9 @@ class Budget(unittest.TestCase):
         self.assertIn(tiny["method"], ("rotation", "proxy-sphere"))
         passed = tiny["choice"]["passed_over"]
         self.assertTrue(all(plan["at_least_ms"] > 0.001 for plan in passed))
-        # A method is tried once; its shorter chains are passed over.
-        self.assertEqual([plan["method"] for plan in tried], ["eye-depth", "mesh", "splat", "splat", "proxy-sphere", "rotation"])
+        # A method is tried once; its shorter chains are passed over, but the fastest way is always tried.
+        self.assertEqual([plan["method"] for plan in tried], ["eye-depth", "mesh", "splat", "splat", "proxy-sphere", "rotation", "rotation"])
+        self.assertEqual(self.way(tried[-1]), ("rotation", "none", "none"))
         self.assertTrue(all(plan["unfilled_ms"] <= plan["milliseconds"] for plan in tried))
 
         # Where time does not matter it is the first of them, and no other is tried.
