@@ -17,7 +17,7 @@ import numpy as np
 import OpenEXR
 from breakers import Breaker, at_arm_length
 
-BROKEN = (Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0, 0.001, 0.05),
+BROKEN = (Breaker("broken pixels", "near", "share of broken pixels in colour and depth", (0, 0.0001, 0.001, 0.01, 0.05, 0.2), (0.05,),
                     at_arm_length),)
 POISON = {"colour": (np.nan, np.inf, -np.inf, -3.0, 6e4), "depth": (np.nan, -np.inf, -1.0, 0.0, 1e-30, np.inf, 3e38)}
 SEED = 5
@@ -67,8 +67,8 @@ def score_broken(program, work, method, truth):
 
 
 LATE = (
-    Breaker("late motion", "motion", "delay of the network, ms", (0, 20, 50, 100, 200, 400), (0, 100, 400)),
-    Breaker("lost packets", "motion", "share of packets that are lost", (0, 0.01, 0.03, 0.1, 0.3, 0.5, 0.7), (0, 0.1, 0.5)),
+    Breaker("late motion", "motion", "delay of the network, ms", (0, 20, 50, 100, 200, 400), (400,)),
+    Breaker("lost packets", "motion", "share of packets that are lost", (0, 0.01, 0.03, 0.1, 0.3, 0.5, 0.7), (0.5,)),
 )
 NETWORKS = {"late motion": "delay={value:g}", "lost packets": "delay=20,loss={value:g},transport=datagrams,seed=3"}
 SECONDS, REFRESH_HZ = 2, 15

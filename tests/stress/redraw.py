@@ -35,7 +35,7 @@ def main():
         sys.exit("redraw.py: expected the run.json of run.py --all, found " + (" ".join(sys.argv[1:]) or "nothing"))
     run = json.loads(pathlib.Path(sys.argv[1]).read_text())
     if not run["every_value"]:
-        sys.exit(f"{sys.argv[1]}: expected a run with --all, found one of three values each")
+        sys.exit(f"{sys.argv[1]}: expected a run with --all, found one without")
     least = {breaker: {value: {method: least_of(figures) for method, figures in by_method.items()} for value, by_method in by_value.items()}
              for breaker, by_value in run["found"].items()}
     if THRESHOLDS.exists():

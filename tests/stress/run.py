@@ -3,7 +3,7 @@
 
     PYTHONPATH=build/release/package run.py --bin build/release/bin --out FOLDER [--all] [--check] [BREAKER ...]
 
-Without --all three values of each knob. --check compares with thresholds.json: what got worse, methods or what their maps knew, or has none, fails.
+Without --all the hardest value of each knob. --check compares with thresholds.json: what got worse, methods or what their maps knew, or has none, fails.
 FOLDER gets run.json and table.txt; redraw.py makes thresholds of a run with --all.
 """
 
@@ -149,7 +149,7 @@ def main():
     parser.add_argument("breakers", nargs="*", help="all unless named")
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder of the built programs")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="folder for run.json and table.txt")
-    parser.add_argument("--all", action="store_true", help="every value of each knob, not three")
+    parser.add_argument("--all", action="store_true", help="every value of each knob, not the hardest alone")
     parser.add_argument("--check", action="store_true", help="compare with thresholds.json")
     options = parser.parse_args()
     breakers = chosen(options.breakers)
