@@ -1,4 +1,4 @@
-/// The same eyes as two_eyes.cpp's by OpenGL, on whatever it finds: `surface` with its gap masks and `pushpull`, all
+/// The same eyes as two_eyes.cpp's by OpenGL, on whatever it finds: `eye-depth` with its gap masks and `pushpull`, all
 /// depths and colours there already, against the CPU's, a mesh of every sample and a backward search, which do without
 /// masks and fill; and against parts of itself and the reliability map alone.
 #include "eye_stages.h"

@@ -1,4 +1,4 @@
-/// A stream of 3840x1920 pictures (H.264, CRF 16) played to two 1920x1080 eyes: decoding, the `surface` engine on the
+/// A stream of 3840x1920 pictures (H.264, CRF 16) played to two 1920x1080 eyes: decoding, the `eye-depth` engine on the
 /// decoder's own planes and the filling of gaps, all depths given, against decoding alone. Read ahead and with the eyes
 /// side by side, as `equistream play` does. Both use every core, and the clock runs from opening the file to the last
 /// picture: libav decodes on threads of its own while eyes are filled, so that the ratio is that of all work done.

@@ -1,5 +1,5 @@
 /// How far each pixel of one 1920x1080 eye can be trusted, its picture and depth given, against a copy of what it reads
-/// (colour and depth) and against making the picture (`surface`).
+/// (colour and depth) and against making the picture (`eye-depth`).
 #include "agreement.h"
 #include "eye_stages.h"
 

@@ -1,4 +1,4 @@
-/// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `sphere` engine on RGBA, on RGB
+/// Turning a 3840x1920 sphere into a 1920x1080 view whose yaw changes each frame: the `rotation` engine on RGBA, on RGB
 /// and on a decoder's planes, against FFmpeg's v360 (its map fixed, and rebuilt each frame as a moving head needs),
 /// against OpenCV's remap (opencv.cpp) and against a copy of the view.
 #include "agreement.h"

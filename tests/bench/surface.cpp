@@ -1,5 +1,5 @@
-/// One 640x360 eye, half an IPD beside a 1280x640 sphere of the bundled scene: the `surface` engine, its depths given,
-/// against turning the sphere (`sphere`) and against a copy of the eye's picture.
+/// One 640x360 eye, half an IPD beside a 1280x640 sphere of the bundled scene: the `eye-depth` engine, its depths
+/// given, against turning the sphere (`rotation`) and against a copy of the eye's picture.
 #include "agreement.h"
 #include "eye_stages.h"
 

@@ -1,4 +1,4 @@
-/// Two 1920x1080 eyes, an IPD apart around the centre of a 3840x1920 sphere: the `surface` engine with its gap masks,
+/// Two 1920x1080 eyes, an IPD apart around the centre of a 3840x1920 sphere: the `eye-depth` engine with its gap masks,
 /// both eyes side by side as `equistream play` has them, all depths given, against two of OpenCV's remaps (opencv.cpp)
 /// and against a copy of both eyes' pictures.
 #include "agreement.h"

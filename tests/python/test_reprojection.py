@@ -129,7 +129,7 @@ def test_an_argument_that_is_gone_says_so():
 
 
 def test_methods_that_find_the_eyes_depth(eyes):
-    """They ask for the source's depth alone, show what `surface` shows by the eye's true depth, and tell what they found."""
+    """They ask for the source's depth alone, show what `eye-depth` shows by the eye's true depth, and tell what they found."""
     frame = next(es.open_feed(eyes, depth=True))
     source = es.FeedPicture(frame.main.info, frame.main.rgb, frame.main.depth_m)  # nobody has the eye's
     pose = eye_poses(frame.main.info)["right"]

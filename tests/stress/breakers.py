@@ -25,7 +25,7 @@ class Breaker:
     damage: Optional[Callable] = None
     """Of a depth plane (depth_m, box_radius_m, value) -> (depth_m, tolerance of w)."""
     coding: Optional[Callable] = None
-    """Options of `encode` for a value: the source's colour and depth come through a stream. The eye's own depth, which `surface` and the
+    """Options of `encode` for a value: the source's colour and depth come through a stream. The eye's own depth, which `eye-depth` and the
     paper's method take, and the small view's stay exact."""
     truth_head: Optional[Callable] = None
     """Where the head really is for a value: metres beside the scene's path, and degrees turned to the left."""

@@ -27,7 +27,7 @@ CEILING = "ceiling"
 
 
 def methods():
-    """Every engine there is, from a sphere at the head's centre; and the paper's: `surface` from one at the left eye."""
+    """Every engine there is, from a sphere at the head's centre; and the paper's: `eye-depth` from one at the left eye."""
     return (*es.METHODS, "paper")
 
 

@@ -142,9 +142,9 @@ class Viewer(Viewing):
         viewer.press("m")
         turned_only = viewer.picture()
         viewer.hold("d", 1)
-        self.assertEqual(psnr(viewer.picture(), turned_only), float("inf"))  # `sphere` knows of no place...
+        self.assertEqual(psnr(viewer.picture(), turned_only), float("inf"))  # `rotation` knows of no place...
         viewer.press("m")
-        self.assertLess(psnr(viewer.picture(), still), 30)  # ... `surface` does
+        self.assertLess(psnr(viewer.picture(), still), 30)  # ... `eye-depth` does
 
     def test_beyond_the_head_box_the_picture_fades(self):
         viewer = self.by_geometry("--method", "rotation")

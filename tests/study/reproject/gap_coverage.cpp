@@ -1,6 +1,6 @@
 /// How much of what random eyes of the head box cannot find in a sphere other pictures show: server-predicted patches
 /// at several budgets, the auxiliary spheres whole (what patches could show at best), the hidden layer, the small
-/// stream. Gaps are those that the `surface` engine leaves, with the eye's own depth; they are filled by the client's
+/// stream. Gaps are those that the `eye-depth` engine leaves, with the eye's own depth; they are filled by the client's
 /// own fill passes. Nothing is rendered: depth comes from ray casts, colours are all one grey. Prints JSON.
 #include "random_eyes.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A red ball before a wall of smooth colour, seen by a main view at the left eye: what the right eye sees of the wall
-/// beside the ball is a gap of the `surface` engine, whose truth has a closed form.
+/// beside the ball is a gap of the `eye-depth` engine, whose truth has a closed form.
 #include "analytic_scene.h"
 
 #include <equistream/patches.h>

@@ -1,5 +1,5 @@
 /// Hidden points (resample.h) where pictures end or go round: what fill passes take there, against the plain
-/// `surface`.
+/// `eye-depth`.
 #include <tests/unit/client/analytic_scene.h>
 
 #include <client/fill/fill.h>
