@@ -109,8 +109,6 @@ float ggx_distribution(const glm::vec3& half, float alpha);
 float ggx_lambda(const glm::vec3& w, float alpha);
 /// A normal visible from `viewer` (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
 glm::vec3 ggx_sample_visible_normal(const glm::vec3& viewer, float alpha, const glm::vec2& u);
-/// Density of the reflected direction that sampling visible normals gives.
-float ggx_reflection_pdf(const glm::vec3& viewer, const glm::vec3& half, float alpha);
 
 /// Directional albedo of the single-scattering lobe with Schlick's Fresnel: F0 * scale + F90 * bias.
 struct GgxAlbedo {

@@ -19,6 +19,14 @@ inline bool is_black(const glm::vec3& c) {
     return c.x == 0 && c.y == 0 && c.z == 0;
 }
 
+inline glm::vec3 to_vec3(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
+inline void store(const glm::vec3& v, float (&to)[3]) {
+    for (int i = 0; i < 3; ++i)
+        to[i] = v[i];
+}
+
 /// An orthonormal frame around a unit normal, without branches on its direction (Duff et al., JCGT 2017).
 struct ShadingFrame {
     glm::vec3 tangent, bitangent, normal;
@@ -81,7 +89,13 @@ struct PackedDirection {
 };
 
 /// +Z for a vector without a direction: a triangle without an area has no normal worth keeping.
-PackedDirection pack_direction(const glm::vec3& direction);
+inline PackedDirection pack_direction(const glm::vec3& direction) {
+    const float length = glm::length(direction);
+    if (!(length > 0) || !std::isfinite(length))
+        return {};
+    const auto packed = [&](float v) { return static_cast<std::int16_t>(std::lround(v / length * 32767)); };
+    return {packed(direction.x), packed(direction.y), packed(direction.z)};
+}
 
 /// The direction, 32,767 long (within a thousandth of a percent): sums of several weigh them alike.
 inline glm::vec3 unpack_direction(const PackedDirection& packed) {

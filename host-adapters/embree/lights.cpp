@@ -1,9 +1,5 @@
 #include "lights.h"
 
-#include "directions.h"
-
-#include <equistream/conventions.h>
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>

@@ -3,31 +3,25 @@
 #include <plugin/pictures/encoded_image.h>
 
 #include <equistream/error.h>
-#include <equistream/image.h>
 #include <equistream/rec709.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cassert>
-#include <cmath>
 #include <cstring>
-#include <memory>
 
 namespace equistream::embree_host {
 namespace {
 
-/// Linear RGB premultiplied by alpha, and alpha.
-struct LinearImage {
-    int width = 0, height = 0;
-    std::vector<glm::vec4> texels;
-};
+/// Linear RGB premultiplied by alpha, and alpha: one channel of four numbers.
+using LinearImage = Image<glm::vec4>;
 
-/// Scan lines of 8-bit RGBA; alpha is 255 where the file has none.
-std::vector<std::uint8_t> decode_rgba(EncodedImage& image) {
+/// 8-bit RGBA; alpha is 255 where the file has none.
+ByteImage decode_rgba(EncodedImage& image) {
     const std::vector<std::uint8_t> raw = image.read();
     const auto channels = static_cast<std::size_t>(image.channels());
-    std::vector<std::uint8_t> rgba(raw.size() / channels * 4, 255);
+    ByteImage decoded(image.width(), image.height(), 4, 255);
+    const auto rgba = decoded.samples();
     for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
         const std::uint8_t* in = &raw[i * channels];
         const bool grey = channels < 3;
@@ -37,51 +31,49 @@ std::vector<std::uint8_t> decode_rgba(EncodedImage& image) {
         if (image.alpha_channel() >= 0)
             rgba[4 * i + 3] = in[image.alpha_channel()];
     }
-    return rgba;
+    return decoded;
 }
 
-LinearImage linearise(const std::vector<std::uint8_t>& rgba, int width, int height, TextureCoding coding) {
+LinearImage linearise(const ByteImage& rgba, TextureCoding coding) {
     const auto& table = decode_table(coding);
-    LinearImage image{width, height, {}};
-    image.texels.resize(rgba.size() / 4);
-    for (std::size_t i = 0; i < image.texels.size(); ++i) {
+    LinearImage image(rgba.width(), rgba.height(), 1);
+    for (std::size_t i = 0; i < image.samples().size(); ++i) {
+        const std::uint8_t* in = &rgba.samples()[4 * i];
         // Texels that are cut away keep a trace of weight, so that a wholly empty region keeps its colour.
-        const float a = std::max(static_cast<float>(rgba[4 * i + 3]) / 255, 1e-3f);
-        image.texels[i] = {table[rgba[4 * i]] * a, table[rgba[4 * i + 1]] * a, table[rgba[4 * i + 2]] * a, a};
+        const float a = std::max(static_cast<float>(in[3]) / 255, 1e-3f);
+        image.samples()[i] = {table[in[0]] * a, table[in[1]] * a, table[in[2]] * a, a};
     }
     return image;
 }
 
 /// Box filter to half the size; an odd side's last row or column joins its neighbours.
 LinearImage halve(const LinearImage& image) {
-    LinearImage half{std::max(1, image.width / 2), std::max(1, image.height / 2), {}};
-    half.texels.resize(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height));
-    for (int y = 0; y < half.height; ++y)
-        for (int x = 0; x < half.width; ++x) {
-            const int x0 = x * image.width / half.width, x1 = (x + 1) * image.width / half.width;
-            const int y0 = y * image.height / half.height, y1 = (y + 1) * image.height / half.height;
+    LinearImage half(std::max(1, image.width() / 2), std::max(1, image.height() / 2), 1);
+    for (int y = 0; y < half.height(); ++y)
+        for (int x = 0; x < half.width(); ++x) {
+            const int x0 = x * image.width() / half.width(), x1 = (x + 1) * image.width() / half.width();
+            const int y0 = y * image.height() / half.height(), y1 = (y + 1) * image.height() / half.height();
             glm::vec4 sum{0};
             for (int sy = y0; sy < y1; ++sy)
                 for (int sx = x0; sx < x1; ++sx)
-                    sum += image.texels[static_cast<std::size_t>(sy) * image.width + sx];
-            half.texels[static_cast<std::size_t>(y) * half.width + x] = sum / static_cast<float>((x1 - x0) * (y1 - y0));
+                    sum += *image.pixel(sx, sy);
+            *half.pixel(x, y) = sum / static_cast<float>((x1 - x0) * (y1 - y0));
         }
     return half;
 }
 
-MipLevel encode(const LinearImage& image, TextureCoding coding) {
-    MipLevel level{image.width, image.height, {}};
-    level.rgb.resize(image.texels.size() * 3);
-    for (std::size_t i = 0; i < image.texels.size(); ++i) {
-        const glm::vec4& t = image.texels[i];
+ByteImage encode(const LinearImage& image, TextureCoding coding) {
+    ByteImage rgb(image.width(), image.height(), 3);
+    for (std::size_t i = 0; i < image.samples().size(); ++i) {
+        const glm::vec4& t = image.samples()[i];
         for (int c = 0; c < 3; ++c) {
             const float linear = t[c] / t.w;
             const float code = coding == TextureCoding::colour ? linear_to_srgb(linear) : linear;
-            level.rgb[3 * i + static_cast<std::size_t>(c)] =
+            rgb.samples()[3 * i + static_cast<std::size_t>(c)] =
                 static_cast<std::uint8_t>(std::clamp(code * 255 + 0.5f, 0.0f, 255.0f));
         }
     }
-    return level;
+    return rgb;
 }
 
 /// Serves a MipChainSource. The texture cache opens it again for every level it wants and keeps what it has read, so
@@ -131,14 +123,11 @@ public:
         const OIIO::ImageInput::lock_guard lock(*this);
         if (!seek_subimage(subimage, miplevel))
             return false;
-        if ((level_.rgb.empty() || made_ != miplevel) &&
-            !reporting([&] { level_ = make_mip_level(*source_, miplevel); }))
+        if ((level_.empty() || made_ != miplevel) && !reporting([&] { level_ = make_mip_level(*source_, miplevel); }))
             return false;
         made_ = miplevel;
-        const std::size_t row = static_cast<std::size_t>(level_.width) * 3;
-        std::memcpy(data, level_.rgb.data() + static_cast<std::size_t>(y_begin) * row,
-                    static_cast<std::size_t>(y_end - y_begin) * row);
-        if (y_end == level_.height)
+        std::memcpy(data, level_.pixel(0, y_begin), static_cast<std::size_t>(y_end - y_begin) * 3 * level_.width());
+        if (y_end == level_.height())
             level_ = {};
         return true;
     }
@@ -158,7 +147,7 @@ private:
     const MipChainSource* source_ = nullptr;
     int width_ = 0, height_ = 0;
     int miplevel_ = 0;
-    MipLevel level_;  ///< the one that was made last, until its last row is handed over
+    ByteImage level_;  ///< the one that was made last, until its last row is handed over
     int made_ = 0;
 };
 
@@ -181,19 +170,17 @@ int mip_level_count(int width, int height) {
     return std::bit_width(static_cast<unsigned>(std::max(width, height)));
 }
 
-MipLevel make_mip_level(const MipChainSource& source, int level) {
+ByteImage make_mip_level(const MipChainSource& source, int level) {
     EncodedImage encoded(source.texture->encoded, source.texture->name);
-    const int width = encoded.width(), height = encoded.height();
-    assert(level >= 0 && level < mip_level_count(width, height));
-    const std::vector<std::uint8_t> rgba = decode_rgba(encoded);
+    assert(level >= 0 && level < mip_level_count(encoded.width(), encoded.height()));
+    const ByteImage rgba = decode_rgba(encoded);
     if (level == 0) {
-        MipLevel full{width, height, {}};
-        full.rgb.resize(rgba.size() / 4 * 3);
-        for (std::size_t i = 0; i < rgba.size() / 4; ++i)
-            std::copy_n(&rgba[4 * i], 3, &full.rgb[3 * i]);
+        ByteImage full(rgba.width(), rgba.height(), 3);
+        for (std::size_t i = 0; i < rgba.samples().size() / 4; ++i)
+            std::copy_n(&rgba.samples()[4 * i], 3, &full.samples()[3 * i]);
         return full;
     }
-    LinearImage image = linearise(rgba, width, height, source.coding);
+    LinearImage image = linearise(rgba, source.coding);
     for (int i = 0; i < level; ++i)
         image = halve(image);
     return encode(image, source.coding);

@@ -7,14 +7,6 @@
 #include <cmath>
 
 namespace equistream::embree_host {
-namespace {
-
-glm::vec3 to_vec3(const float (&v)[3]) {
-    return {v[0], v[1], v[2]};
-}
-
-}  // namespace
-
 RayCounts& RayCounts::operator+=(const RayCounts& o) {
     paths += o.paths;
     path_rays += o.path_rays;

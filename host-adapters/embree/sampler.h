@@ -2,6 +2,8 @@
 /// Random numbers of one path: Owen-scrambled Sobol points for the first vertices, hashed numbers after them.
 /// Each pair of dimensions is the (0,2)-sequence of Sobol's first two dimensions, shuffled and scrambled by hashes
 /// (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Points with different seeds are independent.
+#include <plugin/film/sampling.h>
+
 #include <glm/glm.hpp>
 
 #include <cstdint>
@@ -15,13 +17,6 @@ inline std::uint32_t hash_bits(std::uint64_t x) {
     x ^= x >> 32;
     x *= 0xd6e8feb86659fd93ull;
     return static_cast<std::uint32_t>(x >> 32);
-}
-
-inline std::uint32_t reverse_bits(std::uint32_t x) {
-    x = __builtin_bswap32(x);
-    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
-    return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
 }
 
 /// Owen scrambling of a value whose bits are reversed: each bit is flipped by a hash of the bits below it.
@@ -43,11 +38,6 @@ inline std::uint32_t sobol_second_reversed(std::uint32_t index) {
     index ^= (index >> 8) & 0x00ff00ffu;
     index ^= (index >> 16) & 0x0000ffffu;
     return index;
-}
-
-/// [0, 1): never 1, also after rounding to float.
-inline float unit_float(std::uint32_t bits) {
-    return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
 class Sampler {

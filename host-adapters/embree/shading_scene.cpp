@@ -1,7 +1,5 @@
 #include "shading_scene.h"
 
-#include "directions.h"
-
 #include <equistream/virtual_image.h>
 
 #include <tbb/parallel_for.h>

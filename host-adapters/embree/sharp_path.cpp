@@ -17,12 +17,6 @@ glm::vec3 to_glm(const Vector& v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-void store(const Vector& v, float (&to)[3]) {
-    to[0] = static_cast<float>(v.x);
-    to[1] = static_cast<float>(v.y);
-    to[2] = static_cast<float>(v.z);
-}
-
 /// Straight on, mirrored, or nothing: the path ends on this surface.
 BsdfSample::Kind sharp_lobe(Worker& worker, const ShadingScene& scene, const ShadingPoint& point,
                             const glm::vec3& direction, float footprint_m) {
@@ -34,10 +28,8 @@ BsdfSample::Kind sharp_lobe(Worker& worker, const ShadingScene& scene, const Sha
 class SharpPath {
 public:
     SharpPath(Worker& worker, const SurfacesScene& scene, const es_ray& ray)
-        : worker_(worker), scene_(scene), origin_(ray.origin[0], ray.origin[1], ray.origin[2]),
-          spread_rad_(ray.footprint_rad), eye_{origin_.x, origin_.y, origin_.z}, eye_direction_{ray.direction[0],
-                                                                                                ray.direction[1],
-                                                                                                ray.direction[2]},
+        : worker_(worker), scene_(scene), origin_(to_vec3(ray.origin)), spread_rad_(ray.footprint_rad),
+          eye_(from_glm(origin_)), eye_direction_(from_glm(to_vec3(ray.direction))),
           pencil_(Pencil<double>::from_eye(eye_direction_)) {}
 
     void follow(Worker::Hit hit, es_surface& surface) {
@@ -88,9 +80,11 @@ private:
         const Vector image = sum(eye_, distance_m, eye_direction_);
         if (!(distance_m < std::numeric_limits<float>::max()))
             return;
-        store(sum(image, 1.0, pencil_.image_movement(eye_direction_, distance_m, to_previous)),
-              surface.virtual_previous_m);
-        store(sum(image, 1.0, pencil_.image_movement(eye_direction_, distance_m, to_next)), surface.virtual_next_m);
+        const auto moved = [&](const Vector& by) {
+            return to_glm(sum(image, 1.0, pencil_.image_movement(eye_direction_, distance_m, by)));
+        };
+        store(moved(to_previous), surface.virtual_previous_m);
+        store(moved(to_next), surface.virtual_next_m);
     }
 
     Worker& worker_;

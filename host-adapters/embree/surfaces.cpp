@@ -6,12 +6,6 @@
 namespace equistream::embree_host {
 namespace {
 
-void store(const glm::vec3& v, float (&to)[3]) {
-    to[0] = v.x;
-    to[1] = v.y;
-    to[2] = v.z;
-}
-
 glm::vec3 object_space_point(const Mesh& mesh, const HitId& hit) {
     const glm::uvec3 t = mesh.triangles[hit.triangle];
     return (1 - hit.u - hit.v) * mesh.positions[t.x] + hit.u * mesh.positions[t.y] + hit.v * mesh.positions[t.z];
@@ -24,9 +18,8 @@ es_surface surface_of(Worker& worker, const SurfacesScene& of, const es_ray& ray
         s.distance_m = std::numeric_limits<float>::infinity();
         return s;
     }
-    const glm::vec3 origin{ray.origin[0], ray.origin[1], ray.origin[2]};
-    const glm::vec3 direction{ray.direction[0], ray.direction[1], ray.direction[2]};
-    const ShadingPoint point = scene.surface_at(hit.id, origin, direction, hit.distance);
+    const glm::vec3 direction = to_vec3(ray.direction);
+    const ShadingPoint point = scene.surface_at(hit.id, to_vec3(ray.origin), direction, hit.distance);
     const SurfaceParameters parameters = surface_parameters(
         scene.material(point.material), point, ray.footprint_rad * hit.distance, glm::vec3(0.5f), worker.textures());
     const Instance& instance = scene.model().instances[hit.id.instance];

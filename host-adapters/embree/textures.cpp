@@ -2,15 +2,12 @@
 
 #include "mip_chain.h"
 
-#include <equistream/error.h>
-
 #include <OpenImageIO/imagecache.h>
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 namespace equistream::embree_host {
 namespace {
@@ -49,6 +46,8 @@ float rough_log2(float x) {
     return static_cast<float>(bits - 0x3f800000) * 0x1p-23f;
 }
 
+constexpr float cache_megabytes = 512;
+
 /// Coordinates beyond this say nothing about a texel any more, and would overflow an int.
 float bounded(float coordinate) {
     return coordinate > -1e5f && coordinate < 1e5f ? coordinate : 0.0f;
@@ -72,10 +71,10 @@ std::vector<Uses> uses_of_textures(const SceneModel& model) {
 
 }  // namespace
 
-Textures::Textures(const SceneModel& model, const TextureSettings& settings)
+Textures::Textures(const SceneModel& model)
     : model_file_(model.file), sources_(2 * model.textures.size()), system_(OIIO::TextureSystem::create(false)),
       entries_(2 * model.textures.size()) {
-    system_->attribute("max_memory_MB", static_cast<float>(settings.cache_megabytes));
+    system_->attribute("max_memory_MB", cache_megabytes);
     system_->attribute("max_open_files", 4096);
     system_->attribute("autotile", 0);
     system_->attribute("forcefloat", 0);

@@ -18,14 +18,10 @@
 
 namespace equistream::embree_host {
 
-class MipChainSource;
+struct MipChainSource;
 
 /// Whether a texture's numbers are sRGB colours (decoded to linear) or plain numbers.
 enum class TextureCoding { colour, data };
-
-struct TextureSettings {
-    int cache_megabytes = 512;
-};
 
 /// Where, how wide and as what a lookup is. `footprint` is its width in texture coordinates; `jitter` three numbers in
 /// [0, 1) (1/2 each: the nearest texel of the nearest level).
@@ -40,7 +36,7 @@ class Textures {
 public:
     /// Decodes every texture as what the materials use it for (as colour if they do not); throws InputError naming the
     /// first that cannot be. `model` is borrowed.
-    Textures(const SceneModel& model, const TextureSettings& settings = {});
+    explicit Textures(const SceneModel& model);
     ~Textures();
     Textures(const Textures&) = delete;
     Textures& operator=(const Textures&) = delete;

@@ -5,8 +5,8 @@
 #include <equistream/bound.h>
 #include <equistream/camera_limits.h>
 #include <equistream/plane_values.h>
+#include <equistream/text.h>
 
-#include <cmath>
 #include <cstring>
 
 using namespace equistream;
@@ -105,12 +105,9 @@ std::uint32_t fill_rays(const es_frame& frame, const TilePixels& pixels, es_ray*
 AovInfo checked_plane(const es_frame& frame, const es_plane& plane) {
     if (plane.name == nullptr || plane.data == nullptr)
         throw InputError(expected_found("es_plane", "a name and data", "NULL"));
-    if (!frame.film.wants(plane.name)) {
-        std::string accepted;
-        for (const std::string& name : frame.film.planes())
-            accepted += (accepted.empty() ? "" : ", ") + name;
-        throw InputError(expected_found("es_plane.name", "one of " + accepted, "\"" + std::string(plane.name) + "\""));
-    }
+    if (!frame.film.wants(plane.name))
+        throw InputError(expected_found("es_plane.name", "one of " + in_a_sentence(frame.film.planes(), ", "),
+                                        "\"" + std::string(plane.name) + "\""));
     const AovInfo aov = *find_aov(plane.name);
     const std::string where = "plane " + std::string(aov.name);
     const bool is_id = aov.type == SampleType::id;
@@ -265,10 +262,6 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
 void es_frame_discard(es_frame* frame) {
     delete frame;
 }
-
-}  // extern "C"
-
-extern "C" {
 
 uint32_t es_abi_version(void) {
     return ES_ABI_VERSION;

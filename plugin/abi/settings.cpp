@@ -4,12 +4,9 @@
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
-#include <plugin/film/film.h>
 
 #include <cmath>
 #include <cstring>
-#include <utility>
-#include <vector>
 
 namespace equistream {
 namespace {
@@ -68,8 +65,7 @@ Camera checked_camera(const es_sequence_settings& s) {
     require(s.width >= 1 && s.width <= max_image_side, "width", sides, std::to_string(s.width));
     require(s.height >= 1 && s.height <= max_image_side, "height", sides, std::to_string(s.height));
     require(std::int64_t{s.width} * s.height <= max_image_pixels, "width x height",
-            "at most " + std::to_string(max_image_pixels) + " pixels",
-            std::to_string(s.width) + "x" + std::to_string(s.height));
+            "at most " + std::to_string(max_image_pixels) + " pixels", size_text(s.width, s.height));
     const int kind = stored_value(s.camera);
     if (kind == ES_EQUIRECT)
         return EquirectCamera{s.width, s.height, checked_ranges(s)};
@@ -92,7 +88,7 @@ std::optional<PatchAtlas> checked_atlas(const es_sequence_settings& s, const Seq
     require(s.patch_columns >= 1 && s.patch_rows >= 1 && s.patch_columns <= max_patch_slots &&
                 s.patch_rows <= max_patch_slots / s.patch_columns,
             "patch_columns, patch_rows", "1 to " + std::to_string(max_patch_slots) + " slots",
-            std::to_string(s.patch_columns) + "x" + std::to_string(s.patch_rows));
+            size_text(s.patch_columns, s.patch_rows));
     for (const std::string& plane : of.manifest.planes)
         require(plane.find("backward") == std::string::npos && plane.find("forward") == std::string::npos, "aovs",
                 "no motion in an atlas of patches", plane);

@@ -17,51 +17,23 @@ namespace equistream {
 
 namespace {
 
-constexpr const char* display_name = "sRGB - Display";
+constexpr const char* default_display = "sRGB - Display";
 
 ocio::ConstCPUProcessorRcPtr make_processor(const ocio::Config& config, const std::string& view,
                                             ocio::TransformDirection direction) {
-    return config.getProcessor(display_view(scene_space, display_name, view, direction))
+    return config.getProcessor(display_view(scene_space, default_display, view, direction))
         ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
 }
 
-}  // namespace
-
-struct DisplayTransform::Processors {
-    ocio::ConstCPUProcessorRcPtr to_display;
-    ocio::ConstCPUProcessorRcPtr to_linear;
-};
-
-DisplayTransform::DisplayTransform(const std::string& view) : processors_(std::make_unique<Processors>()) {
-    const auto config = load_bundled_config();
-    check_view(*config, display_name, view);
-    processors_->to_display = make_processor(*config, view, ocio::TRANSFORM_DIR_FORWARD);
-    processors_->to_linear = make_processor(*config, view, ocio::TRANSFORM_DIR_INVERSE);
-}
-
-DisplayTransform::~DisplayTransform() = default;
-DisplayTransform::DisplayTransform(DisplayTransform&&) noexcept = default;
-
-FloatImage DisplayTransform::to_display(ImageView<const float> linear, double exposure) const {
+FloatImage exposed(ImageView<const float> linear, const ocio::CPUProcessor& processor, double exposure) {
     check_exposure(exposure);
     const auto factor = static_cast<float>(exposure);
     return transformed(
-        linear, *processors_->to_display,
-        [=](float value) { return finite_or_clamped(factor * value, -max_radiance, max_radiance); },
-        [](float value) { return finite_or_clamped(value, 0, 1); });
+        linear, processor, [=](float value) { return finite_or_clamped(factor * value, -max_radiance, max_radiance); },
+        within_display);
 }
 
-FloatImage DisplayTransform::to_linear(ImageView<const float> display, double exposure) const {
-    check_exposure(exposure);
-    const auto factor = static_cast<float>(1 / exposure);
-    return transformed(
-        display, *processors_->to_linear, [](float value) { return finite_or_clamped(value, 0, 1); },
-        [=](float value) { return factor * value; });
-}
-
-namespace {
-
-constexpr const char *pq_display = "Rec.2100-PQ - Display", *default_display = "sRGB - Display";
+constexpr const char* pq_display = "Rec.2100-PQ - Display";
 /// What that display, and each whose encoding is HDR video, has for 1, nits.
 constexpr double pq_unit_nits = 100;
 
@@ -84,17 +56,6 @@ ocio::GroupTransformRcPtr pq_of_linear(ocio::TransformDirection direction) {
     group->appendTransform(display_view(scene_space, pq_display, default_view, ocio::TRANSFORM_DIR_FORWARD));
     group->setDirection(direction);
     return group;
-}
-
-void check_display(const ocio::Config& config, const std::string& display) {
-    std::string accepted;
-    for (int i = 0; i < config.getNumDisplays(); ++i) {
-        const std::string name = config.getDisplay(i);
-        if (name == display)
-            return;
-        accepted += (accepted.empty() ? "" : ", ") + ("\"" + name + "\"");
-    }
-    throw InputError(expected_found("display", "one of " + accepted, "\"" + display + "\""));
 }
 
 /// Whether light is shown as it is, up to what an HDR display can: white must be as bright there as in the stream.
@@ -175,7 +136,51 @@ std::vector<ShaderTable> tables_of(const ocio::GpuShaderDesc& desc) {
     return tables;
 }
 
+std::uint8_t to_byte(float value) {
+    // max(0, NaN) is 0 in this order of arguments.
+    const float clamped = std::min(1.0f, std::max(0.0f, value));
+    return static_cast<std::uint8_t>(std::floor(255.0f * clamped + 0.5f));
+}
+
+template <typename Out, typename In, typename Convert>
+Image<Out> converted(ImageView<const In> source, const Convert& convert) {
+    Image<Out> result(source.width, source.height, source.channels);
+    const auto target = result.view();
+    tbb::parallel_for(tbb::blocked_range<int>(0, source.height, 16), [&](const auto& rows) {
+        for (int y = rows.begin(); y < rows.end(); ++y) {
+            const In* from = source.row(y);
+            std::transform(from, from + target.row_stride, target.row(y), convert);
+        }
+    });
+    return result;
+}
+
 }  // namespace
+
+struct DisplayTransform::Processors {
+    ocio::ConstCPUProcessorRcPtr to_display;
+    ocio::ConstCPUProcessorRcPtr to_linear;
+};
+
+DisplayTransform::DisplayTransform(const std::string& view) : processors_(std::make_unique<Processors>()) {
+    const auto config = load_bundled_config();
+    check_view(*config, default_display, view);
+    processors_->to_display = make_processor(*config, view, ocio::TRANSFORM_DIR_FORWARD);
+    processors_->to_linear = make_processor(*config, view, ocio::TRANSFORM_DIR_INVERSE);
+}
+
+DisplayTransform::~DisplayTransform() = default;
+DisplayTransform::DisplayTransform(DisplayTransform&&) noexcept = default;
+
+FloatImage DisplayTransform::to_display(ImageView<const float> linear, double exposure) const {
+    return exposed(linear, *processors_->to_display, exposure);
+}
+
+FloatImage DisplayTransform::to_linear(ImageView<const float> display, double exposure) const {
+    check_exposure(exposure);
+    const auto factor = static_cast<float>(1 / exposure);
+    return transformed(display, *processors_->to_linear, within_display, [=](float value) { return factor * value; });
+}
 
 struct PqEncoding::Processor {
     ocio::ConstCPUProcessorRcPtr cpu;
@@ -190,12 +195,7 @@ PqEncoding::PqEncoding() : processor_(std::make_unique<Processor>()) {
 PqEncoding::~PqEncoding() = default;
 
 FloatImage PqEncoding::encode(ImageView<const float> linear, double exposure) const {
-    check_exposure(exposure);
-    const auto factor = static_cast<float>(exposure);
-    return transformed(
-        linear, *processor_->cpu,
-        [=](float value) { return finite_or_clamped(factor * value, -max_radiance, max_radiance); },
-        [](float value) { return finite_or_clamped(value, 0, 1); });
+    return exposed(linear, *processor_->cpu, exposure);
 }
 
 /// Each leads from where the one before ended.
@@ -233,7 +233,7 @@ HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
     const ocio::ConstConfigRcPtr config = own ? bundled : load_config(settings.config);
     if (settings_.display.empty())
         settings_.display = own ? default_display : config->getDefaultDisplay();
-    check_display(*config, settings_.display);
+    check_name("display", settings_.display, config->getNumDisplays(), [&](int i) { return config->getDisplay(i); });
     if (settings_.view.empty())
         settings_.view = own && settings_.display == default_display
                              ? default_view
@@ -264,8 +264,7 @@ HdrDisplay::HdrDisplay(const HdrDisplaySettings& settings)
 HdrDisplay::~HdrDisplay() = default;
 
 FloatImage HdrDisplay::to_display(ImageView<const float> pq) const {
-    const auto within = [](float value) { return finite_or_clamped(value, 0, 1); };
-    return transformed(pq, *transforms_->cpu, within, within);
+    return transformed(pq, *transforms_->cpu, within_display, within_display);
 }
 
 DisplayShader HdrDisplay::shader() const {
@@ -283,29 +282,6 @@ DisplayShader HdrDisplay::shader() const {
     ocio::GpuShaderDesc::UniformData data;
     return {desc->getShaderText(), desc->getUniform(0, data), tables_of(*desc)};
 }
-
-namespace {
-
-std::uint8_t to_byte(float value) {
-    // max(0, NaN) is 0 in this order of arguments.
-    const float clamped = std::min(1.0f, std::max(0.0f, value));
-    return static_cast<std::uint8_t>(std::floor(255.0f * clamped + 0.5f));
-}
-
-template <typename Out, typename In, typename Convert>
-Image<Out> converted(ImageView<const In> source, const Convert& convert) {
-    Image<Out> result(source.width, source.height, source.channels);
-    const auto target = result.view();
-    tbb::parallel_for(tbb::blocked_range<int>(0, source.height, 16), [&](const auto& rows) {
-        for (int y = rows.begin(); y < rows.end(); ++y) {
-            const In* from = source.row(y);
-            std::transform(from, from + target.row_stride, target.row(y), convert);
-        }
-    });
-    return result;
-}
-
-}  // namespace
 
 ByteImage quantise_8bit(ImageView<const float> display) {
     return converted<std::uint8_t>(display, to_byte);

@@ -1,7 +1,5 @@
 #include "config.h"
 
-#include "bundled_config.h"
-
 #include <equistream/error.h>
 
 #include <sstream>
@@ -9,19 +7,24 @@
 namespace equistream {
 
 ocio::ConstConfigRcPtr load_bundled_config() {
-    std::istringstream text(bundled_config_text);
+    std::istringstream text(bundled_config_text());
     return ocio::Config::CreateFromStream(text);
 }
 
-void check_view(const ocio::Config& config, const std::string& display, const std::string& view) {
+void check_name(const char* what, const std::string& name, int count, const std::function<const char*(int)>& name_at) {
     std::string accepted;
-    for (int i = 0; i < config.getNumViews(display.c_str()); ++i) {
-        const std::string name = config.getView(display.c_str(), i);
-        if (name == view)
+    for (int i = 0; i < count; ++i) {
+        const std::string known = name_at(i);
+        if (known == name)
             return;
-        accepted += (accepted.empty() ? "" : ", ") + ("\"" + name + "\"");
+        accepted += (accepted.empty() ? "" : ", ") + ("\"" + known + "\"");
     }
-    throw InputError(expected_found("view", "one of " + accepted, "\"" + view + "\""));
+    throw InputError(expected_found(what, "one of " + accepted, "\"" + name + "\""));
+}
+
+void check_view(const ocio::Config& config, const std::string& display, const std::string& view) {
+    check_name("view", view, config.getNumViews(display.c_str()),
+               [&](int i) { return config.getView(display.c_str(), i); });
 }
 
 ocio::DisplayViewTransformRcPtr display_view(const std::string& from, const std::string& display,

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <string>
 
 namespace equistream {
@@ -20,9 +21,11 @@ inline constexpr const char* scene_space = "Linear Rec.709 (sRGB)";
 /// Radiance beyond this (and infinities) is white in every view; the bound keeps infinities out of the matrices.
 inline constexpr float max_radiance = 65504.0f;
 
-/// The one that is compiled in.
+/// The text of the one that is compiled in, so that no install path is needed.
+const char* bundled_config_text();
 ocio::ConstConfigRcPtr load_bundled_config();
-/// Throws InputError with the accepted names.
+/// Throw InputError with the accepted names.
+void check_name(const char* what, const std::string& name, int count, const std::function<const char*(int)>& name_at);
 void check_view(const ocio::Config& config, const std::string& display, const std::string& view);
 ocio::DisplayViewTransformRcPtr display_view(const std::string& from, const std::string& display,
                                              const std::string& view, ocio::TransformDirection direction);
@@ -31,6 +34,11 @@ void check_exposure(double exposure);
 
 inline float finite_or_clamped(float value, float low, float high) {
     return std::isnan(value) ? 0.0f : std::clamp(value, low, high);
+}
+
+/// What displays and PQ take.
+inline float within_display(float value) {
+    return finite_or_clamped(value, 0, 1);
 }
 
 /// Runs `prepare` on each sample, the processor on each block of rows, then `conclude` on each sample.

@@ -3,13 +3,14 @@
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
+#include <utility>
 
 namespace equistream {
 
@@ -97,25 +98,44 @@ int pece_levels(const DepthRange& range) {
     return static_cast<int>(Scale(range, depth_rows::pece_full).top) / 2;
 }
 
-class Pece444 : public DepthCode {
+/// Three planes of bytes of the picture's size: pece444 or hue.
+class ThreeBytes : public DepthCode {
 public:
-    DepthCodeId id() const override { return DepthCodeId::pece444; }
-    PlaneFormat format() const override { return {PlaneLayout::yuv444, 8}; }
-    int levels(const DepthRange& range) const override { return pece_levels(range); }
+    explicit ThreeBytes(DepthCodeId id) : id_(id), is_hue_(id == DepthCodeId::hue) {}
+
+    DepthCodeId id() const override { return id_; }
+    PlaneFormat format() const override { return {is_hue_ ? PlaneLayout::gbr : PlaneLayout::yuv444, 8}; }
+    int levels(const DepthRange& range) const override { return is_hue_ ? depth_rows::hue_full : pece_levels(range); }
 
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
                       const PlanesView& planes) const override {
-        const Scale scale(range, depth_rows::pece_full);
+        const Scale scale = scale_of(range);
+        const auto pack_row = is_hue_ ? rows().pack_hue : rows().pack_pece;
         return sum_over_rows(depth_m.height, [&](int y) {
-            return rows().pack_pece(row_of(depth_m, y), scale, rows_at(planes.bytes, y).data());
+            return pack_row(row_of(depth_m, y), scale, rows_at(planes.bytes, y).data());
         });
     }
 
     void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
-        const Scale scale(range, depth_rows::pece_full);
+        const Scale scale = scale_of(range);
+        const auto unpack_row = is_hue_ ? rows().unpack_hue : rows().unpack_pece;
         for_each_row(depth_m.height,
-                     [&](int y) { rows().unpack_pece(rows_at(planes.bytes, y).data(), scale, row_of(depth_m, y)); });
+                     [&](int y) { unpack_row(rows_at(planes.bytes, y).data(), scale, row_of(depth_m, y)); });
     }
+
+private:
+    Scale scale_of(DepthRange range) const {
+        if (!is_hue_)
+            return Scale(range, depth_rows::pece_full);
+        // Black is kept for pixels without a surface: they take no hues away.
+        const bool has_empty = std::exchange(range.has_empty, false);
+        Scale scale(range, depth_rows::hue_full);
+        scale.has_empty = has_empty;
+        return scale;
+    }
+
+    DepthCodeId id_;
+    bool is_hue_;
 };
 
 class Pece420 : public DepthCode {
@@ -142,37 +162,6 @@ public:
         for_each_row(depth_m.height, [&](int y) {
             rows().unpack_pece420(planes.bytes[0].row(y), planes.bytes[2].row(y / 2), scale, row_of(depth_m, y));
         });
-    }
-};
-
-class HueCode : public DepthCode {
-public:
-    DepthCodeId id() const override { return DepthCodeId::hue; }
-    PlaneFormat format() const override { return {PlaneLayout::gbr, 8}; }
-    int levels(const DepthRange&) const override { return depth_rows::hue_full; }
-
-    std::int64_t pack(ImageView<const float> depth_m, const DepthRange& range,
-                      const PlanesView& planes) const override {
-        const Scale scale = scale_of(range);
-        return sum_over_rows(depth_m.height, [&](int y) {
-            return rows().pack_hue(row_of(depth_m, y), scale, rows_at(planes.bytes, y).data());
-        });
-    }
-
-    void unpack(const ConstPlanesView& planes, const DepthRange& range, ImageView<float> depth_m) const override {
-        const Scale scale = scale_of(range);
-        for_each_row(depth_m.height,
-                     [&](int y) { rows().unpack_hue(rows_at(planes.bytes, y).data(), scale, row_of(depth_m, y)); });
-    }
-
-private:
-    /// Black is kept for pixels without a surface: they take no hues away.
-    static Scale scale_of(const DepthRange& range) {
-        DepthRange whole = range;
-        whole.has_empty = false;
-        Scale scale(whole, depth_rows::hue_full);
-        scale.has_empty = range.has_empty;
-        return scale;
     }
 };
 
@@ -207,11 +196,10 @@ std::span<const std::string_view> depth_code_names() {
 std::unique_ptr<DepthCode> make_depth_code(DepthCodeId code) {
     switch (code) {
     case DepthCodeId::pece444:
-        return std::make_unique<Pece444>();
+    case DepthCodeId::hue:
+        return std::make_unique<ThreeBytes>(code);
     case DepthCodeId::pece420:
         return std::make_unique<Pece420>();
-    case DepthCodeId::hue:
-        return std::make_unique<HueCode>();
     case DepthCodeId::w8:
         return std::make_unique<WCode>(code, 8);
     case DepthCodeId::w10:
@@ -226,13 +214,10 @@ std::unique_ptr<DepthCode> make_depth_code(DepthCodeId code) {
 
 std::unique_ptr<DepthCode> make_depth_code(std::string_view name) {
     const auto found = std::ranges::find(names, name);
-    if (found == std::end(names)) {
-        std::string accepted;
-        for (const std::string_view code : names)
-            accepted += (accepted.empty() ? "" : ", ") + std::string(code);
+    if (found == std::end(names))
         // Not "'" + ...: at -O3 GCC 12 takes that for a copy onto itself (its bug 105651) and warns.
-        throw InputError(expected_found("depth code", "one of " + accepted, std::string("'").append(name) + "'"));
-    }
+        throw InputError(
+            expected_found("depth code", "one of " + in_a_sentence(names, ", "), std::string("'").append(name) + "'"));
     return make_depth_code(static_cast<DepthCodeId>(found - std::begin(names)));
 }
 

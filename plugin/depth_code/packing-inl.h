@@ -8,6 +8,7 @@
 #endif
 
 #include "plain_pixels.h"
+#include "row_kernels.h"
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
@@ -60,6 +61,12 @@ struct Unpacker {
     static constexpr Floats f{};
     Float box, near, unpack, last;
 };
+
+/// Three rows from column x on.
+template <typename T>
+std::array<T*, 3> from_column(T* const planes[3], std::size_t x) {
+    return {planes[0] + x, planes[1] + x, planes[2] + x};
+}
 
 std::size_t lanes() {
     return hn::Lanes(Floats{});

@@ -7,7 +7,6 @@
 #endif
 
 #include "packing-inl.h"
-#include "row_kernels.h"
 
 #include <algorithm>
 #include <span>
@@ -48,14 +47,8 @@ std::int64_t pack_pece(std::span<const float> depth_m, const Scale& scale, std::
         store_bytes(of.first, planes[1] + x);
         store_bytes(of.second, planes[2] + x);
     }
-    auto too_near = static_cast<std::int64_t>(pack.too_near);
-    for (; x < depth_m.size(); ++x) {
-        const auto samples = pece_of(depth_m[x], scale);
-        for (int i = 0; i < 3; ++i)
-            planes[i][x] = samples[i];
-        too_near += depth_m[x] < scale.near_m;
-    }
-    return too_near;
+    return static_cast<std::int64_t>(pack.too_near) +
+           plain_rows().pack_pece(depth_m.subspan(x), scale, from_column(planes, x).data());
 }
 
 /// Of the sums of two rows' samples, in pairs: the mean of four.
@@ -141,8 +134,7 @@ void unpack_pece(const std::uint8_t* const planes[3], const Scale& scale, std::s
         const auto luma = load(planes[0] + x), wave = load(planes[2] + x);
         hn::StoreU(unpack(pece_samples(luma, wave, {half, quarter, from_byte})), f, &depth_m[x]);
     }
-    for (; x < depth_m.size(); ++x)
-        depth_m[x] = depth_of(pece_sample({planes[0][x], planes[1][x], planes[2][x]}), scale);
+    plain_rows().unpack_pece(from_column(planes, x).data(), scale, depth_m.subspan(x));
 }
 
 void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, const Scale& scale,
@@ -170,8 +162,7 @@ void unpack_pece420(const std::uint8_t* luma, const std::uint8_t* half_wave, con
         store(hn::LowerHalf(narrow, top), hn::LowerHalf(narrow, twice), &depth_m[x]);
         store(hn::UpperHalf(narrow, top), hn::UpperHalf(narrow, twice), &depth_m[x + lanes()]);
     }
-    for (; x < depth_m.size(); ++x)
-        depth_m[x] = depth_of(pece_sample({luma[x], 0, half_wave[x / 2]}), scale);
+    plain_rows().unpack_pece420(luma + x, half_wave + x / 2, scale, depth_m.subspan(x));
 }
 
 }  // namespace equistream::depth_rows::HWY_NAMESPACE

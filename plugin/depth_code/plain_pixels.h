@@ -1,5 +1,5 @@
 #pragma once
-/// One pixel of each code. SIMD rows end with these, and are tested against them.
+/// One pixel of each code.
 #include "row_kernels.h"
 
 #include <algorithm>

@@ -95,14 +95,8 @@ std::int64_t pack_hue(std::span<const float> depth_m, const Scale& scale, std::u
         hn::StoreU(hn::DemoteTo(bytes, blue), bytes, planes[1] + x);
         hn::StoreU(hn::DemoteTo(bytes, red), bytes, planes[2] + x);
     }
-    auto too_near = static_cast<std::int64_t>(pack.too_near);
-    for (; x < depth_m.size(); ++x) {
-        const auto gbr = hue_of(depth_m[x], scale);
-        for (int plane = 0; plane < 3; ++plane)
-            planes[plane][x] = gbr[plane];
-        too_near += depth_m[x] < scale.near_m;
-    }
-    return too_near;
+    return static_cast<std::int64_t>(pack.too_near) +
+           plain_rows().pack_hue(depth_m.subspan(x), scale, from_column(planes, x).data());
 }
 
 void unpack_hue(const std::uint8_t* const planes[3], const Scale& scale, std::span<float> depth_m) {
@@ -126,8 +120,7 @@ void unpack_hue(const std::uint8_t* const planes[3], const Scale& scale, std::sp
         const auto black = hn::RebindMask(f, hn::Lt(hn::Add(hn::Add(r, g), b), hn::Set(i, hue_darkest)));
         hn::StoreU(hn::IfThenElse(black, none, unpack(hn::ConvertTo(f, hue))), f, &depth_m[x]);
     }
-    for (; x < depth_m.size(); ++x)
-        depth_m[x] = depth_of_hue({planes[0][x], planes[1][x], planes[2][x]}, scale);
+    plain_rows().unpack_hue(from_column(planes, x).data(), scale, depth_m.subspan(x));
 }
 
 void pack_bits(std::span<const float> depth_m, std::uint16_t* const planes[3]) {
@@ -141,11 +134,7 @@ void pack_bits(std::span<const float> depth_m, std::uint16_t* const planes[3]) {
         hn::StoreU(hn::DemoteTo(narrow, hn::And(hn::ShiftRight<7>(bits), hn::Set(i, 0xfff))), narrow, planes[1] + x);
         hn::StoreU(hn::DemoteTo(narrow, hn::And(bits, hn::Set(i, 0x7f))), narrow, planes[2] + x);
     }
-    for (; x < depth_m.size(); ++x) {
-        const auto words = bits_of(depth_m[x]);
-        for (int plane = 0; plane < 3; ++plane)
-            planes[plane][x] = words[plane];
-    }
+    plain_rows().pack_bits(depth_m.subspan(x), from_column(planes, x).data());
 }
 
 void unpack_bits(const std::uint16_t* const planes[3], std::span<float> depth_m) {
@@ -161,8 +150,7 @@ void unpack_bits(const std::uint16_t* const planes[3], std::span<float> depth_m)
             hn::Or(hn::Or(hn::ShiftLeft<19>(load(0, 0xfff)), hn::ShiftLeft<7>(load(1, 0xfff))), load(2, 0x7f));
         hn::StoreU(hn::BitCast(f, bits), f, &depth_m[x]);
     }
-    for (; x < depth_m.size(); ++x)
-        depth_m[x] = depth_of_bits({planes[0][x], planes[1][x], planes[2][x]});
+    plain_rows().unpack_bits(from_column(planes, x).data(), depth_m.subspan(x));
 }
 
 Rows rows() {

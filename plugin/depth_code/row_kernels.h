@@ -2,7 +2,6 @@
 /// The codes' arithmetic, a row at a time: by SIMD chosen at run time, and plainly. Both give the same bits.
 #include <equistream/depth_code_info.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -53,7 +52,7 @@ struct Rows {
 
 /// The fastest that this processor has.
 Rows simd_rows();
-/// One pixel after the other.
+/// One pixel after the other: what SIMD rows end with, and are tested against.
 Rows plain_rows();
 
 /// Steps of luma in which Pece's code counts: x = 1 stays half a step of 8-bit luma below the top.

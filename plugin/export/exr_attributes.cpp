@@ -1,7 +1,5 @@
 #include "exr_attributes.h"
 
-#include <equistream/text.h>
-
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -55,6 +53,83 @@ Camera read_camera(const AttributeReader& in, int width, int height) {
     const exr_attr_v2d_t longitudes = in.range("equistream:longitudes", longitudes_mismatch);
     const exr_attr_v2d_t latitudes = in.range("equistream:latitudes", latitudes_mismatch);
     return EquirectCamera{width, height, {longitudes.x, longitudes.y, latitudes.x, latitudes.y}};
+}
+
+constexpr const char* sphere_size = "equistream:sphereSize";
+constexpr const char* patch_side = "equistream:patchSide";
+constexpr const char* patch_offsets = "equistream:patchOffsets";
+constexpr const char* patch_slots = "equistream:patchSlots";
+
+/// Numbers and the signs between them, from the front.
+class Words {
+public:
+    Words(const AttributeReader& in, const char* name, const char* expected)
+        : in_(in), name_(name), expected_(expected), text_(in.text(name)), left_(text_) {}
+
+    bool at_end() const { return left_.empty(); }
+    bool take(char sign) {
+        const bool there = !left_.empty() && left_.front() == sign;
+        if (there)
+            left_.remove_prefix(1);
+        return there;
+    }
+    void require(char sign) {
+        if (!take(sign))
+            refuse();
+    }
+    template <typename T>
+    T number() {
+        T value = 0;
+        const auto [end, error] = std::from_chars(left_.data(), left_.data() + left_.size(), value);
+        if (error != std::errc())
+            refuse();
+        left_.remove_prefix(static_cast<std::size_t>(end - left_.data()));
+        return value;
+    }
+    [[noreturn]] void refuse() const { in_.refuse(name_, expected_, "\"" + std::string(left_.substr(0, 40)) + "\""); }
+
+private:
+    const AttributeReader& in_;
+    const char* name_;
+    const char* expected_;
+    std::string text_;
+    std::string_view left_;
+};
+
+void read_offsets(const AttributeReader& in, PatchAtlas& atlas) {
+    Words words(in, patch_offsets, "offsets \"x y z\" in metres, at most 64, between commas");
+    do {
+        glm::dvec3 offset;
+        offset.x = words.number<double>();
+        words.require(' ');
+        offset.y = words.number<double>();
+        words.require(' ');
+        offset.z = words.number<double>();
+        if (atlas.offsets_m.size() == static_cast<std::size_t>(max_patch_offsets))
+            words.refuse();
+        atlas.offsets_m.push_back(offset);
+    } while (words.take(','));
+    if (!words.at_end())
+        words.refuse();
+}
+
+void read_slots(const AttributeReader& in, PatchAtlas& atlas) {
+    Words words(in, patch_slots, "a slot \"-\" or \"offset:column:row\" for each patch of the picture, between commas");
+    for (std::size_t i = 0; i < atlas.slots.size(); ++i) {
+        if (i > 0)
+            words.require(',');
+        if (words.take('-'))
+            continue;
+        PatchAtlas::Slot& slot = atlas.slots[i];
+        slot.used = true;
+        slot.offset_index = words.number<std::uint8_t>();
+        words.require(':');
+        slot.block_x = words.number<std::uint16_t>();
+        words.require(':');
+        slot.block_y = words.number<std::uint16_t>();
+    }
+    if (!words.at_end())
+        words.refuse();
 }
 
 }  // namespace
@@ -136,87 +211,6 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     }
     return info;
 }
-
-namespace {
-
-constexpr const char* sphere_size = "equistream:sphereSize";
-constexpr const char* patch_side = "equistream:patchSide";
-constexpr const char* patch_offsets = "equistream:patchOffsets";
-constexpr const char* patch_slots = "equistream:patchSlots";
-
-/// Numbers and the signs between them, from the front.
-class Words {
-public:
-    Words(const AttributeReader& in, const char* name, const char* expected)
-        : in_(in), name_(name), expected_(expected), text_(in.text(name)), left_(text_) {}
-
-    bool at_end() const { return left_.empty(); }
-    bool take(char sign) {
-        const bool there = !left_.empty() && left_.front() == sign;
-        if (there)
-            left_.remove_prefix(1);
-        return there;
-    }
-    void require(char sign) {
-        if (!take(sign))
-            refuse();
-    }
-    template <typename T>
-    T number() {
-        T value = 0;
-        const auto [end, error] = std::from_chars(left_.data(), left_.data() + left_.size(), value);
-        if (error != std::errc())
-            refuse();
-        left_.remove_prefix(static_cast<std::size_t>(end - left_.data()));
-        return value;
-    }
-    [[noreturn]] void refuse() const { in_.refuse(name_, expected_, "\"" + std::string(left_.substr(0, 40)) + "\""); }
-
-private:
-    const AttributeReader& in_;
-    const char* name_;
-    const char* expected_;
-    std::string text_;
-    std::string_view left_;
-};
-
-void read_offsets(const AttributeReader& in, PatchAtlas& atlas) {
-    Words words(in, patch_offsets, "offsets \"x y z\" in metres, at most 64, between commas");
-    do {
-        glm::dvec3 offset;
-        offset.x = words.number<double>();
-        words.require(' ');
-        offset.y = words.number<double>();
-        words.require(' ');
-        offset.z = words.number<double>();
-        if (atlas.offsets_m.size() == static_cast<std::size_t>(max_patch_offsets))
-            words.refuse();
-        atlas.offsets_m.push_back(offset);
-    } while (words.take(','));
-    if (!words.at_end())
-        words.refuse();
-}
-
-void read_slots(const AttributeReader& in, PatchAtlas& atlas) {
-    Words words(in, patch_slots, "a slot \"-\" or \"offset:column:row\" for each patch of the picture, between commas");
-    for (std::size_t i = 0; i < atlas.slots.size(); ++i) {
-        if (i > 0)
-            words.require(',');
-        if (words.take('-'))
-            continue;
-        PatchAtlas::Slot& slot = atlas.slots[i];
-        slot.used = true;
-        slot.offset_index = words.number<std::uint8_t>();
-        words.require(':');
-        slot.block_x = words.number<std::uint16_t>();
-        words.require(':');
-        slot.block_y = words.number<std::uint16_t>();
-    }
-    if (!words.at_end())
-        words.refuse();
-}
-
-}  // namespace
 
 void write_patches(AttributeWriter& out, const PatchAtlas& atlas) {
     if (const auto problem = patch_atlas_problem(atlas))

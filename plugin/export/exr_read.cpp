@@ -81,8 +81,8 @@ void check_coding(const ExrSession& session, int part) {
     }
     const Extent extent = extent_of(session, part);
     if (pixel_bytes * extent.width * extent.height / max_ratio > session.size_bytes())
-        session.refuse("a whole EXR frame", std::to_string(session.size_bytes()) + " bytes for " +
-                                                std::to_string(extent.width) + "x" + std::to_string(extent.height));
+        session.refuse("a whole EXR frame",
+                       std::to_string(session.size_bytes()) + " bytes for " + size_text(extent.width, extent.height));
 }
 
 const exr_attr_chlist_entry_t* find_channel(const ExrSession& session, int part, std::string_view name) {
@@ -108,11 +108,11 @@ int part_with(const ExrSession& session, const AovInfo& aov) {
 
 std::vector<AovInfo> planes_to_read(const ExrSession& session, const std::vector<std::string>& wanted) {
     std::vector<AovInfo> present;
-    std::string names;
+    std::vector<std::string_view> names;
     for (const AovInfo& aov : aov_catalogue())
         if (part_with(session, aov) >= 0) {
             present.push_back(aov);
-            names += (names.empty() ? "" : ", ") + std::string(aov.name);
+            names.push_back(aov.name);
         }
     if (wanted.empty()) {
         if (present.empty())
@@ -121,11 +121,10 @@ std::vector<AovInfo> planes_to_read(const ExrSession& session, const std::vector
     }
     std::vector<AovInfo> chosen;
     for (const std::string& name : wanted) {
-        const auto found =
-            std::find_if(present.begin(), present.end(), [&](const AovInfo& aov) { return aov.name == name; });
+        const auto found = std::ranges::find(present, name, &AovInfo::name);
         if (found == present.end())
-            session.refuse("plane " + name, names.empty() ? "no plane at all" : names);
-        if (std::none_of(chosen.begin(), chosen.end(), [&](const AovInfo& aov) { return aov.name == name; }))
+            session.refuse("plane " + name, names.empty() ? "no plane at all" : in_a_sentence(names, ", "));
+        if (std::ranges::find(chosen, name, &AovInfo::name) == chosen.end())
             chosen.push_back(*found);
     }
     return chosen;
@@ -205,8 +204,7 @@ public:
 
 private:
     const ChannelTarget* target_of(const exr_coding_channel_info_t& source) const {
-        const auto target = std::find_if(targets_.begin(), targets_.end(),
-                                         [&](const ChannelTarget& t) { return t.name == source.channel_name; });
+        const auto target = std::ranges::find(targets_, std::string_view(source.channel_name), &ChannelTarget::name);
         return target == targets_.end() ? nullptr : &*target;
     }
 
@@ -255,9 +253,8 @@ Extent checked_extent(const ExrSession& session) {
         check_coding(session, part);
         const Extent extent = extent_of(session, part);
         if (extent.width != first.width || extent.height != first.height)
-            session.refuse("parts of one size", std::to_string(extent.width) + "x" + std::to_string(extent.height) +
-                                                    " besides " + std::to_string(first.width) + "x" +
-                                                    std::to_string(first.height));
+            session.refuse("parts of one size",
+                           size_text(extent.width, extent.height) + " besides " + size_text(first.width, first.height));
     }
     return first;
 }

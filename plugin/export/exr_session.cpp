@@ -6,7 +6,6 @@
 #include <equistream/sequence.h>
 
 #include <fcntl.h>
-#include <isa-l/igzip_lib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -22,6 +21,30 @@ constexpr const char* aside_extension = ".aside";
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+std::string one_line(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 32 || c > 126; }, ' ');
+    return text;
+}
+
+/// EXR's predictor: even bytes first, then odd ones, then each byte's difference from the one before it (+128).
+void predict(std::span<const std::uint8_t> in, std::vector<std::uint8_t>& out) {
+    out.resize(in.size());
+    const std::size_t half = (in.size() + 1) / 2;
+    for (std::size_t i = 0; i < in.size() / 2; ++i) {
+        out[i] = in[2 * i];
+        out[half + i] = in[2 * i + 1];
+    }
+    if (in.size() % 2 != 0)
+        out[half - 1] = in[in.size() - 1];
+    std::uint8_t previous = out.empty() ? std::uint8_t{0} : out[0];
+    for (std::size_t i = 1; i < out.size(); ++i) {
+        const std::uint8_t current = out[i];
+        out[i] = static_cast<std::uint8_t>(current - previous + 128);
+        previous = current;
+    }
 }
 
 }  // namespace
@@ -98,16 +121,6 @@ void write_file_atomically(const std::filesystem::path& file, const std::string&
     aside.write_at(text.data(), text.size(), 0);
     aside.commit();
 }
-
-namespace {
-
-std::string one_line(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return c < 32 || c > 126; }, ' ');
-    return text;
-}
-
-}  // namespace
 
 std::int64_t ExrSession::read_callback(exr_const_context_t, void* self, void* buffer, std::uint64_t bytes,
                                        std::uint64_t offset, exr_stream_error_func_ptr_t) {
@@ -221,55 +234,23 @@ void ExrSession::refuse(const std::string& expected, const std::string& found) c
     throw InputError(expected_found(file_.string(), expected, found));
 }
 
-struct ZipCompressor::State {
-    isal_zstream stream{};
-    std::vector<std::uint8_t> predicted;
-    std::vector<std::uint8_t> level_buffer = std::vector<std::uint8_t>(ISAL_DEF_LVL1_DEFAULT);
-};
-
-ZipCompressor::ZipCompressor() : state_(std::make_unique<State>()) {}
-ZipCompressor::~ZipCompressor() = default;
-
-namespace {
-
-/// EXR's predictor: even bytes first, then odd ones, then each byte's difference from the one before it (+128).
-void predict(std::span<const std::uint8_t> in, std::vector<std::uint8_t>& out) {
-    out.resize(in.size());
-    const std::size_t half = (in.size() + 1) / 2;
-    for (std::size_t i = 0; i < in.size() / 2; ++i) {
-        out[i] = in[2 * i];
-        out[half + i] = in[2 * i + 1];
-    }
-    if (in.size() % 2 != 0)
-        out[half - 1] = in[in.size() - 1];
-    std::uint8_t previous = out.empty() ? std::uint8_t{0} : out[0];
-    for (std::size_t i = 1; i < out.size(); ++i) {
-        const std::uint8_t current = out[i];
-        out[i] = static_cast<std::uint8_t>(current - previous + 128);
-        previous = current;
-    }
-}
-
-}  // namespace
-
 void ZipCompressor::compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out) {
-    predict(packed, state_->predicted);
+    predict(packed, predicted_);
     out.resize(packed.size());
-    isal_zstream& stream = state_->stream;
-    isal_deflate_stateless_init(&stream);
-    stream.level = 1;
-    stream.level_buf = state_->level_buffer.data();
-    stream.level_buf_size = static_cast<std::uint32_t>(state_->level_buffer.size());
-    stream.gzip_flag = IGZIP_ZLIB;
-    stream.flush = NO_FLUSH;
-    stream.end_of_stream = 1;
-    stream.next_in = state_->predicted.data();
-    stream.avail_in = static_cast<std::uint32_t>(packed.size());
-    stream.next_out = out.data();
-    stream.avail_out = static_cast<std::uint32_t>(out.size());
-    const bool done = isal_deflate_stateless(&stream) == COMP_OK;
-    if (done && stream.total_out < packed.size())
-        out.resize(stream.total_out);
+    isal_deflate_stateless_init(&stream_);
+    stream_.level = 1;
+    stream_.level_buf = level_buffer_.data();
+    stream_.level_buf_size = static_cast<std::uint32_t>(level_buffer_.size());
+    stream_.gzip_flag = IGZIP_ZLIB;
+    stream_.flush = NO_FLUSH;
+    stream_.end_of_stream = 1;
+    stream_.next_in = predicted_.data();
+    stream_.avail_in = static_cast<std::uint32_t>(packed.size());
+    stream_.next_out = out.data();
+    stream_.avail_out = static_cast<std::uint32_t>(out.size());
+    const bool done = isal_deflate_stateless(&stream_) == COMP_OK;
+    if (done && stream_.total_out < packed.size())
+        out.resize(stream_.total_out);
     else
         out.assign(packed.begin(), packed.end());
 }

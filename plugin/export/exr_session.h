@@ -1,11 +1,11 @@
 #pragma once
 /// EXR files as they are written and read: each appears under its name only when it is whole.
+#include <isa-l/igzip_lib.h>
 #include <openexr.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -85,15 +85,13 @@ private:
 /// One per thread. The output is what any EXR reader expects of a ZIP chunk.
 class ZipCompressor {
 public:
-    ZipCompressor();
-    ~ZipCompressor();
-
     /// Compresses one packed chunk into `out`; stores it raw where that is not smaller, as the format demands.
     void compress(std::span<const std::uint8_t> packed, std::vector<std::uint8_t>& out);
 
 private:
-    struct State;
-    std::unique_ptr<State> state_;
+    isal_zstream stream_{};
+    std::vector<std::uint8_t> predicted_;
+    std::vector<std::uint8_t> level_buffer_ = std::vector<std::uint8_t>(ISAL_DEF_LVL1_DEFAULT);
 };
 
 }  // namespace equistream

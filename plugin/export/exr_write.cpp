@@ -40,12 +40,11 @@ template <typename T>
 void check_shape(const AovInfo& aov, const Image<T>& image, const FrameInfo& info) {
     if (image.width() != picture_width(info) || image.height() != picture_height(info) ||
         image.channels() != static_cast<int>(aov.channels.size()))
-        throw InputError(expected_found("plane " + std::string(aov.name),
-                                        std::to_string(picture_width(info)) + "x" +
-                                            std::to_string(picture_height(info)) + " with " +
-                                            std::to_string(aov.channels.size()) + " channels",
-                                        std::to_string(image.width()) + "x" + std::to_string(image.height()) +
-                                            " with " + std::to_string(image.channels())));
+        throw InputError(
+            expected_found("plane " + std::string(aov.name),
+                           size_text(picture_width(info), picture_height(info)) + " with " +
+                               std::to_string(aov.channels.size()) + " channels",
+                           size_text(image.width(), image.height()) + " with " + std::to_string(image.channels())));
 }
 
 /// Appends the channels of one plane, if the frame has it.
@@ -92,14 +91,12 @@ std::vector<Part> make_parts(const Frame& frame, const ExrWriteOptions& options)
     Part data{"data", {}};
     for (const AovInfo& aov : aov_catalogue())
         append_channels(frame, aov, aov.data_part && !options.single_part ? data.channels : rgba.channels);
-    if (options.single_part)
-        for (std::size_t i = 0; i < rgba.channels.size(); ++i)
-            if (rgba.channels[i].name == "depth.Z") {
-                ChannelSource plain = rgba.channels[i];
-                plain.name = "Z";
-                rgba.channels.push_back(plain);
-                break;
-            }
+    const auto depth = std::ranges::find(rgba.channels, "depth.Z", &ChannelSource::name);
+    if (options.single_part && depth != rgba.channels.end()) {
+        ChannelSource plain = *depth;
+        plain.name = "Z";
+        rgba.channels.push_back(plain);
+    }
     std::vector<Part> parts;
     for (Part* part : {&rgba, &data})
         if (!part->channels.empty())
@@ -170,8 +167,8 @@ private:
     }
 
     void connect(exr_coding_channel_info_t& target, int first_row) {
-        const auto source = std::find_if(part_.channels.begin(), part_.channels.end(),
-                                         [&](const ChannelSource& s) { return s.name == target.channel_name; });
+        const auto source =
+            std::ranges::find(part_.channels, std::string_view(target.channel_name), &ChannelSource::name);
         assert(source != part_.channels.end());
         if (source->type == SampleType::half) {
             target.encode_from_ptr = reinterpret_cast<const std::uint8_t*>(to_halves(*source, first_row));
@@ -201,8 +198,7 @@ private:
     }
 
     std::int64_t count_bad_pixels(int first_row, int rows) const {
-        const auto red = std::find_if(part_.channels.begin(), part_.channels.end(),
-                                      [](const ChannelSource& s) { return s.is_colour; });
+        const auto red = std::ranges::find(part_.channels, true, &ChannelSource::is_colour);
         if (red == part_.channels.end())
             return 0;
         std::int64_t bad = 0;

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <vector>
 
 namespace equistream {
 namespace {
@@ -243,6 +242,34 @@ std::string read_text(const std::filesystem::path& file) {
     return text;
 }
 
+struct Setting {
+    std::string in_full;  // with its name
+    std::string value;
+};
+
+/// In an order that tells the plainest difference first.
+std::vector<Setting> settings_of(const FrameInfo& info) {
+    const std::string size = size_text(width_of(info.camera), height_of(info.camera));
+    const std::string samples = std::to_string(info.samples_per_pixel), seed = std::to_string(info.seed);
+    const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
+    const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
+    return {{size + " pixels", size}, {"camera " + camera, camera}, {"spp " + samples, samples},
+            {"seed " + seed, seed},   {"host " + host, host},       {"patches " + patches, patches}};
+}
+
+constexpr std::string_view prefix = "frame.";
+
+/// The index in "frame.NNNN.EXT", if the name is exactly what frame_file_name would write.
+std::optional<std::int64_t> frame_index(const std::string& name, const std::string& extension) {
+    if (!name.starts_with(prefix) || !name.ends_with("." + extension))
+        return std::nullopt;
+    std::int64_t index = -1;
+    std::from_chars(name.data() + prefix.size(), name.data() + name.size(), index);
+    if (index < 0 || frame_file_name(index, extension) != name)
+        return std::nullopt;
+    return index;
+}
+
 }  // namespace
 
 Manifest read_manifest(const std::filesystem::path& folder) {
@@ -264,25 +291,6 @@ void write_manifest(const std::filesystem::path& folder, const Manifest& manifes
     write_file_atomically(folder / "manifest.json", json_text(to_json(manifest), 4) + "\n");
 }
 
-namespace {
-
-struct Setting {
-    std::string in_full;  // with its name
-    std::string value;
-};
-
-/// In an order that tells the plainest difference first.
-std::vector<Setting> settings_of(const FrameInfo& info) {
-    const std::string size = size_text(width_of(info.camera), height_of(info.camera));
-    const std::string samples = std::to_string(info.samples_per_pixel), seed = std::to_string(info.seed);
-    const std::string camera = camera_to_json(info.camera).dump(), host = "\"" + info.host + "\"";
-    const std::string patches = info.patches ? patches_to_json(*info.patches).dump() : "none";
-    return {{size + " pixels", size}, {"camera " + camera, camera}, {"spp " + samples, samples},
-            {"seed " + seed, seed},   {"host " + host, host},       {"patches " + patches, patches}};
-}
-
-}  // namespace
-
 OneRender::OneRender(const std::filesystem::path& folder) {
     const std::filesystem::path manifest = folder / "manifest.json";
     if (!std::filesystem::exists(manifest))
@@ -299,23 +307,6 @@ void OneRender::require(const std::filesystem::path& file, const FrameInfo& info
         if (expected[i].value != found[i].value)
             throw InputError(expected_found(file.string(), expected[i].in_full + " as in " + as_in_, found[i].value));
 }
-
-namespace {
-
-constexpr std::string_view prefix = "frame.";
-
-/// The index in "frame.NNNN.EXT", if the name is exactly what frame_file_name would write.
-std::optional<std::int64_t> frame_index(const std::string& name, const std::string& extension) {
-    if (!name.starts_with(prefix) || !name.ends_with("." + extension))
-        return std::nullopt;
-    std::int64_t index = -1;
-    std::from_chars(name.data() + prefix.size(), name.data() + name.size(), index);
-    if (index < 0 || frame_file_name(index, extension) != name)
-        return std::nullopt;
-    return index;
-}
-
-}  // namespace
 
 std::string frame_file_name(std::int64_t index, const std::string& extension) {
     char digits[32];

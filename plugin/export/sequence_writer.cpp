@@ -22,7 +22,7 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
         planes += (planes.empty() ? "" : ",") + plane;
     std::vector<std::pair<const char*, std::string>> list = {
         {"camera", std::holds_alternative<EquirectCamera>(info.camera) ? "equirect" : "perspective"},
-        {"size", std::to_string(width_of(info.camera)) + "x" + std::to_string(height_of(info.camera))},
+        {"size", size_text(width_of(info.camera), height_of(info.camera))},
         {"spp", std::to_string(info.samples_per_pixel)},
         {"seed", std::to_string(info.seed)},
         {"eye", std::to_string(static_cast<int>(info.eye))},

@@ -4,17 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <vector>
 
 namespace equistream {
 namespace {
 
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
-}
-
-void copy3(const float* from, float* to) {
-    std::copy(from, from + 3, to);
 }
 
 glm::dvec3 vector3(const float* v) {
@@ -29,15 +24,64 @@ void store_motion(const Motion& motion, glm::dvec2 pixel, const float* position_
     to[1] = static_cast<float>(moved.y);
 }
 
-bool closes(const FrameInfo& info) {
-    return columns_close(info.camera) && !info.patches;
+/// One size of the picture: colour, and where there is some.
+struct Level {
+    FloatImage rgb;
+    ByteImage known;
+};
+
+/// Half as wide and high, rounded up: the mean of what is known of each block.
+Level halved(const Level& fine) {
+    const int width = fine.rgb.width(), height = fine.rgb.height();
+    Level coarse{FloatImage((width + 1) / 2, (height + 1) / 2, 3), ByteImage((width + 1) / 2, (height + 1) / 2, 1)};
+    for (int y = 0; y < coarse.rgb.height(); ++y)
+        for (int x = 0; x < coarse.rgb.width(); ++x) {
+            float* const mean = coarse.rgb.pixel(x, y);
+            int count = 0;
+            for (int from_y = 2 * y; from_y < std::min(2 * y + 2, height); ++from_y)
+                for (int from_x = 2 * x; from_x < std::min(2 * x + 2, width); ++from_x) {
+                    if (*fine.known.pixel(from_x, from_y) == 0)
+                        continue;
+                    ++count;
+                    for (int c = 0; c < 3; ++c)
+                        mean[c] += fine.rgb.pixel(from_x, from_y)[c];
+                }
+            for (int c = 0; c < 3 && count > 0; ++c)
+                mean[c] /= static_cast<float>(count);
+            *coarse.known.pixel(x, y) = count > 0;
+        }
+    return coarse;
+}
+
+/// Of the coarser level, all of it known, at pixel i of the finer one: between the two nearest of its pixels.
+struct Blend {
+    int near, far;
+
+    Blend(int i, int coarse_size, bool closes) : near(i / 2), far(near + (i % 2 == 0 ? -1 : 1)) {
+        far = closes ? (far + coarse_size) % coarse_size : std::clamp(far, 0, coarse_size - 1);
+    }
+};
+
+void fill_from(const Level& coarse, Level& fine, bool closes) {
+    for (int y = 0; y < fine.rgb.height(); ++y) {
+        const Blend rows(y, coarse.rgb.height(), false);
+        for (int x = 0; x < fine.rgb.width(); ++x) {
+            if (*fine.known.pixel(x, y) != 0)
+                continue;
+            const Blend columns(x, coarse.rgb.width(), closes);
+            const float *a = coarse.rgb.pixel(columns.near, rows.near), *b = coarse.rgb.pixel(columns.far, rows.near);
+            const float *c = coarse.rgb.pixel(columns.near, rows.far), *d = coarse.rgb.pixel(columns.far, rows.far);
+            for (int k = 0; k < 3; ++k)
+                fine.rgb.pixel(x, y)[k] = 0.5625f * a[k] + 0.1875f * (b[k] + c[k]) + 0.0625f * d[k];
+        }
+    }
 }
 
 }  // namespace
 
 Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings)
-    : closes_(closes(info)), width_(picture_width(info)), height_(picture_height(info)), tile_side_(settings.tile_side),
-      tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
+    : closes_(columns_close(info.camera) && !info.patches), width_(picture_width(info)), height_(picture_height(info)),
+      tile_side_(settings.tile_side), tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
       tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
       samples_per_pixel_(settings.samples_per_pixel), backward_(info.camera, poses.here, poses.previous),
       forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
@@ -94,110 +138,81 @@ bool Film::knows(const es_tile& given) const {
 }
 
 /// First sample of a plane that tiles fill, or null if it is not wanted or was handed over whole.
-float* Film::real_target(const char* name) {
+float* Film::real_target(const std::string& name) {
     const auto found = real_.find(name);
     return found == real_.end() || whole_.contains(name) ? nullptr : found->second.samples().data();
 }
 
-std::uint32_t* Film::id_target(const char* name) {
+std::uint32_t* Film::id_target(const std::string& name) {
     const auto found = ids_.find(name);
     return found == ids_.end() || whole_.contains(name) ? nullptr : found->second.samples().data();
 }
 
 void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
-    float* const depth = real_target("depth");
-    float* const backward = real_target("backward");
-    float* const forward = real_target("forward");
-    float* const normal = real_target("normal");
-    float* const albedo = real_target("albedo");
-    float* const specular = real_target("specular");
-    float* const virtual_depth = real_target("virtual_depth");
-    float* const virtual_backward = real_target("virtual_backward");
-    float* const virtual_forward = real_target("virtual_forward");
-    std::uint32_t* const object = id_target("object_id");
-    std::uint32_t* const material = id_target("material_id");
-    std::uint32_t* const instance = id_target("instance_id");
-    const es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
-    for (std::uint32_t i = 0; i < pixels.count(); ++i) {
-        const int x = pixels.at(i).x, y = pixels.at(i).y;
-        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * width_ + x;
-        const bool hit = surfaces[i].distance_m >= 0 && std::isfinite(surfaces[i].distance_m);
-        const es_surface& s = hit ? surfaces[i] : miss;
-        const glm::dvec2 pixel(x + 0.5, y + 0.5);
-        if (depth)
-            depth[at] = s.distance_m;
-        const float* const previous_m = hit ? s.position_previous_m : nullptr;
-        const float* const next_m = hit ? s.position_next_m : nullptr;
-        if (backward)
-            store_motion(backward_, pixel, previous_m, backward + 2 * at);
-        if (forward)
-            store_motion(forward_, pixel, next_m, forward + 2 * at);
-        if (normal)
-            copy3(is_finite(s.normal, 3) ? s.normal : miss.normal, normal + 3 * at);
-        if (albedo)
-            copy3(is_finite(s.albedo, 3) ? s.albedo : miss.albedo, albedo + 3 * at);
-        if (object)
-            object[at] = s.object_id;
-        if (material)
-            material[at] = s.material_id;
-        if (instance)
-            instance[at] = s.instance_id;
-        if (specular)
-            specular[at] = is_finite(&s.specular, 1) ? s.specular : 0;
-        const bool shows_other = s.virtual_distance_m > 0;
-        const bool ends = std::isfinite(s.virtual_distance_m);
-        if (virtual_depth)
-            virtual_depth[at] = shows_other ? s.virtual_distance_m : s.distance_m;
-        if (virtual_backward)
-            store_motion(backward_, pixel,
-                         !shows_other ? previous_m
-                         : ends       ? s.virtual_previous_m
-                                      : nullptr,
-                         virtual_backward + 2 * at);
-        if (virtual_forward)
-            store_motion(forward_, pixel,
-                         !shows_other ? next_m
-                         : ends       ? s.virtual_next_m
-                                      : nullptr,
-                         virtual_forward + 2 * at);
-    }
+    static constexpr es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
+    // Calls `put(surface, pixel's centre, samples)` for each pixel, unless nobody wants the plane of tiles.
+    const auto fill = [&](auto* plane, int channels, const auto& put) {
+        for (std::uint32_t i = 0; i < pixels.count() && plane != nullptr; ++i) {
+            const glm::ivec2 at = pixels.at(i);
+            const bool hit = surfaces[i].distance_m >= 0 && std::isfinite(surfaces[i].distance_m);
+            put(hit ? surfaces[i] : miss, glm::dvec2(at) + 0.5,
+                plane + (static_cast<std::ptrdiff_t>(at.y) * width_ + at.x) * channels);
+        }
+    };
+    using Vector = float(es_surface::*)[3];
+    const auto fill_vector = [&](const char* name, Vector vector) {
+        fill(real_target(name), 3, [=](const es_surface& s, glm::dvec2, float* to) {
+            std::copy_n(is_finite(s.*vector, 3) ? s.*vector : miss.*vector, 3, to);
+        });
+    };
+    const auto fill_motion = [&](const std::string& name, const Motion& motion, Vector surface_m, Vector image_m) {
+        const auto store = [&](glm::dvec2 pixel, float distance_m, const float* point_m, float* to) {
+            store_motion(motion, pixel, std::isfinite(distance_m) ? point_m : nullptr, to);
+        };
+        fill(real_target(name), 2,
+             [&](const es_surface& s, glm::dvec2 pixel, float* to) { store(pixel, s.distance_m, s.*surface_m, to); });
+        fill(real_target("virtual_" + name), 2, [&](const es_surface& s, glm::dvec2 pixel, float* to) {
+            const bool shows_other = s.virtual_distance_m > 0;
+            store(pixel, shows_other ? s.virtual_distance_m : s.distance_m, s.*(shows_other ? image_m : surface_m), to);
+        });
+    };
+    const auto fill_id = [&](const char* name, std::uint32_t es_surface::*id) {
+        fill(id_target(name), 1, [=](const es_surface& s, glm::dvec2, std::uint32_t* to) { *to = s.*id; });
+    };
+    fill(real_target("depth"), 1, [](const es_surface& s, glm::dvec2, float* to) { *to = s.distance_m; });
+    fill(real_target("virtual_depth"), 1, [](const es_surface& s, glm::dvec2, float* to) {
+        *to = s.virtual_distance_m > 0 ? s.virtual_distance_m : s.distance_m;
+    });
+    fill(real_target("specular"), 1,
+         [](const es_surface& s, glm::dvec2, float* to) { *to = std::isfinite(s.specular) ? s.specular : 0; });
+    fill_motion("backward", backward_, &es_surface::position_previous_m, &es_surface::virtual_previous_m);
+    fill_motion("forward", forward_, &es_surface::position_next_m, &es_surface::virtual_next_m);
+    fill_vector("normal", &es_surface::normal);
+    fill_vector("albedo", &es_surface::albedo);
+    fill_id("object_id", &es_surface::object_id);
+    fill_id("material_id", &es_surface::material_id);
+    fill_id("instance_id", &es_surface::instance_id);
     progress_[pixels.tile.id].surfaces = true;
 }
 
 bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
-    const es_tile& tile = pixels.tile;
-    TileProgress& progress = progress_[tile.id];
+    TileProgress& progress = progress_[pixels.tile.id];
     if (progress.colour_passes >= samples_per_pixel_)
         return false;
     ++progress.colour_passes;
-    if (pixels.listed != nullptr) {
-        for (std::uint32_t i = 0; i < pixels.count(); ++i)
-            add_sample(pixels.at(i), rgba + 4 * i);
-        return true;
-    }
-    for (int y = tile.y; y < tile.y + tile.height; ++y) {
-        float* sum = radiance_sum_.pixel(tile.x, y);
-        for (int x = 0; x < tile.width; ++x, sum += 4, rgba += 4) {
-            if (!is_finite(rgba, 4)) {
-                ++*left_out_.pixel(tile.x + x, y);
-                continue;
-            }
-            for (int c = 0; c < 4; ++c)
-                sum[c] += rgba[c];
+    for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4) {
+        const glm::ivec2 at = pixels.at(i);
+        if (has_holes_)
+            *answered_.pixel(at.x, at.y) = 1;
+        if (!is_finite(rgba, 4)) {
+            ++*left_out_.pixel(at.x, at.y);
+            continue;
         }
+        float* const sum = radiance_sum_.pixel(at.x, at.y);
+        for (int c = 0; c < 4; ++c)
+            sum[c] += rgba[c];
     }
     return true;
-}
-
-void Film::add_sample(glm::ivec2 pixel, const float* rgba) {
-    *answered_.pixel(pixel.x, pixel.y) = 1;
-    if (!is_finite(rgba, 4)) {
-        ++*left_out_.pixel(pixel.x, pixel.y);
-        return;
-    }
-    float* const sum = radiance_sum_.pixel(pixel.x, pixel.y);
-    for (int c = 0; c < 4; ++c)
-        sum[c] += rgba[c];
 }
 
 bool Film::wants(const std::string& name) const {
@@ -269,63 +284,6 @@ void Film::finish(Frame& frame) {
     frame.planes = std::move(real_);
     frame.ids = std::move(ids_);
 }
-
-namespace {
-
-/// One size of the picture: colour, and where there is some.
-struct Level {
-    FloatImage rgb;
-    ByteImage known;
-};
-
-/// Half as wide and high, rounded up: the mean of what is known of each block.
-Level halved(const Level& fine) {
-    const int width = fine.rgb.width(), height = fine.rgb.height();
-    Level coarse{FloatImage((width + 1) / 2, (height + 1) / 2, 3), ByteImage((width + 1) / 2, (height + 1) / 2, 1)};
-    for (int y = 0; y < coarse.rgb.height(); ++y)
-        for (int x = 0; x < coarse.rgb.width(); ++x) {
-            float* const mean = coarse.rgb.pixel(x, y);
-            int count = 0;
-            for (int from_y = 2 * y; from_y < std::min(2 * y + 2, height); ++from_y)
-                for (int from_x = 2 * x; from_x < std::min(2 * x + 2, width); ++from_x) {
-                    if (*fine.known.pixel(from_x, from_y) == 0)
-                        continue;
-                    ++count;
-                    for (int c = 0; c < 3; ++c)
-                        mean[c] += fine.rgb.pixel(from_x, from_y)[c];
-                }
-            for (int c = 0; c < 3 && count > 0; ++c)
-                mean[c] /= static_cast<float>(count);
-            *coarse.known.pixel(x, y) = count > 0;
-        }
-    return coarse;
-}
-
-/// Of the coarser level, all of it known, at pixel i of the finer one: between the two nearest of its pixels.
-struct Blend {
-    int near, far;
-
-    Blend(int i, int coarse_size, bool closes) : near(i / 2), far(near + (i % 2 == 0 ? -1 : 1)) {
-        far = closes ? (far + coarse_size) % coarse_size : std::clamp(far, 0, coarse_size - 1);
-    }
-};
-
-void fill_from(const Level& coarse, Level& fine, bool closes) {
-    for (int y = 0; y < fine.rgb.height(); ++y) {
-        const Blend rows(y, coarse.rgb.height(), false);
-        for (int x = 0; x < fine.rgb.width(); ++x) {
-            if (*fine.known.pixel(x, y) != 0)
-                continue;
-            const Blend columns(x, coarse.rgb.width(), closes);
-            const float *a = coarse.rgb.pixel(columns.near, rows.near), *b = coarse.rgb.pixel(columns.far, rows.near);
-            const float *c = coarse.rgb.pixel(columns.near, rows.far), *d = coarse.rgb.pixel(columns.far, rows.far);
-            for (int k = 0; k < 3; ++k)
-                fine.rgb.pixel(x, y)[k] = 0.5625f * a[k] + 0.1875f * (b[k] + c[k]) + 0.0625f * d[k];
-        }
-    }
-}
-
-}  // namespace
 
 void pad_colour(FloatImage& rgba, const ByteImage& known, bool closes) {
     std::vector<Level> levels{{FloatImage(rgba.width(), rgba.height(), 3), known}};

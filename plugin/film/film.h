@@ -82,11 +82,10 @@ private:
     };
     es_tile tile(std::uint32_t id) const;
     void start_film();
-    void add_sample(glm::ivec2 pixel, const float* rgba);
     FloatImage averaged_colour() const;
     void leave_holes();
-    float* real_target(const char* name);
-    std::uint32_t* id_target(const char* name);
+    float* real_target(const std::string& name);
+    std::uint32_t* id_target(const std::string& name);
 
     bool closes_;  ///< column W is column 0
     int width_;

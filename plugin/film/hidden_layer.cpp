@@ -18,6 +18,35 @@ es_ray ray_of(const es_tile& tile, std::uint32_t pixel, const FrameRays& rays) {
     return ray;
 }
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Opposite ones follow each other: an edge that hides a surface from one side seldom hides it from the other.
+constexpr int rim_eyes = 8, inner_eyes = 4;
+constexpr std::array<int, rim_eyes> rim_order = {0, 4, 2, 6, 1, 5, 3, 7};
+
+double budget() {
+    return std::sin(error_budget_rad(default_focal_length_px));
+}
+/// Of the budget: what tells surfaces apart that are none of the first.
+double share() {
+    return default_budget_share * budget();
+}
+
+double distance_of(double w, double box_radius_m) {
+    return w > 0 ? box_radius_m + box_radius_m / w : infinity;
+}
+
+glm::dvec3 vector_of(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
+
+/// So many turns round a direction.
+glm::dvec3 across(const glm::dvec3& direction, double turns) {
+    const glm::dvec3 helper = std::abs(direction.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+    const glm::dvec3 right = glm::normalize(glm::cross(direction, helper)), up = glm::cross(right, direction);
+    return std::cos(2 * pi * turns) * right + std::sin(2 * pi * turns) * up;
+}
+
 }  // namespace
 
 HiddenLayer::Search& HiddenLayer::search_of(const es_tile& tile) {
@@ -73,39 +102,6 @@ void HiddenLayer::finish(const es_tile& tile, const Search& search) {
     searches_.erase(tile.id);  // `search` is gone from here on
     found_[tile.id] = std::move(found);
 }
-
-namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Opposite ones follow each other: an edge that hides a surface from one side seldom hides it from the other.
-constexpr int rim_eyes = 8, inner_eyes = 4;
-constexpr std::array<int, rim_eyes> rim_order = {0, 4, 2, 6, 1, 5, 3, 7};
-
-double budget() {
-    return std::sin(error_budget_rad(default_focal_length_px));
-}
-/// Of the budget: what tells surfaces apart that are none of the first.
-double share() {
-    return default_budget_share * budget();
-}
-
-double distance_of(double w, double box_radius_m) {
-    return w > 0 ? box_radius_m + box_radius_m / w : infinity;
-}
-
-glm::dvec3 vector_of(const float (&v)[3]) {
-    return {v[0], v[1], v[2]};
-}
-
-/// So many turns round a direction.
-glm::dvec3 across(const glm::dvec3& direction, double turns) {
-    const glm::dvec3 helper = std::abs(direction.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
-    const glm::dvec3 right = glm::normalize(glm::cross(direction, helper)), up = glm::cross(right, direction);
-    return std::cos(2 * pi * turns) * right + std::sin(2 * pi * turns) * up;
-}
-
-}  // namespace
 
 float HiddenSearch::begin_m() const {
     return step_ == Step::found ? front_m_ : std::numeric_limits<float>::quiet_NaN();

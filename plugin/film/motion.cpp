@@ -7,10 +7,6 @@ namespace equistream {
 Motion::Motion(const Camera& camera, const Pose& here, const Pose& there)
     : camera_(camera), here_(here), there_(there), there_from_world_(glm::conjugate(there.orientation)) {}
 
-double Motion::farther_px(const PerspectiveCamera& camera) {
-    return perspective_limit_px(camera.width, camera.height);
-}
-
 glm::dvec2 Motion::difference(glm::dvec2 pixel, const glm::dvec3& direction_there) const {
     const PixelCoordinates<double> here{pixel.x, pixel.y};
     const Vector3<double> d{direction_there.x, direction_there.y, direction_there.z};

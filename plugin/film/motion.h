@@ -6,7 +6,7 @@ namespace equistream {
 
 /// Immutable; any number of threads. Results are always finite: on a sphere by the shortest way round the seam; in a
 /// perspective view, a point behind the other camera (or nearly beside it) is put out of the image in its own
-/// direction from the centre, farther_px() away.
+/// direction from the centre, perspective_limit_px() away.
 class Motion {
 public:
     /// Camera poses of this frame and of the neighbour.
@@ -16,9 +16,6 @@ public:
     glm::dvec2 of_point(glm::dvec2 pixel, const glm::dvec3& position_there_m) const;
     /// Of something infinitely far away: by rotation only.
     glm::dvec2 of_direction(glm::dvec2 pixel) const;
-
-    /// Distance from the image centre that stands for "behind": eight image diagonals.
-    static double farther_px(const PerspectiveCamera& camera);
 
 private:
     glm::dvec2 difference(glm::dvec2 pixel, const glm::dvec3& direction_there) const;

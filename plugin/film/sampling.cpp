@@ -3,14 +3,6 @@
 namespace equistream {
 namespace {
 
-constexpr std::uint32_t reversed(std::uint32_t bits) {
-    bits = (bits << 16) | (bits >> 16);
-    bits = ((bits & 0x00ff00ffu) << 8) | ((bits & 0xff00ff00u) >> 8);
-    bits = ((bits & 0x0f0f0f0fu) << 4) | ((bits & 0xf0f0f0f0u) >> 4);
-    bits = ((bits & 0x33333333u) << 2) | ((bits & 0xccccccccu) >> 2);
-    return ((bits & 0x55555555u) << 1) | ((bits & 0xaaaaaaaau) >> 1);
-}
-
 /// Owen scrambling of a number whose bits are reversed: each bit is flipped by a hash of the bits below it. Adding
 /// and multiplying by even numbers carry upwards only, which is just what that needs.
 constexpr std::uint32_t scrambled_reversed(std::uint32_t bits, std::uint32_t seed) {
@@ -31,10 +23,6 @@ constexpr std::uint32_t sobol_second(std::uint32_t index) {
     return result;
 }
 
-constexpr float unit_interval(std::uint32_t bits) {
-    return static_cast<float>(bits >> 8) * 0x1p-24f;
-}
-
 }  // namespace
 
 SubpixelOffset subpixel_offset(std::uint64_t key, std::uint32_t pixel, std::uint32_t sample) {
@@ -42,8 +30,8 @@ SubpixelOffset subpixel_offset(std::uint64_t key, std::uint32_t pixel, std::uint
     // The first dimension is the reversed index, so its reversed bits are the index itself.
     const std::uint32_t first = scrambled_reversed(sample, static_cast<std::uint32_t>(seed));
     const std::uint32_t second =
-        scrambled_reversed(reversed(sobol_second(sample)), static_cast<std::uint32_t>(seed >> 32));
-    return {unit_interval(reversed(first)), unit_interval(reversed(second))};
+        scrambled_reversed(reverse_bits(sobol_second(sample)), static_cast<std::uint32_t>(seed >> 32));
+    return {unit_float(reverse_bits(first)), unit_float(reverse_bits(second))};
 }
 
 }  // namespace equistream

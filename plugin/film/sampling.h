@@ -15,6 +15,18 @@ constexpr std::uint64_t mixed(std::uint64_t word) {
     return word;
 }
 
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+    x = __builtin_bswap32(x);
+    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+    return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+}
+
+/// [0, 1): never 1, also after rounding to float.
+constexpr float unit_float(std::uint32_t bits) {
+    return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
+
 /// What all rays of one frame share.
 constexpr std::uint64_t frame_key(std::uint64_t sequence_seed, std::int64_t frame_index) {
     return mixed(mixed(sequence_seed) + static_cast<std::uint64_t>(frame_index) * 0x9e3779b97f4a7c15ull);

@@ -88,36 +88,27 @@ private:
     std::vector<DepthAgreement> agreements_;
 };
 
+double inverse(float depth_m) {
+    return 1 / std::min<double>(depth_m, far_distance_m);
+}
+
 }  // namespace
 
 void append_gap_samples(const DepthSphere& eye, const DepthSphere& centre, std::span<const DepthSphere> auxiliary,
                         const GapRule& rule, GapSamples& samples) {
-    const EquirectCamera& camera = eye.camera();
-    const int count = (camera.height + rule.stride - 1) / rule.stride;
+    const int count = (eye.camera().height + rule.stride - 1) / rule.stride;
     const Gaps gaps(eye, centre, auxiliary, rule);
     std::vector<Row> rows(static_cast<std::size_t>(count));
     tbb::parallel_for(0, count, [&](int i) { gaps.look_along(i * rule.stride, rows[static_cast<std::size_t>(i)]); });
     if (samples.first.empty())
         samples.first.push_back(0);
-    for (int i = 0; i < count; ++i) {
-        const Row& row = rows[static_cast<std::size_t>(i)];
-        samples.tried += rule.weight *
-                         equirect_pixel_solid_angle(i * rule.stride, camera.width, camera.height, camera.range) *
-                         ((camera.width + rule.stride - 1) / rule.stride);
+    for (const Row& row : rows) {
         samples.weight.insert(samples.weight.end(), row.weight.begin(), row.weight.end());
         samples.blocks.insert(samples.blocks.end(), row.blocks.begin(), row.blocks.end());
         for (const std::uint32_t blocks : row.count)
             samples.first.push_back(samples.first.back() + blocks);
     }
 }
-
-namespace {
-
-double inverse(float depth_m) {
-    return 1 / std::min<double>(depth_m, far_distance_m);
-}
-
-}  // namespace
 
 DepthSphere::DepthSphere(const EquirectCamera& camera, const glm::dvec3& offset_m)
     : camera_(camera), offset_m_(offset_m), depth_m_(camera.width, camera.height, 1) {

@@ -68,7 +68,6 @@ struct GapSamples {
     std::vector<float> weight;         ///< solid angle in its eye
     std::vector<std::uint32_t> first;  ///< into `blocks`; one more than there are samples
     std::vector<BlockId> blocks;
-    double tried = 0;  ///< weight of all points that were looked at
 };
 
 struct GapRule {

@@ -43,25 +43,6 @@ void set_grid(PatchAtlas& atlas, int count) {
         }
 }
 
-class Cast {
-public:
-    Cast(const CastSphere& cast, const EquirectCamera& camera) : cast_(cast), camera_(camera) {}
-
-    DepthSphere operator()(const glm::dvec3& offset_m) {
-        DepthSphere sphere(camera_, offset_m);
-        const auto start = Clock::now();
-        cast_(offset_m, camera_, sphere.depth_m().view());
-        seconds_ += seconds_since(start);
-        return sphere;
-    }
-    double seconds() const { return seconds_; }
-
-private:
-    const CastSphere& cast_;
-    EquirectCamera camera_;
-    double seconds_ = 0;
-};
-
 }  // namespace
 
 std::vector<glm::dvec3> patch_offsets(double box_radius_m) {
@@ -111,7 +92,14 @@ PatchPlan plan_patches(const PatchSettings& settings, const CastSphere& cast_sph
     const auto start = Clock::now();
     PatchPlan plan{previous ? *previous : empty_atlas(settings), {}};
     PatchAtlas& atlas = plan.atlas;
-    Cast cast(cast_sphere, settings.sphere);
+    double cast_s = 0;
+    const auto cast = [&](const glm::dvec3& offset_m) {
+        DepthSphere sphere(settings.sphere, offset_m);
+        const auto cast_start = Clock::now();
+        cast_sphere(offset_m, settings.sphere, sphere.depth_m().view());
+        cast_s += seconds_since(cast_start);
+        return sphere;
+    };
     const DepthSphere centre = cast(glm::dvec3(0));
     std::vector<DepthSphere> auxiliary;
     for (const glm::dvec3& offset : atlas.offsets_m)
@@ -143,12 +131,11 @@ PatchPlan plan_patches(const PatchSettings& settings, const CastSphere& cast_sph
     double gaps = 0;
     for (const float weight : samples.weight)
         gaps += weight;
-    figures.gap_share = gaps / samples.tried;
     figures.covered = gaps > 0 ? covered_weight(samples, chosen, block_count) / gaps : 1;
     figures.coverable = gaps > 0 ? coverable_weight(samples) / gaps : 1;
     figures.pixel_share = static_cast<double>(chosen.size()) * settings.block_side * settings.block_side /
                           (static_cast<double>(settings.sphere.width) * settings.sphere.height);
-    figures.cast_s = cast.seconds();
+    figures.cast_s = cast_s;
     figures.plan_s = seconds_since(start) - figures.cast_s;
     return plan;
 }

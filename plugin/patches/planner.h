@@ -11,7 +11,6 @@
 #include <equistream/patches.h>
 
 #include <functional>
-#include <memory>
 #include <vector>
 
 namespace equistream {
@@ -39,7 +38,6 @@ int smallest_patch_side(const EquirectCamera& sphere, double budget);
 
 /// How a plan came out. Shares are of the gap samples' weight.
 struct PatchFigures {
-    double gap_share = 0;           ///< of all solid angle of the training eyes
     double covered = 0;             ///< by the chosen blocks
     double coverable = 0;           ///< by all blocks of all auxiliary spheres together
     double pixel_share = 0;         ///< of used slots, to the sphere's pixels

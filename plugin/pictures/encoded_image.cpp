@@ -4,6 +4,7 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
+#include <equistream/text.h>
 
 #include <algorithm>
 #include <array>
@@ -45,8 +46,9 @@ EncodedImage::EncodedImage(std::span<const std::uint8_t> bytes, const std::strin
     : where_(where),
       // IOMemReader only reads, but its constructor takes a plain pointer.
       memory_(const_cast<std::uint8_t*>(bytes.data()), bytes.size()) {
-    if (const auto damage = png_damage(bytes))
+    if (const auto damage = png_damage(memory_))
         fail(*damage, "a whole PNG image");
+    memory_.seek(0);
     if (is_cut_jpeg(bytes))
         fail("one without its end", "a whole JPEG image");
     const char* format = image_format(bytes, name);
@@ -62,8 +64,7 @@ EncodedImage::EncodedImage(std::span<const std::uint8_t> bytes, const std::strin
     if (spec_.width < 1 || spec_.height < 1 || spec_.width > max_image_side || spec_.height > max_image_side ||
         spec_.depth > 1 || spec_.nchannels < 1 || spec_.nchannels > 4 ||
         std::int64_t{spec_.width} * spec_.height > max_image_pixels)
-        fail(std::to_string(spec_.width) + "x" + std::to_string(spec_.height) + " with " +
-             std::to_string(spec_.nchannels) + " channels");
+        fail(size_text(spec_.width, spec_.height) + " with " + std::to_string(spec_.nchannels) + " channels");
 }
 
 int EncodedImage::alpha_channel() const {

@@ -5,6 +5,7 @@
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
+#include <equistream/text.h>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 ByteImage read_picture(const fs::path& file) {
     if (!fs::exists(file))
         throw InputError(file.string() + ": no such file");
-    if (const auto damage = png_damage(file))
+    OIIO::Filesystem::IOFile whole(file.string(), OIIO::Filesystem::IOProxy::Read);
+    if (const auto damage = png_damage(whole))
         throw InputError(expected_found(file.string(), "a whole PNG picture", *damage));
     const auto input = OIIO::ImageInput::open(file.string());
     if (!input)
@@ -32,7 +34,7 @@ ByteImage read_picture(const fs::path& file) {
         spec.height > max_image_side || std::int64_t{spec.width} * spec.height > max_image_pixels)
         throw InputError(expected_found(file.string(),
                                         "a picture of at most " + std::to_string(max_image_side) + " a side",
-                                        std::to_string(spec.width) + "x" + std::to_string(spec.height)));
+                                        size_text(spec.width, spec.height)));
     if (spec.nchannels < 1)
         throw InputError(expected_found(file.string(), "at least one channel", "none"));
     const int channels = spec.nchannels < 3 ? 1 : 3;

@@ -6,9 +6,6 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <fstream>
-#include <istream>
-#include <streambuf>
 #include <vector>
 
 namespace equistream {
@@ -17,23 +14,13 @@ namespace {
 constexpr std::array<char, 8> signature = {'\x89', 'P', 'N', 'G', '\r', '\n', '\x1a', '\n'};
 constexpr std::size_t block_bytes = 1 << 16;
 
-/// Bytes in memory as a stream reads them.
-class BytesBuffer : public std::streambuf {
-public:
-    explicit BytesBuffer(std::span<const std::uint8_t> bytes) {
-        char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes.data()));
-        setg(begin, begin, begin + bytes.size());
-    }
-};
-
-/// Reads a stream and keeps the checksum of what it read since the last restart.
+/// Reads on and keeps the checksum of what it read since the last restart.
 class ChecksummedReader {
 public:
-    explicit ChecksummedReader(std::istream& stream) : stream_(stream) {}
+    explicit ChecksummedReader(OIIO::Filesystem::IOProxy& file) : file_(file) {}
 
     bool read(void* to, std::size_t bytes) {
-        stream_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
-        if (!stream_)
+        if (file_.read(to, bytes) != bytes)
             return false;
         checksum_ = crc32_gzip_refl(checksum_, static_cast<const unsigned char*>(to), bytes);
         return true;
@@ -59,13 +46,15 @@ public:
     std::uint32_t checksum() const { return checksum_; }
 
 private:
-    std::istream& stream_;
+    OIIO::Filesystem::IOProxy& file_;
     std::vector<char> block_ = std::vector<char>(block_bytes);
     std::uint32_t checksum_ = 0;
 };
 
-std::optional<std::string> damage_in(std::istream& stream) {
-    ChecksummedReader in(stream);
+}  // namespace
+
+std::optional<std::string> png_damage(OIIO::Filesystem::IOProxy& file) {
+    ChecksummedReader in(file);
     std::array<char, 8> begin{};
     if (!in.read(begin.data(), begin.size()) || begin != signature)
         return std::nullopt;
@@ -90,19 +79,6 @@ std::optional<std::string> damage_in(std::istream& stream) {
         if (name == "IEND")
             return std::nullopt;
     }
-}
-
-}  // namespace
-
-std::optional<std::string> png_damage(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return damage_in(stream);
-}
-
-std::optional<std::string> png_damage(std::span<const std::uint8_t> bytes) {
-    BytesBuffer buffer(bytes);
-    std::istream stream(&buffer);
-    return damage_in(stream);
 }
 
 }  // namespace equistream

@@ -1,16 +1,15 @@
 #pragma once
 /// Whether a PNG arrived as it was written.
-#include <cstdint>
-#include <filesystem>
+#include <OpenImageIO/filesystem.h>
+
 #include <optional>
-#include <span>
 #include <string>
 
 namespace equistream {
 
-/// What is wrong with a file (or its bytes) that begins as a PNG does: "one that ends early", "a damaged chunk IDAT";
-/// nothing for a whole one and for what is no PNG. Looked at before libpng does, which would print what it finds.
-std::optional<std::string> png_damage(const std::filesystem::path& file);
-std::optional<std::string> png_damage(std::span<const std::uint8_t> bytes);
+/// What is wrong with a file that begins as a PNG does: "one that ends early", "a damaged chunk IDAT"; nothing for a
+/// whole one and for what is no PNG. Looked at before libpng does, which would print what it finds. Reads from where
+/// `file` stands.
+std::optional<std::string> png_damage(OIIO::Filesystem::IOProxy& file);
 
 }  // namespace equistream

@@ -160,8 +160,7 @@ std::array<double, 4> camera_numbers(const Camera& camera) {
 
 Camera make_camera(CameraKind kind, int width, int height, const std::array<double, 4>& numbers) {
     if (std::int64_t{width} * height > max_image_pixels)
-        damaged("a camera of at most " + std::to_string(max_image_pixels) + " pixels",
-                std::to_string(width) + "x" + std::to_string(height));
+        damaged("a camera of at most " + std::to_string(max_image_pixels) + " pixels", size_text(width, height));
     const Camera camera = kind == CameraKind::perspective
                               ? Camera(PerspectiveCamera{width, height, numbers[0]})
                               : Camera(EquirectCamera{width, height, {numbers[0], numbers[1], numbers[2], numbers[3]}});

@@ -1,6 +1,7 @@
 #include "libav.h"
 
 #include <equistream/error.h>
+#include <equistream/stream.h>
 
 #include <cstring>
 #include <mutex>
@@ -9,6 +10,8 @@
 namespace equistream::av {
 
 namespace {
+
+constexpr int max_failures_in_a_row = 1000;
 
 /// Looked at as the number it is stored as: an enum may not even be read while it holds something else.
 template <typename Enum>
@@ -34,6 +37,23 @@ Packet make_packet() {
     if (!packet)
         throw std::bad_alloc();
     return packet;
+}
+
+Frame make_frame(AVPixelFormat format, int width, int height) {
+    Frame frame = make_frame();
+    frame->format = format;
+    frame->width = width;
+    frame->height = height;
+    if (av_frame_get_buffer(frame.get(), 0) < 0)
+        throw std::bad_alloc();
+    return frame;
+}
+
+int read_packet(AVFormatContext& format, AVPacket& packet) {
+    int code = AVERROR_INVALIDDATA;
+    for (int failures = 0; code == AVERROR_INVALIDDATA && failures < max_failures_in_a_row; ++failures)
+        code = av_read_frame(&format, &packet);
+    return code;
 }
 
 void Options::require_all_taken(const std::string& who) const {
@@ -71,16 +91,12 @@ void silence_log() {
     });
 }
 
-bool is_url(const std::string& target) {
-    return target.find("://") != std::string::npos || target.starts_with("pipe:");
-}
-
 }  // namespace equistream::av
 
 namespace equistream {
 
 bool is_url(const std::string& name) {
-    return av::is_url(name);
+    return name.find("://") != std::string::npos || name.starts_with("pipe:");
 }
 
 }  // namespace equistream

@@ -34,6 +34,12 @@ using Muxer = std::unique_ptr<AVFormatContext, FreeMuxer>;
 /// Allocate or throw std::bad_alloc.
 Frame make_frame();
 Packet make_packet();
+/// With memory for a picture of this format and size.
+Frame make_frame(AVPixelFormat format, int width, int height);
+
+/// av_read_frame, past what cannot be read: in a cut mp4 the other track's samples may still be there behind one that
+/// is not.
+int read_packet(AVFormatContext& format, AVPacket& packet);
 
 /// An AVDictionary that is freed; options that a libav call did not take stay in it.
 class Options {
@@ -61,8 +67,5 @@ std::string error_text(int code);
 
 /// libav and the encoders print what they think; whatever matters is thrown instead. Once per process.
 void silence_log();
-
-/// Whether libav would take this for a URL rather than for the name of a file.
-bool is_url(const std::string& target);
 
 }  // namespace equistream::av

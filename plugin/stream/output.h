@@ -59,7 +59,4 @@ struct Container {
 /// Throws InputError listing the extensions that are known.
 Container choose_container(const std::string& target);
 
-/// The muxer's options: written front to back, playable up to any cut.
-void set_muxer_options(const Container& container, av::Options& options);
-
 }  // namespace equistream

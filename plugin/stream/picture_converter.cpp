@@ -1,7 +1,5 @@
 #include "picture_converter.h"
 
-#include "yuv420.h"
-
 #include <equistream/error.h>
 
 #include <algorithm>
@@ -40,95 +38,12 @@ bool lies_as_ours(const AVFrame& frame) {
            (frame.chroma_location == AVCHROMA_LOC_LEFT || frame.chroma_location == AVCHROMA_LOC_UNSPECIFIED);
 }
 
-av::Frame make_frame(AVPixelFormat format, int width, int height) {
-    av::Frame yuv = av::make_frame();
-    yuv->format = format;
-    yuv->width = width;
-    yuv->height = height;
-    yuv->color_range = AVCOL_RANGE_MPEG;
+av::Frame tagged_frame(AVPixelFormat format, int width, int height, Transfer transfer) {
+    av::Frame yuv = av::make_frame(format, width, height);
     yuv->chroma_location = AVCHROMA_LOC_LEFT;
-    if (av_frame_get_buffer(yuv.get(), 0) < 0)
-        throw std::bad_alloc();
+    tag_colour(*yuv, transfer);
     return yuv;
 }
-
-}  // namespace
-
-bool is_our_yuv420(const AVFrame& frame) {
-    return frame.format == AV_PIX_FMT_YUV420P && lies_as_ours(frame) && matrix_of(frame) == SWS_CS_ITU709;
-}
-
-bool is_our_pq420(const AVFrame& frame) {
-    return frame.format == AV_PIX_FMT_YUV420P10LE && lies_as_ours(frame) && frame.color_trc == AVCOL_TRC_SMPTE2084 &&
-           frame.colorspace == AVCOL_SPC_BT2020_NCL;
-}
-
-PqView pq420_planes_of(const AVFrame& frame) {
-    return planes_of<const std::uint16_t>(frame);
-}
-
-av::Frame pq_frame_of(ImageView<const float> rgb) {
-    av::Frame yuv = make_frame(AV_PIX_FMT_YUV420P10LE, rgb.width, rgb.height);
-    yuv->color_primaries = AVCOL_PRI_BT2020;
-    yuv->color_trc = AVCOL_TRC_SMPTE2084;
-    yuv->colorspace = AVCOL_SPC_BT2020_NCL;
-    rgb_to_pq(rgb, planes_of<std::uint16_t>(*yuv));
-    return yuv;
-}
-
-YuvView yuv420_planes_of(const AVFrame& frame) {
-    return planes_of<const std::uint8_t>(frame);
-}
-
-av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb) {
-    av::Frame yuv = make_frame(AV_PIX_FMT_YUV420P, rgb.width, rgb.height);
-    yuv->color_primaries = AVCOL_PRI_BT709;
-    yuv->color_trc = AVCOL_TRC_IEC61966_2_1;
-    yuv->colorspace = AVCOL_SPC_BT709;
-    rgb_to_yuv420(rgb, planes_of<std::uint8_t>(*yuv));
-    return yuv;
-}
-
-void YuvToRgb::prepare(const Format& format) {
-    if (scaler_ && format == format_)
-        return;
-    scaler_ = make_scaler(format.width, format.height, format.pixel_format, AV_PIX_FMT_RGB24);
-    scaled_ = av::make_frame();
-    scaled_->format = AV_PIX_FMT_RGB24;
-    scaled_->width = format.width;
-    scaled_->height = format.height;
-    if (av_frame_get_buffer(scaled_.get(), 0) < 0)
-        throw std::bad_alloc();
-    if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
-        throw WorkError(std::string("no conversion to RGB from pixel format ") +
-                        av_get_pix_fmt_name(static_cast<AVPixelFormat>(format.pixel_format)));
-    sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(format.matrix), format.range == AVCOL_RANGE_JPEG,
-                             sws_getCoefficients(SWS_CS_ITU709), 1, 0, 1 << 16, 1 << 16);
-    format_ = format;
-}
-
-void YuvToRgb::scale(const AVFrame& yuv, ImageView<std::uint8_t> rgb) {
-    prepare({yuv.width, yuv.height, yuv.format, matrix_of(yuv), yuv.color_range});
-    // swscale touches bytes beyond the ends of rows: it gets a padded frame of libav's own.
-    if (const int code = sws_scale_frame(scaler_.get(), scaled_.get(), &yuv); code < 0)
-        throw WorkError("conversion to RGB: " + av::error_text(code));
-    for (int y = 0; y < rgb.height; ++y)
-        std::copy_n(scaled_->data[0] + static_cast<std::ptrdiff_t>(y) * scaled_->linesize[0], rgb.row_stride,
-                    rgb.row(y));
-}
-
-ByteImage YuvToRgb::convert(const AVFrame& yuv) {
-    ByteImage rgb(yuv.width, yuv.height, 3);
-    if (is_our_yuv420(yuv))
-        yuv420_to_rgb(yuv420_planes_of(yuv), rgb.view());
-    else
-        scale(yuv, rgb.view());
-    return rgb;
-}
-
-namespace {
-
-constexpr AVPixelFormat ours = AV_PIX_FMT_YUV420P10LE;
 
 /// Of chroma's samples within luma's grid, in 256ths of a pixel; as swscale has it.
 struct ChromaPlace {
@@ -152,67 +67,11 @@ ChromaPlace place_of(int location) {
     }
 }
 
-}  // namespace
-
-bool is_pq(const AVFrame& frame) {
-    return frame.color_trc == AVCOL_TRC_SMPTE2084 && frame.colorspace == AVCOL_SPC_BT2020_NCL && frame.width % 2 == 0 &&
-           frame.height % 2 == 0 && sws_isSupportedInput(static_cast<AVPixelFormat>(frame.format)) > 0;
-}
-
-void PqScaler::prepare(const Format& format) {
-    if (scaler_ && format == format_)
-        return;
-    scaler_ = make_scaler(format.width, format.height, format.pixel_format, ours);
-    const AVPixFmtDescriptor& lies = *av_pix_fmt_desc_get(static_cast<AVPixelFormat>(format.pixel_format));
-    const ChromaPlace from = place_of(format.chroma_location), to;
-    // Where chroma is whole it has no place of its own.
-    if (lies.log2_chroma_w > 0)
-        set_scaling(*scaler_, "src_h_chr_pos", from.x);
-    if (lies.log2_chroma_h > 0)
-        set_scaling(*scaler_, "src_v_chr_pos", from.y);
-    set_scaling(*scaler_, "dst_h_chr_pos", to.x);
-    set_scaling(*scaler_, "dst_v_chr_pos", to.y);
-    if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
-        throw WorkError(std::string("no conversion of PQ from pixel format ") + lies.name);
-    const int* matrix = sws_getCoefficients(SWS_CS_BT2020);
-    sws_setColorspaceDetails(scaler_.get(), matrix, format.range == AVCOL_RANGE_JPEG, matrix, 0, 0, 1 << 16, 1 << 16);
-    format_ = format;
-}
-
-av::Frame PqScaler::as_ours(const AVFrame& pq) {
-    prepare({pq.width, pq.height, pq.format, pq.color_range, pq.chroma_location});
-    av::Frame scaled = av::make_frame();
-    scaled->format = ours;
-    scaled->width = pq.width;
-    scaled->height = pq.height;
-    if (av_frame_get_buffer(scaled.get(), 0) < 0)
-        throw std::bad_alloc();
-    if (const int code = sws_scale_frame(scaler_.get(), scaled.get(), &pq); code < 0)
-        throw WorkError("conversion of PQ: " + av::error_text(code));
-    return scaled;
-}
-
+/// One of swscale's own names.
 void set_scaling(SwsContext& scaler, const char* option, int value) {
     [[maybe_unused]] const int code = av_opt_set_int(&scaler, option, value, 0);
     assert(code >= 0);
 }
-
-av::Scaler make_scaler(int width, int height, int from_pixel_format, int to_pixel_format) {
-    av::Scaler scaler(sws_alloc_context());
-    if (!scaler)
-        throw std::bad_alloc();
-    for (const char* option : {"srcw", "dstw"})
-        set_scaling(*scaler, option, width);
-    for (const char* option : {"srch", "dsth"})
-        set_scaling(*scaler, option, height);
-    set_scaling(*scaler, "src_format", from_pixel_format);
-    set_scaling(*scaler, "dst_format", to_pixel_format);
-    set_scaling(*scaler, "sws_flags",
-                SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP);
-    return scaler;
-}
-
-namespace {
 
 template <typename Byte, typename Word>
 AnyPlanesView<Byte, Word> view_of(const AVFrame& frame, const PlaneFormat& format) {
@@ -253,6 +112,95 @@ bool holds(const AVPixFmtDescriptor& pixels, const PlaneFormat& format) {
 
 }  // namespace
 
+bool is_our_yuv420(const AVFrame& frame) {
+    return frame.format == AV_PIX_FMT_YUV420P && lies_as_ours(frame) && matrix_of(frame) == SWS_CS_ITU709;
+}
+
+bool is_our_pq420(const AVFrame& frame) {
+    return frame.format == AV_PIX_FMT_YUV420P10LE && lies_as_ours(frame) && frame.color_trc == AVCOL_TRC_SMPTE2084 &&
+           frame.colorspace == AVCOL_SPC_BT2020_NCL;
+}
+
+PqView pq420_planes_of(const AVFrame& frame) {
+    return planes_of<const std::uint16_t>(frame);
+}
+
+av::Frame pq_frame_of(ImageView<const float> rgb) {
+    av::Frame yuv = tagged_frame(our_pq, rgb.width, rgb.height, Transfer::pq);
+    rgb_to_pq(rgb, planes_of<std::uint16_t>(*yuv));
+    return yuv;
+}
+
+YuvView yuv420_planes_of(const AVFrame& frame) {
+    return planes_of<const std::uint8_t>(frame);
+}
+
+av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb) {
+    av::Frame yuv = tagged_frame(AV_PIX_FMT_YUV420P, rgb.width, rgb.height, Transfer::srgb);
+    rgb_to_yuv420(rgb, planes_of<std::uint8_t>(*yuv));
+    return yuv;
+}
+
+bool is_pq(const AVFrame& frame) {
+    return frame.color_trc == AVCOL_TRC_SMPTE2084 && frame.colorspace == AVCOL_SPC_BT2020_NCL && frame.width % 2 == 0 &&
+           frame.height % 2 == 0 && sws_isSupportedInput(static_cast<AVPixelFormat>(frame.format)) > 0;
+}
+
+void PictureScaler::prepare(const Format& format) {
+    if (scaler_ && format == format_)
+        return;
+    scaler_.reset(sws_alloc_context());
+    if (!scaler_)
+        throw std::bad_alloc();
+    for (const char* option : {"srcw", "dstw"})
+        set_scaling(*scaler_, option, format.width);
+    for (const char* option : {"srch", "dsth"})
+        set_scaling(*scaler_, option, format.height);
+    set_scaling(*scaler_, "src_format", format.pixel_format);
+    set_scaling(*scaler_, "dst_format", to_);
+    set_scaling(*scaler_, "sws_flags",
+                SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP);
+    const AVPixFmtDescriptor& lies = *av_pix_fmt_desc_get(static_cast<AVPixelFormat>(format.pixel_format));
+    const bool pq = to_ == our_pq;
+    if (pq) {
+        const ChromaPlace from = place_of(format.chroma_location), to;
+        // Where chroma is whole it has no place of its own.
+        if (lies.log2_chroma_w > 0)
+            set_scaling(*scaler_, "src_h_chr_pos", from.x);
+        if (lies.log2_chroma_h > 0)
+            set_scaling(*scaler_, "src_v_chr_pos", from.y);
+        set_scaling(*scaler_, "dst_h_chr_pos", to.x);
+        set_scaling(*scaler_, "dst_v_chr_pos", to.y);
+    }
+    if (sws_init_context(scaler_.get(), nullptr, nullptr) < 0)
+        throw WorkError(std::string(pq ? "no conversion of PQ" : "no conversion to RGB") + " from pixel format " +
+                        lies.name);
+    sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(format.matrix), format.range == AVCOL_RANGE_JPEG,
+                             sws_getCoefficients(pq ? SWS_CS_BT2020 : SWS_CS_ITU709), pq ? 0 : 1, 0, 1 << 16, 1 << 16);
+    format_ = format;
+}
+
+av::Frame PictureScaler::scaled(const AVFrame& frame) {
+    prepare({frame.width, frame.height, frame.format, matrix_of(frame), frame.color_range, frame.chroma_location});
+    av::Frame scaled = av::make_frame(to_, frame.width, frame.height);
+    if (const int code = sws_scale_frame(scaler_.get(), scaled.get(), &frame); code < 0)
+        throw WorkError((to_ == our_pq ? "conversion of PQ: " : "conversion to RGB: ") + av::error_text(code));
+    return scaled;
+}
+
+ByteImage rgb_of(const AVFrame& yuv, PictureScaler& to_rgb) {
+    ByteImage rgb(yuv.width, yuv.height, 3);
+    if (is_our_yuv420(yuv)) {
+        yuv420_to_rgb(yuv420_planes_of(yuv), rgb.view());
+        return rgb;
+    }
+    // swscale touches bytes beyond the ends of rows: it gets a padded frame of libav's own.
+    const av::Frame scaled = to_rgb.scaled(yuv);
+    for (int y = 0; y < rgb.height(); ++y)
+        std::copy_n(scaled->data[0] + std::ptrdiff_t{y} * scaled->linesize[0], 3 * rgb.width(), rgb.pixel(0, y));
+    return rgb;
+}
+
 AVPixelFormat pixel_format_of(const PlaneFormat& format) {
     switch (format.layout) {
     case PlaneLayout::gray:
@@ -265,16 +213,6 @@ AVPixelFormat pixel_format_of(const PlaneFormat& format) {
         break;
     }
     return AV_PIX_FMT_GBRP;
-}
-
-av::Frame make_planes(const PlaneFormat& format, int width, int height) {
-    av::Frame frame = av::make_frame();
-    frame->format = pixel_format_of(format);
-    frame->width = width;
-    frame->height = height;
-    if (av_frame_get_buffer(frame.get(), 0) < 0)
-        throw std::bad_alloc();
-    return frame;
 }
 
 PlanesView planes_of(AVFrame& frame, const PlaneFormat& format) {

@@ -1,14 +1,24 @@
 #pragma once
-/// Between RGB images and libav's frames. What we code ourselves goes by yuv420.h, and by yuv.h where it is HDR; any
-/// other decoded format by swscale, as its tags say.
+/// Between RGB images and libav's frames. What we code ourselves goes by yuv.h; any other decoded format by swscale, as
+/// its tags say.
 #include "libav.h"
 
 #include <equistream/depth_code.h>
-#include <equistream/yuv.h>
+#include <equistream/stream.h>
 
 #include <optional>
 
 namespace equistream {
+
+/// Tags of colours as they are coded, of an AVFrame or an AVCodecContext.
+template <typename Tagged>
+void tag_colour(Tagged& tagged, Transfer transfer) {
+    const bool pq = transfer == Transfer::pq;
+    tagged.color_range = AVCOL_RANGE_MPEG;
+    tagged.color_primaries = pq ? AVCOL_PRI_BT2020 : AVCOL_PRI_BT709;
+    tagged.color_trc = pq ? AVCOL_TRC_SMPTE2084 : AVCOL_TRC_IEC61966_2_1;
+    tagged.colorspace = pq ? AVCOL_SPC_BT2020_NCL : AVCOL_SPC_BT709;
+}
 
 /// A tagged, owning 4:2:0 frame. Sides are even.
 av::Frame yuv_frame_of(ImageView<const std::uint8_t> rgb);
@@ -22,59 +32,39 @@ YuvView yuv420_planes_of(const AVFrame& frame);
 bool is_our_pq420(const AVFrame& frame);
 PqView pq420_planes_of(const AVFrame& frame);
 
-class YuvToRgb {
-public:
-    /// The frame's size must have been checked. Rebuilds its scaler when the format changes mid-stream.
-    ByteImage convert(const AVFrame& yuv);
+// All other pictures, by swscale: of one size, bicubic, accurate, the same on every processor.
 
-private:
-    struct Format {
-        int width = 0, height = 0, pixel_format = -1, matrix = -1, range = -1;
-        bool operator==(const Format&) const = default;
-    };
-    void prepare(const Format& format);
-    void scale(const AVFrame& yuv, ImageView<std::uint8_t> rgb);
-
-    Format format_;
-    av::Scaler scaler_;
-    av::Frame scaled_;
-};
-
-// HDR videos of others, whose samples lie otherwise than ours: in other places, of more or fewer of chroma, in other
-// ranges.
-
-/// PQ by BT.2020, of even sides, however its samples lie.
+/// PQ by BT.2020, of even sides, however its samples lie: in other places than ours, of more or less chroma.
 bool is_pq(const AVFrame& frame);
 
-class PqScaler {
+class PictureScaler {
 public:
-    /// As equistream/yuv.h describes, by swscale. `pq` is_pq().
-    av::Frame as_ours(const AVFrame& pq);
+    /// To RGB (AV_PIX_FMT_RGB24), or to our_pq: then what is scaled is is_pq().
+    explicit PictureScaler(AVPixelFormat to) : to_(to) {}
+
+    /// The frame's size must have been checked. Rebuilds its scaler when the format changes mid-stream.
+    av::Frame scaled(const AVFrame& frame);
 
 private:
     struct Format {
-        int width = 0, height = 0, pixel_format = -1, range = -1, chroma_location = -1;
+        int width = 0, height = 0, pixel_format = -1, matrix = -1, range = -1, chroma_location = -1;
         bool operator==(const Format&) const = default;
     };
     void prepare(const Format& format);
 
+    AVPixelFormat to_;
     Format format_;
     av::Scaler scaler_;
 };
 
-// swscale as every conversion here has it: of one size, bicubic, accurate, the same on every processor.
+inline constexpr AVPixelFormat our_pq = AV_PIX_FMT_YUV420P10LE;
 
-/// Set up but for sws_init_context().
-av::Scaler make_scaler(int width, int height, int from_pixel_format, int to_pixel_format);
-/// One of swscale's own names.
-void set_scaling(SwsContext& scaler, const char* option, int value);
+/// `to_rgb` is asked for what is not is_our_yuv420().
+ByteImage rgb_of(const AVFrame& yuv, PictureScaler& to_rgb);
 
 // Samples of depth codes in libav's frames.
 
 AVPixelFormat pixel_format_of(const PlaneFormat& format);
-
-/// An owning frame of that format.
-av::Frame make_planes(const PlaneFormat& format, int width, int height);
 
 /// The frame's samples; it must have that format.
 PlanesView planes_of(AVFrame& frame, const PlaneFormat& format);

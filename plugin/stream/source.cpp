@@ -46,102 +46,8 @@ constexpr int buffer_bytes = 1 << 16;
 
 /// A pipe is filled by whoever was started for it, at any pace.
 bool is_server(const std::string& name) {
-    return av::is_url(name) && !name.starts_with("pipe:");
+    return is_url(name) && !name.starts_with("pipe:");
 }
-
-}  // namespace
-
-/// libav asks while it waits.
-int Source::answer_interrupt(void* self) {
-    return static_cast<Source*>(self)->is_to_give_up() ? 1 : 0;
-}
-
-bool Source::is_to_give_up() {
-    if (options_.interrupted && options_.interrupted())
-        return true;
-    if (!is_watched_)
-        return false;
-    const std::int64_t bytes = opening_->pb == nullptr ? -1 : opening_->pb->bytes_read;
-    if (std::exchange(bytes_, bytes) != bytes)
-        begin_waiting();
-    const double limit_s = bytes < 0 ? patience_.connect_s : bytes == 0 ? patience_.first_bytes_s : patience_.silence_s;
-    if (seconds_since(waiting_since_) <= limit_s)
-        return false;
-    problem_ =
-        formatted(bytes < 0 ? "the server did not answer for %g s" : "the server sent nothing for %g s", limit_s);
-    return true;
-}
-
-int Source::read_bytes(void* self, std::uint8_t* bytes, int size) {
-    auto& source = *static_cast<Source*>(self);
-    try {  // nothing may be thrown through libav
-        const std::size_t count = source.options_.read({bytes, std::size_t(size)});
-        return count == 0 ? AVERROR_EOF : int(count);
-    } catch (const std::exception& error) {
-        source.problem_ = error.what();
-        return AVERROR(EIO);
-    }
-}
-
-void Source::make_io() {
-    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
-    io_.reset(buffer ? avio_alloc_context(buffer, buffer_bytes, 0, this, &read_bytes, nullptr, nullptr) : nullptr);
-    if (io_ == nullptr) {
-        av_free(buffer);
-        throw std::bad_alloc();
-    }
-}
-
-Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience)
-    : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read) {
-    av::silence_log();
-    const bool url = av::is_url(name);
-    if (!url && !std::filesystem::exists(name))
-        throw InputError(name + ": no such file");
-    if (!url && std::filesystem::is_directory(name))
-        throw InputError(expected_found(name, "a video file", "a folder"));
-    open(name);
-}
-
-void Source::open(const std::string& name) {
-    const bool url = av::is_url(name);
-    av::Options options;
-    options.set("format_whitelist", accepted_formats);
-    options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
-    if (!url)
-        options.set("protocol_whitelist", "file");
-    AVFormatContext* opened = avformat_alloc_context();
-    if (opened == nullptr)
-        throw std::bad_alloc();
-    format_.reset(opened);
-    opening_ = opened;
-    opened->interrupt_callback = {answer_interrupt, this};
-    if (options_.read) {
-        make_io();
-        opened->pb = io_.get();
-    }
-    begin_waiting();
-    format_.release();  // which is freed where opening fails
-    const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
-    if (code < 0 && !problem_.empty())
-        throw WorkError(name + ": " + problem_);
-    if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
-        throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
-    // What libavformat says of a format that is not among ours.
-    if (code == AVERROR(EINVAL) && !url)
-        throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",
-                                        found_kind(name, "a picture, or another kind of file")));
-    if (code < 0)
-        throw InputError(expected_found(
-            name, "a video",
-            found_kind(name, (url ? "none" : "a file of another kind") + (" (libav: " + av::error_text(code) + ")"))));
-    format_.reset(opened);
-    StreamOptions stream_options(*format_);
-    begin_waiting();
-    avformat_find_stream_info(format_.get(), stream_options.data());
-}
-
-namespace {
 
 /// Containers round their times, some to milliseconds.
 constexpr double same_time_s = 0.002;
@@ -149,8 +55,6 @@ constexpr double same_time_s = 0.002;
 constexpr double furthest_apart_s = 10;
 /// An index may know of places that are no key frames: then one from so long before is looked for.
 constexpr std::array<double, 3> earlier_s = {0, 2, 10};
-/// In a cut mp4 the other track's samples may still be there behind one that is not.
-constexpr int max_failures_in_a_row = 1000;
 
 double start_s(const AVStream& stream) {
     return stream.start_time == AV_NOPTS_VALUE ? 0 : double(stream.start_time) * av_q2d(stream.time_base);
@@ -180,13 +84,9 @@ public:
         packets_.clear();
         for (Found& one : found_)
             one.has_key = one.is_past = false;
-        for (int failures = 0; !is_done();) {
+        while (!is_done()) {
             av::Packet packet = av::make_packet();
-            const int code = av_read_frame(&format_, packet.get());
-            failures = code == AVERROR_INVALIDDATA ? failures + 1 : 0;
-            if (failures > 0 && failures < max_failures_in_a_row)
-                continue;
-            if (code < 0)
+            if (av::read_packet(format_, *packet) < 0)
                 break;
             const auto of = std::ranges::find(found_, packet->stream_index, &Found::stream);
             if (of != found_.end() && !take(std::move(packet), *of))
@@ -237,6 +137,96 @@ bool go_to(AVFormatContext& format, int stream, double time_s) {
 }
 
 }  // namespace
+
+/// libav asks while it waits.
+int Source::answer_interrupt(void* self) {
+    return static_cast<Source*>(self)->is_to_give_up() ? 1 : 0;
+}
+
+bool Source::is_to_give_up() {
+    if (options_.interrupted && options_.interrupted())
+        return true;
+    if (!is_watched_)
+        return false;
+    const std::int64_t bytes = opening_->pb == nullptr ? -1 : opening_->pb->bytes_read;
+    if (std::exchange(bytes_, bytes) != bytes)
+        begin_waiting();
+    const double limit_s = bytes < 0 ? patience_.connect_s : bytes == 0 ? patience_.first_bytes_s : patience_.silence_s;
+    if (seconds_since(waiting_since_) <= limit_s)
+        return false;
+    problem_ =
+        formatted(bytes < 0 ? "the server did not answer for %g s" : "the server sent nothing for %g s", limit_s);
+    return true;
+}
+
+int Source::read_bytes(void* self, std::uint8_t* bytes, int size) {
+    auto& source = *static_cast<Source*>(self);
+    try {  // nothing may be thrown through libav
+        const std::size_t count = source.options_.read({bytes, std::size_t(size)});
+        return count == 0 ? AVERROR_EOF : int(count);
+    } catch (const std::exception& error) {
+        source.problem_ = error.what();
+        return AVERROR(EIO);
+    }
+}
+
+void Source::make_io() {
+    auto* buffer = static_cast<unsigned char*>(av_malloc(buffer_bytes));
+    io_.reset(buffer ? avio_alloc_context(buffer, buffer_bytes, 0, this, &read_bytes, nullptr, nullptr) : nullptr);
+    if (io_ == nullptr) {
+        av_free(buffer);
+        throw std::bad_alloc();
+    }
+}
+
+Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience)
+    : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read) {
+    av::silence_log();
+    const bool url = is_url(name);
+    if (!url && !std::filesystem::exists(name))
+        throw InputError(name + ": no such file");
+    if (!url && std::filesystem::is_directory(name))
+        throw InputError(expected_found(name, "a video file", "a folder"));
+    open(name);
+}
+
+void Source::open(const std::string& name) {
+    const bool url = is_url(name);
+    av::Options options;
+    options.set("format_whitelist", accepted_formats);
+    options.set("fflags", "ignidx");  // looking ahead for an index makes a cut mp4 unreadable
+    if (!url)
+        options.set("protocol_whitelist", "file");
+    AVFormatContext* opened = avformat_alloc_context();
+    if (opened == nullptr)
+        throw std::bad_alloc();
+    format_.reset(opened);
+    opening_ = opened;
+    opened->interrupt_callback = {answer_interrupt, this};
+    if (options_.read) {
+        make_io();
+        opened->pb = io_.get();
+    }
+    begin_waiting();
+    format_.release();  // which is freed where opening fails
+    const int code = avformat_open_input(&opened, (url ? name : "file:" + name).c_str(), nullptr, options.taken());
+    if (code < 0 && !problem_.empty())
+        throw WorkError(name + ": " + problem_);
+    if (code == AVERROR(EINVAL) && name.starts_with("tcp://"))
+        throw InputError(expected_found(name, "tcp://HOST:PORT with a port of 1 to 65535", "another address"));
+    // What libavformat says of a format that is not among ours.
+    if (code == AVERROR(EINVAL) && !url)
+        throw InputError(expected_found(name, "a video in MP4, Matroska, MPEG-TS or another container of videos",
+                                        found_kind(name, "a picture, or another kind of file")));
+    if (code < 0)
+        throw InputError(expected_found(
+            name, "a video",
+            found_kind(name, (url ? "none" : "a file of another kind") + (" (libav: " + av::error_text(code) + ")"))));
+    format_.reset(opened);
+    StreamOptions stream_options(*format_);
+    begin_waiting();
+    avformat_find_stream_info(format_.get(), stream_options.data());
+}
 
 std::optional<std::deque<av::Packet>> find_packets(AVFormatContext& format, std::span<const int> streams,
                                                    double time_s) {

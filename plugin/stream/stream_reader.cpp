@@ -16,15 +16,12 @@ namespace {
 /// A source may have more tracks; nothing of ours has.
 constexpr std::size_t max_tracks = track_role_count;
 
-/// In a cut mp4 the other track's samples may still be there behind one that is not.
-constexpr int max_failures_in_a_row = 1000;
-
 bool is_video(const AVStream& stream) {
     return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO && (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
 }
 
 bool comes_at_its_own_pace(const std::string& source, const AVFormatContext& format) {
-    return av::is_url(source) && !source.starts_with("pipe:") &&
+    return is_url(source) && !source.starts_with("pipe:") &&
            (format.pb == nullptr || (format.pb->seekable & AVIO_SEEKABLE_NORMAL) == 0);
 }
 
@@ -69,10 +66,8 @@ struct ReadTrack {
 struct StreamReader::State {
     State(const std::string& source_name, const StreamReadOptions& read_options);
 
-    ReadTrack* track_at(int index);
     bool read_packet();
     bool next_packet();
-    bool seek(double seconds);
     void decode(ReadTrack& track, AVPacket& packet);
     bool may_be_cut(const ReadTrack& track) const;
     bool begins_again() const;
@@ -97,7 +92,7 @@ struct StreamReader::State {
 };
 
 StreamReader::State::State(const std::string& source_name, const StreamReadOptions& read_options)
-    : source(source_name), options(read_options), format(source, options), holds_back(!av::is_url(source_name)) {
+    : source(source_name), options(read_options), format(source, options), holds_back(!is_url(source_name)) {
     container = format->iformat->long_name;
     is_live = comes_at_its_own_pace(source, *format);
     for (unsigned i = 0; i < format->nb_streams; ++i) {
@@ -120,12 +115,6 @@ StreamReader::State::State(const std::string& source_name, const StreamReadOptio
     refresh_summaries();
 }
 
-ReadTrack* StreamReader::State::track_at(int index) {
-    const auto found =
-        std::find_if(tracks.begin(), tracks.end(), [=](const auto& track) { return track->index == index; });
-    return found == tracks.end() ? nullptr : found->get();
-}
-
 void StreamReader::State::decode(ReadTrack& track, AVPacket& incoming) {
     if (!holds_back)
         return track.decoder.decode(incoming);
@@ -141,45 +130,22 @@ bool StreamReader::State::next_packet() {
         searched.pop_front();
         return true;
     }
-    int code = AVERROR_INVALIDDATA;
     format.begin_waiting();
-    for (int failures = 0; code == AVERROR_INVALIDDATA && failures < max_failures_in_a_row; ++failures)
-        code = av_read_frame(format.get(), packet.get());
+    const int code = av::read_packet(*format, *packet);
     if (code < 0 && code != AVERROR_EOF)
         read_error = av::error_text(code);
     return code >= 0;
 }
 
-bool StreamReader::State::seek(double seconds) {
-    if (!origin_s || is_live)
-        return false;
-    std::vector<int> wanted;
-    for (const auto& track : tracks)
-        if (!track->decoder.is_left_out())
-            wanted.push_back(track->index);
-    auto packets = find_packets(*format, wanted, *origin_s + seconds);
-    if (!packets)
-        return false;
-    searched = std::move(*packets);
-    for (const auto& track : tracks) {
-        track->decoder.jump();
-        if (track->held)
-            av_packet_unref(track->held.get());
-    }
-    ended = false;
-    read_error.clear();
-    truncation.clear();
-    return true;
-}
-
 bool StreamReader::State::read_packet() {
     if (!next_packet())
         return false;
-    if (ReadTrack* track = track_at(packet->stream_index); track != nullptr && !track->decoder.is_left_out()) {
+    const auto track = std::ranges::find(tracks, packet->stream_index, [](const auto& one) { return one->index; });
+    if (track != tracks.end() && !(*track)->decoder.is_left_out()) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0)
-            track->decoder.count_damaged_packet();
+            (*track)->decoder.count_damaged_packet();
         else
-            decode(*track, *packet);
+            decode(**track, *packet);
     }
     av_packet_unref(packet.get());
     return true;
@@ -279,7 +245,26 @@ const std::string& StreamReader::container() const {
 }
 
 bool StreamReader::seek(double seconds) {
-    return state_->seek(seconds);
+    State& s = *state_;
+    if (!s.origin_s || s.is_live)
+        return false;
+    std::vector<int> wanted;
+    for (const auto& track : s.tracks)
+        if (!track->decoder.is_left_out())
+            wanted.push_back(track->index);
+    auto packets = find_packets(*s.format, wanted, *s.origin_s + seconds);
+    if (!packets)
+        return false;
+    s.searched = std::move(*packets);
+    for (const auto& track : s.tracks) {
+        track->decoder.jump();
+        if (track->held)
+            av_packet_unref(track->held.get());
+    }
+    s.ended = false;
+    s.read_error.clear();
+    s.truncation.clear();
+    return true;
 }
 
 std::int64_t StreamReader::position() const {

@@ -32,16 +32,22 @@ struct WrittenTrack {
     bool begins_group = false;  ///< with the next picture
 };
 
+/// Takes `data`, which is libav's.
+template <typename Data>
+void add_side_data(AVStream& stream, AVPacketSideDataType type, Data* data, std::size_t size) {
+    if (av_stream_add_side_data(&stream, type, reinterpret_cast<std::uint8_t*>(data), size) < 0) {
+        av_free(data);
+        throw std::bad_alloc();
+    }
+}
+
 void tag_as_equirect(AVStream& stream) {
     std::size_t size = 0;
     AVSphericalMapping* mapping = av_spherical_alloc(&size);
     if (!mapping)
         throw std::bad_alloc();
     mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
-    if (av_stream_add_side_data(&stream, AV_PKT_DATA_SPHERICAL, reinterpret_cast<std::uint8_t*>(mapping), size) < 0) {
-        av_free(mapping);
-        throw std::bad_alloc();
-    }
+    add_side_data(stream, AV_PKT_DATA_SPHERICAL, mapping, size);
 }
 
 void tag_as_stereo(AVStream& stream, StereoPacking packing) {
@@ -49,11 +55,7 @@ void tag_as_stereo(AVStream& stream, StereoPacking packing) {
     if (!stereo)
         throw std::bad_alloc();
     stereo->type = packing == StereoPacking::top_bottom ? AV_STEREO3D_TOPBOTTOM : AV_STEREO3D_SIDEBYSIDE;
-    if (av_stream_add_side_data(&stream, AV_PKT_DATA_STEREO3D, reinterpret_cast<std::uint8_t*>(stereo),
-                                sizeof *stereo) < 0) {
-        av_free(stereo);
-        throw std::bad_alloc();
-    }
+    add_side_data(stream, AV_PKT_DATA_STEREO3D, stereo, sizeof *stereo);
 }
 
 void check_fits(const std::string& target, const Container& container, const StreamSettings& settings) {
@@ -142,7 +144,7 @@ void StreamWriter::State::open_format() {
     format.reset(opened);
     format->flags |= AVFMT_FLAG_BITEXACT;                        // no random ids, no dates
     format->strict_std_compliance = FF_COMPLIANCE_EXPERIMENTAL;  // spherical metadata in mp4
-    if (av::is_url(target))
+    if (is_url(target))
         format->flags |= AVFMT_FLAG_FLUSH_PACKETS;
     if (!settings.scene.empty())
         av_dict_set(&format->metadata, "title", settings.scene.c_str(), 0);
@@ -170,7 +172,9 @@ void StreamWriter::State::add_stream(WrittenTrack& track) {
 
 void StreamWriter::State::write_header() {
     av::Options options;
-    set_muxer_options(container, options);
+    // Written front to back, playable up to any cut: a fragment per group of pictures can be read without what follows.
+    if (std::string_view(container.muxer) == "mp4")
+        options.set("movflags", "frag_keyframe+empty_moov+default_base_moof");
     check(avformat_init_output(format.get(), options.taken()), "preparing the container");
     options.require_all_taken(std::string("the container ") + container.muxer + " of this libavformat");
     check(avformat_write_header(format.get(), nullptr), "writing the header");
@@ -225,10 +229,7 @@ void StreamWriter::State::end_tracks(bool whole) {
     over = true;
 }
 
-StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings)
-    : state_(std::make_unique<State>(target, settings, std::nullopt)) {}
-
-StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings, StreamTap tap)
+StreamWriter::StreamWriter(const std::string& target, const StreamSettings& settings, std::optional<StreamTap> tap)
     : state_(std::make_unique<State>(target, settings, std::move(tap))) {}
 
 StreamWriter::~StreamWriter() = default;

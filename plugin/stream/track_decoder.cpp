@@ -1,10 +1,8 @@
 #include "track_decoder.h"
 
-#include "picture_converter.h"
-
-#include <equistream/depth_code.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 extern "C" {
 #include <libavutil/pixdesc.h>
@@ -39,7 +37,7 @@ bool is_acceptable_size(int width, int height) {
 void check_size(const std::string& source, int width, int height) {
     if (!is_acceptable_size(width, height))
         throw InputError(expected_found(source, "pictures of at most " + std::to_string(max_image_side) + " a side",
-                                        std::to_string(width) + "x" + std::to_string(height)));
+                                        size_text(width, height)));
 }
 
 av::Codec open_decoder(const AVStream& stream, const std::string& source, const HardwareDecoding& hardware,
@@ -55,7 +53,7 @@ av::Codec open_decoder(const AVStream& stream, const std::string& source, const 
     codec->pkt_timebase = stream.time_base;
     codec->thread_count = 0;
     // Decoders that work on several pictures at once give each one only when the next ones have come.
-    if (av::is_url(source) && parameters.video_delay == 0)
+    if (is_url(source) && parameters.video_delay == 0)
         codec->thread_type = FF_THREAD_SLICE;
     codec->max_pixels = max_image_pixels;
     codec->opaque = &callbacks;
@@ -103,6 +101,14 @@ std::string name_or(const char* name) {
     return name ? name : "unknown";
 }
 
+/// What a track is tagged with, if it is.
+template <typename Data>
+const Data* side_data(const AVStream& stream, AVPacketSideDataType type) {
+    std::size_t size = 0;
+    const auto* data = av_stream_get_side_data(&stream, type, &size);
+    return size >= sizeof(Data) ? reinterpret_cast<const Data*>(data) : nullptr;
+}
+
 std::string colour_of(const AVCodecParameters& parameters) {
     return name_or(av_color_range_name(parameters.color_range)) + "/" +
            name_or(av_color_primaries_name(parameters.color_primaries)) + "/" +
@@ -111,21 +117,16 @@ std::string colour_of(const AVCodecParameters& parameters) {
 }
 
 bool is_equirect(const AVStream& stream) {
-    std::size_t size = 0;
-    const auto* data = av_stream_get_side_data(&stream, AV_PKT_DATA_SPHERICAL, &size);
-    return data && size >= sizeof(AVSphericalMapping) &&
-           reinterpret_cast<const AVSphericalMapping*>(data)->projection == AV_SPHERICAL_EQUIRECTANGULAR;
+    const auto* mapping = side_data<AVSphericalMapping>(stream, AV_PKT_DATA_SPHERICAL);
+    return mapping && mapping->projection == AV_SPHERICAL_EQUIRECTANGULAR;
 }
 
 StereoPacking stereo_of(const AVStream& stream) {
-    std::size_t size = 0;
-    const auto* data = av_stream_get_side_data(&stream, AV_PKT_DATA_STEREO3D, &size);
-    if (!data || size < sizeof(AVStereo3D))
-        return StereoPacking::none;
-    const AVStereo3DType type = reinterpret_cast<const AVStereo3D*>(data)->type;
-    return type == AV_STEREO3D_TOPBOTTOM    ? StereoPacking::top_bottom
-           : type == AV_STEREO3D_SIDEBYSIDE ? StereoPacking::side_by_side
-                                            : StereoPacking::none;
+    const auto* stereo = side_data<AVStereo3D>(stream, AV_PKT_DATA_STEREO3D);
+    return !stereo                                  ? StereoPacking::none
+           : stereo->type == AV_STEREO3D_TOPBOTTOM  ? StereoPacking::top_bottom
+           : stereo->type == AV_STEREO3D_SIDEBYSIDE ? StereoPacking::side_by_side
+                                                    : StereoPacking::none;
 }
 
 std::string track_title(const AVStream& stream) {
@@ -303,11 +304,11 @@ void TrackDecoder::give_colour(av::Frame frame, const StreamReadOptions& options
         const std::shared_ptr<const AVFrame> owner(frame.release(), av::Delete());
         picture.yuv = {yuv420_planes_of(*owner), owner};
     } else if (options.pq && is_pq(*frame)) {
-        av::Frame ours = is_our_pq420(*frame) ? std::move(frame) : pq_scaler_.as_ours(*frame);
+        av::Frame ours = is_our_pq420(*frame) ? std::move(frame) : to_pq_.scaled(*frame);
         const std::shared_ptr<const AVFrame> owner(ours.release(), av::Delete());
         picture.pq = {pq420_planes_of(*owner), owner};
     } else if (options.rgb) {
-        picture.rgb = converter_.convert(*frame);
+        picture.rgb = rgb_of(*frame, to_rgb_);
     }
 }
 
@@ -355,9 +356,4 @@ void TrackDecoder::leave_out() {
     tally_.left_out = true;
     ready_.clear();
 }
-
-StreamTrackSummary TrackDecoder::summary() const {
-    return summary_;
-}
-
 }  // namespace equistream

@@ -54,7 +54,7 @@ public:
     bool is_left_out() const { return tally_.left_out; }
 
     const TrackTally& tally() const { return tally_; }
-    StreamTrackSummary summary() const;
+    const StreamTrackSummary& summary() const { return summary_; }
     void count_damaged_packet() { ++tally_.unreadable; }
     /// Joined in the middle (live): what was before the first picture is not missing.
     void join_anywhere() { joined_anywhere_ = true; }
@@ -80,8 +80,7 @@ private:
     HardwareDecoding hardware_;
     DecoderCallbacks callbacks_;
     av::Codec codec_;
-    YuvToRgb converter_;
-    PqScaler pq_scaler_;
+    PictureScaler to_rgb_{AV_PIX_FMT_RGB24}, to_pq_{our_pq};
     std::unique_ptr<DepthCode> depth_code_;
     TrackTally tally_;
     StreamTrackSummary summary_;

@@ -1,8 +1,5 @@
 #include "track_encoder.h"
 
-#include "picture_converter.h"
-
-#include <equistream/depth_code.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -12,7 +9,6 @@ extern "C" {
 }
 
 #include <algorithm>
-#include <cmath>
 
 namespace equistream {
 
@@ -34,14 +30,11 @@ void check_whole_number(const std::string& what, int value, int low, int high) {
 void check_preset(const std::string& what, const std::string& preset) {
     if (std::find(std::begin(presets), std::end(presets), preset) != std::end(presets))
         return;
-    std::string accepted;
-    for (const char* name : presets)
-        accepted += (accepted.empty() ? "" : ", ") + std::string(name);
-    throw InputError(expected_found(what, "one of " + accepted, "\"" + preset + "\""));
+    throw InputError(expected_found(what, "one of " + in_a_sentence(presets, ", "), "\"" + preset + "\""));
 }
 
 void check_track(const TrackSettings& track) {
-    const std::string size = std::to_string(track.width) + "x" + std::to_string(track.height);
+    const std::string size = size_text(track.width, track.height);
     const std::string where = std::string(track_name(track.role)) + " track";
     // Both codecs' 4:2:0 needs even sides; libx265 needs a whole coding unit.
     if (track.width < min_track_side || track.height < min_track_side || track.width > max_image_side ||
@@ -66,20 +59,11 @@ void check_track(const TrackSettings& track) {
 }
 
 void set_colour_tags(AVCodecContext& codec, Transfer transfer, const DepthCode* depth) {
-    codec.pix_fmt = AV_PIX_FMT_YUV420P;
-    codec.color_range = AVCOL_RANGE_MPEG;
-    codec.color_primaries = AVCOL_PRI_BT709;
-    codec.color_trc = AVCOL_TRC_IEC61966_2_1;
-    codec.colorspace = AVCOL_SPC_BT709;
-    codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
-    if (transfer == Transfer::pq) {
-        codec.pix_fmt = AV_PIX_FMT_YUV420P10LE;
-        codec.color_primaries = AVCOL_PRI_BT2020;
-        codec.color_trc = AVCOL_TRC_SMPTE2084;
-        codec.colorspace = AVCOL_SPC_BT2020_NCL;
+    if (depth == nullptr) {
+        codec.pix_fmt = transfer == Transfer::pq ? our_pq : AV_PIX_FMT_YUV420P;
+        codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
+        return tag_colour(codec, transfer);
     }
-    if (depth == nullptr)
-        return;
     codec.pix_fmt = pixel_format_of(depth->format());
     codec.color_range = AVCOL_RANGE_JPEG;
     codec.color_primaries = AVCOL_PRI_UNSPECIFIED;
@@ -142,9 +126,9 @@ av::Codec open_encoder(const StreamSettings& settings, const TrackSettings& trac
     set_encoder_options(settings, track, options);
     const int code = avcodec_open2(codec.get(), encoder, options.taken());
     if (code < 0)
-        throw InputError(std::string(name) + " refused " + std::to_string(codec->width) + "x" +
-                         std::to_string(codec->height) + ", " + av_get_pix_fmt_name(codec->pix_fmt) + ", preset " +
-                         settings.preset + ": " + av::error_text(code));
+        throw InputError(std::string(name) + " refused " + size_text(codec->width, codec->height) + ", " +
+                         av_get_pix_fmt_name(codec->pix_fmt) + ", preset " + settings.preset + ": " +
+                         av::error_text(code));
     options.require_all_taken(std::string(name) + " of this libavcodec");
     return codec;
 }
@@ -203,8 +187,7 @@ TrackEncoder::TrackEncoder(const StreamSettings& settings, const TrackSettings& 
 
 void TrackEncoder::require_size(int width, int height, int channels, int wanted_channels) const {
     const auto text = [](int w, int h, int c) {
-        return std::to_string(w) + "x" + std::to_string(h) + " with " + std::to_string(c) +
-               (c == 1 ? " channel" : " channels");
+        return size_text(w, h) + " with " + std::to_string(c) + (c == 1 ? " channel" : " channels");
     };
     if (width != track_.width || height != track_.height || channels != wanted_channels)
         throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
@@ -213,13 +196,10 @@ void TrackEncoder::require_size(int width, int height, int channels, int wanted_
 }
 
 void TrackEncoder::require_colour(Transfer transfer) const {
-    const char* const found = transfer == Transfer::pq ? "PQ" : "RGB";
+    const auto name = [](Transfer of) { return of == Transfer::pq ? "PQ" : "RGB"; };
     if (depth_code_ || transfer != transfer_)
         throw WorkError(expected_found(std::string(track_name(track_.role)) + " track",
-                                       depth_code_                 ? "depth"
-                                       : transfer_ == Transfer::pq ? "PQ"
-                                                                   : "RGB",
-                                       found));
+                                       depth_code_ ? "depth" : name(transfer_), name(transfer)));
 }
 
 av::Frame TrackEncoder::convert(ImageView<const std::uint8_t> rgb) const {
@@ -246,7 +226,7 @@ av::Frame TrackEncoder::convert(ImageView<const float> depth_m, DepthCodeInfo& i
         half_m = halve_depth(depth_m);
         depth_m = half_m.view();
     }
-    av::Frame frame = make_planes(depth_code_->format(), depth_m.width, depth_m.height);
+    av::Frame frame = av::make_frame(pixel_format_of(depth_code_->format()), depth_m.width, depth_m.height);
     frame->color_range = codec_->color_range;
     frame->colorspace = codec_->colorspace;
     info.clamped_pixels =
@@ -264,10 +244,6 @@ void TrackEncoder::encode(av::Frame picture, std::int64_t pts, std::span<const s
         std::copy(payload.begin(), payload.end(), data->data);
     }
     send(picture.get(), emit);
-}
-
-void TrackEncoder::drain(const std::function<void(AVPacket&)>& emit) {
-    send(nullptr, emit);
 }
 
 void TrackEncoder::send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit) {

@@ -28,12 +28,11 @@ public:
     /// `payload` travels in the coded picture, unless it is empty. `emit` is called for each packet that is ready.
     void encode(av::Frame picture, std::int64_t pts, std::span<const std::uint8_t> payload,
                 const std::function<void(AVPacket&)>& emit);
-    void drain(const std::function<void(AVPacket&)>& emit);
+    void drain(const std::function<void(AVPacket&)>& emit) { send(nullptr, emit); }
 
 private:
     void send(const AVFrame* picture, const std::function<void(AVPacket&)>& emit);
     void require_size(int width, int height, int channels, int wanted_channels) const;
-
     void require_colour(Transfer transfer) const;
 
     TrackSettings track_;

@@ -1,10 +1,9 @@
-#include "yuv420.h"
+#include <equistream/yuv.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 // A second version of each loop for AVX2, picked at load time; sanitisers do not survive the picking.

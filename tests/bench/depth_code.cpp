@@ -10,6 +10,7 @@
 #include <client/stages/stages.h>
 #include <client/warp/gl/eye_depth_finder.h>
 #include <client/warp/gl/resample.h>
+#include <tests/support/planes.h>
 
 #include <benchmark/benchmark.h>
 #include <tbb/blocked_range.h>

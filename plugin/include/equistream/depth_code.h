@@ -41,33 +41,6 @@ struct AnyPlanesView {
 using PlanesView = AnyPlanesView<std::uint8_t, std::uint16_t>;
 using ConstPlanesView = AnyPlanesView<const std::uint8_t, const std::uint16_t>;
 
-/// Owns the planes of a picture of even sides.
-class Planes {
-public:
-    Planes(const PlaneFormat& format, int width, int height) : format_(format) {
-        for (int i = 0; i < format.plane_count(); ++i) {
-            const int w = width / format.step(i), h = height / format.step(i);
-            if (format.bits == 8)
-                bytes_[i] = Image<std::uint8_t>(w, h, 1);
-            else
-                words_[i] = Image<std::uint16_t>(w, h, 1);
-        }
-    }
-    PlanesView view() {
-        PlanesView planes{format_};
-        for (int i = 0; i < format_.plane_count(); ++i) {
-            planes.bytes[i] = bytes_[i].view();
-            planes.words[i] = words_[i].view();
-        }
-        return planes;
-    }
-
-private:
-    PlaneFormat format_;
-    std::array<Image<std::uint8_t>, 3> bytes_;
-    std::array<Image<std::uint16_t>, 3> words_;
-};
-
 // Radial depth as the samples of a video picture, and back. One interface, several codes:
 //
 //   w8 w10 w12  x in one plane of 8, 10 or 12 bits: steps of x are steps of w, so the bound (bound.h) holds for every

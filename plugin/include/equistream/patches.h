@@ -35,10 +35,7 @@ struct PatchAtlas {
         std::uint16_t block_x = 0, block_y = 0;
         bool used = false;
 
-        bool operator==(const Slot& other) const {
-            return used == other.used && offset_index == other.offset_index && block_x == other.block_x &&
-                   block_y == other.block_y;
-        }
+        bool operator==(const Slot&) const = default;
     };
 
     int sphere_width = 0, sphere_height = 0;
@@ -67,26 +64,12 @@ struct PatchAtlas {
     }
 };
 
-/// Where a pixel of the atlas looks from and to, in the sphere camera's axes.
-struct PatchRay {
-    glm::dvec3 origin_m;   ///< from the sphere's centre
-    glm::dvec3 direction;  ///< unit
-};
-
 /// Continuous coordinates on the auxiliary sphere of continuous atlas coordinates (u, v) that lie in the slot of pixel
 /// (x, y): up to its border, which belongs to two slots.
 inline PixelCoordinates<double> patch_sphere_pixel(const PatchAtlas& atlas, int x, int y, double u, double v) {
     const PatchAtlas::Slot& slot = atlas.slot_at(x, y);
     const int side = atlas.block_side;
     return {u - x / side * side + slot.block_x * side, v - y / side * side + slot.block_y * side};
-}
-
-/// The ray of the same point. What an unused slot looks at means nothing.
-inline PatchRay patch_ray(const PatchAtlas& atlas, int x, int y, double u, double v) {
-    const PixelCoordinates<double> at = patch_sphere_pixel(atlas, x, y, u, v);
-    const glm::dvec3 origin =
-        atlas.offsets_m.empty() ? glm::dvec3(0) : atlas.offsets_m[atlas.slot_at(x, y).offset_index];
-    return {origin, atlas.sphere().direction(at.u, at.v)};
 }
 
 /// What is wrong with an atlas that somebody else made, in the form "expected ..., found ..."; nothing if it is sound.

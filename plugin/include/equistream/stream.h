@@ -132,9 +132,8 @@ struct StreamTap {
 /// for settings or targets that cannot be used, WorkError once coding has begun.
 class StreamWriter {
 public:
-    StreamWriter(const std::string& target, const StreamSettings& settings);
-    /// The same bytes go to `tap` too, or alone. `target` says the container and stands in errors all the same.
-    StreamWriter(const std::string& target, const StreamSettings& settings, StreamTap tap);
+    /// The bytes go to `tap` too, or alone. `target` says the container and stands in errors all the same.
+    StreamWriter(const std::string& target, const StreamSettings& settings, std::optional<StreamTap> tap = {});
     ~StreamWriter();
     StreamWriter(const StreamWriter&) = delete;
     StreamWriter& operator=(const StreamWriter&) = delete;

@@ -2,7 +2,6 @@
 /// What a viewer sends its server: docs/stream-format.md, "From the viewer". One object, one thread.
 #include <equistream/camera.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>

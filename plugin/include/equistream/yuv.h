@@ -90,15 +90,21 @@ inline Rgb rgb_at(const YuvView& planes, int x, int y) {
 /// A whole picture's colours, those of yuv_to_rgb: 3 channels, or 4 of which the last is 255. Sides are even. Rows run
 /// in parallel.
 void yuv420_to_rgb(const YuvView& yuv, ImageView<std::uint8_t> rgb);
+/// The way there, of 3 channels, in fixed point within 1/100 of a step too: chroma averaged with weights 1 2 1 across
+/// and 1 1 down, the border repeated.
+void rgb_to_yuv420(ImageView<const std::uint8_t> rgb, const Yuv420View<std::uint8_t>& yuv);
 
 // A decoder's own planes, alive and unchanged for as long as anybody holds a copy of this.
 
-struct YuvPicture {
-    YuvView planes;
+template <typename T>
+struct Yuv420Picture {
+    Yuv420View<T> planes;
     std::shared_ptr<const void> owner;
 
     bool empty() const { return planes.empty(); }
 };
+
+using YuvPicture = Yuv420Picture<const std::uint8_t>;
 
 // 10-bit Y'CbCr 4:2:0 of HDR streams: R'G'B' of SMPTE ST 2084 (PQ) with BT.2020 primaries, BT.2020 non-constant
 // luminance matrix, limited range, chroma sited and resampled as above.
@@ -107,14 +113,7 @@ struct YuvPicture {
 // with R', G', B', Y in 0 to 1.
 
 using PqView = Yuv420View<const std::uint16_t>;  ///< samples of 10 bits
-
-/// A decoder's own planes, as YuvPicture holds those of 8 bits.
-struct PqPicture {
-    PqView planes;
-    std::shared_ptr<const void> owner;
-
-    bool empty() const { return planes.empty(); }
-};
+using PqPicture = Yuv420Picture<const std::uint16_t>;
 
 namespace bt2020 {
 

@@ -6,6 +6,7 @@
 #include <equistream/patches.h>
 
 #include <client/fill/fill.h>
+#include <tests/support/patch_ray.h>
 
 #include <gtest/gtest.h>
 

@@ -5,6 +5,7 @@
 #include <client/depth/ray_colour.h>
 #include <client/depth/ray_depth.h>
 #include <scenes/library/write_glb.h>
+#include <tests/support/patch_ray.h>
 #include <tests/unit/client/analytic_scene.h>
 #include <tests/unit/client/squares.h>
 #include <tests/unit/evidence.h>

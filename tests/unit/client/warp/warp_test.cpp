@@ -3,8 +3,6 @@
 #include <tests/unit/client/simd_targets.h>
 #include <tests/unit/evidence.h>
 
-#include <plugin/stream/yuv420.h>
-
 #include <tests/support/references/plain_engines.h>
 
 #include <gtest/gtest.h>

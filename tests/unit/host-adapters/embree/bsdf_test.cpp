@@ -15,6 +15,11 @@ glm::vec3 viewer_at(float cosine) {
     return {std::sqrt(1 - cosine * cosine), 0, cosine};
 }
 
+/// Density of the reflected direction that sampling visible normals gives.
+float ggx_reflection_pdf(const glm::vec3& viewer, const glm::vec3& half, float alpha) {
+    return ggx_distribution(half, alpha) / ((1 + ggx_lambda(viewer, alpha)) * 4 * viewer.z);
+}
+
 /// A direction of the upper hemisphere by cosine and azimuth in [0, 1)^2; each stands for 2 pi / n.
 glm::vec3 hemisphere_cell(const glm::vec2& u) {
     const float z = u.x, r = std::sqrt(1 - z * z), phi = 2 * pi_f * u.y;

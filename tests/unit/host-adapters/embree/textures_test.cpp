@@ -185,10 +185,10 @@ TEST(Textures, WhatAMaskCutsAwayDoesNotBleed) {
         64, 64, [](int x, int) { return x % 2 ? glm::u8vec4(0, 0, 0, 0) : glm::u8vec4(255, 255, 255, 255); }, 4);
     const MipChainSource source{&texture, TextureCoding::colour};
     ASSERT_EQ(mip_level_count(64, 64), 7);
-    const MipLevel level = make_mip_level(source, 3);
-    EXPECT_EQ(level.width, 8);
-    EXPECT_EQ(level.height, 8);
-    EXPECT_GE(level.rgb[0], 254);
+    const ByteImage level = make_mip_level(source, 3);
+    EXPECT_EQ(level.width(), 8);
+    EXPECT_EQ(level.height(), 8);
+    EXPECT_GE(level.samples()[0], 254);
 }
 
 TEST(Textures, NearestIsNotJittered) {

@@ -1,6 +1,7 @@
 // Every setting that is wrong is refused in one line that names it, what was expected and what was found.
 #include "abi_fixture.h"
 
+#include <tests/support/patch_ray.h>
 #include <tests/unit/atlas_fixture.h>
 #include <tests/unit/plugin/stream/synthetic.h>
 

@@ -1,4 +1,5 @@
 // The atlas of patches: where its pixels look from and to, the way back, and what is refused.
+#include <tests/support/patch_ray.h>
 #include <tests/unit/atlas_fixture.h>
 
 #include <equistream/patches.h>

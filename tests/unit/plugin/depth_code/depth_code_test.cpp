@@ -2,6 +2,8 @@
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
 
+#include <tests/support/planes.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -2,6 +2,8 @@
 #include <plugin/film/motion.h>
 #include <plugin/film/sampling.h>
 
+#include <equistream/image_motion.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -79,7 +81,7 @@ TEST(PerspectiveMotion, matches_similar_triangles) {
 TEST(PerspectiveMotion, points_behind_go_out_of_the_image_on_their_own_side) {
     const PerspectiveCamera view{400, 300, pi / 2};
     const Motion motion(view, at(0, 0, 0), at(0, 0, -10));
-    const double far = Motion::farther_px(view);
+    const double far = perspective_limit_px(view.width, view.height);
     const glm::dvec2 centre(200, 150);
     const auto target = [&](const glm::dvec3& point) { return motion.of_point({10, 20}, point) + glm::dvec2(10, 20); };
     EXPECT_NEAR(glm::distance(target({1, 0, -5}), centre + far * glm::dvec2(1, 0)), 0, 1e-6);

@@ -1,7 +1,5 @@
 #include <equistream/stream.h>
 
-#include <plugin/stream/yuv420.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -53,7 +53,7 @@ TEST(LiveStreams, ReadersPassOverIt) {
     settings.preset = "ultrafast";
     settings.tracks = {{TrackRole::main, 192, 96}};
     settings.live = true;
-    StreamWriter writer("live.mkv", settings, {.take = [&](std::span<const std::uint8_t> bytes) {
+    StreamWriter writer("live.mkv", settings, StreamTap{.take = [&](std::span<const std::uint8_t> bytes) {
                             pending.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
                         }});
     const auto pass_on = [&](bool begins_group) {
