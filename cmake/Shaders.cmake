@@ -1,13 +1,13 @@
-# add_shaders([FILE.glsl ...] [CONSTANTS FUNCTION FILE.cpp])
+# add_shaders([CONSTANTS FUNCTION FILE.cpp])
 #
-# GLSL files of a folder. Programs and other GLSL files name them without the folder. FILE.cpp defines FUNCTION of
-# equistream::gl. It returns "#define NAME VALUE" lines, as a std::string, and calls nothing that would have to be linked.
+# The GLSL files of this folder and of gl/ in it. Programs and other GLSL files name them without the folder. FILE.cpp
+# defines FUNCTION of equistream::gl. It returns "#define NAME VALUE" lines, as a std::string, and calls nothing that
+# would have to be linked.
 function(add_shaders)
   cmake_parse_arguments(S "" "" "CONSTANTS" ${ARGN})
-  foreach(file IN LISTS S_UNPARSED_ARGUMENTS)
-    set_property(GLOBAL APPEND PROPERTY EQUISTREAM_SHADERS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
-    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
-  endforeach()
+  file(GLOB shaders CONFIGURE_DEPENDS *.glsl *.glsl.h gl/*.glsl)
+  set_property(GLOBAL APPEND PROPERTY EQUISTREAM_SHADERS ${shaders})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${shaders})
   if(S_CONSTANTS)
     list(GET S_CONSTANTS 0 function)
     list(GET S_CONSTANTS 1 file)

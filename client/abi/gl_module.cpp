@@ -2,8 +2,8 @@
 #include "host_gl_state.h"
 #include "module_loading.h"
 
+#include <client/gpu/context.h>
 #include <client/gpu/program.h>
-#include <client/gpu/requirements.h>
 #include <client/view/gl/eye_renderer.h>
 #include <client/warp/gl/source_textures.h>
 

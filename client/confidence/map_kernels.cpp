@@ -11,7 +11,6 @@
 #define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
-#include "map_planes-inl.h"
 #include "map_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -158,7 +157,7 @@ private:
     /// -1 where the source's nearest sample is of a mirror.
     HWY_INLINE Ints mirrors_at(int x, int y, Floats q) const {
         const Vectors r = ray(job_.rays, columns_from(x), all(float(y)));
-        const Vec3f eye = job_.rays.eye();
+        const glm::vec3 eye = job_.rays.eye();
         const Nearest sample =
             nearest_sample(job_.grid, Vectors{hn::MulAdd(all(eye.x), q, r.x), hn::MulAdd(all(eye.y), q, r.y),
                                               hn::MulAdd(all(eye.z), q, r.z)});

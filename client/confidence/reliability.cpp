@@ -1,6 +1,5 @@
 #include "reliability.h"
 
-#include "coefficients.h"
 #include "map_kernels.h"
 
 #include <equistream/bound.h>
@@ -19,15 +18,6 @@
 namespace equistream {
 
 namespace {
-
-using reliability_model::Group;
-using reliability_model::groups;
-
-/// The calibration table covers sums from 0 to its last entry; beyond that it stays.
-inline std::uint8_t share_of(const Group& group, float sum) {
-    const auto entry = int(std::min(sum * reliability_model::entries_per_unit, float(group.share_255.size() - 1)));
-    return group.share_255[std::size_t(entry)];
-}
 
 /// Rows that one thread goes through at a time: their surroundings are computed anew for each band.
 constexpr int band_rows = 64;
@@ -124,14 +114,6 @@ RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored) {
     default:
         return RiskGroup::guessed;
     }
-}
-
-float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks) {
-    const Group& weighted = groups[std::size_t(group)];
-    float sum = 0;
-    for (std::size_t k = 0; k < risks.size(); ++k)
-        sum += weighted.weights[k] * risks[k];
-    return float(share_of(weighted, sum)) * (1 / 255.0f);
 }
 
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,

@@ -96,9 +96,6 @@ enum class KnownDepth { none, coarse, fine };
 /// Group of a pixel; not of gaps. `mirrored` counts where depth looked it up in the source.
 RiskGroup risk_group(PixelOrigin origin, KnownDepth depth, bool mirrored = false);
 
-/// The model itself, for one pixel's risks: from 0 to 1.
-float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks);
-
 // What the risks of one eye's pixels are computed from: numbers that hold for the whole picture.
 
 using formulas::max_halvings;
@@ -114,8 +111,8 @@ struct RiskNumbers {
     RiskNumbers(const SourceView& source, const EyeView& eye, bool has_depth, const ReliabilityOptions& options);
 
     ImageView<const float> depth_m;  ///< of the eye; empty where it is not known
-    Vec3f centre;                    ///< of the source in the eye's axes, metres
-    Vec3f pole;                      ///< of the source's rows in the eye's axes; 0 where its columns do not converge
+    glm::vec3 centre{0};             ///< of the source in the eye's axes, metres
+    glm::vec3 pole{0};               ///< of the source's rows in the eye's axes; 0 where its columns do not converge
     float baseline_m = 0;            ///< from the source to the eye
     float focal_px = 1;
     float density = 1;                    ///< source pixels per radian over the eye's at its middle

@@ -29,8 +29,6 @@ public:
 
     /// Makes ready what `lookup` would make the first time. Any number of threads.
     void decode(std::uint32_t texture) const;
-    /// What decode() made ready, finest first; empty before that, and where the image cannot be decoded.
-    std::span<const Level> levels(std::uint32_t texture) const { return chains_[texture].levels; }
     /// Linear colour at glTF texture coordinates, bilinear, from the level whose texels are about `footprint` wide (in
     /// texture coordinates). White where the image cannot be decoded. Any number of threads.
     glm::vec3 lookup(std::uint32_t texture, glm::vec2 uv, float footprint) const;

@@ -29,10 +29,6 @@ const ExactDepth::Plane* ExactDepth::find(const Camera& camera, const Pose& pose
     return plane == planes_.end() ? nullptr : &*plane;
 }
 
-bool ExactDepth::holds(const Camera& camera, const Pose& pose) const {
-    return find(camera, pose) != nullptr;
-}
-
 void ExactDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) {
     const Plane* plane = find(camera, pose);
     if (plane == nullptr && !otherwise_)

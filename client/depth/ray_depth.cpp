@@ -99,9 +99,8 @@ public:
             packet_.start(lane, glm::vec3(origin), glm::vec3(0));
     }
 
-    /// The square whose first pixel is given; what lies outside the picture is left out.
-    void square(int x, int y, ImageView<float> depth_m) { square(x, y, depth_m, x, y); }
-    /// The same, written to another place.
+    /// The square whose first pixel is given, to one that begins at (to_x, to_y); what lies outside the picture is left
+    /// out.
     void square(int x, int y, ImageView<float> depth_m, int to_x, int to_y) {
         directions_.square(x, y, out_);
         intersect();
@@ -140,7 +139,8 @@ void cast_picture(const Bvh& bvh, const Camera& camera, const Pose& pose, ImageV
         Caster caster(bvh, directions, pose.position_m);
         for (int row = r.rows().begin(); row < r.rows().end(); ++row)
             for (int column = r.cols().begin(); column < r.cols().end(); ++column)
-                caster.square(column * packet_side, row * packet_side, depth_m);
+                caster.square(column * packet_side, row * packet_side, depth_m, column * packet_side,
+                              row * packet_side);
     });
 }
 
@@ -215,14 +215,6 @@ void RayDepth::cast(const Camera& camera, const Pose& pose, ImageView<float> dep
 bool RayDepth::cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) {
     cast_atlas(state_->bvh, atlas, pose, depth_m);
     return true;
-}
-
-std::uint64_t RayDepth::triangle_count() const {
-    return state_->model.triangle_count();
-}
-
-std::size_t RayDepth::memory_bytes() const {
-    return state_->bvh.memory_bytes();
 }
 
 }  // namespace equistream

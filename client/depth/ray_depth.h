@@ -23,9 +23,6 @@ public:
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
     bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) override;
 
-    std::uint64_t triangle_count() const;
-    std::size_t memory_bytes() const;  ///< held by Embree
-
 private:
     struct State;
     std::unique_ptr<State> state_;

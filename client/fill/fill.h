@@ -63,12 +63,13 @@ struct FillInputs {
 
 class FillPass {
 public:
+    FillPass(std::string_view name, bool wants_depth) : name_(name), wants_depth_(wants_depth) {}
     virtual ~FillPass() = default;
-    virtual std::string_view name() const = 0;
+    std::string_view name() const { return name_; }
     /// Whether depth of the views this fill pass takes its colours from, and of the eye, makes it better.
-    virtual bool wants_depth() const = 0;
+    bool wants_depth() const { return wants_depth_; }
     /// A fill pass whose input is missing fills nothing.
-    virtual void set_frame(const FillInputs& inputs) = 0;
+    virtual void set_frame(const FillInputs& inputs) { inputs_ = inputs; }
     /// Fills gaps of `picture`, which shows `eye`; `gaps` are all its gaps, and those that stay open when it returns.
     /// Where the picture has depths of its own, those of filled pixels are set too. Returns how many pixels it filled.
     /// Any number of threads may fill pictures of their own at once.
@@ -79,6 +80,13 @@ public:
         Gaps gaps(picture.origin.view());
         return fill(eye, picture, gaps);
     }
+
+protected:
+    FillInputs inputs_;
+
+private:
+    std::string_view name_;
+    bool wants_depth_;
 };
 
 /// Fill passes in the order in which they run.

@@ -71,7 +71,7 @@ class ForwardDraw {
 public:
     ForwardDraw(const Grid& grid, const ForwardTask& task, const StillThere& still_there)
         : grid_(grid), eye_(task.eye), origin_(task.picture.origin.view()), tiles_(task.eye, task.gaps),
-          inverse_planar_(task.seen.inverse_planar()), still_there_(still_there),
+          inverse_planar_(task.seen.inverse_planar), still_there_(still_there),
           eye_from_world_(glm::mat3_cast(glm::conjugate(eye_.pose.orientation))),
           eye_from_grid_(eye_from_world_ * glm::mat3_cast(grid.pose().orientation)),
           centre_(eye_from_world_ * (grid.pose().position_m - eye_.pose.position_m)), width_(width_of(grid.camera())),
@@ -307,7 +307,7 @@ void draw_forward(const PictureGrid& grid, const ForwardTask& task, const StillT
 void end_drawing(const ForwardTask& task) {
     for (const GapSpan& span : task.gaps.spans())
         for (int x = span.begin; x < span.end; ++x) {
-            float& inverse = *task.seen.inverse_planar().pixel(x, span.y);
+            float& inverse = *task.seen.inverse_planar.pixel(x, span.y);
             inverse = std::abs(inverse);
         }
 }

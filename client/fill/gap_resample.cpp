@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <optional>
 
 namespace equistream {
 
@@ -30,21 +31,20 @@ float tolerance_of(const GapResampleTask& task) {
 }
 
 /// Where a grid has what a gap pixel sees.
-template <typename Grid, typename Lookup>
+template <typename Grid>
 class PointSamples {
 public:
-    PointSamples(const Grid& grid, const Lookup& lookup, const GapResampleTask& task)
-        : grid_(grid), lookup_(lookup), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
-          agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()), tolerance_of(task)},
-          wrapping_(source_grid(grid.camera())) {}
+    PointSamples(const Grid& grid, const GapResampleTask& task)
+        : grid_(grid), lookup_(grid.camera()), task_(task), rays_(task.eye.camera, task.eye.pose, grid.pose()),
+          agreement_{std::max(float(grid.box_radius_m()), rays_.distance_m()), tolerance_of(task)} {}
 
     /// Samples of the surface that the pixel sees: false if there are too few.
     bool of_surface(int x, int y, Neighbourhood& around) const {
-        const FloatImage& inverse_planar = task_.seen.inverse_planar();
+        const FloatImage& inverse_planar = task_.seen.inverse_planar;
         const float inverse = inverse_planar.pixel(x, y)[0];
         if (!(inverse >= 0))
             return false;
-        const Vec3f d = rays_.direction(x, y) + rays_.eye() * inverse;
+        const glm::vec3 d = rays_.direction(x, y) + rays_.eye() * inverse;
         const PixelPosition position = lookup_.project(d);
         if (!lookup_.contains(position) || !find(position, around))
             return false;
@@ -69,7 +69,7 @@ public:
 
     void mix(const Neighbourhood& around, std::uint8_t* rgba) const {
         float sum = 0;
-        Vec3f colour;
+        glm::vec3 colour(0);
         for (int k = 0; k < 4; ++k) {
             const float weight = around.taps.weight[k];
             if (weight == 0)
@@ -85,8 +85,8 @@ public:
 
     /// Of the pixel's point, from the grid's centre; 0 at infinity.
     float inverse_distance(int x, int y) const {
-        const float inverse = task_.seen.inverse_planar().pixel(x, y)[0];
-        const Vec3f d = rays_.direction(x, y) + rays_.eye() * inverse;
+        const float inverse = task_.seen.inverse_planar.pixel(x, y)[0];
+        const glm::vec3 d = rays_.direction(x, y) + rays_.eye() * inverse;
         return inverse / std::sqrt(dot(d, d));
     }
     float eye_distance_m() const { return rays_.distance_m(); }
@@ -115,7 +115,7 @@ private:
     /// whether all four stay.
     bool keep_same_surface(Neighbourhood& around, float clearance, int x, int y) const {
         bool sloped = false, all = true;
-        Vec3f gradient;
+        glm::vec3 gradient(0);
         for (int k = 0; k < 4; ++k) {
             all = all && around.taps.weight[k] != 0;
             if (around.taps.weight[k] == 0)
@@ -124,7 +124,7 @@ private:
             if (agreement_.same(clearance, clearance_sample))
                 continue;
             if (!sloped)
-                gradient = rays_.inverse_distance_gradient(task_.seen.inverse_planar(), x, y);
+                gradient = rays_.inverse_distance_gradient(task_.seen.inverse_planar, x, y);
             sloped = true;
             const float inverse = dot(gradient, lookup_.unit_direction(around.taps.x[k], around.taps.y[k]));
             const float predicted = inverse > 1 / far_distance_m ? 1 / inverse : far_distance_m;
@@ -165,35 +165,27 @@ private:
     static float inverse(float depth_m) { return 1 / std::min(depth_m, far_distance_m); }
     /// NaN where the grid has nothing.
     float inverse_at(int x, int y) const {
-        x = formulas::column_round(wrapping_, x);
+        const formulas::Wrapping& wrapping = lookup_.grid();
+        x = formulas::column_round(wrapping, x);
         SamplePlace place;
-        if (x < 0 || y < 0 || x >= wrapping_.width || y >= wrapping_.height || !grid_.find(x, y, place))
+        if (x < 0 || y < 0 || x >= wrapping.width || y >= wrapping.height || !grid_.find(x, y, place))
             return std::nanf("");
         return inverse(grid_.depth_m(place));
     }
 
     const Grid& grid_;
-    const Lookup& lookup_;
+    SourceLookup lookup_;
     const GapResampleTask& task_;
     EyeRays rays_;
     DepthAgreement agreement_;
-    formulas::Wrapping wrapping_;
-};
-
-struct NoMirrors {
-    template <typename Samples>
-    bool show_the_same(const Samples&, int, int) const {
-        return true;
-    }
 };
 
 /// What one picture's mask and virtual depths say of the surfaces that it sees.
-template <typename Lookup>
 class Mirrors {
 public:
-    Mirrors(const Lookup& lookup, const SourceView& view, const GapResampleTask& task)
-        : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps, task.error_budget_px},
-          samples_(grid_, lookup, task_), tolerance_(tolerance_of(task)) {}
+    Mirrors(const SourceView& view, const GapResampleTask& task)
+        : view_(view), grid_(view), task_{task.eye, task.seen, task.gaps, task.error_budget_px}, samples_(grid_, task_),
+          tolerance_(tolerance_of(task)) {}
 
     /// Whether samples taken from some place have what the eye sees at a pixel, which may be an image. That lies as far
     /// behind the surface as the mask's picture says: from places near each other nearly the same.
@@ -216,7 +208,7 @@ private:
     const SourceView& view_;
     PictureGrid grid_;
     GapResampleTask task_;  ///< where mirrors are any sample tells, of mixed colour too
-    PointSamples<PictureGrid, Lookup> samples_;
+    PointSamples<PictureGrid> samples_;
     float tolerance_;
 };
 
@@ -240,30 +232,6 @@ std::int64_t over_gaps(const GapResampleTask& task, EyePicture& picture, const C
     return total;
 }
 
-/// Runs run(lookup) with the look-up of a camera.
-template <typename Run>
-std::int64_t with_lookup(const Camera& camera, const Run& run) {
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera))
-        return run(EquirectLookup(*sphere));
-    return run(PerspectiveLookup(std::get<PerspectiveCamera>(camera)));
-}
-
-template <typename Samples, typename AnyMirrors>
-std::int64_t colour_by_surface(const Samples& samples, const AnyMirrors& mirrors, const GapResampleTask& task,
-                               EyePicture& picture) {
-    return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
-        Neighbourhood around;
-        if (!samples.of_surface(x, y, around) || !mirrors.show_the_same(samples, x, y))
-            return false;
-        samples.mix(around, rgba);
-        // By direction nothing tells how far it is: depth stays NaN there.
-        if (!picture.depth_m.empty())
-            picture.depth_m.pixel(x, y)[0] =
-                radial_over_planar(task.eye.camera, x, y) / task.seen.inverse_planar().pixel(x, y)[0];
-        return true;
-    });
-}
-
 bool tells_of_mirrors(const SourceView* view) {
     return view != nullptr && view->specular.data != nullptr && view->depth_m.data != nullptr;
 }
@@ -271,13 +239,20 @@ bool tells_of_mirrors(const SourceView* view) {
 template <typename Grid>
 std::int64_t by_surface(const Grid& grid, const SourceView* own, const GapResampleTask& task, EyePicture& picture) {
     const SourceView* teller = tells_of_mirrors(own) ? own : task.main;
-    return with_lookup(grid.camera(), [&](const auto& lookup) {
-        const PointSamples samples(grid, lookup, task);
-        if (!tells_of_mirrors(teller))
-            return colour_by_surface(samples, NoMirrors{}, task, picture);
-        return with_lookup(teller->camera, [&](const auto& tellers) {
-            return colour_by_surface(samples, Mirrors(tellers, *teller, task), task, picture);
-        });
+    const PointSamples samples(grid, task);
+    std::optional<Mirrors> mirrors;
+    if (tells_of_mirrors(teller))
+        mirrors.emplace(*teller, task);
+    return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
+        Neighbourhood around;
+        if (!samples.of_surface(x, y, around) || (mirrors && !mirrors->show_the_same(samples, x, y)))
+            return false;
+        samples.mix(around, rgba);
+        // By direction nothing tells how far it is: depth stays NaN there.
+        if (!picture.depth_m.empty())
+            picture.depth_m.pixel(x, y)[0] =
+                radial_over_planar(task.eye.camera, x, y) / task.seen.inverse_planar.pixel(x, y)[0];
+        return true;
     });
 }
 
@@ -292,15 +267,13 @@ std::int64_t resample_gaps(const PatchGrid& grid, const GapResampleTask& task, E
 }
 
 std::int64_t resample_gaps_by_direction(const PictureGrid& grid, const GapResampleTask& task, EyePicture& picture) {
-    return with_lookup(grid.camera(), [&](const auto& lookup) {
-        const PointSamples samples(grid, lookup, task);
-        return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
-            Neighbourhood around;
-            if (!samples.in_direction(x, y, around))
-                return false;
-            samples.mix(around, rgba);
-            return true;
-        });
+    const PointSamples samples(grid, task);
+    return over_gaps(task, picture, [&](int x, int y, std::uint8_t* rgba) {
+        Neighbourhood around;
+        if (!samples.in_direction(x, y, around))
+            return false;
+        samples.mix(around, rgba);
+        return true;
     });
 }
 

@@ -30,7 +30,7 @@ public:
         return at.has_value();
     }
     float depth_m(SamplePlace p) const { return view_.depth_m.pixel(p.x, p.y)[0]; }
-    Vec3f colour(SamplePlace p) const { return sample_colour(view_.rgb, view_.yuv, p.x, p.y); }
+    glm::vec3 colour(SamplePlace p) const { return sample_colour(view_.rgb, view_.yuv, p.x, p.y); }
     /// Whether a rectangle of samples, whose corner lies in the sphere, may hold any.
     bool holds_any(int left, int top, int width, int height) const {
         const int right = std::min(left + width, view_.atlas->sphere_width) - 1;

@@ -58,15 +58,13 @@ static_assert(std::uint8_t(PixelOrigin::gap) == 0 && std::endian::native == std:
 
 Gaps::Gaps(ImageView<const std::uint8_t> origin) {
     for (int y = 0; y < origin.height; ++y)
-        runs(origin.row(y), 0, origin.width, [&](int begin, int end) { add(y, begin, end); });
+        runs(origin.row(y), 0, origin.width, [&](int begin, int end) { spans_.push_back({y, begin, end}); });
 }
 
 Gaps::Gaps(std::vector<GapSpan> spans) : spans_(std::move(spans)) {
     assert(std::ranges::adjacent_find(spans_, [](const GapSpan& a, const GapSpan& b) {
                return b.y < a.y || (b.y == a.y && b.begin <= a.end);
            }) == spans_.end());
-    for (const GapSpan& span : spans_)
-        count_ += span.end - span.begin;
 }
 
 std::span<const GapSpan> Gaps::rows(int first, int end) const {
@@ -77,14 +75,10 @@ std::span<const GapSpan> Gaps::rows(int first, int end) const {
 void Gaps::narrow(ImageView<const std::uint8_t> origin) {
     const std::vector<GapSpan> before = std::exchange(spans_, {});
     spans_.reserve(before.size());
-    count_ = 0;
     for (const GapSpan& span : before)
-        runs(origin.row(span.y), span.begin, span.end, [&](int begin, int end) { add(span.y, begin, end); });
-}
-
-void Gaps::add(int y, int begin, int end) {
-    spans_.push_back({y, begin, end});
-    count_ += end - begin;
+        runs(origin.row(span.y), span.begin, span.end, [&](int begin, int end) {
+            spans_.push_back({span.y, begin, end});
+        });
 }
 
 namespace {
@@ -161,14 +155,14 @@ int wide_gap_side(const PerspectiveCamera& eye, const Camera& source) {
 void SeenPoints::look(const EyeView& eye, const EyePicture& picture, const Gaps& gaps) {
     const int width = picture.origin.width();
     const int height = picture.origin.height();
-    if (inverse_planar_.width() != width || inverse_planar_.height() != height)
-        inverse_planar_ = FloatImage(width, height, 1);
+    if (inverse_planar.width() != width || inverse_planar.height() != height)
+        inverse_planar = FloatImage(width, height, 1);
     const bool own = eye.depth_m.data == nullptr && !picture.depth_m.empty();
     const ImageView<const float> depth_m = own ? picture.depth_m.view() : eye.depth_m;
     const auto look_at = [&](int y, int begin, int end) {
         begin = std::max(begin, 0);
         end = std::min(end, width);
-        float* inverse = inverse_planar_.pixel(0, y);
+        float* inverse = inverse_planar.pixel(0, y);
         if (depth_m.data == nullptr)
             return std::fill(inverse + begin, inverse + end, std::numeric_limits<float>::quiet_NaN());
         const float* depth = depth_m.row(y);

@@ -31,16 +31,12 @@ public:
     std::span<const GapSpan> spans() const { return spans_; }
     /// Those of rows first to end - 1.
     std::span<const GapSpan> rows(int first, int end) const;
-    std::int64_t count() const { return count_; }
     bool empty() const { return spans_.empty(); }
     /// Looks again, but only where there were gaps.
     void narrow(ImageView<const std::uint8_t> origin);
 
 private:
-    void add(int y, int begin, int end);
-
     std::vector<GapSpan> spans_;
-    std::int64_t count_ = 0;
 };
 
 // Gaps wide enough for a coarse picture to tell something of them.
@@ -77,16 +73,11 @@ private:
 
 /// What the gap pixels of an eye see: 1 / planar depth of each, and of the pixels beside it. One plane of the picture's
 /// size, of which only those pixels are ever written or read, so that it costs no more than the gaps do.
-class SeenPoints {
-public:
+struct SeenPoints {
     /// Takes the eye's depths, or, where it has none, those of the picture's coloured pixels. NaN: not known.
     void look(const EyeView& eye, const EyePicture& picture, const Gaps& gaps);
 
-    const FloatImage& inverse_planar() const { return inverse_planar_; }
-    FloatImage& inverse_planar() { return inverse_planar_; }
-
-private:
-    FloatImage inverse_planar_;
+    FloatImage inverse_planar;
 };
 
 /// Radial over planar depth at a pixel's centre.

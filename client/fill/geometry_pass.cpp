@@ -1,4 +1,4 @@
-#include "geometry_pass.h"
+#include "fill.h"
 
 #include <equistream/rec709.h>
 
@@ -9,12 +9,21 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 
 namespace equistream {
 
 namespace {
 
-constexpr int tile_side = light_tile_side, sample_step = light_sample_step;
+// Where light is looked for that a gap's surface receives.
+
+constexpr int tile_side = 8;
+constexpr int sample_step = 2;          ///< of filled pixels, those at every second column and row are asked
+constexpr int lit_tiles_around = 2;     ///< a tile with gaps: those whose samples are asked
+constexpr int farthest_light_tile = 6;  ///< around a gap's own where its instance is looked for
+constexpr std::size_t enough_light_samples = 12;
+constexpr float min_base = 0.02f;  ///< darker surfaces' colours say little about their light
+constexpr float min_light_weight = 1e-3f;
 
 struct Pixel {
     int x = 0, y = 0;
@@ -129,10 +138,17 @@ std::vector<GeometryHit> cast(GeometryColour& geometry, const std::vector<Geomet
     return hits;
 }
 
-}  // namespace
+/// The client's own geometry, lit as what is seen of the same instance around a gap: linear colour = base colour there
+/// times seen over base colour of the nearest filled pixels of that instance. What shines by itself, mirrors or is
+/// glass, what nothing hits, and instances that nothing is seen of nearby stay gaps.
+class GeometryPass : public FillPass {
+public:
+    GeometryPass() : FillPass("geometry", false) {}
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
+};
 
 std::int64_t GeometryPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (geometry_ == nullptr || gaps.empty())
+    if (inputs_.geometry == nullptr || gaps.empty())
         return 0;
     LitSamples samples(picture, gaps);
     std::vector<GeometryRay> rays;
@@ -144,7 +160,7 @@ std::int64_t GeometryPass::fill(const EyeView& eye, EyePicture& picture, Gaps& g
             open.push_back({x, span.y});
             rays.push_back(ray_through(eye, x, span.y));
         }
-    const std::vector<GeometryHit> hits = cast(*geometry_, rays);
+    const std::vector<GeometryHit> hits = cast(*inputs_.geometry, rays);
     for (std::size_t i = 0; i < samples.all().size(); ++i)
         samples.all()[i].hit = hits[i];
 
@@ -177,6 +193,8 @@ std::int64_t GeometryPass::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     gaps.narrow(picture.origin.view());
     return filled;
 }
+
+}  // namespace
 
 std::unique_ptr<FillPass> make_geometry_pass() {
     return std::make_unique<GeometryPass>();

@@ -1,14 +1,15 @@
-#include "picture_passes.h"
-
+#include "fill.h"
 #include "forward_depth.h"
 #include "gap_resample.h"
 #include "gaps.h"
 
 #include <equistream/bound.h>
 #include <equistream/depth_agreement.h>
+#include <equistream/patches.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace equistream {
 
@@ -26,26 +27,27 @@ std::int64_t fill_from(const SourceView& source, const GapResampleTask& task, Se
     return resample_gaps(grid, task, picture);
 }
 
-/// A picture and who it is, of a frame's.
-struct OnePicture {
-    const SourceView* source;
-    PixelOrigin mark;
-    const FillInputs& frame;
-};
+/// Looks gap pixels up in pictures that were rendered elsewhere.
+class PicturePass : public FillPass {
+public:
+    explicit PicturePass(std::string_view name) : FillPass(name, true) {}
 
-std::int64_t fill_from_one(const OnePicture& from, const EyeView& eye, EyePicture& picture, Gaps& gaps,
-                           ObjectPool<SeenPoints>& pool) {
-    const SourceView* source = from.source;
-    if (source == nullptr || source->depth_m.data == nullptr || gaps.empty())
-        return 0;
-    std::unique_ptr<SeenPoints> seen = pool.acquire();
-    seen->look(eye, picture, gaps);
-    const GapResampleTask task{eye, *seen, gaps, from.frame.error_budget_px, from.mark, from.frame.main};
-    const std::int64_t filled = fill_from(*source, task, *seen, picture, {});
-    pool.release(std::move(seen));
-    gaps.narrow(picture.origin.view());
-    return filled;
-}
+protected:
+    std::int64_t fill_from_one(const SourceView* source, PixelOrigin mark, const EyeView& eye, EyePicture& picture,
+                               Gaps& gaps) const {
+        if (source == nullptr || source->depth_m.data == nullptr || gaps.empty())
+            return 0;
+        std::unique_ptr<SeenPoints> seen = pool_.acquire();
+        seen->look(eye, picture, gaps);
+        const GapResampleTask task{eye, *seen, gaps, inputs_.error_budget_px, mark, inputs_.main};
+        const std::int64_t filled = fill_from(*source, task, *seen, picture, {});
+        pool_.release(std::move(seen));
+        gaps.narrow(picture.origin.view());
+        return filled;
+    }
+
+    mutable ObjectPool<SeenPoints> pool_;
+};
 
 /// A surface that the source looks through now is not there any more.
 class SeenThrough {
@@ -77,32 +79,66 @@ private:
     DepthAgreement agreement_;
 };
 
-}  // namespace
+/// The small second-eye view.
+class SmallPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override {
+        return inputs_.small == nullptr || gaps.empty() ? 0 : fill_all(eye, picture, gaps);
+    }
 
-std::int64_t SmallPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (inputs_.small == nullptr || gaps.empty())
-        return 0;
-    if (fills_ == Fills::all_gaps)
-        return fill_all(eye, picture, gaps);
-    Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, inputs_.small->camera));
-    const std::int64_t filled = fill_all(eye, picture, wide);
-    gaps.narrow(picture.origin.view());
-    return filled;
-}
+protected:
+    std::int64_t fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
+        if (inputs_.small->depth_m.data != nullptr)
+            return fill_from_one(inputs_.small, PixelOrigin::small, eye, picture, gaps);
+        const SeenPoints nothing;
+        const GapResampleTask task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
+        const std::int64_t filled = resample_gaps_by_direction(PictureGrid(*inputs_.small), task, picture);
+        gaps.narrow(picture.origin.view());
+        return filled;
+    }
+};
 
-std::int64_t SmallPass::fill_all(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    if (inputs_.small->depth_m.data != nullptr)
-        return fill_from_one({inputs_.small, PixelOrigin::small, inputs_}, eye, picture, gaps, pool_);
-    const SeenPoints nothing;
-    const GapResampleTask task{eye, nothing, gaps, inputs_.error_budget_px, PixelOrigin::small};
-    const std::int64_t filled = resample_gaps_by_direction(PictureGrid(*inputs_.small), task, picture);
-    gaps.narrow(picture.origin.view());
-    return filled;
-}
+/// The same; what it does not resolve is left to others.
+class SmallWidePass : public SmallPass {
+public:
+    using SmallPass::SmallPass;
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override {
+        if (inputs_.small == nullptr || gaps.empty())
+            return 0;
+        Gaps wide = wide_gaps(gaps, eye.camera.width, wide_gap_side(eye.camera, inputs_.small->camera));
+        const std::int64_t filled = fill_all(eye, picture, wide);
+        gaps.narrow(picture.origin.view());
+        return filled;
+    }
+};
 
-std::int64_t HiddenPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    return fill_from_one({inputs_.hidden, PixelOrigin::hidden, inputs_}, eye, picture, gaps, pool_);
-}
+/// The source's second layer.
+class HiddenPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override {
+        return fill_from_one(inputs_.hidden, PixelOrigin::hidden, eye, picture, gaps);
+    }
+};
+
+/// Earlier main pictures, the newest first.
+class EarlierPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
+};
+
+/// Blocks of spheres beside the source's.
+class PatchesPass : public PicturePass {
+public:
+    using PicturePass::PicturePass;
+    void set_frame(const FillInputs& inputs) override;
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
+
+private:
+    std::optional<PatchSlots> slots_;  ///< of the inputs' atlas
+};
 
 std::int64_t EarlierPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     StillThere still_there;
@@ -167,24 +203,26 @@ std::int64_t PatchesPass::fill(const EyeView& eye, EyePicture& picture, Gaps& ga
     return filled;
 }
 
+}  // namespace
+
 std::unique_ptr<FillPass> make_hidden_pass() {
-    return std::make_unique<HiddenPass>();
+    return std::make_unique<HiddenPass>("hidden");
 }
 
 std::unique_ptr<FillPass> make_earlier_pass() {
-    return std::make_unique<EarlierPass>();
+    return std::make_unique<EarlierPass>("earlier");
 }
 
 std::unique_ptr<FillPass> make_patches_pass() {
-    return std::make_unique<PatchesPass>();
+    return std::make_unique<PatchesPass>("patches");
 }
 
 std::unique_ptr<FillPass> make_small_pass() {
-    return std::make_unique<SmallPass>(SmallPass::Fills::all_gaps);
+    return std::make_unique<SmallPass>("small");
 }
 
 std::unique_ptr<FillPass> make_small_wide_pass() {
-    return std::make_unique<SmallPass>(SmallPass::Fills::wide_gaps);
+    return std::make_unique<SmallWidePass>("small-wide");
 }
 
 }  // namespace equistream

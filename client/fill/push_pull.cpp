@@ -1,5 +1,6 @@
 #include "push_pull.h"
 
+#include "fill.h"
 #include "gaps.h"
 
 #include <equistream/bound.h>
@@ -104,21 +105,34 @@ std::int64_t PushPull::run(const SurfaceDepths& depths, const Gaps& gaps, EyePic
     return coloured;
 }
 
-/// The main source from the eye, in the eye's axes; 0 where nobody has said where that is.
-glm::dvec3 PushPullPass::towards_source(const EyeView& eye) const {
-    if (inputs_.main == nullptr)
-        return glm::dvec3(0);
-    return glm::conjugate(eye.pose.orientation) * (inputs_.main->pose.position_m - eye.pose.position_m);
-}
+namespace {
+
+/// Coarser levels of the picture itself.
+class PushPullPass : public FillPass {
+public:
+    PushPullPass() : FillPass("pushpull", false) {}
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
+
+private:
+    struct Workspace {
+        PushPull pyramid;
+        FloatImage background_m;
+    };
+
+    mutable ObjectPool<Workspace> pool_;
+};
 
 std::int64_t PushPullPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
     if (gaps.empty())
         return 0;
     std::unique_ptr<Workspace> work = pool_.acquire();
-    const glm::dvec3 source = towards_source(eye);
+    // The main source from the eye, in the eye's axes; 0 where nobody has said where that is.
+    glm::dvec3 source(0);
     SurfaceDepths depths;
-    const double box_radius_m = inputs_.main == nullptr ? 0 : inputs_.main->box_radius_m;
-    depths.box_radius_m = float(std::max(box_radius_m, glm::length(source)));
+    if (const SourceView* main = inputs_.main) {
+        source = glm::conjugate(eye.pose.orientation) * (main->pose.position_m - eye.pose.position_m);
+        depths.box_radius_m = float(std::max(main->box_radius_m, glm::length(source)));
+    }
     depths.tolerance = float(std::sin(error_budget_rad(eye.camera.focal_px(), inputs_.error_budget_px)));
     if (eye.depth_m.data != nullptr) {
         depths.known_m = depths.gap_m = eye.depth_m;
@@ -136,6 +150,8 @@ std::int64_t PushPullPass::fill(const EyeView& eye, EyePicture& picture, Gaps& g
     gaps.narrow(picture.origin.view());
     return filled;
 }
+
+}  // namespace
 
 std::unique_ptr<FillPass> make_push_pull_pass() {
     return std::make_unique<PushPullPass>();

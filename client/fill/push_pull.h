@@ -1,6 +1,5 @@
 #pragma once
-/// The `pushpull` fill pass: its pyramid, the loops over it, the filling of one picture and the pass.
-#include "fill.h"
+/// The `pushpull` fill pass: its pyramid, the loops over it and the filling of one picture.
 #include "gaps.h"
 
 #include <equistream/depth_agreement.h>
@@ -161,24 +160,5 @@ void push_upper_level(PullPyramid& pyramid, int level);
 void push_tiles(PullPyramid& pyramid, int level, std::size_t first, std::size_t last);
 /// Gap pixels, from level 1; how many got a colour.
 std::int64_t colour_spans(const PullPyramid& pyramid, std::span<const GapSpan> spans);
-
-/// Coarser levels of the picture itself.
-class PushPullPass : public FillPass {
-public:
-    std::string_view name() const override { return "pushpull"; }
-    bool wants_depth() const override { return false; }
-    void set_frame(const FillInputs& inputs) override { inputs_ = inputs; }
-    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override;
-
-private:
-    struct Workspace {
-        PushPull pyramid;
-        FloatImage background_m;
-    };
-    glm::dvec3 towards_source(const EyeView& eye) const;
-
-    FillInputs inputs_;
-    mutable ObjectPool<Workspace> pool_;
-};
 
 }  // namespace equistream

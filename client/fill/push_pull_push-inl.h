@@ -6,11 +6,8 @@
 #define EQUISTREAM_PUSH_PULL_PUSH_INL_H
 #endif
 
-#include "push_pull_layers-inl.h"
-
 #include "gaps.h"
-
-#include <hwy/cache_control.h>
+#include "push_pull_pull-inl.h"
 
 #include <bit>
 #include <span>

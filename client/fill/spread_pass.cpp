@@ -1,11 +1,29 @@
-#include "spread_pass.h"
+#include "fill.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace equistream {
 
 namespace {
+
+/// Depths whose ratio is below about 1.1 are one surface, whatever the head box: what colours come from is a guess
+/// anyway, which the bound says nothing of.
+constexpr float same_surface_likeness = 0.1f;
+/// By which squares of depths' relative differences count.
+constexpr float likeness_steepness = 1e3f;
+/// Where one of both is infinite, or not known.
+constexpr float min_likeness = 1e-6f;
+
+/// How much a gap pixel and its neighbour are taken for one surface: 1 at the same depth, less the more the depths'
+/// ratio differs from one; never quite 0.
+float depth_likeness(float a_m, float b_m) {
+    if (a_m == b_m)
+        return 1;
+    const float difference = std::abs(a_m - b_m) / std::min(a_m, b_m);
+    return std::isfinite(difference) ? 1 / (1 + likeness_steepness * difference * difference) : min_likeness;
+}
 
 struct Pixel {
     int x = 0, y = 0;
@@ -120,13 +138,18 @@ private:
     bool across_surfaces_ = false;
 };
 
-}  // namespace
+/// The nearest filled neighbours.
+class SpreadPass : public FillPass {
+public:
+    SpreadPass() : FillPass("spread", false) {}
+    std::int64_t fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const override {
+        const std::int64_t filled = Spreader(eye, picture, gaps).run();
+        gaps.narrow(picture.origin.view());
+        return filled;
+    }
+};
 
-std::int64_t SpreadPass::fill(const EyeView& eye, EyePicture& picture, Gaps& gaps) const {
-    const std::int64_t filled = Spreader(eye, picture, gaps).run();
-    gaps.narrow(picture.origin.view());
-    return filled;
-}
+}  // namespace
 
 std::unique_ptr<FillPass> make_spread_pass() {
     return std::make_unique<SpreadPass>();

@@ -1,4 +1,3 @@
-#include "constants.h"
 #include "defines.h"
 
 #include <equistream/coding_loss.h>

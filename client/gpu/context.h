@@ -51,6 +51,9 @@ private:
 /// missing, where there is none.
 std::unique_ptr<Context> make_offscreen_context();
 
+/// What the current context lacks of that; empty where it has all.
+std::string missing_requirement();
+
 /// For tests: in contexts that are made from now on, what the driver reports as an error of use, a wrong call of ours,
 /// ends the program.
 void abort_on_errors();

@@ -36,10 +36,4 @@ DrawingState::~DrawingState() {
     enable(GL_DEPTH_CLAMP, has_depth_clamp_ == GL_TRUE);
 }
 
-VertexArray make_vertex_array() {
-    GLuint name = 0;
-    glCreateVertexArrays(1, &name);
-    return VertexArray(name);
-}
-
 }  // namespace equistream::gl

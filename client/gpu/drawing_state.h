@@ -20,7 +20,4 @@ private:
     GLint clip_origin_ = 0, clip_depth_ = 0, depth_function_ = 0;
 };
 
-/// For passes whose vertices are numbers alone.
-VertexArray make_vertex_array();
-
 }  // namespace equistream::gl

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace equistream::gl {
 
@@ -97,6 +98,33 @@ void require_complete(const Framebuffer& framebuffer) {
     const GLenum status = glCheckNamedFramebufferStatus(framebuffer.name(), GL_FRAMEBUFFER);
     if (status != GL_FRAMEBUFFER_COMPLETE)
         throw WorkError("OpenGL: the driver cannot draw into the framebuffer (status " + std::to_string(status) + ")");
+}
+
+Framebuffer make_framebuffer(std::span<const GLuint> colours, GLuint depth) {
+    GLuint name = 0;
+    glCreateFramebuffers(1, &name);
+    Framebuffer framebuffer(name);
+    std::vector<GLenum> drawn;
+    for (const GLuint colour : colours) {
+        drawn.push_back(GL_COLOR_ATTACHMENT0 + GLenum(drawn.size()));
+        glNamedFramebufferTexture(name, drawn.back(), colour, 0);
+    }
+    if (depth != 0)
+        glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth, 0);
+    glNamedFramebufferDrawBuffers(name, GLsizei(drawn.size()), drawn.data());
+    require_complete(framebuffer);
+    return framebuffer;
+}
+
+VertexArray make_vertex_array() {
+    GLuint name = 0;
+    glCreateVertexArrays(1, &name);
+    return VertexArray(name);
+}
+
+void finish_pictures() {
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
 void download(GLuint texture, int layer, Size size, const PixelLayout& layout, void* to, std::size_t row_bytes) {

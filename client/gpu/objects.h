@@ -74,8 +74,16 @@ Buffer make_buffer_of(std::span<const T> content, GLbitfield flags = 0) {
 /// Of one storage block of a shader's, at most.
 std::int64_t max_storage_bytes();
 
+/// What comes after may sample, copy, draw over or write the textures that shaders wrote.
+void finish_pictures();
+
 /// Whose status is not complete throws WorkError.
 void require_complete(const Framebuffer& framebuffer);
+/// Draws to all layers of these textures, `depth` being 0 or a depth buffer. Throws as require_complete does.
+Framebuffer make_framebuffer(std::span<const GLuint> colours, GLuint depth);
+
+/// For passes whose vertices are numbers alone.
+VertexArray make_vertex_array();
 
 /// How pixels lie in memory.
 struct PixelLayout {

@@ -1,6 +1,5 @@
 #include "program.h"
 
-#include "constants.h"
 #include "shader_files.h"
 
 #include <glm/gtc/type_ptr.hpp>

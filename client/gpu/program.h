@@ -29,8 +29,11 @@ struct Stage {
 /// the first test that draws. What the compiler found unused, one driver's more than another's, is set without effect.
 class Program {
 public:
-    /// `defines` stand before each stage's text, after constants.h's: "NAME VALUE".
+    /// `defines` stand before each stage's text, after constants(): "NAME VALUE".
     explicit Program(std::initializer_list<Stage> stages, std::span<const std::string> defines = {});
+    /// A compute shader alone.
+    explicit Program(const char* file, std::span<const std::string> defines = {})
+        : Program({{GL_COMPUTE_SHADER, file}}, defines) {}
 
     GLuint name() const { return program_.name(); }
     void use() const { glUseProgram(name()); }

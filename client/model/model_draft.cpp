@@ -18,6 +18,10 @@ constexpr const char* own_name = "equistream model";
 /// An instance this strict is placed with its mesh as it is.
 constexpr int exact_log4 = std::numeric_limits<int>::min();
 
+void tighten(std::uint8_t& strictness) {
+    strictness = std::min<std::uint8_t>(StaticGeometry::exact, std::uint8_t(strictness + 1));
+}
+
 double max_scale(const glm::mat4& m) {
     return std::max({glm::length(glm::vec3(m[0])), glm::length(glm::vec3(m[1])), glm::length(glm::vec3(m[2]))});
 }
@@ -253,25 +257,16 @@ std::uint32_t ModelDraft::material_of(SceneModel& out, const Mesh& mesh) {
     return material;
 }
 
-void ModelDraft::tighten_vertex(std::uint32_t point) {
-    merged_.strictness[point] =
-        std::min<std::uint8_t>(StaticGeometry::exact, std::uint8_t(merged_.strictness[point] + 1));
-}
-
-void ModelDraft::tighten_instance(std::uint32_t instance) {
-    strictness_[instance] = std::min<std::uint8_t>(StaticGeometry::exact, std::uint8_t(strictness_[instance] + 1));
-}
-
 void ModelDraft::restore_scene_side(const HitId& hit) {
     if (hit.instance == no_index)
         return;
     kept_[hit.instance][hit.triangle] = 1;
     const Mesh& mesh = scene_.meshes[scene_.instances[hit.instance].mesh];
     if (part_[hit.instance] == Part::placed)
-        tighten_instance(hit.instance);
+        tighten(strictness_[hit.instance]);
     if (part_[hit.instance] == Part::merged)
         for (int corner = 0; corner < 3; ++corner)
-            tighten_vertex(points_[first_vertex_[hit.instance] + mesh.triangles[hit.triangle][corner]]);
+            tighten(merged_.strictness[points_[first_vertex_[hit.instance] + mesh.triangles[hit.triangle][corner]]]);
 }
 
 void ModelDraft::restore_model_side(const HitId& hit) {
@@ -280,9 +275,9 @@ void ModelDraft::restore_model_side(const HitId& hit) {
     const std::uint32_t source = source_instance_[hit.instance];
     if (source == no_index)
         for (int corner = 0; corner < 3; ++corner)
-            tighten_vertex(merged_triangles_[hit.triangle][corner]);
+            tighten(merged_.strictness[merged_triangles_[hit.triangle][corner]]);
     else if (part_[source] == Part::placed)
-        tighten_instance(source);
+        tighten(strictness_[source]);
 }
 
 void ModelDraft::restore(const std::vector<FailedRay>& failed) {

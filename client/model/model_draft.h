@@ -31,8 +31,6 @@ public:
 private:
     void restore_scene_side(const HitId& hit);
     void restore_model_side(const HitId& hit);
-    void tighten_vertex(std::uint32_t point);
-    void tighten_instance(std::uint32_t instance);
     void build_merged(SceneModel& out);
     void build_placed(SceneModel& out);
     void build_exact(SceneModel& out);

@@ -164,7 +164,7 @@ private:
     }
 
     const MirrorJob& job_;
-    Vec3f eye_;
+    glm::vec3 eye_;
 };
 
 void find_images_here(const MirrorJob& job, int y, MirrorRow& row) {

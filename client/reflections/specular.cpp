@@ -29,8 +29,7 @@ void open_gap(EyePicture& picture, int x, int y) {
 }
 
 /// Does with a row's pixels what was found of them.
-template <typename Lookup>
-SpecularCounts apply(const MirrorRow& row, int y, const ImageColour<Lookup>& colour, EyePicture& picture) {
+SpecularCounts apply(const MirrorRow& row, int y, const ImageColour& colour, EyePicture& picture) {
     SpecularCounts counts;
     for (std::size_t i = 0; i < std::size_t(row.count); ++i) {
         const int x = row.x[i];
@@ -43,7 +42,7 @@ SpecularCounts apply(const MirrorRow& row, int y, const ImageColour<Lookup>& col
             break;
         case MirrorAnswer::by_image: {
             ++counts.by_image;
-            const Vec3f found = colour.at({row.u[i], row.v[i]});
+            const glm::vec3 found = colour.at({row.u[i], row.v[i]});
             std::uint8_t* rgba = picture.rgba.pixel(x, y);
             rgba[0] = std::uint8_t(found.x + 0.5f);
             rgba[1] = std::uint8_t(found.y + 0.5f);
@@ -58,9 +57,8 @@ SpecularCounts apply(const MirrorRow& row, int y, const ImageColour<Lookup>& col
     return counts;
 }
 
-template <typename Lookup>
-SpecularCounts rework_all(ImageFinder* find, const MirrorJob& job, const Lookup& lookup, EyePicture& picture) {
-    const ImageColour colour(lookup, job.source, job.agreement);
+SpecularCounts rework_all(ImageFinder* find, const MirrorJob& job, EyePicture& picture) {
+    const ImageColour colour(job.source, job.agreement);
     SpecularCounts total;
     std::mutex mutex;
     const tbb::blocked_range<int> all_rows(0, job.eye.camera.height, 8);
@@ -120,9 +118,7 @@ SpecularCounts rework_specular_by(ImageFinder* find, const SourceView& source, c
         .origin = picture.origin.view(),
         .agreement = {std::max(float(source.box_radius_m), rays.distance_m()), float(std::sin(budget_rad))},
         .looks_for_images = options.treatment == MirrorTreatment::images};
-    if (const auto* sphere = std::get_if<EquirectCamera>(&source.camera))
-        return rework_all(find, job, EquirectLookup(*sphere), picture);
-    return rework_all(find, job, PerspectiveLookup(std::get<PerspectiveCamera>(source.camera)), picture);
+    return rework_all(find, job, picture);
 }
 
 }  // namespace equistream

@@ -88,16 +88,14 @@ inline bool warps_with_surface(const DepthAgreement& agreement, float surface_m,
 
 // The colour of what mirrors and glass show, where a source has it.
 
-/// References must outlive it; only reads, from any number of threads.
-template <typename Lookup>
+/// The source must outlive it; only reads, from any number of threads.
 class ImageColour {
 public:
-    ImageColour(const Lookup& lookup, const SourceView& source, const DepthAgreement& agreement)
-        : lookup_(lookup), source_(source), grid_(source), agreement_(agreement),
-          wrapping_(source_grid(source.camera)) {}
+    ImageColour(const SourceView& source, const DepthAgreement& agreement)
+        : lookup_(source.camera), source_(source), grid_(source), agreement_(agreement) {}
 
     /// What is seen at a position found: of the four samples around, those that show the nearest one's image.
-    Vec3f at(PixelPosition position) const {
+    glm::vec3 at(PixelPosition position) const {
         const BilinearCell cell(position);
         const Taps taps = lookup_.taps(position);
         const int near_x = position.u - 0.5f - float(cell.x) >= 0.5f;
@@ -106,7 +104,7 @@ public:
         const bool across = (beside && joined(cell.x + 1 - near_x, cell.y, 0, 1)) ||
                             (above && joined(cell.x, cell.y + 1 - near_y, 1, 0));
         float sum = 0;
-        Vec3f colour;
+        glm::vec3 colour(0);
         for (int k = 0; k < 4; ++k) {
             const bool far_x = (k & 1) != near_x, far_y = (k >> 1) != near_y;
             if ((far_x && far_y && !across) || (far_x && !far_y && !beside) || (far_y && !far_x && !above))
@@ -123,9 +121,9 @@ private:
         return s.specular ? 1 / image_distance(source_, s) : std::nanf("");
     }
     float inverse_image(int x, int y) const {
-        if (y < 0 || y >= wrapping_.height)
+        if (y < 0 || y >= lookup_.grid().height)
             return std::nanf("");
-        return inverse_image(specular_sample(source_, formulas::wrapped_column(wrapping_, x, y), y));
+        return inverse_image(specular_sample(source_, formulas::wrapped_column(lookup_.grid(), x, y), y));
     }
 
     /// Whether the neighbours at (x, y) and one step further show one image.
@@ -134,11 +132,10 @@ private:
                                     inverse_image(x + 2 * dx, y + 2 * dy));
     }
 
-    const Lookup& lookup_;
+    SourceLookup lookup_;
     const SourceView& source_;
     PictureGrid grid_;
     DepthAgreement agreement_;
-    formulas::Wrapping wrapping_;
 };
 
 }  // namespace equistream

@@ -1,6 +1,6 @@
 #include "window.h"
 
-#include <client/gpu/requirements.h>
+#include <client/gpu/context.h>
 #include <equistream/error.h>
 
 // epoxy's entry points come before GLFW's own.

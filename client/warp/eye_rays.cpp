@@ -1,16 +1,10 @@
 #include "eye_rays.h"
 
-#include <tbb/parallel_for.h>
-
 #include <limits>
 
 namespace equistream {
 
 namespace {
-
-Vec3f to_float(const glm::dvec3& v) {
-    return {float(v.x), float(v.y), float(v.z)};
-}
 
 /// Differences to the neighbours on either side, per pixel; NaN where there is none.
 struct Slopes {
@@ -48,29 +42,18 @@ EyeRays::EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& s
     const glm::dmat3 rotation = glm::mat3_cast(source_from_world * eye.orientation);
     const double step = 1 / camera.focal_px();
     const glm::dvec3 corner((0.5 - 0.5 * camera.width) * step, (0.5 * camera.height - 0.5) * step, -1);
-    corner_ = to_float(rotation * corner);
-    right_ = to_float(rotation * glm::dvec3(step, 0, 0));
-    down_ = to_float(rotation * glm::dvec3(0, -step, 0));
-    eye_ = to_float(source_from_world * (eye.position_m - source.position_m));
-    eye_own_axes_ = to_float(glm::conjugate(eye.orientation) * (eye.position_m - source.position_m));
+    corner_ = glm::vec3(rotation * corner);
+    right_ = glm::vec3(rotation * glm::dvec3(step, 0, 0));
+    down_ = glm::vec3(rotation * glm::dvec3(0, -step, 0));
+    eye_ = glm::vec3(source_from_world * (eye.position_m - source.position_m));
+    eye_own_axes_ = glm::vec3(glm::conjugate(eye.orientation) * (eye.position_m - source.position_m));
     source_from_eye_ = glm::mat3(rotation);
-}
-
-FloatImage EyeRays::inverse_planar_depth(ImageView<const float> depth_m) const {
-    FloatImage inverse(depth_m.width, depth_m.height, 1);
-    tbb::parallel_for(0, depth_m.height, [&](int y) {
-        const float* from = depth_m.row(y);
-        float* to = inverse.pixel(0, y);
-        for (int x = 0; x < depth_m.width; ++x)
-            to[x] = from[x] > 0 ? length(x, y) / from[x] : std::numeric_limits<float>::quiet_NaN();
-    });
-    return inverse;
 }
 
 bool EyeRays::shows_back_to_source(const FloatImage& inverse_planar, int x, int y) const {
     // With n as below, n . X - 1 is negative at the eye and -(1 + n . c) at the source, c being the eye seen from it;
     // linear in the slopes, so the extremes are at the neighbours.
-    const Vec3f c = eye_own_axes_;
+    const glm::vec3 c = eye_own_axes_;
     const float by_slope_x = c.x * focal_ + c.z * (float(x) - centre_x_);
     const float by_slope_y = -c.y * focal_ + c.z * (float(y) - centre_y_);
     const float largest = 1 - c.z * inverse_planar.pixel(x, y)[0] +
@@ -79,7 +62,7 @@ bool EyeRays::shows_back_to_source(const FloatImage& inverse_planar, int x, int 
     return largest < 0;
 }
 
-Vec3f EyeRays::inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const {
+glm::vec3 EyeRays::inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const {
     // In the eye's own frame a plane is n . X = 1 and inverse planar depth is n . (a, b, -1): linear in the pixel.
     const float z = inverse_planar.pixel(x, y)[0];
     const float slope_x = slopes(inverse_planar, x, y, 1, 0).believed();
@@ -88,7 +71,7 @@ Vec3f EyeRays::inverse_distance_gradient(const FloatImage& inverse_planar, int x
                       slope_x * (float(x) - centre_x_) + slope_y * (float(y) - centre_y_) - z);
     const glm::vec3 m = source_from_eye_ * n;
     const float at_source = 1 + m.x * eye_.x + m.y * eye_.y + m.z * eye_.z;
-    return Vec3f{m.x, m.y, m.z} * (1 / at_source);
+    return m * (1 / at_source);
 }
 
 }  // namespace equistream

@@ -1,26 +1,10 @@
 #pragma once
-/// Vectors of single precision, and the rays of an eye's pixels.
+/// The rays of an eye's pixels.
 #include "view.h"
 
 #include <glm/glm.hpp>
 
 namespace equistream {
-
-// Vectors of single precision.
-
-struct Vec3f {
-    float x = 0, y = 0, z = 0;
-};
-
-inline Vec3f operator+(Vec3f a, Vec3f b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline Vec3f operator*(Vec3f a, float s) {
-    return {a.x * s, a.y * s, a.z * s};
-}
-inline float dot(Vec3f a, Vec3f b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 // The rays of an eye's pixels in a source's camera frame, in single precision: linear in the pixel's coordinates.
 
@@ -29,10 +13,10 @@ public:
     EyeRays(const PerspectiveCamera& camera, const Pose& eye, const Pose& source);
 
     /// Direction of a pixel's centre with planar depth 1, in the source's frame: corner + x right + y down.
-    Vec3f corner() const { return corner_; }
-    Vec3f right() const { return right_; }
-    Vec3f down() const { return down_; }
-    Vec3f direction(int x, int y) const { return corner_ + right_ * float(x) + down_ * float(y); }
+    glm::vec3 corner() const { return corner_; }
+    glm::vec3 right() const { return right_; }
+    glm::vec3 down() const { return down_; }
+    glm::vec3 direction(int x, int y) const { return corner_ + right_ * float(x) + down_ * float(y); }
     /// Its length: radial over planar depth.
     float length(int x, int y) const {
         const float a = (float(x) - centre_x_) * inverse_focal_;
@@ -40,30 +24,27 @@ public:
         return std::sqrt(1 + a * a + b * b);
     }
     /// The eye in the source's frame, and the same in the eye's own axes, metres.
-    Vec3f eye() const { return eye_; }
-    Vec3f eye_own_axes() const { return eye_own_axes_; }
+    glm::vec3 eye() const { return eye_; }
+    glm::vec3 eye_own_axes() const { return eye_own_axes_; }
     const glm::mat3& source_from_eye() const { return source_from_eye_; }
     /// Pixels: of the view, and its middle as an index of pixels.
     float focal_px() const { return focal_; }
     float centre_x() const { return centre_x_; }
     float centre_y() const { return centre_y_; }
-    float distance_m() const { return std::sqrt(dot(eye_, eye_)); }
-
-    /// 1 / planar depth of every pixel: linear in the pixel's coordinates along a plane, 0 for a miss.
-    FloatImage inverse_planar_depth(ImageView<const float> depth_m) const;
+    float distance_m() const { return glm::length(eye_); }
 
     /// The surface's plane at a pixel, from the inverse planar depths around it, in the source's frame and for
     /// distances from the source's centre: 1 / r(q) = m . q. Of the neighbours on either side the one nearer in depth
     /// is believed.
-    Vec3f inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const;
+    glm::vec3 inverse_distance_gradient(const FloatImage& inverse_planar, int x, int y) const;
 
     /// Whether the source sees the back of what the eye sees: it lies beyond the surface's plane, whichever neighbours
     /// the plane is laid through. (Only thin surfaces, such as leaves, are seen from both sides at one depth.)
     bool shows_back_to_source(const FloatImage& inverse_planar, int x, int y) const;
 
 private:
-    Vec3f corner_, right_, down_, eye_;
-    Vec3f eye_own_axes_;  ///< from the source's centre to the eye, in the eye's frame
+    glm::vec3 corner_, right_, down_, eye_;
+    glm::vec3 eye_own_axes_;  ///< from the source's centre to the eye, in the eye's frame
     glm::mat3 source_from_eye_{1};
     float focal_ = 1, inverse_focal_ = 1, centre_x_ = 0, centre_y_ = 0;
 };

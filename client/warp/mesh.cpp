@@ -18,104 +18,91 @@ struct VisibleBlock {
     BlockTriangles triangles;
 };
 
-class MeshFinder : public EyeDepthFromSource {
+/// Finds the cells around a block.
+class Neighbourhood {
 public:
-    explicit MeshFinder(bool plain) : plain_(plain) {}
-
-    void find(const FindingTask& task, FloatImage& inverse_planar) const override {
-        std::vector<VisibleBlock> blocks = visible_blocks(task);
-        struct Scratch {
-            LatticeBlock block;
-            JoinedPoints joined;
-        };
-        tbb::enumerable_thread_specific<Scratch> scratches;
-        const auto load = [&](const VisibleBlock& visible) -> Scratch& {
-            Scratch& scratch = scratches.local();
-            task.lattice.load(visible.block_x, visible.block_y, scratch.block);
-            find_joined(scratch.block, task.same_surface, scratch.joined);
-            return scratch;
-        };
-        // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by
-        // as much again.
-        const DepthAgreement within{task.same_surface.box_radius_m, 0.5f * task.share};
-        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-            const Scratch& scratch = load(blocks[i]);
-            if (plain_)
-                build_plain_cells(scratch.block, blocks[i].cells);
-            else
-                build_mesh_cells(scratch.block, scratch.joined, within, blocks[i].cells);
-        });
-        const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
-        const Neighbourhood neighbourhood(task.lattice, blocks);
-        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-            const Scratch& scratch = load(blocks[i]);
-            make_triangles({scratch.block, scratch.joined, projection, plain_}, blocks[i].cells,
-                           neighbourhood.of(blocks[i]), blocks[i].triangles);
-        });
-        draw(blocks, inverse_planar);
+    Neighbourhood(const SourceLattice& lattice, const std::vector<VisibleBlock>& blocks) : lattice_(lattice) {
+        at_.resize(std::size_t(lattice.block_columns()) * std::size_t(lattice.block_rows()));
+        for (const VisibleBlock& block : blocks)
+            at_[index(block.block_x, block.block_y)] = &block.cells;
+    }
+    NeighbourCells of(const VisibleBlock& block) const {
+        const int x = block.block_x, y = block.block_y, columns = lattice_.block_columns();
+        const int left = x > 0 ? x - 1 : lattice_.closes() ? columns - 1 : -1;
+        const int right = x + 1 < columns ? x + 1 : lattice_.closes() ? 0 : -1;
+        const int left_columns =
+            std::min(LatticeBlock::side, lattice_.width() - lattice_.first_column() - left * LatticeBlock::side);
+        return {left < 0 ? nullptr : at_[index(left, y)], left_columns, right < 0 ? nullptr : at_[index(right, y)],
+                y > 0 ? at_[index(x, y - 1)] : nullptr, y + 1 < lattice_.block_rows() ? at_[index(x, y + 1)] : nullptr};
     }
 
 private:
-    /// Finds the cells around a block.
-    class Neighbourhood {
-    public:
-        Neighbourhood(const SourceLattice& lattice, const std::vector<VisibleBlock>& blocks) : lattice_(lattice) {
-            at_.resize(std::size_t(lattice.block_columns()) * std::size_t(lattice.block_rows()));
-            for (const VisibleBlock& block : blocks)
-                at_[index(block.block_x, block.block_y)] = &block.cells;
-        }
-        NeighbourCells of(const VisibleBlock& block) const {
-            const int x = block.block_x, y = block.block_y, columns = lattice_.block_columns();
-            const int left = x > 0 ? x - 1 : lattice_.closes() ? columns - 1 : -1;
-            const int right = x + 1 < columns ? x + 1 : lattice_.closes() ? 0 : -1;
-            const int left_columns =
-                std::min(LatticeBlock::side, lattice_.width() - lattice_.first_column() - left * LatticeBlock::side);
-            return {left < 0 ? nullptr : at_[index(left, y)], left_columns, right < 0 ? nullptr : at_[index(right, y)],
-                    y > 0 ? at_[index(x, y - 1)] : nullptr,
-                    y + 1 < lattice_.block_rows() ? at_[index(x, y + 1)] : nullptr};
-        }
-
-    private:
-        std::size_t index(int x, int y) const {
-            return std::size_t(y) * std::size_t(lattice_.block_columns()) + std::size_t(x);
-        }
-        const SourceLattice& lattice_;
-        std::vector<const MeshCells*> at_;
-    };
-
-    static std::vector<VisibleBlock> visible_blocks(const FindingTask& task) {
-        const PixelBox everything{0, 0, task.eye.camera.width, task.eye.camera.height};
-        const SeenThrough seen(task.eye.camera, task.eye.pose, task.source.pose, everything);
-        std::vector<VisibleBlock> blocks;
-        for (int y = 0; y < task.lattice.block_rows(); ++y)
-            for (int x = 0; x < task.lattice.block_columns(); ++x)
-                if (seen.may_show(task.lattice.summary(x, y)))
-                    blocks.push_back({x, y, {}, {}});
-        return blocks;
+    std::size_t index(int x, int y) const {
+        return std::size_t(y) * std::size_t(lattice_.block_columns()) + std::size_t(x);
     }
-
-    static void draw(const std::vector<VisibleBlock>& blocks, FloatImage& inverse_planar) {
-        constexpr int band_rows = 64;
-        const int height = inverse_planar.height();
-        tbb::parallel_for(0, (height + band_rows - 1) / band_rows, [&](int band) {
-            const int first = band * band_rows, end = std::min(first + band_rows, height);
-            for (const VisibleBlock& block : blocks) {
-                const BlockTriangles& of = block.triangles;
-                if (of.bottom < float(first - 1) || of.top > float(end))
-                    continue;
-                for (const auto& [a, b, c] : of.triangles)
-                    draw_triangle(of.vertices[a], of.vertices[b], of.vertices[c], first, end, inverse_planar);
-            }
-        });
-    }
-
-    bool plain_;
+    const SourceLattice& lattice_;
+    std::vector<const MeshCells*> at_;
 };
+
+std::vector<VisibleBlock> visible_blocks(const FindingTask& task) {
+    const PixelBox everything{0, 0, task.eye.camera.width, task.eye.camera.height};
+    const SeenThrough seen(task.eye.camera, task.eye.pose, task.source.pose, everything);
+    std::vector<VisibleBlock> blocks;
+    for (int y = 0; y < task.lattice.block_rows(); ++y)
+        for (int x = 0; x < task.lattice.block_columns(); ++x)
+            if (seen.may_show(task.lattice.summary(x, y)))
+                blocks.push_back({x, y, {}, {}});
+    return blocks;
+}
+
+void draw(const std::vector<VisibleBlock>& blocks, FloatImage& inverse_planar) {
+    constexpr int band_rows = 64;
+    const int height = inverse_planar.height();
+    tbb::parallel_for(0, (height + band_rows - 1) / band_rows, [&](int band) {
+        const int first = band * band_rows, end = std::min(first + band_rows, height);
+        for (const VisibleBlock& block : blocks) {
+            const BlockTriangles& of = block.triangles;
+            if (of.bottom < float(first - 1) || of.top > float(end))
+                continue;
+            for (const auto& [a, b, c] : of.triangles)
+                draw_triangle(of.vertices[a], of.vertices[b], of.vertices[c], first, end, inverse_planar);
+        }
+    });
+}
 
 }  // namespace
 
-std::unique_ptr<EyeDepthFromSource> make_mesh_finder(bool plain) {
-    return std::make_unique<MeshFinder>(plain);
+void find_by_mesh(const FindingTask& task, bool plain, FloatImage& inverse_planar) {
+    std::vector<VisibleBlock> blocks = visible_blocks(task);
+    struct Scratch {
+        LatticeBlock block;
+        JoinedPoints joined;
+    };
+    tbb::enumerable_thread_specific<Scratch> scratches;
+    const auto load = [&](const VisibleBlock& visible) -> Scratch& {
+        Scratch& scratch = scratches.local();
+        task.lattice.load(visible.block_x, visible.block_y, scratch.block);
+        find_joined(scratch.block, task.same_surface, scratch.joined);
+        return scratch;
+    };
+    // Half of what the mesh may be off: cells that are fanned out to meet smaller ones leave their own triangles by
+    // as much again.
+    const DepthAgreement within{task.same_surface.box_radius_m, 0.5f * task.share};
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+        const Scratch& scratch = load(blocks[i]);
+        if (plain)
+            build_plain_cells(scratch.block, blocks[i].cells);
+        else
+            build_mesh_cells(scratch.block, scratch.joined, within, blocks[i].cells);
+    });
+    const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
+    const Neighbourhood neighbourhood(task.lattice, blocks);
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+        const Scratch& scratch = load(blocks[i]);
+        make_triangles({scratch.block, scratch.joined, projection, plain}, blocks[i].cells, neighbourhood.of(blocks[i]),
+                       blocks[i].triangles);
+    });
+    draw(blocks, inverse_planar);
 }
 
 namespace {
@@ -124,10 +111,10 @@ constexpr int side = LatticeBlock::side;
 
 /// The plane through three points, as m of 1/r = m . q. In double precision: the points lie close together, and what is
 /// wanted is their small differences.
-Vec3f plane_through(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
-    const glm::dvec3 origin(a.q.x, a.q.y, a.q.z);
+glm::vec3 plane_through(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
+    const glm::dvec3 origin(a.q);
     const double square = glm::dot(origin, origin);
-    const auto chord = [&](const LatticePoint& p) { return glm::dvec3(p.q.x, p.q.y, p.q.z) - origin; };
+    const auto chord = [&](const LatticePoint& p) { return glm::dvec3(p.q) - origin; };
     // m = k q_a / |q_a|^2 + s u + t v: right at a because u and v are square to q_a, at b and c by the choice of s and
     // t.
     const double k = a.k / square;
@@ -138,8 +125,7 @@ Vec3f plane_through(const LatticePoint& a, const LatticePoint& b, const LatticeP
     const double uu = glm::dot(u, u), vv = glm::dot(v, v), uv = glm::dot(u, v);
     const double determinant = uu * vv - uv * uv;
     const double s = (at_u * vv - at_v * uv) / determinant, t = (at_v * uu - at_u * uv) / determinant;
-    const glm::dvec3 m = k * origin + s * u + t * v;
-    return {float(m.x), float(m.y), float(m.z)};
+    return glm::vec3(k * origin + s * u + t * v);
 }
 
 /// Builds bottom-up: a node is flat if its four parts are and its two triangles hold all its points.
@@ -180,7 +166,7 @@ private:
     bool holds(int x, int y, int size) const {
         const LatticePoint a = block_.point(x, y), b = block_.point(x + size, y);
         const LatticePoint c = block_.point(x, y + size), d = block_.point(x + size, y + size);
-        const Vec3f upper = plane_through(a, b, d), lower = plane_through(a, d, c);
+        const glm::vec3 upper = plane_through(a, b, d), lower = plane_through(a, d, c);
         for (int j = 0; j <= size; ++j)
             if (!row_holds(x, y + j, {0, j}, lower) || !row_holds(x, y + j, {j, size}, upper))
                 return false;
@@ -190,7 +176,7 @@ private:
     struct Columns {
         int first, last;
     };
-    bool row_holds(int x, int y, Columns columns, const Vec3f& plane) const {
+    bool row_holds(int x, int y, Columns columns, const glm::vec3& plane) const {
         const int begin = LatticeBlock::at(x, y);
         bool good = true;
         for (int i = begin + columns.first; i <= begin + columns.last; ++i) {

@@ -122,7 +122,7 @@ private:
             const float dx = p.x == x ? 0.5f : -0.5f, dy = p.y == y ? 0.5f : -0.5f;
             at_centre[i] = continued(p.x, p.y, dx, dy);
         }
-        Vec3f direction;
+        glm::vec3 direction(0);
         for (const Place& p : places)
             direction = direction + block_.point(p.x, p.y).q * 0.25f;
         for (int i = 0; i < 4; ++i) {
@@ -182,7 +182,7 @@ private:
     }
 
     struct Homogeneous {
-        Vec3f h;
+        glm::vec3 h;
         float k;
     };
     /// Against the four sides of the view, a pixel wider: what is inside all of them is before the eye.

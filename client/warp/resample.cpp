@@ -16,46 +16,6 @@ constexpr double interpolation_share = 1 / 4.0;
 /// And never more, samples: below that the weights' own steps begin to show.
 constexpr double max_interpolation_error = 1 / 32.0;
 
-SourceGrid grid_of(const EquirectCamera& camera) {
-    const LongitudeLatitudeRange& range = camera.range;
-    SourceGrid grid;
-    grid.middle = float(0.5 * (range.longitude_min + range.longitude_max));
-    grid.top = float(range.latitude_max);
-    grid.columns_per_radian = float(camera.width / range.longitude_span());
-    grid.rows_per_radian = float(camera.height / range.latitude_span());
-    grid.closes = range.closes();
-    grid.north_pole = grid.closes && range.latitude_max > pi / 2 - 1e-9;
-    grid.south_pole = grid.closes && range.latitude_min < -pi / 2 + 1e-9;
-    return grid;
-}
-
-SourceGrid grid_of(const PerspectiveCamera& camera) {
-    SourceGrid grid;
-    grid.sphere = false;
-    grid.focal_px = float(camera.focal_px());
-    return grid;
-}
-
-std::int64_t run(const WarpJob& job) {
-    // Few rows at once: some are many times as much work as others, and the last part is waited for.
-    constexpr int rows_at_once = 2;
-    const int rows = (job.eye.camera.height + tile_height - 1) / tile_height;
-    std::atomic<std::int64_t> coloured{0};
-    tbb::parallel_for(tbb::blocked_range<int>(0, rows, rows_at_once), [&](const tbb::blocked_range<int>& range) {
-        coloured += warp_tiles(job, range.begin(), range.end());
-    });
-    return coloured;
-}
-
-template <typename AnyCamera>
-std::int64_t resample(const AnyCamera& camera, const ResampleOptions& options, WarpJob& job) {
-    job.grid = source_grid(camera);
-    job.radians_per_sample = float(camera.pixel_angle_rad());
-    job.interpolation = float(
-        std::min(interpolation_share * options.tolerance_rad / camera.pixel_angle_rad(), max_interpolation_error));
-    return run(job);
-}
-
 [[maybe_unused]] bool fits(const SourceView& source) {
     const int width = width_of(source.camera), height = height_of(source.camera);
     const auto sized = [](const auto& plane, int w, int h) { return plane.width == w && plane.height == h; };
@@ -68,35 +28,55 @@ std::int64_t resample(const AnyCamera& camera, const ResampleOptions& options, W
 std::int64_t resample(const SourceView& source, const EyeView& eye, const ResampleOptions& options, bool surface,
                       EyePicture& picture) {
     assert(fits(source));
-    WarpJob job{.grid = {},
+    const double sample_rad = std::visit([](const auto& camera) { return camera.pixel_angle_rad(); }, source.camera);
+    WarpJob job{.grid = source_grid(source.camera),
                 .source = source,
                 .eye = eye,
                 .rays = EyeRays(eye.camera, eye.pose, source.pose),
                 .surface = surface,
                 .only_seen = options.only_seen,
                 .agreement = {},
+                .interpolation =
+                    float(std::min(interpolation_share * options.tolerance_rad / sample_rad, max_interpolation_error)),
+                .radians_per_sample = float(sample_rad),
                 .mark = options.mark,
                 .only_gaps = options.only_gaps,
                 .rgba = picture.rgba.view(),
                 .origin = picture.origin.view()};
     job.agreement = {std::max(float(source.box_radius_m), job.rays.distance_m()),
                      float(std::sin(options.tolerance_rad))};
-    return std::visit([&](const auto& camera) { return resample(camera, options, job); }, source.camera);
+    // Few rows at once: some are many times as much work as others, and the last part is waited for.
+    constexpr int rows_at_once = 2;
+    const int rows = (eye.camera.height + tile_height - 1) / tile_height;
+    std::atomic<std::int64_t> coloured{0};
+    tbb::parallel_for(tbb::blocked_range<int>(0, rows, rows_at_once), [&](const tbb::blocked_range<int>& range) {
+        coloured += warp_tiles(job, range.begin(), range.end());
+    });
+    return coloured;
 }
 
 }  // namespace
 
 SourceGrid source_grid(const Camera& camera) {
-    return std::visit(
-        [](const auto& any) {
-            SourceGrid grid = grid_of(any);
-            grid.width = any.width;
-            grid.height = any.height;
-            grid.half_width = 0.5f * float(any.width);
-            grid.half_height = 0.5f * float(any.height);
-            return grid;
-        },
-        camera);
+    SourceGrid grid;
+    grid.width = width_of(camera);
+    grid.height = height_of(camera);
+    grid.half_width = 0.5f * float(grid.width);
+    grid.half_height = 0.5f * float(grid.height);
+    if (const auto* flat = std::get_if<PerspectiveCamera>(&camera)) {
+        grid.sphere = false;
+        grid.focal_px = float(flat->focal_px());
+        return grid;
+    }
+    const LongitudeLatitudeRange& range = std::get<EquirectCamera>(camera).range;
+    grid.middle = float(0.5 * (range.longitude_min + range.longitude_max));
+    grid.top = float(range.latitude_max);
+    grid.columns_per_radian = float(grid.width / range.longitude_span());
+    grid.rows_per_radian = float(grid.height / range.latitude_span());
+    grid.closes = range.closes();
+    grid.north_pole = grid.closes && range.latitude_max > pi / 2 - 1e-9;
+    grid.south_pole = grid.closes && range.latitude_min < -pi / 2 + 1e-9;
+    return grid;
 }
 
 std::int64_t resample_by_direction(const SourceView& source, const EyeView& eye, const ResampleOptions& options,
@@ -131,20 +111,35 @@ bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, cons
     return surface_hides(agreement, over_clearance, fraction(u), fraction(v), point_over_clearance);
 }
 
-EquirectLookup::EquirectLookup(const EquirectCamera& camera) : grid_(source_grid(camera)) {
-    sin_longitude_.reserve(std::size_t(camera.width));
-    cos_longitude_.reserve(std::size_t(camera.width));
-    for (int x = 0; x < camera.width; ++x) {
-        const double longitude = camera.range.longitude_min + (x + 0.5) * camera.range.longitude_span() / camera.width;
-        sin_longitude_.push_back(float(std::sin(longitude)));
-        cos_longitude_.push_back(float(std::cos(longitude)));
-    }
-    sin_latitude_.reserve(std::size_t(camera.height));
-    cos_latitude_.reserve(std::size_t(camera.height));
-    for (int y = 0; y < camera.height; ++y) {
-        const double latitude = camera.range.latitude_max - (y + 0.5) * camera.range.latitude_span() / camera.height;
-        sin_latitude_.push_back(float(std::sin(latitude)));
-        cos_latitude_.push_back(float(std::cos(latitude)));
+namespace {
+
+/// Of a lattice coordinate from -1 to n: a pixel's centre, or the picture's edge.
+double centre_or_edge(int i, int n) {
+    return std::clamp(i + 0.5, 0.0, double(n));
+}
+
+}  // namespace
+
+LatticeAngles::LatticeAngles(const Camera& camera) {
+    const int w = width_of(camera), h = height_of(camera);
+    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
+        const LongitudeLatitudeRange& range = sphere->range;
+        for (int x = -1; x <= w; ++x) {
+            const double longitude = range.longitude_min + centre_or_edge(x, w) * range.longitude_span() / w;
+            column_a.push_back(float(std::sin(longitude)));
+            column_b.push_back(float(std::cos(longitude)));
+        }
+        for (int y = -1; y <= h; ++y) {
+            const double latitude = range.latitude_max - centre_or_edge(y, h) * range.latitude_span() / h;
+            row_a.push_back(float(std::sin(latitude)));
+            row_b.push_back(float(std::cos(latitude)));
+        }
+    } else {
+        const double focal = std::get<PerspectiveCamera>(camera).focal_px();
+        for (int x = -1; x <= w; ++x)
+            column_a.push_back(float((centre_or_edge(x, w) - 0.5 * w) / focal));
+        for (int y = -1; y <= h; ++y)
+            row_a.push_back(float((0.5 * h - centre_or_edge(y, h)) / focal));
     }
 }
 

@@ -114,8 +114,7 @@ bool surface_hides(const DepthAgreement& agreement, const std::array<float, 16>&
 bool surface_hides(const DepthAgreement& agreement, const SourceGrid& grid, const ImageView<const float>& depth_m,
                    int u, int v, float point_over_clearance);
 
-// Where directions fall in a source picture, in single precision: one small class per projection, so that the hot
-// loops are compiled for each and call nothing through a pointer. Directions are in the source's camera frame.
+// Where directions fall in a source picture, in single precision. Directions are in the source's camera frame.
 
 struct PixelPosition {
     float u = 0, v = 0;
@@ -144,69 +143,62 @@ struct BilinearCell {
     }
 };
 
-/// The four samples around a position, brought back into the picture.
-inline Taps taps_around(const formulas::Wrapping& grid, PixelPosition p) {
-    const BilinearCell cell(p);
-    Taps taps;
-    taps.weight = cell.weight;
-    const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x + 1 < grid.width && cell.y + 1 < grid.height;
-    for (int k = 0; k < 4; ++k) {
-        const int x = cell.x + (k & 1), y = cell.y + (k >> 1);
-        taps.x[k] = inside ? x : formulas::wrapped_column(grid, x, y);
-        taps.y[k] = inside ? y : formulas::wrapped_row(grid, y);
-    }
-    return taps;
-}
+/// What directions of a camera's lattice are made of, by column and row, from -1 to W and H. Sphere: sine and cosine of
+/// longitude and latitude. Perspective: the direction with z = -1 has x = column_a, y = row_a; the others are empty.
+struct LatticeAngles {
+    explicit LatticeAngles(const Camera& camera);
 
-inline bool lies_inside(const formulas::Wrapping& grid, PixelPosition p) {
-    return formulas::is_within(p.u, float(grid.width)) && formulas::is_within(p.v, float(grid.height));
-}
-
-class EquirectLookup {
-public:
-    explicit EquirectLookup(const EquirectCamera& camera);
-
-    PixelPosition project(Vec3f d) const {
-        return {formulas::sphere_column(d.x, d.z, grid_.middle, grid_.columns_per_radian, grid_.half_width),
-                formulas::sphere_row(d.x, d.y, d.z, grid_.top, grid_.rows_per_radian)};
-    }
-    bool contains(PixelPosition p) const { return lies_inside(grid_, p); }
-    Taps taps(PixelPosition p) const { return taps_around(grid_, p); }
-    Vec3f unit_direction(int x, int y) const {
-        const float c = cos_latitude_[y];
-        return {c * sin_longitude_[x], sin_latitude_[y], -c * cos_longitude_[x]};
-    }
-
-private:
-    SourceGrid grid_;
-    std::vector<float> sin_longitude_, cos_longitude_, sin_latitude_, cos_latitude_;
+    std::vector<float> column_a, column_b, row_a, row_b;
 };
 
-class PerspectiveLookup {
+class SourceLookup {
 public:
-    explicit PerspectiveLookup(const PerspectiveCamera& camera) : grid_(source_grid(camera)) {}
+    explicit SourceLookup(const Camera& camera) : grid_(source_grid(camera)), angles_(camera) {}
 
-    PixelPosition project(Vec3f d) const {
+    const SourceGrid& grid() const { return grid_; }
+    PixelPosition project(glm::vec3 d) const {
+        if (grid_.sphere)
+            return {formulas::sphere_column(d.x, d.z, grid_.middle, grid_.columns_per_radian, grid_.half_width),
+                    formulas::sphere_row(d.x, d.y, d.z, grid_.top, grid_.rows_per_radian)};
         return {formulas::flat_column(d.x, d.z, grid_.focal_px, grid_.half_width),
                 formulas::flat_row(d.y, d.z, grid_.focal_px, grid_.half_height)};
     }
-    bool contains(PixelPosition p) const { return lies_inside(grid_, p); }
-    Taps taps(PixelPosition p) const { return taps_around(grid_, p); }
-    Vec3f unit_direction(int x, int y) const {
-        const Vec3f d{(float(x) + 0.5f - grid_.half_width) / grid_.focal_px,
-                      (grid_.half_height - float(y) - 0.5f) / grid_.focal_px, -1};
+    bool contains(PixelPosition p) const {
+        return formulas::is_within(p.u, float(grid_.width)) && formulas::is_within(p.v, float(grid_.height));
+    }
+    /// The four samples around a position, brought back into the picture.
+    Taps taps(PixelPosition p) const {
+        const BilinearCell cell(p);
+        Taps taps;
+        taps.weight = cell.weight;
+        const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x + 1 < grid_.width && cell.y + 1 < grid_.height;
+        for (int k = 0; k < 4; ++k) {
+            const int x = cell.x + (k & 1), y = cell.y + (k >> 1);
+            taps.x[k] = inside ? x : formulas::wrapped_column(grid_, x, y);
+            taps.y[k] = inside ? y : formulas::wrapped_row(grid_, y);
+        }
+        return taps;
+    }
+    glm::vec3 unit_direction(int x, int y) const {
+        if (grid_.sphere) {
+            const float c = angles_.row_b[y + 1];
+            return {c * angles_.column_a[x + 1], angles_.row_a[y + 1], -c * angles_.column_b[x + 1]};
+        }
+        const glm::vec3 d{(float(x) + 0.5f - grid_.half_width) / grid_.focal_px,
+                          (grid_.half_height - float(y) - 0.5f) / grid_.focal_px, -1};
         return d * (1 / std::sqrt(dot(d, d)));
     }
 
 private:
     SourceGrid grid_;
+    LatticeAngles angles_;
 };
 
 // Where fill passes take colours from, as samples on the pixel grid of a camera: here every pixel of a picture, in
 // gap_resample.h the blocks of a sphere that an atlas of patches holds.
 
 /// Colour of one sample, 0 to 255.
-inline Vec3f sample_colour(ImageView<const std::uint8_t> rgb, const YuvView& yuv, int x, int y) {
+inline glm::vec3 sample_colour(ImageView<const std::uint8_t> rgb, const YuvView& yuv, int x, int y) {
     if (rgb.data != nullptr) {
         const std::uint8_t* sample = rgb.pixel(x, y);
         return {float(sample[0]), float(sample[1]), float(sample[2])};
@@ -234,7 +226,7 @@ public:
         return true;
     }
     float depth_m(SamplePlace p) const { return view_.depth_m.pixel(p.x, p.y)[0]; }
-    Vec3f colour(SamplePlace p) const { return sample_colour(view_.rgb, view_.yuv, p.x, p.y); }
+    glm::vec3 colour(SamplePlace p) const { return sample_colour(view_.rgb, view_.yuv, p.x, p.y); }
     /// Whether a rectangle of samples may hold any.
     bool holds_any(int, int, int, int) const { return true; }
 

@@ -18,18 +18,9 @@ namespace equistream {
 
 namespace {
 
-std::unique_ptr<EyeDepthFromSource> make_finder(std::string_view name) {
-    if (name == "splat")
-        return make_splat_finder();
-    if (name == "proxy-sphere")
-        return nullptr;
-    return make_mesh_finder(name == "mesh-plain");
-}
-
 class SourceDepthEngine : public Engine {
 public:
-    SourceDepthEngine(std::string_view name, const EngineOptions& options)
-        : name_(name), options_(options), finder_(make_finder(name)) {}
+    SourceDepthEngine(std::string_view name, const EngineOptions& options) : name_(name), options_(options) {}
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -66,7 +57,7 @@ public:
     }
 
 private:
-    bool is_proxy() const { return finder_ == nullptr; }
+    bool is_proxy() const { return name_ == "proxy-sphere"; }
 
     /// From the source's own position every distance looks the same.
     void turn(const EyeView& eye, EyePicture& picture) const {
@@ -79,12 +70,15 @@ private:
         assert(lattice_);
         const double box_radius_m =
             std::max(source_.box_radius_m, glm::distance(source_.pose.position_m, eye.pose.position_m));
-        finder_->find({source_,
-                       *lattice_,
-                       eye,
-                       {float(box_radius_m), float(std::sin(tolerance_rad))},
-                       float(std::sin(options_.mesh_share * tolerance_rad))},
-                      inverse_planar);
+        const FindingTask task{source_,
+                               *lattice_,
+                               eye,
+                               {float(box_radius_m), float(std::sin(tolerance_rad))},
+                               float(std::sin(options_.mesh_share * tolerance_rad))};
+        if (name_ == "splat")
+            find_by_splats(task, inverse_planar);
+        else
+            find_by_mesh(task, name_ == "mesh-plain", inverse_planar);
     }
 
     static void to_radial(const PerspectiveCamera& camera, FloatImage& plane) {
@@ -115,7 +109,6 @@ private:
 
     std::string name_;
     EngineOptions options_;
-    std::unique_ptr<EyeDepthFromSource> finder_;
     SourceView source_;
     std::optional<SourceLattice> lattice_;
     double proxy_radius_m_ = 0;
@@ -155,12 +148,12 @@ double proxy_radius_m(const SourceView& source, const EngineOptions& options) {
 
 void find_on_proxy_sphere(const SourceView& source, const EyeView& eye, double radius_m, FloatImage& inverse_planar) {
     const EyeRays rays(eye.camera, eye.pose, source.pose);
-    const Vec3f from = rays.eye();
+    const glm::vec3 from = rays.eye();
     const float beyond = float(radius_m * radius_m) - dot(from, from);
     tbb::parallel_for(0, inverse_planar.height(), [&](int y) {
         float* row = inverse_planar.pixel(0, y);
         for (int x = 0; x < inverse_planar.width(); ++x) {
-            const Vec3f ray = rays.direction(x, y);
+            const glm::vec3 ray = rays.direction(x, y);
             const float along = dot(ray, from), square = dot(ray, ray);
             const float planar_m = (std::sqrt(along * along + square * beyond) - along) / square;
             row[x] = planar_m > 0 ? 1 / planar_m : nothing_found;

@@ -7,7 +7,7 @@
 
 namespace equistream {
 
-// Engines made of an EyeDepthFromSource and the colour lookup of `eye-depth`.
+// Engines that find the eye's depth and look colours up as `eye-depth` does.
 
 /// `name`: splat, mesh, mesh-plain or proxy-sphere.
 std::unique_ptr<Engine> make_source_depth_engine(std::string_view name, const EngineOptions& options);
@@ -36,16 +36,11 @@ inline constexpr float max_half_side = 32;
 /// one.
 inline constexpr float footprint_overlap = 0.05f;
 
-class EyeDepthFromSource {
-public:
-    virtual ~EyeDepthFromSource() = default;
-    /// Fills `inverse_planar` (the eye's size), which holds nothing_found everywhere. Any number of threads.
-    virtual void find(const FindingTask& task, FloatImage& inverse_planar) const = 0;
-};
+// Both fill `inverse_planar` (the eye's size), which holds nothing_found everywhere. Any number of threads.
 
-std::unique_ptr<EyeDepthFromSource> make_splat_finder();
+void find_by_splats(const FindingTask& task, FloatImage& inverse_planar);
 /// `plain`: every cell of the lattice, joined to its neighbours whatever lies between.
-std::unique_ptr<EyeDepthFromSource> make_mesh_finder(bool plain);
+void find_by_mesh(const FindingTask& task, bool plain, FloatImage& inverse_planar);
 
 // Leaning inside the sphere without depth, as in the paper: the pictures lie on a sphere of one radius around the
 // source, and the eye moves inside it. Right where things are at that distance.

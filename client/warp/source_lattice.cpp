@@ -8,38 +8,6 @@
 
 namespace equistream {
 
-namespace {
-
-/// Of a lattice coordinate from -1 to n: a pixel's centre, or the picture's edge.
-double centre_or_edge(int i, int n) {
-    return std::clamp(i + 0.5, 0.0, double(n));
-}
-
-}  // namespace
-
-LatticeAngles::LatticeAngles(const Camera& camera) {
-    const int w = width_of(camera), h = height_of(camera);
-    if (const auto* sphere = std::get_if<EquirectCamera>(&camera)) {
-        const LongitudeLatitudeRange& range = sphere->range;
-        for (int x = -1; x <= w; ++x) {
-            const double longitude = range.longitude_min + centre_or_edge(x, w) * range.longitude_span() / w;
-            column_a.push_back(float(std::sin(longitude)));
-            column_b.push_back(float(std::cos(longitude)));
-        }
-        for (int y = -1; y <= h; ++y) {
-            const double latitude = range.latitude_max - centre_or_edge(y, h) * range.latitude_span() / h;
-            row_a.push_back(float(std::sin(latitude)));
-            row_b.push_back(float(std::cos(latitude)));
-        }
-    } else {
-        const double focal = std::get<PerspectiveCamera>(camera).focal_px();
-        for (int x = -1; x <= w; ++x)
-            column_a.push_back(float((centre_or_edge(x, w) - 0.5 * w) / focal));
-        for (int y = -1; y <= h; ++y)
-            row_a.push_back(float((0.5 * h - centre_or_edge(y, h)) / focal));
-    }
-}
-
 SourceLattice::SourceLattice(const Camera& camera, ImageView<const float> depth_m)
     : depth_m_(depth_m), grid_(source_grid(camera)), angles_(camera) {
     const int w = depth_m.width, h = depth_m.height;
@@ -62,7 +30,7 @@ void SourceLattice::wrap(int& x, int& y) const {
     y = formulas::row_over_pole(grid_, y);
 }
 
-Vec3f SourceLattice::direction_of_tables(int column, int row) const {
+glm::vec3 SourceLattice::direction_of_tables(int column, int row) const {
     const float a = angles_.column_a[column + 1], p = angles_.row_a[row + 1];
     if (!grid_.sphere) {
         const float scale = 1 / std::sqrt(1 + a * a + p * p);
@@ -72,7 +40,7 @@ Vec3f SourceLattice::direction_of_tables(int column, int row) const {
     return {c * a, p, -c * angles_.column_b[column + 1]};
 }
 
-Vec3f SourceLattice::direction(int x, int y) const {
+glm::vec3 SourceLattice::direction(int x, int y) const {
     wrap(x, y);
     return direction_of_tables(std::clamp(x, -1, width()), std::clamp(y, -1, height()));
 }
@@ -94,7 +62,7 @@ LatticePoint SourceLattice::point(int x, int y) const {
     if (inside)
         return {direction_of_tables(x, y), inverse_of(depth_m_.pixel(x, y)[0])};
     const bool on_edge = x >= -1 && y >= -1 && x <= width() && y <= height();
-    const Vec3f q = direction_of_tables(std::clamp(x, -1, width()), std::clamp(y, -1, height()));
+    const glm::vec3 q = direction_of_tables(std::clamp(x, -1, width()), std::clamp(y, -1, height()));
     return {q, on_edge ? edge_inverse(x, y) : std::nanf("")};
 }
 
@@ -200,10 +168,6 @@ SourceLattice::Summary SourceLattice::summarise(int block_x, int block_y) const 
 
 namespace {
 
-Vec3f to_float(const glm::dvec3& v) {
-    return {float(v.x), float(v.y), float(v.z)};
-}
-
 glm::dvec3 eye_in_source(const Pose& eye, const Pose& source) {
     return glm::conjugate(source.orientation) * (eye.position_m - source.position_m);
 }
@@ -211,19 +175,19 @@ glm::dvec3 eye_in_source(const Pose& eye, const Pose& source) {
 }  // namespace
 
 EyeProjection::EyeProjection(const PerspectiveCamera& camera, const Pose& eye, const Pose& source)
-    : eye_(to_float(eye_in_source(eye, source))), width_(camera.width), height_(camera.height) {
+    : eye_(glm::vec3(eye_in_source(eye, source))), width_(camera.width), height_(camera.height) {
     const glm::dquat source_from_eye = glm::conjugate(source.orientation) * eye.orientation;
     const glm::dvec3 right = source_from_eye * glm::dvec3(1, 0, 0);
     const glm::dvec3 up = source_from_eye * glm::dvec3(0, 1, 0);
     const glm::dvec3 forward = source_from_eye * glm::dvec3(0, 0, -1);
     const double focal = camera.focal_px();
-    x_ = to_float(focal * right + (0.5 * camera.width - 0.5) * forward);
-    y_ = to_float(-focal * up + (0.5 * camera.height - 0.5) * forward);
-    forward_ = to_float(forward);
+    x_ = glm::vec3(focal * right + (0.5 * camera.width - 0.5) * forward);
+    y_ = glm::vec3(-focal * up + (0.5 * camera.height - 0.5) * forward);
+    forward_ = glm::vec3(forward);
 }
 
 void EyeProjection::project(const LatticeBlock& block, ProjectedBlock& out) const {
-    const Vec3f eye = eye_, across = x_, down = y_, forward = forward_;
+    const glm::vec3 eye = eye_, across = x_, down = y_, forward = forward_;
     for (int i = 0; i < LatticeBlock::stride * LatticeBlock::stride; ++i) {
         const float k = block.k[i];
         const float ex = block.qx[i] - k * eye.x, ey = block.qy[i] - k * eye.y, ez = block.qz[i] - k * eye.z;
@@ -243,7 +207,7 @@ SeenThrough::SeenThrough(const PerspectiveCamera& camera, const Pose& eye, const
                                    camera.direction(box.x1, box.y1), camera.direction(box.x0, box.y1)};
     for (int i = 0; i < 4; ++i) {
         const glm::dvec3 n = glm::normalize(source_from_eye * glm::cross(corners[i], corners[(i + 1) % 4]));
-        planes_[i] = {to_float(n), float(glm::dot(n, position))};
+        planes_[i] = {glm::vec3(n), float(glm::dot(n, position))};
     }
 }
 

@@ -20,7 +20,7 @@ namespace equistream {
 
 /// In the source's camera frame.
 struct LatticePoint {
-    Vec3f q;      ///< towards the point; of length 1 where it is a sample's
+    glm::vec3 q;  ///< towards the point; of length 1 where it is a sample's
     float k = 0;  ///< length of q over the distance; NaN where nothing is known
 };
 
@@ -50,14 +50,6 @@ struct JoinedPoints {
 };
 void find_joined(const LatticeBlock& block, const DepthAgreement& same_surface, JoinedPoints& joined);
 
-/// What directions of a camera's lattice are made of, by column and row, from -1 to W and H. Sphere: sine and cosine of
-/// longitude and latitude. Perspective: the direction with z = -1 has x = column_a, y = row_a; the others are empty.
-struct LatticeAngles {
-    explicit LatticeAngles(const Camera& camera);
-
-    std::vector<float> column_a, column_b, row_a, row_b;
-};
-
 /// Coordinates: point (i, j) is the centre of pixel (i, j). A sphere closes on itself: columns go round, and row -1 is
 /// row 0 on the other side of the pole. Where a picture ends, points -1, W and H lie on its edge, half a pixel out.
 class SourceLattice {
@@ -66,7 +58,7 @@ public:
     struct Summary {
         float nearest_inverse_m = 0;           ///< largest k; 0 where nothing is known
         float farthest_inverse_m = 0;          ///< smallest k
-        Vec3f axis;                            ///< the middle of its directions
+        glm::vec3 axis;                        ///< the middle of its directions
         float cos_radius = 1, sin_radius = 0;  ///< of the cone around it that holds them all
     };
 
@@ -93,16 +85,7 @@ public:
         wrap(x, y);
         return x >= 0 && y >= 0 && x < width() && y < height();
     }
-    /// k of a sample, in the same way; NaN elsewhere.
-    float sample_inverse(int x, int y) const {
-        if (!(x >= 0 && y >= 0 && x < width() && y < height())) {
-            wrap(x, y);
-            if (!(x >= 0 && y >= 0 && x < width() && y < height()))
-                return std::nanf("");
-        }
-        return inverse_of(depth_m_.row(y)[x]);
-    }
-    Vec3f direction(int x, int y) const;
+    glm::vec3 direction(int x, int y) const;
     /// 1 / distance of a sample: 0 for a miss, NaN for what is no distance.
     static float inverse_of(float distance_m) { return distance_m > 0 ? 1 / distance_m : std::nanf(""); }
 
@@ -111,7 +94,7 @@ private:
     float edge_inverse(int x, int y) const;
     /// Brings lattice coordinates of a sphere back into the picture.
     void wrap(int& x, int& y) const;
-    Vec3f direction_of_tables(int column, int row) const;
+    glm::vec3 direction_of_tables(int column, int row) const;
 
     ImageView<const float> depth_m_;
     SourceGrid grid_;
@@ -146,24 +129,21 @@ public:
     EyeProjection(const PerspectiveCamera& camera, const Pose& eye, const Pose& source);
 
     /// Homogeneous: (forward, x * forward, y * forward), all linear in the point.
-    Vec3f homogeneous(const LatticePoint& p) const {
-        const Vec3f e = p.q + eye_ * -p.k;
+    glm::vec3 homogeneous(const LatticePoint& p) const {
+        const glm::vec3 e = p.q + eye_ * -p.k;
         return {dot(x_, e), dot(y_, e), dot(forward_, e)};
     }
     EyePoint project(const LatticePoint& p) const {
-        const Vec3f h = homogeneous(p);
+        const glm::vec3 h = homogeneous(p);
         const float scale = 1 / h.z;
         return {h.x * scale, h.y * scale, p.k * scale, h.z > 0};
     }
     void project(const LatticeBlock& block, ProjectedBlock& out) const;
-    /// The eye in the source's frame, metres.
-    Vec3f eye() const { return eye_; }
-    float distance_m() const { return std::sqrt(dot(eye_, eye_)); }
     int width() const { return width_; }
     int height() const { return height_; }
 
 private:
-    Vec3f x_, y_, forward_, eye_;
+    glm::vec3 x_, y_, forward_, eye_;
     int width_ = 0, height_ = 0;
 };
 
@@ -177,8 +157,8 @@ public:
 
 private:
     struct Plane {
-        Vec3f inwards;     ///< unit
-        float at_eye = 0;  ///< inwards . eye
+        glm::vec3 inwards;  ///< unit
+        float at_eye = 0;   ///< inwards . eye
     };
     std::array<Plane, 4> planes_;
 };

@@ -88,7 +88,7 @@ Axis between(bool joined_before, Step before, bool joined_after, Step after) {
 /// By row, how much wider a pixel is at its wider edge than in its middle: much next to a sphere's poles.
 std::vector<float> widenings(const SourceLattice& lattice) {
     const auto width = [&](int y) {
-        const Vec3f chord = lattice.direction(1, y) + lattice.direction(0, y) * -1;
+        const glm::vec3 chord = lattice.direction(1, y) - lattice.direction(0, y);
         return std::sqrt(dot(chord, chord));
     };
     std::vector<float> rows;
@@ -186,7 +186,7 @@ private:
         const EyePoint middle = of.projected.at(i);
         if (!middle.before || !(block.k[i] >= 0) || far_out(middle))
             return;
-        const auto axis = [&](int step, const std::uint8_t* joined, Vec3f beside) -> Axis {
+        const auto axis = [&](int step, const std::uint8_t* joined, glm::vec3 beside) -> Axis {
             const EyePoint before = of.projected.at(i - step), after = of.projected.at(i + step);
             const bool joined_before = joined[i - step] && before.before, joined_after = joined[i] && after.before;
             if (joined_before || joined_after)
@@ -266,28 +266,21 @@ private:
     SeenThrough seen_;
 };
 
-class SplatFinder : public EyeDepthFromSource {
-public:
-    void find(const FindingTask& task, FloatImage& inverse_planar) const override {
-        const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
-        const SplatOrder order(task.source.camera, glm::conjugate(task.source.pose.orientation) *
-                                                       (task.eye.pose.position_m - task.source.pose.position_m));
-        const std::vector<float> widening = widenings(task.lattice);
-        tbb::enumerable_thread_specific<SplatScratch> scratches;
-        const int width = task.eye.camera.width, height = task.eye.camera.height;
-        // A sphere's columns are all but the eye's: tall bands share few blocks.
-        constexpr int band_px = 160;
-        tbb::parallel_for(0, (width + band_px - 1) / band_px, [&](int band) {
-            const PixelBox box{band * band_px, 0, std::min((band + 1) * band_px, width), height};
-            BandOfSplats(task, projection, order, widening, box).draw(scratches.local(), inverse_planar);
-        });
-    }
-};
-
 }  // namespace
 
-std::unique_ptr<EyeDepthFromSource> make_splat_finder() {
-    return std::make_unique<SplatFinder>();
+void find_by_splats(const FindingTask& task, FloatImage& inverse_planar) {
+    const EyeProjection projection(task.eye.camera, task.eye.pose, task.source.pose);
+    const SplatOrder order(task.source.camera, glm::conjugate(task.source.pose.orientation) *
+                                                   (task.eye.pose.position_m - task.source.pose.position_m));
+    const std::vector<float> widening = widenings(task.lattice);
+    tbb::enumerable_thread_specific<SplatScratch> scratches;
+    const int width = task.eye.camera.width, height = task.eye.camera.height;
+    // A sphere's columns are all but the eye's: tall bands share few blocks.
+    constexpr int band_px = 160;
+    tbb::parallel_for(0, (width + band_px - 1) / band_px, [&](int band) {
+        const PixelBox box{band * band_px, 0, std::min((band + 1) * band_px, width), height};
+        BandOfSplats(task, projection, order, widening, box).draw(scratches.local(), inverse_planar);
+    });
 }
 
 }  // namespace equistream

@@ -81,7 +81,7 @@ public:
         const float half_width = 0.5f * float(columns - 1);
         x_ = x;
         step_ = 1 / half_width;
-        const Vec3f eye = job.rays.eye();
+        const glm::vec3 eye = job.rays.eye();
         FloatMask clear = all(0.0f) == all(0.0f);
         for (int i = 0; i < fit_points; i += lanes) {
             const Floats column = hn::MulAdd(hn::Load(float_tag, fit_across + i), all(half_width), all(half_width));

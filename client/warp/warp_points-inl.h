@@ -103,7 +103,7 @@ HWY_INLINE SeenPoints seen_points(const WarpJob& job, const InversePlanarRows& r
               hn::LoadU(float_tag, at + rows.stride()) - s.inverse_planar};
     // The point over its planar depth: at infinity only the direction is left, with no case of its own.
     const Vectors r = ray(job.rays, s.x, s.y);
-    const Vec3f eye = job.rays.eye();
+    const glm::vec3 eye = job.rays.eye();
     s.direction = {hn::MulAdd(all(eye.x), s.inverse_planar, r.x), hn::MulAdd(all(eye.y), s.inverse_planar, r.y),
                    hn::MulAdd(all(eye.z), s.inverse_planar, r.z)};
     s.length = hn::Sqrt(dot(s.direction, s.direction));
@@ -112,7 +112,7 @@ HWY_INLINE SeenPoints seen_points(const WarpJob& job, const InversePlanarRows& r
 
 /// Whether the source lies behind the surface's plane, whichever neighbours that is laid through (eye_rays.h).
 HWY_INLINE FloatMask shows_back(const EyeRays& rays, const SeenPoints& s) {
-    const Vec3f c = rays.eye_own_axes();
+    const glm::vec3 c = rays.eye_own_axes();
     const Floats by_slope_x = hn::MulAdd(all(c.z), s.x - all(rays.centre_x()), all(c.x * rays.focal_px()));
     const Floats by_slope_y = hn::MulAdd(all(c.z), s.y - all(rays.centre_y()), all(-c.y * rays.focal_px()));
     const Floats largest = hn::NegMulAdd(all(c.z), s.inverse_planar, all(1.0f)) + max_product(s.across, by_slope_x) +
@@ -132,7 +132,7 @@ HWY_INLINE Vectors inverse_distance_gradient(const EyeRays& rays, const SeenPoin
         return hn::MulAdd(all(turn[0][i]), nx, hn::MulAdd(all(turn[1][i]), ny, all(turn[2][i]) * nz));
     };
     const Vectors m{turned(0), turned(1), turned(2)};
-    const Vec3f eye = rays.eye();
+    const glm::vec3 eye = rays.eye();
     const Floats scale = all(1.0f) / (all(1.0f) + dot(m, {all(eye.x), all(eye.y), all(eye.z)}));
     return {m.x * scale, m.y * scale, m.z * scale};
 }

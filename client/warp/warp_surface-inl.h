@@ -306,7 +306,7 @@ HWY_INLINE bool find_plane(const InversePlanarRows& rows, const Tile& tile, floa
 /// Whether no pixel of such a tile can count as the back of a surface: shows_back of the plane, which is the same
 /// everywhere, less what deviations of either neighbour can take from it.
 inline bool shows_front(const EyeRays& rays, const Tile& tile, const InversePlane& plane, float deviation) {
-    const Vec3f c = rays.eye_own_axes();
+    const glm::vec3 c = rays.eye_own_axes();
     const float by_slope_x = c.x * rays.focal_px() + c.z * (float(tile.x) - rays.centre_x());
     const float by_slope_y = -c.y * rays.focal_px() + c.z * (float(tile.y) - rays.centre_y());
     const float value = 1 - c.z * plane.first + plane.per_column * by_slope_x + plane.per_row * by_slope_y;

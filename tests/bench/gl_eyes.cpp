@@ -8,6 +8,7 @@
 #include <client/fill/gl/push_pull.h>
 #include <client/gpu/context.h>
 #include <client/warp/gl/resample.h>
+#include <tests/support/targets_with_depth.h>
 
 #include <client/fill/fill.h>
 #include <client/warp/engine.h>
@@ -29,7 +30,7 @@ struct GlEyes {
     std::array<EyeView, 2> eyes = {stage.eye(0), stage.eye(1)};
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     gl::Resample resample{gl::ResampleRule::seen, default_error_budget_px};
     gl::GapTiles gaps;
     gl::PushPull push_pull;

@@ -55,10 +55,6 @@ Texture uploaded_shares() {
     return texture;
 }
 
-Program made(const char* file, std::span<const std::string> defines = {}) {
-    return Program({{GL_COMPUTE_SHADER, file}}, defines);
-}
-
 void write_to(const Texture& texture, GLenum format) {
     glBindImageTexture(0, texture.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
 }
@@ -66,9 +62,9 @@ void write_to(const Texture& texture, GLenum format) {
 }  // namespace
 
 ReliabilityMap::ReliabilityMap()
-    : surroundings_pass_(made("map_surroundings.glsl")), rows_pass_(made("map_rows.glsl")),
-      column_steps_pass_(made("map_fill_depth.glsl")),
-      fill_depth_pass_(made("map_fill_depth.glsl", std::vector<std::string>{"ACROSS"})), map_pass_(made("map.glsl")),
+    : surroundings_pass_("map_surroundings.glsl"), rows_pass_("map_rows.glsl"),
+      column_steps_pass_("map_fill_depth.glsl"),
+      fill_depth_pass_("map_fill_depth.glsl", std::vector<std::string>{"ACROSS"}), map_pass_("map.glsl"),
       shares_(uploaded_shares()), numbers_(make_buffer(sizeof(MapNumbers), GL_DYNAMIC_STORAGE_BIT)) {}
 
 void ReliabilityMap::size_for(const EyeTargets& targets) {
@@ -136,8 +132,7 @@ void ReliabilityMap::estimate(const SpecularSource& source, const JudgedEyes& ju
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     write_to(reliability_, GL_R8);
     map_pass_.dispatch(size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
-                    GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    finish_pictures();
 }
 
 void ReliabilityMap::download(int eye, EyePicture& picture) const {

@@ -23,8 +23,7 @@ int side_for(int texels) {
 
 }  // namespace
 
-DepthPyramid::DepthPyramid(std::span<const std::string> defines)
-    : program_({{GL_COMPUTE_SHADER, "depth_pyramid.glsl"}}, defines) {}
+DepthPyramid::DepthPyramid(std::span<const std::string> defines) : program_("depth_pyramid.glsl", defines) {}
 
 void DepthPyramid::size_for(Size size, int layers) {
     size_ = {side_for(size.width), side_for(size.height)};
@@ -58,9 +57,7 @@ constexpr GLuint group_items = 64;
 constexpr std::size_t max_rounds = ClusterCulling::rounds(Culling::hidden);
 
 std::vector<std::string> defines() {
-    std::vector<std::string> all = SceneGeometry::defines();
-    for (std::string& define : view_defines())
-        all.push_back(std::move(define));
+    std::vector<std::string> all = DepthPass::geometry_defines();
     all.push_back(formatted("PYRAMID_BLOCK %d", DepthPyramid::block));
     all.push_back(formatted("CULL_NOTHING %d", int(Culling::nothing)));
     all.push_back(formatted("CULL_HIDDEN %d", int(Culling::hidden)));
@@ -70,7 +67,7 @@ std::vector<std::string> defines() {
 }  // namespace
 
 ClusterCulling::ClusterCulling(const SceneGeometry& geometry)
-    : geometry_(geometry), program_({{GL_COMPUTE_SHADER, "cull.glsl"}}, defines()), pyramid_(defines()),
+    : geometry_(geometry), program_("cull.glsl", defines()), pyramid_(defines()),
       counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)),
       seen_by_(make_buffer_of(std::span<const std::uint32_t>(std::vector<std::uint32_t>(geometry.item_count(), 0)))) {}
 
@@ -112,10 +109,6 @@ void ClusterCulling::find(int round) const {
     glMemoryBarrier(GL_COMMAND_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
 }
 
-void ClusterCulling::find_first() const {
-    find(0);
-}
-
 void ClusterCulling::find_rest(const Texture& depth) const {
     assert(culling_ == Culling::hidden);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -123,22 +116,15 @@ void ClusterCulling::find_rest(const Texture& depth) const {
     find(1);
 }
 
-void ClusterCulling::draw_list(const Buffer& commands, int round, GLintptr count_offset) const {
-    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands.name());
+void ClusterCulling::draw(int round, bool masked) const {
+    const std::size_t counts = masked ? offsetof(Counts, masked) : offsetof(Counts, opaque);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, masked ? masked_commands_.name() : opaque_commands_.name());
     glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
     const std::size_t most = std::size_t(geometry_.item_count()) * std::size_t(layers_);
     const std::size_t first_byte = std::size_t(round) * most * sizeof(Command);
     glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, reinterpret_cast<const void*>(first_byte),
-                                        count_offset + round * GLintptr(sizeof(std::uint32_t)), GLsizei(most),
+                                        GLintptr(counts + std::size_t(round) * sizeof(std::uint32_t)), GLsizei(most),
                                         sizeof(Command));
-}
-
-void ClusterCulling::draw_opaque(int round) const {
-    draw_list(opaque_commands_, round, offsetof(Counts, opaque));
-}
-
-void ClusterCulling::draw_masked(int round) const {
-    draw_list(masked_commands_, round, offsetof(Counts, masked));
 }
 
 DrawnFigures ClusterCulling::drawn() const {

@@ -59,14 +59,13 @@ public:
 
     /// A new frame of so many views, which depth_views.glsl's block describes; nothing is drawn of it.
     void start(int views, Culling culling);
-    /// Lists what is drawn first: all that is drawn but where what is hidden is culled.
-    void find_first() const;
+    /// Lists what is drawn in a round, first all that is drawn but where what is hidden is culled.
+    void find(int round) const;
     /// After that was drawn into `depth`, the rest; only where what is hidden is culled.
     void find_rest(const Texture& depth) const;
 
     /// The listed clusters of a round, with masks or without: of the vertices that are bound.
-    void draw_opaque(int round) const;
-    void draw_masked(int round) const;
+    void draw(int round, bool masked) const;
 
     /// A record for each draw, as DrawRecord of cull.glsl, for its instance.
     GLuint records() const { return records_.name(); }
@@ -77,9 +76,6 @@ public:
     DrawnFigures drawn() const;
 
 private:
-    void find(int round) const;
-    void draw_list(const Buffer& commands, int round, GLintptr count_offset) const;
-
     const SceneGeometry& geometry_;
     Program program_;
     DepthPyramid pyramid_;

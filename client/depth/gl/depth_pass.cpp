@@ -33,10 +33,6 @@ ViewBlock view_block(const DepthViewpoint& view) {
     return block;
 }
 
-std::vector<std::string> view_defines() {
-    return {formatted("MAX_VIEWS %du", max_views), formatted("NEAR_PLANE_M %.9g", near_plane_m)};
-}
-
 namespace {
 
 /// Attributes of depth_vertex.glsl.
@@ -62,10 +58,8 @@ std::vector<std::string> masked_defines() {
 DepthPass::DepthPass(const SceneModel& model)
     : geometry_(model), culling_(geometry_), opaque_({stages[0], stages[1]}, geometry_defines()),
       masked_({stages[0], stages[1]}, masked_defines()),
-      views_(make_buffer(max_views * sizeof(ViewBlock), GL_DYNAMIC_STORAGE_BIT)) {
-    GLuint name = 0;
-    glCreateVertexArrays(1, &name);
-    vertices_ = VertexArray(name);
+      views_(make_buffer(max_views * sizeof(ViewBlock), GL_DYNAMIC_STORAGE_BIT)), vertices_(make_vertex_array()) {
+    const GLuint name = vertices_.name();
     glVertexArrayElementBuffer(name, geometry_.indices());
     glVertexArrayVertexBuffer(name, 0, geometry_.positions(), 0, sizeof(glm::vec3));
     glVertexArrayVertexBuffer(name, 2, geometry_.uvs(), 0, sizeof(glm::vec2));
@@ -91,12 +85,7 @@ void DepthPass::size_for(std::span<const DepthViewpoint> views) {
         return;
     Texture depth = make_layered_texture(size, layers, GL_DEPTH_COMPONENT32F);
     Texture triangles = make_layered_texture(size, layers, GL_R32UI);
-    GLuint name = 0;
-    glCreateFramebuffers(1, &name);
-    Framebuffer framebuffer(name);
-    glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth.name(), 0);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, triangles.name(), 0);
-    require_complete(framebuffer);
+    Framebuffer framebuffer = make_framebuffer(std::array{triangles.name()}, depth.name());
     culling_.size_for(size, layers);
     glVertexArrayVertexBuffer(vertices_.name(), 1, culling_.records(), 0, ClusterCulling::record_bytes);
     size_ = size;
@@ -108,12 +97,12 @@ void DepthPass::size_for(std::span<const DepthViewpoint> views) {
 
 void DepthPass::draw_found(int round) const {
     opaque_.use();
-    culling_.draw_opaque(round);
+    culling_.draw(round, false);
     if (!geometry_.has_masks())
         return;
     geometry_.bind();
     masked_.use();
-    culling_.draw_masked(round);
+    culling_.draw(round, true);
 }
 
 void DepthPass::draw(std::span<const DepthViewpoint> views, Culling culling) {
@@ -134,7 +123,7 @@ void DepthPass::draw(std::span<const DepthViewpoint> views, Culling culling) {
         glViewportIndexedf(GLuint(i), 0, 0, float(views[i].camera.width), float(views[i].camera.height));
     glBindVertexArray(vertices_.name());
     culling_.start(int(views.size()), culling);
-    culling_.find_first();
+    culling_.find(0);
     draw_found(0);
     if (culling == Culling::hidden) {
         culling_.find_rest(depth_);
@@ -145,10 +134,8 @@ void DepthPass::draw(std::span<const DepthViewpoint> views, Culling culling) {
 }
 
 std::vector<std::string> DepthPass::geometry_defines() {
-    std::vector<std::string> all = SceneGeometry::defines();
-    for (std::string& define : view_defines())
-        all.push_back(std::move(define));
-    return all;
+    return {formatted("MAX_TRIANGLES %zuu", SceneGeometry::max_cluster_triangles),
+            formatted("MAX_VIEWS %du", max_views), formatted("NEAR_PLANE_M %.9g", near_plane_m)};
 }
 
 }  // namespace equistream::gl

@@ -39,9 +39,6 @@ struct ViewBlock {
 
 ViewBlock view_block(const DepthViewpoint& view);
 
-/// What depth_views.glsl must have defined.
-std::vector<std::string> view_defines();
-
 // Depth of several perspective views at once, drawn from a scene's geometry (OpenGL): one pass over all triangles that
 // some view may see, into a layer of one depth buffer for each. Alpha masks are respected. The context it was made in
 // is current in every call.

@@ -1,7 +1,5 @@
 #include "scene_geometry.h"
 
-#include <equistream/text.h>
-
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <meshoptimizer.h>
@@ -24,6 +22,67 @@ struct Item {
 struct Mask {
     std::uint32_t first_bit, width, height, wrap;
 };
+
+// A scene's triangles in clusters that lie close together, so that what a view does not see need not be drawn.
+
+constexpr std::size_t max_cluster_triangles = SceneGeometry::max_cluster_triangles;
+
+/// Triangles [first_index, first_index + index_count) of ClusteredMeshes::indices, within a ball in the mesh's axes.
+struct Cluster {
+    std::uint32_t first_index = 0, index_count = 0;
+    glm::vec3 centre{0};
+    float radius = 0;
+};
+
+/// All meshes of a model, one after the other; a mesh without triangles has no cluster.
+struct ClusteredMeshes {
+    struct Range {
+        std::uint32_t first = 0, count = 0;
+    };
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec2> uvs;  ///< empty unless a mesh is cut by a mask; zeros for those that are not
+    std::vector<std::uint32_t> indices;
+    std::vector<Cluster> clusters;
+    std::vector<Range> of_mesh;  ///< its clusters
+};
+
+/// Those of one mesh, sorted so that neighbours in the list are neighbours in space.
+void append_mesh(const SceneModel& model, const Mesh& mesh, ClusteredMeshes& all) {
+    const auto first_vertex = std::uint32_t(all.positions.size());
+    std::vector<std::uint32_t> sorted(mesh.triangles.size() * 3);
+    meshopt_spatialSortTriangles(sorted.data(), &mesh.triangles[0].x, sorted.size(), &mesh.positions[0].x,
+                                 mesh.positions.size(), sizeof(glm::vec3));
+    for (std::size_t at = 0; at < sorted.size(); at += 3 * max_cluster_triangles) {
+        const std::span<const std::uint32_t> part =
+            std::span(sorted).subspan(at, std::min(3 * max_cluster_triangles, sorted.size() - at));
+        const meshopt_Bounds bounds = meshopt_computeClusterBounds(part.data(), part.size(), &mesh.positions[0].x,
+                                                                   mesh.positions.size(), sizeof(glm::vec3));
+        all.clusters.push_back({std::uint32_t(all.indices.size()),
+                                std::uint32_t(part.size()),
+                                {bounds.center[0], bounds.center[1], bounds.center[2]},
+                                bounds.radius});
+        for (const std::uint32_t index : part)
+            all.indices.push_back(first_vertex + index);
+    }
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    if (model.mask_of(mesh) == no_index)
+        return;
+    all.uvs.resize(first_vertex);
+    all.uvs.insert(all.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
+}
+
+ClusteredMeshes cluster_meshes(const SceneModel& model) {
+    ClusteredMeshes all;
+    for (const Mesh& mesh : model.meshes) {
+        const auto first = std::uint32_t(all.clusters.size());
+        if (!mesh.triangles.empty())
+            append_mesh(model, mesh, all);
+        all.of_mesh.push_back({first, std::uint32_t(all.clusters.size()) - first});
+    }
+    if (!all.uvs.empty())
+        all.uvs.resize(all.positions.size());
+    return all;
+}
 
 }  // namespace
 
@@ -92,36 +151,7 @@ void SceneGeometry::bind() const {
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, GLsizei(buffers.size()), buffers.data());
 }
 
-std::vector<std::string> SceneGeometry::defines() {
-    return {formatted("MAX_TRIANGLES %zuu", max_cluster_triangles)};
-}
-
 namespace {
-
-/// Those of one mesh, sorted so that neighbours in the list are neighbours in space.
-void append_mesh(const SceneModel& model, const Mesh& mesh, ClusteredMeshes& all) {
-    const auto first_vertex = std::uint32_t(all.positions.size());
-    std::vector<std::uint32_t> sorted(mesh.triangles.size() * 3);
-    meshopt_spatialSortTriangles(sorted.data(), &mesh.triangles[0].x, sorted.size(), &mesh.positions[0].x,
-                                 mesh.positions.size(), sizeof(glm::vec3));
-    for (std::size_t at = 0; at < sorted.size(); at += 3 * max_cluster_triangles) {
-        const std::span<const std::uint32_t> part =
-            std::span(sorted).subspan(at, std::min(3 * max_cluster_triangles, sorted.size() - at));
-        const meshopt_Bounds bounds = meshopt_computeClusterBounds(part.data(), part.size(), &mesh.positions[0].x,
-                                                                   mesh.positions.size(), sizeof(glm::vec3));
-        all.clusters.push_back({std::uint32_t(all.indices.size()),
-                                std::uint32_t(part.size()),
-                                {bounds.center[0], bounds.center[1], bounds.center[2]},
-                                bounds.radius});
-        for (const std::uint32_t index : part)
-            all.indices.push_back(first_vertex + index);
-    }
-    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
-    if (model.mask_of(mesh) == no_index)
-        return;
-    all.uvs.resize(first_vertex);
-    all.uvs.insert(all.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
-}
 
 /// Of a symmetric matrix, in closed form: it is q + p B where B has trace 0 and 6 for its squares' sum, so that its
 /// eigenvalues are 2 cos(phi), 3 phi the arc cosine of half its determinant.
@@ -137,19 +167,6 @@ double max_eigenvalue(const glm::dmat3& a) {
 }
 
 }  // namespace
-
-ClusteredMeshes cluster_meshes(const SceneModel& model) {
-    ClusteredMeshes all;
-    for (const Mesh& mesh : model.meshes) {
-        const auto first = std::uint32_t(all.clusters.size());
-        if (!mesh.triangles.empty())
-            append_mesh(model, mesh, all);
-        all.of_mesh.push_back({first, std::uint32_t(all.clusters.size()) - first});
-    }
-    if (!all.uvs.empty())
-        all.uvs.resize(all.positions.size());
-    return all;
-}
 
 float length_growth(const glm::mat4& transform) {
     constexpr double above_rounding = 1 + 1e-6;

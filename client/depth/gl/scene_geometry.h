@@ -18,6 +18,9 @@ namespace equistream::gl {
 
 class SceneGeometry {
 public:
+    /// Of one cluster of triangles that lie close together, so that what a view does not see need not be drawn.
+    static constexpr std::size_t max_cluster_triangles = 256;
+
     /// Uploads positions, triangles and masks; shading data is not read.
     explicit SceneGeometry(const SceneModel& model);
 
@@ -27,8 +30,6 @@ public:
     /// Storage blocks 0 to 7: what geometry.glsl and masks.glsl read, and positions, texture coordinates and indices at
     /// 2, 3 and 4.
     void bind() const;
-    /// What those files must have defined.
-    static std::vector<std::string> defines();
 
     /// Clusters of all instances.
     std::uint32_t item_count() const { return item_count_; }
@@ -52,31 +53,6 @@ private:
     std::vector<float> lengths_growth_;  ///< memory of set_transforms
     Buffer items_, transforms_, growth_, positions_, uvs_, indices_, instance_masks_, masks_, mask_bits_;
 };
-
-// A scene's triangles in clusters that lie close together, so that what a view does not see need not be drawn.
-
-inline constexpr std::size_t max_cluster_triangles = 256;
-
-/// Triangles [first_index, first_index + index_count) of ClusteredMeshes::indices, within a ball in the mesh's axes.
-struct Cluster {
-    std::uint32_t first_index = 0, index_count = 0;
-    glm::vec3 centre{0};
-    float radius = 0;
-};
-
-/// All meshes of a model, one after the other; a mesh without triangles has no cluster.
-struct ClusteredMeshes {
-    struct Range {
-        std::uint32_t first = 0, count = 0;
-    };
-    std::vector<glm::vec3> positions;
-    std::vector<glm::vec2> uvs;  ///< empty unless a mesh is cut by a mask; zeros for those that are not
-    std::vector<std::uint32_t> indices;
-    std::vector<Cluster> clusters;
-    std::vector<Range> of_mesh;  ///< its clusters
-};
-
-ClusteredMeshes cluster_meshes(const SceneModel& model);
 
 /// By how much a transform may make a length grow: its largest singular value, never from below.
 float length_growth(const glm::mat4& transform);

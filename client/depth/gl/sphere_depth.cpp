@@ -235,8 +235,7 @@ std::vector<std::string> defines(std::size_t views) {
 }  // namespace
 
 SphereDepth::Passes::Passes(std::size_t views)
-    : first({{GL_COMPUTE_SHADER, "sphere_depth_first.glsl"}}, defines(views)),
-      listed({{GL_COMPUTE_SHADER, "sphere_depth.glsl"}}, defines(views)) {}
+    : first("sphere_depth_first.glsl", defines(views)), listed("sphere_depth.glsl", defines(views)) {}
 
 SphereDepth::SphereDepth(double box_radius_m, double error_rad)
     : box_radius_m_(float(box_radius_m)), error_(float(std::sin(error_rad))), one_view_(1),

@@ -1,21 +1,10 @@
 #include "motion_view.h"
 
 #include <cassert>
-#include <string>
-#include <vector>
 
 namespace equistream::gl {
 
-namespace {
-
-/// By how much of it a surface may be nearer or farther than its region says: it has moved since.
-std::vector<std::string> defines() {
-    return {"DEPTH_TOLERANCE 1.25"};
-}
-
-}  // namespace
-
-MotionView::MotionView() : program_({{GL_COMPUTE_SHADER, "motion_view.glsl"}}, defines()) {}
+MotionView::MotionView() : program_("motion_view.glsl") {}
 
 void MotionView::find(const SourceView& source, const PictureExtrapolator& extrapolator, std::span<const EyeView> eyes,
                       const EyeDepth& depth) {

@@ -8,6 +8,9 @@ layout(binding = 0, rgba16f) uniform writeonly image2DArray motion;
 #include "extrapolate_regions.glsl"
 #include "eye_rays.glsl"
 
+// By how much of it a surface may be nearer or farther than its region says: it has moved since.
+const float DEPTH_TOLERANCE = 1.25;
+
 uniform int has_depth;
 uniform float inverse_depth_scale;
 

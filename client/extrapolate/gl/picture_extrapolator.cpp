@@ -27,11 +27,8 @@ struct TilesHead {
 };
 
 std::vector<std::string> defines() {
-    return {formatted("PIECE %d", piece_pixels)};
-}
-
-Program made(const char* file) {
-    return Program({{GL_COMPUTE_SHADER, file}}, defines());
+    return {formatted("PIECE %d", piece_pixels), formatted("MAX_EXTRAPOLATED_M float(%.9g)", max_extrapolated_m),
+            formatted("MAX_HALF_HEIGHT float(%.9g)", max_half_height)};
 }
 
 void copy_texture(GLuint from, GLuint to, Size size) {
@@ -47,8 +44,8 @@ glm::mat4 matrix_of(const RigidTransform& transform) {
 }  // namespace
 
 PictureExtrapolator::PictureExtrapolator()
-    : mark_(made("extrapolate_mark.glsl")), splat_(made("extrapolate_splat.glsl")),
-      list_({{GL_COMPUTE_SHADER, "extrapolate_list.glsl"}}), show_({{GL_COMPUTE_SHADER, "extrapolate_show.glsl"}}),
+    : mark_("extrapolate_mark.glsl", defines()), splat_("extrapolate_splat.glsl", defines()),
+      list_("extrapolate_list.glsl"), show_("extrapolate_show.glsl"),
       regions_(make_buffer(max_moving_regions * sizeof(RegionBlock), GL_DYNAMIC_STORAGE_BIT)) {
     blocks_.reserve(max_moving_regions);
 }

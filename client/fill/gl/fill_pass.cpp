@@ -22,10 +22,6 @@ namespace equistream::gl {
 
 namespace {
 
-Program made(const char* file, std::span<const std::string> defines = {}) {
-    return Program({{GL_COMPUTE_SHADER, file}}, defines);
-}
-
 /// Of points in one's axes to the other's.
 glm::mat4 change(const Pose& from, const Pose& to) {
     const glm::dmat4 turn = glm::mat4_cast(glm::conjugate(to.orientation));
@@ -35,9 +31,9 @@ glm::mat4 change(const Pose& from, const Pose& to) {
 }  // namespace
 
 FoundDepth::FoundDepth()
-    : draw_(made("forward_depth.glsl")), draw_patches_(made("forward_depth.glsl", std::vector<std::string>{"PATCHES"})),
-      end_(made("end_forward.glsl")), groups_pass_(made("forward_groups.glsl")), still_there_(made("still_there.glsl")),
-      background_(made("background_depth.glsl")), groups_(make_buffer(3 * sizeof(GLuint), 0)) {}
+    : draw_("forward_depth.glsl"), draw_patches_("forward_depth.glsl", std::vector<std::string>{"PATCHES"}),
+      end_("end_forward.glsl"), groups_pass_("forward_groups.glsl"), still_there_("still_there.glsl"),
+      background_("background_depth.glsl"), groups_(make_buffer(3 * sizeof(GLuint), 0)) {}
 
 void FoundDepth::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eyes_)
@@ -127,10 +123,7 @@ void FoundDepth::draw_forward(const PatchesView& patches, const PatchTextures& t
 }
 
 void FoundDepth::forget(const GapTargets& to) {
-    size_for(to.targets);
-    to.gaps.bind();
-    glBindTextureUnit(3, to.targets.origin());
-    glBindImageTexture(0, keys_.name(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32I);
+    start(to, 0);
     end(to);
 }
 
@@ -170,14 +163,14 @@ public:
 
 protected:
     /// From a picture with depth; of a small one without, by direction alone.
-    void resample(const GlFillFrame& frame, const OtherPicture& from, const GapTargets& to) {
-        if (from.textures.depth() == 0) {
-            resample_.fill(from, to);
-            return;
+    void resample(const GlFillFrame& frame, const std::optional<OtherPicture>& from, const GapTargets& to) {
+        if (from && from->textures.depth() == 0) {
+            resample_.fill(*from, to);
+        } else if (from && to.depth.texture != 0) {
+            if (frame.found != nullptr)
+                frame.found->draw_forward(*from, to);
+            resample_.fill(*from, with_mirrors(frame, {}, to));
         }
-        if (frame.found != nullptr)
-            frame.found->draw_forward(from, to);
-        resample_.fill(from, with_mirrors(frame, {}, to));
     }
 
     GapResample& resample_;
@@ -187,20 +180,14 @@ class HiddenPass : public PicturePass {
 public:
     using PicturePass::PicturePass;
     std::string_view name() const override { return "hidden"; }
-    void fill(const GlFillFrame& frame, const GapTargets& to) override {
-        if (to.depth.texture != 0 && frame.hidden)
-            resample(frame, *frame.hidden, to);
-    }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override { resample(frame, frame.hidden, to); }
 };
 
 class SmallPass : public PicturePass {
 public:
     using PicturePass::PicturePass;
     std::string_view name() const override { return "small"; }
-    void fill(const GlFillFrame& frame, const GapTargets& to) override {
-        if (frame.small && (to.depth.texture != 0 || frame.small->textures.depth() == 0))
-            resample(frame, *frame.small, to);
-    }
+    void fill(const GlFillFrame& frame, const GapTargets& to) override { resample(frame, frame.small, to); }
 };
 
 class EarlierPass : public PicturePass {

@@ -38,10 +38,10 @@ ListsHead nothing_listed(Size grid) {
 }  // namespace
 
 GapTiles::GapTiles(Of of)
-    : find_({{GL_COMPUTE_SHADER, "find_gap_tiles.glsl"}},
+    : find_("find_gap_tiles.glsl",
             std::vector<std::string>{of == Of::gaps ? "COUNTS(origin) ((origin) == ORIGIN_GAP)"
                                                     : "COUNTS(origin) ((origin) != ORIGIN_SOURCE)"}),
-      list_({{GL_COMPUTE_SHADER, "list_gap_tiles.glsl"}}) {}
+      list_("list_gap_tiles.glsl") {}
 
 void GapTiles::size_for(const EyeTargets& targets) {
     constexpr int side = PullPyramid::tile_side;
@@ -85,7 +85,7 @@ void GapTiles::dispatch(const Program& program, List list, int shift) const {
     program.dispatch_indirect(lists_.name(), sizeof(ListsHead::groups[0]) * std::size_t(int(list) * levels + shift));
 }
 
-GapResample::GapResample() : program_({{GL_COMPUTE_SHADER, "gap_resample.glsl"}}) {}
+GapResample::GapResample() : program_("gap_resample.glsl") {}
 
 void GapResample::fill(const OtherPicture& from, const GapTargets& to) {
     const bool by_direction = from.textures.depth() == 0;
@@ -112,11 +112,10 @@ void run_gap_resample(const Program& program, const GapTargets& to, PixelOrigin 
     program.set("mark", int(mark));
     program.set("knows_mirrors", int(to.image_behind != 0));
     to.gaps.dispatch(program, GapTiles::List::with_gaps, PullPyramid::tile_levels);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_FRAMEBUFFER_BARRIER_BIT);
+    finish_pictures();
 }
 
-GapMirrors::GapMirrors() : program_({{GL_COMPUTE_SHADER, "gap_mirrors.glsl"}}) {}
+GapMirrors::GapMirrors() : program_("gap_mirrors.glsl") {}
 
 GLuint GapMirrors::find(const SpecularSource& teller, const GapTargets& to) {
     assert(int(to.eyes.size()) == to.targets.eyes());
@@ -193,8 +192,7 @@ void PatchTextures::upload(const PatchesView& patches, const PqView& pq) {
                         slot_numbers_.data());
 }
 
-PatchResample::PatchResample()
-    : program_({{GL_COMPUTE_SHADER, "gap_resample.glsl"}}, std::vector<std::string>{"PATCHES"}) {}
+PatchResample::PatchResample() : program_("gap_resample.glsl", std::vector<std::string>{"PATCHES"}) {}
 
 void PatchResample::fill(const PatchesView& patches, const PatchTextures& textures, const GapTargets& to) {
     if (textures.atlas().depth() == 0)

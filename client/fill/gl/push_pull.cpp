@@ -13,10 +13,6 @@ using List = GapTiles::List;
 
 const std::vector<std::string> tiled = {"TILED"};
 
-Program made(const char* file, std::span<const std::string> defines = {}) {
-    return Program({{GL_COMPUTE_SHADER, file}}, defines);
-}
-
 constexpr GLuint beside_unit = 3, own_unit = 4;
 
 void write_to(const Texture& layers) {
@@ -30,9 +26,8 @@ void finish_level() {
 }  // namespace
 
 PushPull::PushPull()
-    : pull_pixels_(made("pull_pixels.glsl")), pull_tiles_(made("pull_cells.glsl", tiled)),
-      pull_cells_(made("pull_cells.glsl")), push_tiles_(made("push_cells.glsl", tiled)),
-      push_cells_(made("push_cells.glsl")), push_pixels_(made("push_pixels.glsl")) {}
+    : pull_pixels_("pull_pixels.glsl"), pull_tiles_("pull_cells.glsl", tiled), pull_cells_("pull_cells.glsl"),
+      push_tiles_("push_cells.glsl", tiled), push_cells_("push_cells.glsl"), push_pixels_("push_pixels.glsl") {}
 
 void PushPull::size_for(Size tiles, int eyes) {
     if (tiles == tiles_ && eyes == eyes_)
@@ -108,8 +103,7 @@ void PushPull::fill(const SourceView& source, std::span<const EyeView> eyes, con
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     gaps.dispatch(push_pixels_, List::with_gaps, levels_.front().cells.z);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_FRAMEBUFFER_BARRIER_BIT);
+    finish_pictures();
 }
 
 }  // namespace equistream::gl

@@ -50,7 +50,7 @@ std::vector<std::string> defines() {
 
 }  // namespace
 
-Mirrors::Mirrors() : program_({{GL_COMPUTE_SHADER, "mirrors.glsl"}}, defines()) {}
+Mirrors::Mirrors() : program_("mirrors.glsl", defines()) {}
 
 void Mirrors::rework(const SpecularSource& picture, std::span<const EyeView> eyes, const EyeDepth& depth,
                      const EyeTargets& targets, MirrorTreatment treatment) {
@@ -70,8 +70,7 @@ void Mirrors::rework(const SpecularSource& picture, std::span<const EyeView> eye
     program_.set("inverse_depth_scale", depth.scale);
     program_.set("looks_for_images", int(treatment == MirrorTreatment::images));
     program_.dispatch(targets.size(), targets.eyes());
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_FRAMEBUFFER_BARRIER_BIT);
+    finish_pictures();
 }
 
 }  // namespace equistream::gl

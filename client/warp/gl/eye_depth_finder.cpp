@@ -28,7 +28,6 @@ bool LatticeTextures::set(const Camera& camera) {
     upload(0, angles.column_a, angles.column_b);
     upload(1, angles.row_a, angles.row_b);
     camera_ = camera;
-    size_ = {width_of(camera), height_of(camera)};
     return false;
 }
 
@@ -48,7 +47,7 @@ struct SourceBlock {
 
 }  // namespace
 
-SourceBlocks::SourceBlocks() : pass_({{GL_COMPUTE_SHADER, "source_blocks.glsl"}}) {}
+SourceBlocks::SourceBlocks() : pass_("source_blocks.glsl") {}
 
 void SourceBlocks::size_for(const Camera& camera) {
     constexpr int side = LatticeBlock::side;
@@ -81,19 +80,39 @@ void EyeDepthFinder::bind(const SourceView& view, const SourceTextures& source, 
     lattice_.bind();
 }
 
+bool EyeDepthFinder::size_for(Size size, int eyes) {
+    if (size == size_ && eyes == eyes_)
+        return true;
+    depth_ = make_layered_texture(size, eyes, GL_R32F);
+    size_ = size;
+    eyes_ = eyes;
+    return false;
+}
+
+void EyeDepthFinder::bind_depth() const {
+    glBindImageTexture(0, depth_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
+}
+
+void EyeDepthFinder::forget_gaps(const EyeTargets& targets) const {
+    assert(targets.size() == size_ && targets.eyes() == eyes_);
+    glBindTextureUnit(3, targets.origin());
+    bind_depth();
+    forget_gaps_.dispatch(size_, eyes_);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
 ProxySphereDepth::ProxySphereDepth(const EngineOptions& options)
     : EyeDepthFinder(options, {.needs_depth = false, .only_seen = false, .is_known = false}),
-      pass_({{GL_COMPUTE_SHADER, "proxy_sphere_depth.glsl"}}) {}
+      pass_("proxy_sphere_depth.glsl") {}
 
 void ProxySphereDepth::find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) {
     if (radius_m_ == 0)
         radius_m_ = float(proxy_radius_m(view, options_));
-    const Size size{eyes.front().camera.width, eyes.front().camera.height};
-    layers_.size_for(size, int(eyes.size()));
+    size_for({eyes.front().camera.width, eyes.front().camera.height}, int(eyes.size()));
     bind(view, source, eyes);
-    layers_.bind(0);
+    bind_depth();
     pass_.set("radius_m", radius_m_);
-    pass_.dispatch(size, int(eyes.size()));
+    pass_.dispatch(size_, eyes_);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 

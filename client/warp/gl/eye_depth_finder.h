@@ -25,11 +25,9 @@ public:
     bool set(const Camera& camera);
     /// To the unit that source_lattice.glsl reads.
     void bind() const;
-    Size size() const { return size_; }  ///< of the source
 
 private:
     std::optional<Camera> camera_;
-    Size size_;
     Texture angles_;
 };
 
@@ -49,7 +47,6 @@ public:
     void bind(const Program& program, GLuint binding) const;
 
     int count() const { return grid_.width * grid_.height; }
-    Size grid() const { return grid_; }
 
 private:
     Program pass_;
@@ -84,11 +81,15 @@ public:
     virtual void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) = 0;
 
     /// Makes unknown what gap pixels of the targets see.
-    void forget_gaps(const EyeTargets& targets) const { layers_.forget_gaps(targets); }
+    void forget_gaps(const EyeTargets& targets) const;
     /// A layer for each eye; NaN where nothing was found.
-    EyeDepth depth() const { return layers_.depth(); }
+    EyeDepth depth() const { return {depth_.name(), 1}; }
 
 protected:
+    /// Storage of depth() is kept as long as the size stays. Whether it did.
+    bool size_for(Size size, int eyes);
+    /// Image unit 0 is depth(), to be written.
+    void bind_depth() const;
     /// Of the source, and of how the eyes look at it, for source_grid.glsl, eye_rays.glsl and source_lattice.glsl.
     void bind(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes);
 
@@ -96,7 +97,12 @@ protected:
     EngineOptions options_;
     EyeBlocks eye_blocks_;
     LatticeTextures lattice_;
-    EyeDepthLayers layers_;
+    Size size_;  ///< of the eyes
+    int eyes_ = 0;
+
+private:
+    Program forget_gaps_{"forget_gaps.glsl"};
+    Texture depth_;
 };
 
 /// What is taken unless told otherwise.

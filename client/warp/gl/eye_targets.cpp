@@ -24,22 +24,7 @@ void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
     eyes_ = eyes;
     colour_ = make_layered_texture(size, eyes, GL_RGBA8);
     origin_ = make_layered_texture(size, eyes, GL_R8UI);
-    depth_ = make_layered_texture(size, eyes, GL_R32F);
-    GLuint name = 0;
-    glCreateFramebuffers(1, &name);
-    framebuffer_ = Framebuffer(name);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, colour_.name(), 0);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT1, origin_.name(), 0);
-    constexpr std::array<GLenum, 2> both = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    glNamedFramebufferDrawBuffers(name, both.size(), both.data());
-    require_complete(framebuffer_);
-}
-
-void EyeTargets::upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m) {
-    assert(depth_m.width == size_.width && depth_m.height == size_.height && depth_m.channels == 1);
-    const FloatImage inverse = EyeRays(camera, {}, {}).inverse_planar_depth(depth_m);
-    glTextureSubImage3D(depth_.name(), 0, 0, 0, eye, size_.width, size_.height, 1, GL_RED, GL_FLOAT,
-                        inverse.samples().data());
+    framebuffer_ = make_framebuffer(std::array{colour_.name(), origin_.name()}, 0);
 }
 
 void EyeTargets::download(int eye, EyePicture& picture) const {
@@ -63,10 +48,6 @@ struct EyeBlock {
     glm::vec4 view, agreement;
 };
 
-glm::vec4 padded(Vec3f v) {
-    return {v.x, v.y, v.z, 0};
-}
-
 }  // namespace
 
 EyeBlocks::EyeBlocks() : blocks_(make_buffer(max_eyes * sizeof(EyeBlock), GL_DYNAMIC_STORAGE_BIT)) {}
@@ -85,39 +66,16 @@ void EyeBlocks::set(std::span<const Pose> sources, double box_radius_m, std::spa
         const EyeRays rays(eyes[i].camera, eyes[i].pose, sources[i]);
         const bool moved = !same_position(sources[i], eyes[i].pose);
         const double tolerance_rad = error_budget_rad(eyes[i].camera.focal_px(), error_budget_px);
-        blocks[i] = {padded(rays.corner()),
-                     padded(rays.right()),
-                     padded(rays.down()),
-                     padded(rays.eye()),
-                     padded(rays.eye_own_axes()),
+        blocks[i] = {glm::vec4(rays.corner(), 0),
+                     glm::vec4(rays.right(), 0),
+                     glm::vec4(rays.down(), 0),
+                     glm::vec4(rays.eye(), 0),
+                     glm::vec4(rays.eye_own_axes(), 0),
                      glm::mat4(rays.source_from_eye()),
                      {rays.focal_px(), rays.centre_x(), rays.centre_y(), moved ? 1.0f : 0.0f},
                      {std::max(float(box_radius_m), rays.distance_m()), std::sin(tolerance_rad), 0, 0}};
     }
     glNamedBufferSubData(blocks_.name(), 0, GLsizeiptr(eyes.size() * sizeof(EyeBlock)), blocks.data());
-}
-
-EyeDepthLayers::EyeDepthLayers() : forget_gaps_({{GL_COMPUTE_SHADER, "forget_gaps.glsl"}}) {}
-
-bool EyeDepthLayers::size_for(Size size, int eyes) {
-    if (size == size_ && eyes == eyes_)
-        return true;
-    depth_ = make_layered_texture(size, eyes, GL_R32F);
-    size_ = size;
-    eyes_ = eyes;
-    return false;
-}
-
-void EyeDepthLayers::bind(GLuint unit) const {
-    glBindImageTexture(unit, depth_.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
-}
-
-void EyeDepthLayers::forget_gaps(const EyeTargets& targets) const {
-    assert(targets.size() == size_ && targets.eyes() == eyes_);
-    glBindTextureUnit(3, targets.origin());
-    bind(0);
-    forget_gaps_.dispatch(size_, eyes_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
 }  // namespace equistream::gl

@@ -21,9 +21,6 @@ class EyeTargets {
 public:
     /// Storage is kept as long as the size stays.
     void size_for(const PerspectiveCamera& camera, int eyes);
-    /// The depth of an eye that others found, as EyeView has it; kept as inverse planar depth, NaN where nothing is
-    /// known.
-    void upload_depth(int eye, const PerspectiveCamera& camera, const ImageView<const float>& depth_m);
     /// Waits for the GPU. Colours and origins; the rest is emptied.
     void download(int eye, EyePicture& picture) const;
 
@@ -32,12 +29,11 @@ public:
     GLuint colour() const { return colour_.name(); }
     GLuint origin() const { return origin_.name(); }
     GLuint framebuffer() const { return framebuffer_.name(); }  ///< draws to colour and origin, all layers
-    EyeDepth depth() const { return {depth_.name(), 1}; }
 
 private:
     Size size_;
     int eyes_ = 0;
-    Texture colour_, origin_, depth_;
+    Texture colour_, origin_;
     Framebuffer framebuffer_;
 };
 
@@ -56,31 +52,6 @@ public:
 
 private:
     Buffer blocks_;
-};
-
-// What an engine finds on the GPU that eyes of one size see: inverse planar depth, a layer each; NaN where nothing was
-// found.
-
-class EyeDepthLayers {
-public:
-    EyeDepthLayers();
-
-    /// Storage is kept as long as the size stays. Whether it did.
-    bool size_for(Size size, int eyes);
-    /// Image unit `unit` is the layers, to be written.
-    void bind(GLuint unit) const;
-    /// Makes unknown what gap pixels of the targets see.
-    void forget_gaps(const EyeTargets& targets) const;
-
-    Size size() const { return size_; }
-    int eyes() const { return eyes_; }
-    EyeDepth depth() const { return {depth_.name(), 1}; }
-
-private:
-    Program forget_gaps_;
-    Size size_;
-    int eyes_ = 0;
-    Texture depth_;
 };
 
 }  // namespace equistream::gl

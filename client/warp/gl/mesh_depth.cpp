@@ -63,10 +63,9 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
-    : EyeDepthFinder(options, {.only_seen = !plain}), plain_(plain), wanted_({{GL_COMPUTE_SHADER, "mesh_wanted.glsl"}}),
-      cells_({{GL_COMPUTE_SHADER, "mesh_cells.glsl"}},
-             plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
-      points_pass_({{GL_COMPUTE_SHADER, "mesh_points.glsl"}}), draws_pass_({{GL_COMPUTE_SHADER, "mesh_draws.glsl"}}),
+    : EyeDepthFinder(options, {.only_seen = !plain}), plain_(plain), wanted_("mesh_wanted.glsl"),
+      cells_("mesh_cells.glsl", plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
+      points_pass_("mesh_points.glsl"), draws_pass_("mesh_draws.glsl"),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
       vertices_(make_vertex_array()), counts_(make_buffer(sizeof(Counts), GL_DYNAMIC_STORAGE_BIT)) {
     constexpr GLbitfield mapped = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
@@ -131,15 +130,10 @@ void MeshDepth::make_room(Room room) {
 }
 
 void MeshDepth::size_for_eyes(Size size, int eyes) {
-    if (layers_.size_for(size, eyes))
+    if (size_for(size, eyes))
         return;
     depth_buffer_ = make_layered_texture(size, eyes, GL_DEPTH_COMPONENT32F);
-    GLuint name = 0;
-    glCreateFramebuffers(1, &name);
-    framebuffer_ = Framebuffer(name);
-    glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, layers_.depth().texture, 0);
-    glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_buffer_.name(), 0);
-    require_complete(framebuffer_);
+    framebuffer_ = make_framebuffer(std::array{depth().texture}, depth_buffer_.name());
 }
 
 /// From the next build on there are none, and all room is free.
@@ -153,7 +147,7 @@ void MeshDepth::forget_blocks() {
 }
 
 void MeshDepth::run_over_blocks(const Program& program) const {
-    program.set("eye_count", layers_.eyes());
+    program.set("eye_count", eyes_);
     program.use();
     glDispatchCompute(GLuint((source_blocks_.count() + 63) / 64), 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
@@ -174,7 +168,7 @@ void MeshDepth::build() {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, counts_.name());
     glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 2, GLsizei(buffers.size()), buffers.data());
     glBindImageTexture(0, cell_map_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R8UI);
-    wanted_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
+    wanted_.set("eye_size", glm::vec2(size_.width, size_.height));
     run_over_blocks(wanted_);
     const glm::vec2 joins(within_.box_radius_m, std::sin(within_.tolerance_rad));
     cells_.set("joins", joins);
@@ -239,9 +233,9 @@ void MeshDepth::draw() {
     glClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &miss);
     glClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, 0, nothing.data());
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-    glViewport(0, 0, layers_.size().width, layers_.size().height);
+    glViewport(0, 0, size_.width, size_.height);
     glBindVertexArray(vertices_.name());
-    draw_.set("eye_size", glm::vec2(layers_.size().width, layers_.size().height));
+    draw_.set("eye_size", glm::vec2(size_.width, size_.height));
     draw_.use();
     // What stretches from edges to what lies behind is seen from both sides.
     if (!plain_)
@@ -251,7 +245,7 @@ void MeshDepth::draw() {
     glBindBuffer(GL_PARAMETER_BUFFER_ARB, counts_.name());
     glMultiDrawElementsIndirectCountARB(GL_TRIANGLES, GL_UNSIGNED_INT, nullptr,
                                         offsetof(Counts, refresh) + offsetof(Refresh, draws),
-                                        source_blocks_.count() * layers_.eyes(), sizeof(Draw));
+                                        source_blocks_.count() * eyes_, sizeof(Draw));
     glDisable(GL_CULL_FACE);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);

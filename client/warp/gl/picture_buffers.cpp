@@ -58,137 +58,100 @@ std::unique_ptr<Block> make_block(std::size_t size) {
     return block;
 }
 
+bool is_signalled(GLsync fence) {
+    const GLenum state = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, 0);
+    return state == GL_ALREADY_SIGNALED || state == GL_CONDITION_SATISFIED;
+}
+
+void forget(Block& block) {
+    if (block.read_until != nullptr)
+        glDeleteSync(std::exchange(block.read_until, nullptr));
+}
+
 }  // namespace
 
-class PictureBlocks : public std::enable_shared_from_this<PictureBlocks> {
-public:
-    std::shared_ptr<std::uint8_t> take(std::size_t size) {
-        const std::lock_guard lock(mutex_);
-        if (is_closed_)
-            return nullptr;
-        ++round_;
-        // What went round last goes round next, so that what is not needed shows.
-        Block* newest = nullptr;
-        for (const auto& block : blocks_)
-            if (block->size == size && !block->is_held && block->read_until == nullptr &&
-                (newest == nullptr || block->taken_in_round > newest->taken_in_round))
-                newest = block.get();
-        if (newest == nullptr) {
-            if (wanted_.size() < PictureBuffers::max_wanted)
-                wanted_.push_back(size);
-            return nullptr;
-        }
-        newest->is_held = true;
-        newest->taken_in_round = round_;
-        return {newest->bytes, [blocks = shared_from_this(), newest](std::uint8_t*) { blocks->release(*newest); }};
-    }
-
-    /// Decoders do not wait while the driver makes buffers, or frees them.
-    void provide(bool& may_map) {
-        std::vector<std::unique_ptr<Block>> unused;
-        const std::vector<std::size_t> wanted = sort_out(unused);
-        unused.clear();
-        for (const std::size_t size : wanted) {
-            if (!may_map || size > max_block() || total_bytes() + size > PictureBuffers::max_bytes)
-                continue;
-            std::unique_ptr<Block> block = make_block(size);
-            may_map = block != nullptr;
-            if (block)
-                add(std::move(block));
-        }
-    }
+struct PictureBlocks {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Block>> blocks;
+    std::vector<std::size_t> wanted;  ///< in vain, since the last provide()
+    std::int64_t round = 0;           ///< of take()
+    bool is_closed = false;
 
     /// Null: there is none.
-    Block* find(const void* sample) const {
-        const std::lock_guard lock(mutex_);
+    Block* find(const void* sample) {
+        const std::lock_guard lock(mutex);
         const auto found =
-            std::ranges::find_if(blocks_, [&](const auto& block) { return block->is_held && block->contains(sample); });
-        return found == blocks_.end() ? nullptr : found->get();
+            std::ranges::find_if(blocks, [&](const auto& block) { return block->is_held && block->contains(sample); });
+        return found == blocks.end() ? nullptr : found->get();
     }
-
-    void was_read(const void* sample) {
-        Block* const block = find(sample);
-        if (block == nullptr)
-            return;
-        const std::lock_guard lock(mutex_);
-        forget(*block);
-        block->read_until = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    }
-
-    void close() {
-        const std::lock_guard lock(mutex_);
-        is_closed_ = true;
-        for (const auto& block : blocks_) {
-            forget(*block);
-            block->bytes_texture = {};
-            block->buffer = {};
-        }
-    }
-
-    std::size_t total_bytes() const {
-        const std::lock_guard lock(mutex_);
-        std::size_t sum = 0;
-        for (const auto& block : blocks_)
-            sum += block->size;
-        return sum;
-    }
-    std::size_t count() const {
-        const std::lock_guard lock(mutex_);
-        return blocks_.size();
-    }
-
-private:
     /// What was asked for in vain; blocks that nobody needs any more are `unused` from now on.
     std::vector<std::size_t> sort_out(std::vector<std::unique_ptr<Block>>& unused) {
-        const std::lock_guard lock(mutex_);
-        for (const auto& block : blocks_)
+        const std::lock_guard lock(mutex);
+        for (const auto& block : blocks)
             if (block->read_until != nullptr && is_signalled(block->read_until))
                 forget(*block);
-        const auto first_unused = std::ranges::partition(blocks_, [&](const auto& block) {
+        const auto first_unused = std::ranges::partition(blocks, [&](const auto& block) {
             return block->is_held || block->read_until != nullptr ||
-                   round_ - block->taken_in_round <= PictureBuffers::max_rounds_unused;
+                   round - block->taken_in_round <= PictureBuffers::max_rounds_unused;
         });
         std::ranges::move(first_unused, std::back_inserter(unused));
-        blocks_.erase(first_unused.begin(), first_unused.end());
-        return std::exchange(wanted_, {});
+        blocks.erase(first_unused.begin(), first_unused.end());
+        return std::exchange(wanted, {});
     }
-    void add(std::unique_ptr<Block> block) {
-        const std::lock_guard lock(mutex_);
-        block->taken_in_round = round_;
-        blocks_.push_back(std::move(block));
-    }
-    void release(Block& block) {
-        const std::lock_guard lock(mutex_);
-        block.is_held = false;
-    }
-    static bool is_signalled(GLsync fence) {
-        const GLenum state = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, 0);
-        return state == GL_ALREADY_SIGNALED || state == GL_CONDITION_SATISFIED;
-    }
-    static void forget(Block& block) {
-        if (block.read_until != nullptr)
-            glDeleteSync(std::exchange(block.read_until, nullptr));
-    }
-
-    mutable std::mutex mutex_;
-    std::vector<std::unique_ptr<Block>> blocks_;
-    std::vector<std::size_t> wanted_;  ///< in vain, since the last provide()
-    std::int64_t round_ = 0;           ///< of take()
-    bool is_closed_ = false;
 };
 
 PictureBuffers::PictureBuffers() : blocks_(std::make_shared<PictureBlocks>()) {}
 
 PictureBuffers::~PictureBuffers() {
-    blocks_->close();
+    const std::lock_guard lock(blocks_->mutex);
+    blocks_->is_closed = true;
+    for (const auto& block : blocks_->blocks) {
+        forget(*block);
+        block->bytes_texture = {};
+        block->buffer = {};
+    }
 }
 
-std::shared_ptr<std::uint8_t> PictureBuffers::take(std::size_t bytes) {
-    return blocks_->take(bytes);
+std::shared_ptr<std::uint8_t> PictureBuffers::take(std::size_t size) {
+    const std::lock_guard lock(blocks_->mutex);
+    if (blocks_->is_closed)
+        return nullptr;
+    ++blocks_->round;
+    // What went round last goes round next, so that what is not needed shows.
+    Block* newest = nullptr;
+    for (const auto& block : blocks_->blocks)
+        if (block->size == size && !block->is_held && block->read_until == nullptr &&
+            (newest == nullptr || block->taken_in_round > newest->taken_in_round))
+            newest = block.get();
+    if (newest == nullptr) {
+        if (blocks_->wanted.size() < max_wanted)
+            blocks_->wanted.push_back(size);
+        return nullptr;
+    }
+    newest->is_held = true;
+    newest->taken_in_round = blocks_->round;
+    return {newest->bytes, [blocks = blocks_, newest](std::uint8_t*) {
+                const std::lock_guard releasing(blocks->mutex);
+                newest->is_held = false;
+            }};
 }
 
+/// Decoders do not wait while the driver makes buffers, or frees them.
 void PictureBuffers::provide() {
-    blocks_->provide(may_map_);
+    std::vector<std::unique_ptr<Block>> unused;
+    const std::vector<std::size_t> wanted = blocks_->sort_out(unused);
+    unused.clear();
+    for (const std::size_t size : wanted) {
+        if (!may_map_ || size > max_block() || bytes() + size > max_bytes)
+            continue;
+        std::unique_ptr<Block> block = make_block(size);
+        may_map_ = block != nullptr;
+        if (!block)
+            continue;
+        const std::lock_guard lock(blocks_->mutex);
+        block->taken_in_round = blocks_->round;
+        blocks_->blocks.push_back(std::move(block));
+    }
 }
 
 std::optional<PictureBuffers::Place> PictureBuffers::find(const void* sample) const {
@@ -200,15 +163,25 @@ std::optional<PictureBuffers::Place> PictureBuffers::find(const void* sample) co
 }
 
 void PictureBuffers::was_read(const void* sample) {
-    blocks_->was_read(sample);
+    Block* const block = blocks_->find(sample);
+    if (block == nullptr)
+        return;
+    const std::lock_guard lock(blocks_->mutex);
+    forget(*block);
+    block->read_until = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
 }
 
 std::size_t PictureBuffers::bytes() const {
-    return blocks_->total_bytes();
+    const std::lock_guard lock(blocks_->mutex);
+    std::size_t sum = 0;
+    for (const auto& block : blocks_->blocks)
+        sum += block->size;
+    return sum;
 }
 
 std::size_t PictureBuffers::count() const {
-    return blocks_->count();
+    const std::lock_guard lock(blocks_->mutex);
+    return blocks_->blocks.size();
 }
 
 }  // namespace equistream::gl

@@ -12,7 +12,7 @@
 namespace equistream::gl {
 
 /// Who hands out what, apart from the buffers themselves, for copies of what take() returned may outlive them.
-class PictureBlocks;
+struct PictureBlocks;
 
 class PictureBuffers : public PictureMemory {
 public:
@@ -30,7 +30,7 @@ public:
     PictureBuffers& operator=(const PictureBuffers&) = delete;
 
     /// PictureMemory's. What was asked for in vain is there after the next provide().
-    std::shared_ptr<std::uint8_t> take(std::size_t bytes) override;
+    std::shared_ptr<std::uint8_t> take(std::size_t size) override;
 
     // In one context, which is current.
     /// Makes what was asked for in vain, and has what nobody holds handed out again once the GPU has read it.

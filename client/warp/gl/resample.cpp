@@ -20,7 +20,7 @@ constexpr GLuint list_unit = 8;
 
 }  // namespace
 
-PixelList::PixelList() : groups_({{GL_COMPUTE_SHADER, "pixel_list_groups.glsl"}}) {}
+PixelList::PixelList() : groups_("pixel_list_groups.glsl") {}
 
 void PixelList::size_for(std::size_t pixels) {
     if (pixels <= pixels_)
@@ -55,16 +55,7 @@ std::vector<std::string> defines(ResampleRule rule) {
 Resample::Resample(ResampleRule rule, double error_budget_px)
     : rule_(rule), error_budget_px_(error_budget_px),
       first_({{GL_VERTEX_SHADER, "resample_vertex.glsl"}, {GL_FRAGMENT_SHADER, "resample_first.glsl"}}, defines(rule)),
-      listed_({{GL_COMPUTE_SHADER, "resample.glsl"}}, defines(rule)), no_vertices_(make_vertex_array()) {}
-
-void Resample::size_for(const EyeTargets& targets) {
-    if (targets.size() == size_ && targets.eyes() == eye_count_)
-        return;
-    size_ = targets.size();
-    eye_count_ = targets.eyes();
-    const std::size_t pixels = std::size_t(size_.width) * std::size_t(size_.height) * std::size_t(eye_count_);
-    list_.size_for(pixels);
-}
+      listed_("resample.glsl", defines(rule)), no_vertices_(make_vertex_array()) {}
 
 void Resample::draw_first(const EyeTargets& targets) const {
     for (const GLenum off : {GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE, GL_BLEND, GL_COLOR_LOGIC_OP,
@@ -73,10 +64,10 @@ void Resample::draw_first(const EyeTargets& targets) const {
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glBindFramebuffer(GL_FRAMEBUFFER, targets.framebuffer());
-    glViewport(0, 0, size_.width, size_.height);
+    glViewport(0, 0, targets.size().width, targets.size().height);
     glBindVertexArray(no_vertices_.name());
     first_.use();
-    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, eye_count_);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, targets.eyes());
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
@@ -85,7 +76,8 @@ void Resample::reproject(const SourceView& view, const SourceTextures& source, s
     assert(int(eyes.size()) == targets.eyes());
     assert(rule_ != ResampleRule::seen || source.depth() != 0 ||
            std::ranges::all_of(eyes, [&](const EyeView& eye) { return same_position(view.pose, eye.pose); }));
-    size_for(targets);
+    const Size size = targets.size();
+    list_.size_for(std::size_t(size.width) * std::size_t(size.height) * eyes.size());
     eyes_.set(view, eyes, error_budget_px_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, source.grid());
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, eyes_.name());
@@ -94,7 +86,7 @@ void Resample::reproject(const SourceView& view, const SourceTextures& source, s
     glBindTextureUnit(1, source.depth());
     glBindTextureUnit(2, depth.texture);
     if (rule_ != ResampleRule::direction) {
-        first_.set("eye_size", glm::ivec2(size_.width, size_.height));
+        first_.set("eye_size", glm::ivec2(size.width, size.height));
         for (const Program* program : {&first_, &listed_})
             program->set("inverse_depth_scale", depth.scale);
     }
@@ -102,8 +94,7 @@ void Resample::reproject(const SourceView& view, const SourceTextures& source, s
     glBindImageTexture(0, targets.colour(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA8);
     glBindImageTexture(1, targets.origin(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     list_.dispatch(listed_);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_FRAMEBUFFER_BARRIER_BIT);
+    finish_pictures();
 }
 
 }  // namespace equistream::gl

@@ -48,7 +48,6 @@ public:
                    const EyeDepth& depth, const EyeTargets& targets);
 
 private:
-    void size_for(const EyeTargets& targets);
     void draw_first(const EyeTargets& targets) const;
 
     ResampleRule rule_;
@@ -57,8 +56,6 @@ private:
     Program listed_;  ///< the others, by the whole rule
     VertexArray no_vertices_;
     EyeBlocks eyes_;
-    Size size_;
-    int eye_count_ = 0;
     PixelList list_;
 };
 

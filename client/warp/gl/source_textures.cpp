@@ -60,7 +60,7 @@ Program yuv_program(bool in_one_buffer) {
                                         define("GREEN_FROM_CR", yuv_to_rgb::green_from_cr)};
     if (in_one_buffer)
         defines.push_back("IN_ONE_BUFFER");
-    return Program({{GL_COMPUTE_SHADER, "yuv_to_rgb.glsl"}}, defines);
+    return Program("yuv_to_rgb.glsl", defines);
 }
 
 }  // namespace

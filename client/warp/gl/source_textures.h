@@ -23,7 +23,6 @@ public:
     /// Compiles its shader. Throws InputError in one line where that, or a table, is more than the driver takes.
     explicit PqDisplay(const HdrDisplay& display);
 
-    double exposure_stops() const { return exposure_stops_; }
     /// Of pictures that are converted from now on.
     void set_exposure(double stops);
 

@@ -25,6 +25,9 @@ FloatImage reliability_risks(const SourceView& source, const EyeView& eye, const
 ByteImage reliability_groups(const SourceView& source, const EyeView& eye, const EyePicture& picture,
                              const ReliabilityOptions& options = {});
 
+/// The model itself, for one pixel's risks: from 0 to 1.
+float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks);
+
 // What lies around each pixel of an eye's picture: silhouettes, edges between origins, the way out of filled regions.
 
 /// 3 on a pixel beside a silhouette or beside one of another origin, and one less for each pixel (of eight neighbours)

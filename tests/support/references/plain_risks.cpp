@@ -1,5 +1,6 @@
 #include "plain_engines.h"
 
+#include <client/confidence/coefficients.h>
 #include <client/confidence/reliability.h>
 #include <client/reflections/specular.h>
 
@@ -132,7 +133,7 @@ void RiskPicture::State::flat_risks(const float* detail, RiskRow& out) const {
 
 void RiskPicture::State::shape_risks(int y, const float* detail, RiskRow& out) const {
     const int width = out.width, height = inverse_planar.height();
-    const Vec3f centre = numbers.centre;
+    const glm::vec3 centre = numbers.centre;
     const float focal_px = numbers.focal_px, density = numbers.density;
     const float* q = inverse_planar.pixel(0, y);
     const float* above = inverse_planar.pixel(0, std::max(0, y - 1));
@@ -268,6 +269,16 @@ ByteImage reliability_groups(const SourceView& source, const EyeView& eye, const
     for (int y = 0; y < groups.height(); ++y)
         risks.groups(y, groups.pixel(0, y));
     return groups;
+}
+
+/// The calibration table covers sums from 0 to its last entry; beyond that it stays.
+float reliability_of(RiskGroup group, const std::array<float, risk_count>& risks) {
+    const reliability_model::Group& weighted = reliability_model::groups[std::size_t(group)];
+    float sum = 0;
+    for (std::size_t k = 0; k < risks.size(); ++k)
+        sum += weighted.weights[k] * risks[k];
+    const auto entry = int(std::min(sum * reliability_model::entries_per_unit, float(weighted.share_255.size() - 1)));
+    return float(weighted.share_255[std::size_t(entry)]) * (1 / 255.0f);
 }
 
 void estimate_reliability(const SourceView& source, const EyeView& eye, EyePicture& picture,

@@ -24,6 +24,13 @@ inline glm::dvec3 red_and_smooth(const glm::dvec3& p, double) {
     return glm::length(p - glm::dvec3(0, 0, -1.2)) < 0.31 ? glm::dvec3(1, 0, 0) : smooth(p, 1.5);
 }
 
+inline std::int64_t pixels_of(const Gaps& gaps) {
+    std::int64_t count = 0;
+    for (const GapSpan& span : gaps.spans())
+        count += span.end - span.begin;
+    return count;
+}
+
 struct FillScene {
     PerspectiveCamera camera{320, 200, pi / 2};
     Pose left{{-0.0315, 0, 0}, {1, 0, 0, 0}};
@@ -59,10 +66,10 @@ struct FillScene {
         const FillChain chain = make_fill_chain(fill_pass);
         chain[0]->set_frame(inputs);
         Gaps gaps(picture.origin.view());
-        const std::int64_t before = gaps.count();
+        const std::int64_t before = pixels_of(gaps);
         const std::int64_t filled = chain[0]->fill(eye, picture, gaps);
         EXPECT_EQ(picture.count(mark), filled);
-        EXPECT_EQ(gaps.count(), before - filled);
+        EXPECT_EQ(pixels_of(gaps), before - filled);
         EXPECT_EQ(picture.count(PixelOrigin::gap), before - filled);
         for (int y = 0; y < camera.height; ++y)
             for (int x = 0; x < camera.width; ++x) {

@@ -33,8 +33,8 @@ struct ValueRange {
             below[k] = std::max(0.0f, risks[k] - rounding);
         }
         // More of a risk never makes a pixel more trustworthy.
-        least = std::min(least, 255 * reliability_of(group, above));
-        most = std::max(most, 255 * reliability_of(group, below));
+        least = std::min(least, 255 * plain::reliability_of(group, above));
+        most = std::max(most, 255 * plain::reliability_of(group, below));
     }
 };
 

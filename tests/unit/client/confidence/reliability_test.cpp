@@ -63,7 +63,7 @@ TEST(Reliability, NoRiskMakesAPixelMoreTrustworthy) {
                 float before = 2;
                 for (float value = 0; value < 12; value += 0.125f) {
                     risks[std::size_t(risk)] = value;
-                    const float now = reliability_of(RiskGroup(group), risks);
+                    const float now = plain::reliability_of(RiskGroup(group), risks);
                     ASSERT_LE(now, before) << risk_names[std::size_t(risk)] << " " << value;
                     ASSERT_TRUE(now >= 0 && now <= 1);
                     before = now;
@@ -82,7 +82,7 @@ TEST(Reliability, ThePlainMapIsTheModelOfTheRisks) {
             std::copy_n(risks.pixel(x, y), risk_count, here.begin());
             const auto origin = PixelOrigin(played.picture.origin.pixel(x, y)[0]);
             ASSERT_EQ(groups.pixel(x, y)[0], std::uint8_t(risk_group(origin, KnownDepth::fine)));
-            ASSERT_NEAR(reliability_of(RiskGroup(groups.pixel(x, y)[0]), here) * 255,
+            ASSERT_NEAR(plain::reliability_of(RiskGroup(groups.pixel(x, y)[0]), here) * 255,
                         float(played.picture.reliability.pixel(x, y)[0]), 0.01);
         }
 }

@@ -193,11 +193,9 @@ void expect_as_flooded(const ByteImage& origin) {
     for (int side = 1; side <= 5; ++side) {
         const Gaps wide = wide_gaps(gaps, origin.width(), side);
         ByteImage marked(origin.width(), origin.height(), 1, 0);
-        std::int64_t count = 0;
         for (const GapSpan& span : wide.spans())
-            for (int x = span.begin; x < span.end; ++x, ++count)
+            for (int x = span.begin; x < span.end; ++x)
                 *marked.pixel(x, span.y) = 1;
-        EXPECT_EQ(wide.count(), count);
         EXPECT_TRUE(std::ranges::equal(marked.samples(), flooded(origin, side).samples()))
             << origin.width() << " wide, squares of " << side;
     }

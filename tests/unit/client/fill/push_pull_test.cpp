@@ -238,13 +238,11 @@ TEST(Gaps, AreThoseOfThePlainScan) {
         Gaps gaps(origin.view());
         const auto expect_exact = [&] {
             ByteImage covered(width, 40, 1, 1);
-            std::int64_t count = 0;
             for (const GapSpan& span : gaps.spans()) {
                 EXPECT_LT(span.begin, span.end);
-                for (int x = span.begin; x < span.end; ++x, ++count)
+                for (int x = span.begin; x < span.end; ++x)
                     covered.pixel(x, span.y)[0]--;
             }
-            EXPECT_EQ(count, gaps.count());
             for (std::size_t i = 0; i < origin.samples().size(); ++i)
                 EXPECT_EQ(covered.samples()[i] == 0, origin.samples()[i] == 0);
         };

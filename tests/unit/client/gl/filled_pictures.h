@@ -1,7 +1,7 @@
 #pragma once
 /// Pictures before and after a fill pass, on the GPU and on the CPU.
 #include <client/fill/fill.h>
-#include <client/warp/gl/eye_targets.h>
+#include <tests/support/targets_with_depth.h>
 #include <tests/unit/client/analytic_scene.h>
 
 #include <gtest/gtest.h>
@@ -72,8 +72,8 @@ inline EyePicture filled(const std::string& fill_pass, const FillInputs& inputs,
 /// a fill pass on the CPU fills one by one, by their own depth or by none.
 template <typename Fill>
 void expect_the_cpus(const std::string& fill_pass, const FillInputs& inputs, double min_db,
-                     std::span<const EyeView, 2> eyes, std::span<const EyePicture, 2> before, gl::EyeTargets& targets,
-                     const Fill& fill) {
+                     std::span<const EyeView, 2> eyes, std::span<const EyePicture, 2> before,
+                     gl::TargetsWithDepth& targets, const Fill& fill) {
     targets.size_for(eyes[0].camera, 2);
     const bool has_depth = eyes[0].depth_m.data != nullptr;
     for (int k = 0; k < 2; ++k) {

@@ -164,7 +164,7 @@ protected:
         gl::SourceTextures textures;
         textures.upload(source);
         specular.upload(source);
-        gl::EyeTargets targets;
+        gl::TargetsWithDepth targets;
         targets.size_for(eyes[0].camera, 2);
         for (int i = 0; i < 2; ++i) {
             upload(before, i, targets);

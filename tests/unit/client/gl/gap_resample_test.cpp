@@ -70,7 +70,7 @@ protected:
         });
     }
 
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     gl::GapTiles gaps;
     gl::GapResample resample;
     gl::SourceTextures textures;
@@ -259,7 +259,7 @@ protected:
         });
     }
 
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     gl::GapTiles gaps;
     gl::PushPull push_pull;
 };

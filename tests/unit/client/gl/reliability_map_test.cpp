@@ -55,7 +55,7 @@ protected:
         }
     }
 
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     gl::ReliabilityMap map;
 };
 

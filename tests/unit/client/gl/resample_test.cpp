@@ -26,7 +26,7 @@ protected:
         gl::SourceTextures textures;
         textures.upload(view);
         gl::Resample resample(surface ? gl::ResampleRule::seen : gl::ResampleRule::direction, default_error_budget_px);
-        gl::EyeTargets targets;
+        gl::TargetsWithDepth targets;
         const auto reference = plain::make_engine(surface ? "surface" : "sphere");
         reference->set_source(view);
         for (std::size_t i = 0; i + 1 < poses.size(); i += 2) {
@@ -107,7 +107,7 @@ TEST_F(GlResample, MixesAcrossSeamAndPoles) {
     gl::SourceTextures textures;
     textures.upload(view);
     gl::Resample resample(gl::ResampleRule::direction, default_error_budget_px);
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     targets.size_for(eye_camera, 2);
     const auto reference = plain::make_engine("sphere");
     reference->set_source(view);
@@ -140,7 +140,7 @@ TEST_F(GlResample, MorePixelsMayWaitThanAnAxisOfWorkGroupsHas) {
     gl::SourceTextures textures;
     textures.upload(view);
     gl::Resample resample(gl::ResampleRule::direction, default_error_budget_px);
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     const EyeView eye{PerspectiveCamera{side, side, pi / 2}, {{0, 0, 0}, yaw_pitch(pi, 0)}, {}};
     targets.size_for(eye.camera, 1);
     resample.reproject(view, textures, {&eye, 1}, targets.depth(), targets);

@@ -26,7 +26,7 @@ TEST_F(GlSteadyFrames, MakeNothing) {
     const PatchesView patches = made.view(scene.left);
     gl::SourceTextures main_textures, small_textures;
     gl::PatchTextures patch_textures;
-    gl::EyeTargets targets;
+    gl::TargetsWithDepth targets;
     gl::GapTiles gaps;
     gl::Resample engine(gl::ResampleRule::seen, default_error_budget_px);
     gl::GapResample resample;

@@ -172,9 +172,9 @@ TEST(SourceLookup, PositionsAgreeWithTheContract) {
     std::normal_distribution<float> normal;
     EquirectCamera partial{2000, 900, {-1.0, 2.2, -0.9, 0.7}};
     for (const EquirectCamera& camera : {EquirectCamera{6032, 3016, {}}, partial}) {
-        const EquirectLookup lookup(camera);
+        const SourceLookup lookup(camera);
         for (int i = 0; i < 200'000; ++i) {
-            const Vec3f d{normal(random), normal(random), normal(random)};
+            const glm::vec3 d{normal(random), normal(random), normal(random)};
             const PixelPosition p = lookup.project(d);
             const glm::dvec2 exact = camera.pixel({d.x, d.y, d.z});
             const bool covered = exact.x > 0 && exact.y > 0 && exact.x < camera.width && exact.y < camera.height;
@@ -190,12 +190,12 @@ TEST(SourceLookup, PositionsAgreeWithTheContract) {
 TEST(SourceLookup, UnitDirectionsAreThoseOfPixelCentres) {
     const EquirectCamera sphere{37, 20, {}};
     const PerspectiveCamera flat{31, 18, 1.2};
-    const EquirectLookup sphere_lookup(sphere);
-    const PerspectiveLookup flat_lookup(flat);
+    const SourceLookup sphere_lookup(sphere);
+    const SourceLookup flat_lookup(flat);
     for (int y = 0; y < 18; ++y)
         for (int x = 0; x < 31; ++x) {
-            const Vec3f a = sphere_lookup.unit_direction(x, y);
-            const Vec3f b = flat_lookup.unit_direction(x, y);
+            const glm::vec3 a = sphere_lookup.unit_direction(x, y);
+            const glm::vec3 b = flat_lookup.unit_direction(x, y);
             EXPECT_LT(glm::length(glm::dvec3(a.x, a.y, a.z) - sphere.direction(x + 0.5, y + 0.5)), 1e-6);
             EXPECT_LT(glm::length(glm::dvec3(b.x, b.y, b.z) - flat.direction(x + 0.5, y + 0.5)), 1e-6);
         }

@@ -1,6 +1,4 @@
 #include "context.h"
-#include "errors.h"
-#include "requirements.h"
 
 #include <equistream/error.h>
 
@@ -8,6 +6,9 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,17 @@ namespace equistream::gl {
 namespace {
 
 constexpr EGLint max_devices = 16;
+
+/// Whether contexts that are made now shall be debug contexts and be watched.
+std::atomic<bool> errors_abort = false;
+
+void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei, const GLchar* message, const void*) {
+    // Programs throw what their compiler says.
+    if (source == GL_DEBUG_SOURCE_SHADER_COMPILER || type != GL_DEBUG_TYPE_ERROR)
+        return;
+    std::fprintf(stderr, "OpenGL: %s\n", message);
+    std::abort();
+}
 
 /// A context without a surface. Its display stays initialised: EGL has one of each device for the whole process, which
 /// others may use.
@@ -53,7 +65,7 @@ std::unique_ptr<Context> context_on(EGLDisplay display) {
                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                           EGL_CONTEXT_OPENGL_DEBUG,
-                                          errors_abort() ? EGL_TRUE : EGL_FALSE,
+                                          errors_abort ? EGL_TRUE : EGL_FALSE,
                                           EGL_NONE};
     EGLContext context = EGL_NO_CONTEXT;
     if (eglBindAPI(EGL_OPENGL_API) == EGL_TRUE)
@@ -92,6 +104,32 @@ std::vector<EGLDisplay> displays() {
 
 }  // namespace
 
+void abort_on_errors() {
+    errors_abort = true;
+}
+
+bool Driver::is_software() const {
+    return renderer.starts_with("llvmpipe") || renderer.starts_with("softpipe");
+}
+
+Driver Context::driver() {
+    const auto text = [](GLenum name) {
+        const GLubyte* found = glGetString(name);
+        return found != nullptr ? std::string(reinterpret_cast<const char*>(found)) : std::string();
+    };
+    return {text(GL_VENDOR), text(GL_RENDERER), text(GL_VERSION)};
+}
+
+std::string missing_requirement() {
+    constexpr int min_version = 45;
+    if (epoxy_gl_version() < min_version)
+        return "version 4.5";
+    for (const char* extension : {"GL_ARB_shader_viewport_layer_array", "GL_ARB_indirect_parameters"})
+        if (!epoxy_has_gl_extension(extension))
+            return extension;
+    return "";
+}
+
 KeptContext::KeptContext()
     : display_(eglGetCurrentDisplay()), context_(eglGetCurrentContext()), draw_(eglGetCurrentSurface(EGL_DRAW)),
       read_(eglGetCurrentSurface(EGL_READ)) {}
@@ -118,8 +156,11 @@ std::unique_ptr<Context> make_offscreen_context() {
         }
         const std::string lack = missing_requirement();
         if (lack.empty()) {
-            if (errors_abort())
-                watch_errors();
+            if (errors_abort) {
+                glEnable(GL_DEBUG_OUTPUT);
+                glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+                glDebugMessageCallback(on_message, nullptr);
+            }
             return context;
         }
         pass_over(Context::driver().renderer + " without " + lack);
