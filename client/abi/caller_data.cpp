@@ -8,10 +8,7 @@
 #include <Imath/half.h>
 
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <limits>
-#include <string>
 
 namespace equistream {
 
@@ -45,76 +42,6 @@ FieldOfView checked_fov(const std::string& field, const es_field_of_view& fov) {
             "left below right, and down below up", "the other way round, or nothing between them");
     return {fov.left, fov.right, fov.up, fov.down};
 }
-
-}  // namespace
-
-Pose checked_pose(const std::string& field, const es_pose& pose) {
-    const double* p = pose.position_m;
-    const double* q = pose.orientation_wxyz;
-    const glm::dvec3 position_m(p[0], p[1], p[2]);
-    const glm::dquat orientation(q[0], q[1], q[2], q[3]);
-    require(position_mismatch(position_m), field + ".position_m");
-    require(orientation_mismatch(orientation), field + ".orientation_wxyz");
-    return {position_m, orientation / glm::length(orientation)};
-}
-
-es_pose pose_of(const Pose& pose) {
-    const glm::dvec3& p = pose.position_m;
-    const glm::dquat& q = pose.orientation;
-    return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
-}
-
-CheckedSettings checked_settings(const es_client_settings* settings) {
-    const std::size_t sizes[] = {sizeof(es_client_settings)};
-    const es_client_settings s = whole_struct(settings, "es_client_settings", sizes);
-    require(s.abi_version == ES_CLIENT_ABI_VERSION, "abi_version", std::to_string(ES_CLIENT_ABI_VERSION),
-            std::to_string(s.abi_version));
-    int backend = 0;  // a C caller may store any int in an enum
-    std::memcpy(&backend, &s.backend, sizeof backend);
-    require(backend == ES_BACKEND_CPU || backend == ES_BACKEND_OPENGL, "backend", "ES_BACKEND_CPU or ES_BACKEND_OPENGL",
-            std::to_string(backend));
-    CheckedSettings checked;
-    checked.by_gl = backend == ES_BACKEND_OPENGL;
-    SessionSettings& session = checked.session;
-    session.source = checked_text("source", s.source);
-    require(!session.source.empty(), "source", "a file, a folder or a URL", s.source == nullptr ? "NULL" : "no text");
-    session.scene = checked_text("scene", s.scene);
-    session.engine = checked_text("engine", s.engine);
-    if (s.fill != nullptr)
-        session.fill = checked_text("fill", s.fill);
-    if (s.mirrors != nullptr)
-        session.mirrors = find_mirror_treatment(checked_text("mirrors", s.mirrors));
-    session.confidence = s.confidence != 0;
-    session.paused = s.paused != 0;
-    session.loop = s.loop != 0;
-    session.hardware = s.software == 0;
-    require(range_mismatch(s.max_extrapolation_s, 0, 1), "max_extrapolation_s");
-    session.max_extrapolation_s = s.max_extrapolation_s;
-    require(range_mismatch(s.exposure_stops, -max_exposure_stops, max_exposure_stops), "exposure_stops");
-    session.exposure_stops = s.exposure_stops;
-    return checked;
-}
-
-SessionRequest checked_request(const es_client_request* request) {
-    const std::size_t sizes[] = {sizeof(es_client_request)};
-    const es_client_request r = whole_struct(request, "es_client_request", sizes);
-    require(range_mismatch(r.display_s, 0, 1e9), "display_s");
-    SessionRequest checked;
-    checked.display_s = r.display_s;
-    checked.head = checked_pose("head", r.head);
-    for (int i = 0; i < 2; ++i) {
-        const std::string field = "eyes[" + std::to_string(i) + "]";
-        checked.eyes[std::size_t(i)] = {checked_pose(field + ".in_head", r.eyes[i].in_head),
-                                        checked_fov(field + ".fov", r.eyes[i].fov)};
-    }
-    for (const auto& [field, side] : {std::pair{"width", r.width}, {"height", r.height}})
-        require(side >= 1 && side <= max_eye_side, field, "1 to " + std::to_string(max_eye_side), std::to_string(side));
-    checked.width = r.width;
-    checked.height = r.height;
-    return checked;
-}
-
-namespace {
 
 std::size_t pixel_bytes(es_pixel_format format) {
     return format == ES_RGBA_HALF ? 8 : 4;
@@ -158,11 +85,12 @@ void write_pixels(const ByteImage& rgba, const ViewPart& part, const SessionRequ
 }
 
 /// `plane` may be empty: it is not known.
-template <typename Sample, typename View>
-void write_plane(const View& plane, Sample unknown, const ViewPart& part, Sample* to, std::size_t stride) {
+template <typename Sample>
+void write_plane(const ImageView<const Sample>& plane, Sample unknown, const ViewPart& part, Sample* to,
+                 std::size_t stride) {
     for (int y = 0; y < part.height; ++y) {
         Sample* row = reinterpret_cast<Sample*>(reinterpret_cast<char*>(to) + stride * std::size_t(y));
-        if (plane.empty())
+        if (plane.width == 0)
             std::fill_n(row, part.width, unknown);
         else
             std::copy_n(plane.pixel(part.left, part.top + y), part.width, row);
@@ -170,6 +98,65 @@ void write_plane(const View& plane, Sample unknown, const ViewPart& part, Sample
 }
 
 }  // namespace
+
+Pose checked_pose(const std::string& field, const es_pose& pose) {
+    const double* p = pose.position_m;
+    const double* q = pose.orientation_wxyz;
+    const glm::dvec3 position_m(p[0], p[1], p[2]);
+    const glm::dquat orientation(q[0], q[1], q[2], q[3]);
+    require(position_mismatch(position_m), field + ".position_m");
+    require(orientation_mismatch(orientation), field + ".orientation_wxyz");
+    return {position_m, orientation / glm::length(orientation)};
+}
+
+SessionSettings checked_settings(const es_client_settings* settings) {
+    const std::size_t sizes[] = {sizeof(es_client_settings)};
+    const es_client_settings s = whole_struct(settings, "es_client_settings", sizes);
+    require(s.abi_version == ES_CLIENT_ABI_VERSION, "abi_version", std::to_string(ES_CLIENT_ABI_VERSION),
+            std::to_string(s.abi_version));
+    int backend = 0;  // a C caller may store any int in an enum
+    std::memcpy(&backend, &s.backend, sizeof backend);
+    require(backend == ES_BACKEND_CPU || backend == ES_BACKEND_OPENGL, "backend", "ES_BACKEND_CPU or ES_BACKEND_OPENGL",
+            std::to_string(backend));
+    SessionSettings session;
+    session.by_gl = backend == ES_BACKEND_OPENGL;
+    session.source = checked_text("source", s.source);
+    require(!session.source.empty(), "source", "a file, a folder or a URL", s.source == nullptr ? "NULL" : "no text");
+    session.scene = checked_text("scene", s.scene);
+    session.engine = checked_text("engine", s.engine);
+    if (s.fill != nullptr)
+        session.fill = checked_text("fill", s.fill);
+    if (s.mirrors != nullptr)
+        session.mirrors = find_mirror_treatment(checked_text("mirrors", s.mirrors));
+    session.confidence = s.confidence != 0;
+    session.paused = s.paused != 0;
+    session.loop = s.loop != 0;
+    session.hardware = s.software == 0;
+    require(range_mismatch(s.max_extrapolation_s, 0, 1), "max_extrapolation_s");
+    session.max_extrapolation_s = s.max_extrapolation_s;
+    require(range_mismatch(s.exposure_stops, -max_exposure_stops, max_exposure_stops), "exposure_stops");
+    session.exposure_stops = s.exposure_stops;
+    return session;
+}
+
+SessionRequest checked_request(const es_client_request* request) {
+    const std::size_t sizes[] = {sizeof(es_client_request)};
+    const es_client_request r = whole_struct(request, "es_client_request", sizes);
+    require(range_mismatch(r.display_s, 0, 1e9), "display_s");
+    SessionRequest checked;
+    checked.display_s = r.display_s;
+    checked.head = checked_pose("head", r.head);
+    for (int i = 0; i < 2; ++i) {
+        const std::string field = "eyes[" + std::to_string(i) + "]";
+        checked.eyes[std::size_t(i)] = {checked_pose(field + ".in_head", r.eyes[i].in_head),
+                                        checked_fov(field + ".fov", r.eyes[i].fov)};
+    }
+    for (const auto& [field, side] : {std::pair{"width", r.width}, {"height", r.height}})
+        require(side >= 1 && side <= max_eye_side, field, "1 to " + std::to_string(max_eye_side), std::to_string(side));
+    checked.width = r.width;
+    checked.height = r.height;
+    return checked;
+}
 
 void require_images(std::span<const es_eye_image, 2> images, const SessionRequest& request) {
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -199,20 +186,13 @@ void write_image(const PipelineEye& eye, const ViewPart& part, const SessionRequ
     if (image.pixels != nullptr)
         write_pixels(eye.picture.rgba, part, request, image);
     if (image.origin != nullptr)
-        write_plane(eye.picture.origin, std::uint8_t{ES_ORIGIN_GAP}, part, image.origin,
+        write_plane(eye.picture.origin.view(), std::uint8_t{ES_ORIGIN_GAP}, part, image.origin,
                     stride_of(image.origin_stride, 1, request));
-    if (image.depth_m != nullptr) {
-        const ImageView<const float> depth_m = eye.depth_view();
-        struct Plane {
-            const ImageView<const float>& view;
-            bool empty() const { return view.data == nullptr; }
-            const float* pixel(int x, int y) const { return view.pixel(x, y); }
-        };
-        write_plane(Plane{depth_m}, std::numeric_limits<float>::quiet_NaN(), part, image.depth_m,
+    if (image.depth_m != nullptr)
+        write_plane(eye.depth_view(), std::numeric_limits<float>::quiet_NaN(), part, image.depth_m,
                     stride_of(image.depth_stride, sizeof(float), request));
-    }
     if (image.confidence != nullptr)
-        write_plane(eye.picture.reliability, std::uint8_t{0}, part, image.confidence,
+        write_plane(eye.picture.reliability.view(), std::uint8_t{0}, part, image.confidence,
                     stride_of(image.confidence_stride, 1, request));
 }
 

@@ -13,15 +13,9 @@
 
 namespace equistream {
 
-struct CheckedSettings {
-    SessionSettings session;
-    bool by_gl = false;
-};
-
-CheckedSettings checked_settings(const es_client_settings* settings);
+SessionSettings checked_settings(const es_client_settings* settings);
 SessionRequest checked_request(const es_client_request* request);
 Pose checked_pose(const std::string& field, const es_pose& pose);
-es_pose pose_of(const Pose& pose);
 
 /// Copies what the library has to say into a struct of the caller's, as far as the caller's header has fields. The
 /// struct's size stays the caller's. Throws InputError for NULL and for a struct smaller than it ever was.

@@ -1,16 +1,11 @@
 #include "caller_data.h"
 #include "module_loading.h"
 
-#include <plugin/abi/boundary.h>
-
-#include <client/receive/receive.h>
 #include <equistream/camera_limits.h>
-#include <equistream/conventions.h>
 
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <string>
 
 using namespace equistream;
@@ -33,29 +28,12 @@ void require_pointer(const Pointer* pointer, const char* name) {
         throw InputError(expected_found(name, "a pointer", "NULL"));
 }
 
-void fill_state(es_client_state* to, const SessionState& from) {
-    if (to == nullptr)
-        return;
-    fill_struct(to, "es_client_state",
-                {.struct_size = 0,
-                 .frame = from.frame,
-                 .time_s = from.time_s,
-                 .head = pose_of(from.head),
-                 .extrapolation_s = from.extrapolation_s,
-                 .fraction_done = from.fraction_done,
-                 .overdue_s = from.overdue_s,
-                 .playout_delay_s = from.playout_delay_s,
-                 .is_new = from.is_new,
-                 .is_over = from.is_over,
-                 .is_paused = from.is_paused,
-                 .is_lost = from.is_lost,
-                 .is_outside_box = from.is_outside_box});
-}
-
 /// What was shown again because reading failed is said once it is shown.
-void require_read(const SessionState& state) {
-    if (!state.problem.empty())
-        throw WorkError(state.problem);
+void tell(const SessionState& shown, es_client_state* state) {
+    if (state != nullptr)
+        fill_struct(state, "es_client_state", static_cast<const es_client_state&>(shown));
+    if (!shown.problem.empty())
+        throw WorkError(shown.problem);
 }
 
 GlEyes& gl_eyes_of(es_client& client) {
@@ -82,9 +60,9 @@ es_status es_client_open(const es_client_settings* settings, es_client** client,
         *client = nullptr;
     return guarded(error, [&] {
         require_pointer(client, "es_client_open: client");
-        const CheckedSettings checked = checked_settings(settings);
-        const bool casts_rays = !checked.by_gl && !checked.session.scene.empty();
-        *client = new es_client(checked.session, casts_rays ? load_ray_module() : RayModule{},
+        const SessionSettings checked = checked_settings(settings);
+        const bool casts_rays = !checked.by_gl && !checked.scene.empty();
+        *client = new es_client(checked, casts_rays ? load_ray_module() : RayModule{},
                                 checked.by_gl ? load_gl_module() : GlModule{});
     });
 }
@@ -130,8 +108,7 @@ es_status es_client_render(es_client* client, const es_client_request* request, 
         const SessionState shown = client->session.render(checked, pictures);
         for (std::size_t i = 0; i < 2; ++i)
             write_image(pictures->eyes[i], pictures->view.parts[i], checked, images[i]);
-        fill_state(state, shown);
-        require_read(shown);
+        tell(shown, state);
     });
 }
 
@@ -162,8 +139,7 @@ es_status es_client_draw(es_client* client, const es_client_request* request, es
             target.height = part.height;
             target.fov = fov_of(part.fov);
         }
-        fill_state(state, shown);
-        require_read(shown);
+        tell(shown, state);
     });
 }
 
@@ -224,18 +200,7 @@ es_status es_client_seek(es_client* client, double time_s, es_error* error) {
 es_status es_client_get_statistics(const es_client* client, es_client_statistics* statistics, es_error* error) {
     return guarded(error, [&] {
         require_pointer(client, "client");
-        const SessionStatistics now = client->session.statistics();
-        fill_struct(statistics, "es_client_statistics",
-                    {.struct_size = 0,
-                     .frames_received = now.received.frames,
-                     .frames_shown = now.frames_shown,
-                     .pictures_rendered = now.pictures_rendered,
-                     .bytes_received = now.received.bytes,
-                     .reconnections = now.received.reconnections,
-                     .decode_ms = now.decode_ms,
-                     .render_ms = now.render_ms,
-                     .mean_confidence = now.mean_confidence,
-                     .gaps = now.gaps});
+        fill_struct(statistics, "es_client_statistics", client->session.statistics());
     });
 }
 

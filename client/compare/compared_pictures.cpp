@@ -140,17 +140,6 @@ EyePairs pair_eye(const PairingOptions& options, const std::string& eye) {
     return eye_pairs;
 }
 
-}  // namespace
-
-std::vector<EyePairs> pair_pictures(const PairingOptions& options) {
-    std::vector<EyePairs> eyes;
-    for (const std::string& eye : choose_eyes(options))
-        eyes.push_back(pair_eye(options, eye));
-    return eyes;
-}
-
-namespace {
-
 void require_file(const std::filesystem::path& file, const std::string& expected) {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file, ignored))
@@ -183,6 +172,13 @@ void read_exr_colour(ScoredPicture& picture, std::optional<double> exposure) {
 }
 
 }  // namespace
+
+std::vector<EyePairs> pair_pictures(const PairingOptions& options) {
+    std::vector<EyePairs> eyes;
+    for (const std::string& eye : choose_eyes(options))
+        eyes.push_back(pair_eye(options, eye));
+    return eyes;
+}
 
 ScoredPicture read_scored_picture(const std::filesystem::path& file, std::optional<double> exposure) {
     require_file(file, "a picture");

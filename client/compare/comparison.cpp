@@ -1,7 +1,5 @@
 #include "comparison.h"
 
-#include "noise_free.h"
-
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
@@ -55,12 +53,25 @@ void write_difference(const PicturePair& pair, const std::string& eye, const std
     write_picture(place / name, difference.view());
 }
 
+struct BothBlocks {
+    NoiseFreeBlocks linear, display;
+
+    void add(const BothBlocks& other) {
+        linear.add(other.linear);
+        display.add(other.display);
+    }
+    /// Nothing without samples.
+    std::optional<NoiseFreeErrors> errors() const {
+        if (display.samples == 0)
+            return std::nullopt;
+        return NoiseFreeErrors{noise_free_error(linear), noise_free_error(display)};
+    }
+};
+
 /// What one pair contributes besides its score.
 struct FrameSums {
     FrameScore score;
-    NoiseFreeBlocks linear, display;
-    NoiseFreeBlocks worst_linear, worst_display;
-    NoiseFreeBlocks gaps_linear, gaps_display;
+    BothBlocks all, worst, gaps;
     int width = 0;
     int height = 0;
 };
@@ -133,32 +144,22 @@ private:
     };
 
     void compare_runs(const PicturePair& pair, const FirstRun& first, FrameSums& sums) const {
-        const auto& [picture, truth, mask] = first;
         const ScoredPicture second = read_scored_picture(pair.second_picture, options_.exposure);
         const ScoredPicture second_truth = read_scored_picture(pair.second_truth, options_.exposure);
         require_size(pair.second_picture, second.width(), second.height(), sums.width, sums.height);
         require_size(pair.second_truth, second_truth.width(), second_truth.height(), sums.width, sums.height);
-        require_independent({picture, truth}, {second, second_truth});
-        const FloatImage display = display_values(picture, transform_);
-        const FloatImage truth_display = display_values(truth, transform_);
-        const PictureAndTruth first_display{display.view(), truth_display.view()};
-        const FloatImage display_2 = display_values(second, transform_);
-        const FloatImage truth_display_2 = display_values(second_truth, transform_);
-        const PictureAndTruth second_display{display_2.view(), truth_display_2.view()};
-        sums.display = noise_free_blocks(first_display, second_display);
-        const FloatImage linear = exposed_linear(picture, transform_);
-        const FloatImage truth_linear = exposed_linear(truth, transform_);
-        const FloatImage linear_2 = exposed_linear(second, transform_);
-        const FloatImage truth_linear_2 = exposed_linear(second_truth, transform_);
-        const PictureAndTruth first_linear{linear.view(), truth_linear.view()};
-        const PictureAndTruth second_linear{linear_2.view(), truth_linear_2.view()};
-        sums.linear = noise_free_blocks(first_linear, second_linear);
-        sums.worst_display = noise_free_worst_blocks(first_display, second_display, worst_fraction);
-        sums.worst_linear = noise_free_worst_blocks(first_linear, second_linear, worst_fraction);
-        if (mask.empty())
-            return;
-        sums.gaps_display = noise_free_blocks(first_display, second_display, mask.view());
-        sums.gaps_linear = noise_free_blocks(first_linear, second_linear, mask.view());
+        require_independent({first.picture, first.truth}, {second, second_truth});
+        const auto compare = [&](const auto& values_of, NoiseFreeBlocks BothBlocks::*values) {
+            const FloatImage one = values_of(first.picture, transform_), true_one = values_of(first.truth, transform_);
+            const FloatImage two = values_of(second, transform_), true_two = values_of(second_truth, transform_);
+            const PictureAndTruth run_1{one.view(), true_one.view()}, run_2{two.view(), true_two.view()};
+            sums.all.*values = noise_free_blocks(run_1, run_2);
+            sums.worst.*values = noise_free_worst_blocks(run_1, run_2, worst_fraction);
+            if (!first.mask.empty())
+                sums.gaps.*values = noise_free_blocks(run_1, run_2, first.mask.view());
+        };
+        compare(display_values, &BothBlocks::display);
+        compare(exposed_linear, &BothBlocks::linear);
     }
 
     const EyePairs& eye_;
@@ -193,7 +194,7 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     score.width = frames.front().width;
     score.height = frames.front().height;
     ErrorHistogram histogram;
-    NoiseFreeBlocks linear, display, worst_linear, worst_display, gaps_linear, gaps_display;
+    BothBlocks all, worst, gaps;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const FrameSums& frame = frames[i];
         require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
@@ -203,30 +204,16 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
         score.pooled.sphere_error += frame.score.sphere_error;
         score.pooled.similarity.all += frame.score.similarity.all;
         score.pooled.similarity.masked += frame.score.similarity.masked;
-        if (frame.display.samples > 0) {
-            linear.add(frame.linear);
-            display.add(frame.display);
-            worst_linear.add(frame.worst_linear);
-            worst_display.add(frame.worst_display);
-        }
-        if (frame.gaps_display.samples > 0) {
-            gaps_linear.add(frame.gaps_linear);
-            gaps_display.add(frame.gaps_display);
-        }
+        all.add(frame.all);
+        worst.add(frame.worst);
+        gaps.add(frame.gaps);
     }
     for (const ErrorHistogram& part : histograms)
         histogram.add(part);
     score.worst_pixels = histogram.worst(worst_fraction);
-    if (display.samples > 0) {
-        score.noise_free_linear = noise_free_error(linear);
-        score.noise_free_display = noise_free_error(display);
-        score.worst_noise_free_linear = noise_free_error(worst_linear);
-        score.worst_noise_free_display = noise_free_error(worst_display);
-    }
-    if (gaps_display.samples > 0) {
-        score.gaps_noise_free_linear = noise_free_error(gaps_linear);
-        score.gaps_noise_free_display = noise_free_error(gaps_display);
-    }
+    score.noise_free = all.errors();
+    score.worst_noise_free = worst.errors();
+    score.gaps_noise_free = gaps.errors();
     return score;
 }
 

@@ -32,6 +32,11 @@ struct FrameScore {
     Similarity similarity;
 };
 
+struct NoiseFreeErrors {
+    NoiseFreeError linear;   ///< on radiance times exposure, clipped to [0, 1]
+    NoiseFreeError display;  ///< on display values before they are rounded to 8 bits
+};
+
 struct EyeScore {
     std::string eye;
     int width = 0;
@@ -39,11 +44,9 @@ struct EyeScore {
     std::vector<FrameScore> frames;
     FrameScore pooled;      ///< sums over frames: errors pool, so its PSNR is that of the mean square error
     ErrorSum worst_pixels;  ///< the worst 1 % of all frames' pixels together
-    std::optional<NoiseFreeError> noise_free_linear;   ///< on radiance times exposure, clipped to [0, 1]
-    std::optional<NoiseFreeError> noise_free_display;  ///< on display values before they are rounded to 8 bits
-    /// The same of the worst 1 % of each frame's pixels, by noise_free_worst_blocks.
-    std::optional<NoiseFreeError> worst_noise_free_linear, worst_noise_free_display;
-    std::optional<NoiseFreeError> gaps_noise_free_linear, gaps_noise_free_display;  ///< the same in the masks' pixels
+    std::optional<NoiseFreeErrors> noise_free;
+    std::optional<NoiseFreeErrors> worst_noise_free;  ///< of the worst 1 % of each frame's pixels
+    std::optional<NoiseFreeErrors> gaps_noise_free;   ///< in the masks' pixels
 
     /// The mean of the frames' own PSNR; +inf if any frame is identical.
     double mean_frame_psnr_db() const;

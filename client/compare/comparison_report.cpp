@@ -1,8 +1,9 @@
 #include "comparison_report.h"
 
+#include <equistream/text.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace equistream {
 
@@ -11,9 +12,7 @@ namespace {
 using nlohmann::ordered_json;
 
 std::string fixed(double value, int digits) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
-    return text;
+    return formatted("%.*f", digits, value);
 }
 
 std::string decibel_text(double db) {
@@ -115,6 +114,10 @@ ordered_json noise_free_json(const NoiseFreeError& error) {
             {"blocks", error.blocks}};
 }
 
+ordered_json noise_free_json(const NoiseFreeErrors& errors) {
+    return {{"linear", noise_free_json(errors.linear)}, {"display", noise_free_json(errors.display)}};
+}
+
 ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
     const ErrorSum& error = eye.pooled.error;
     ordered_json json{{"width", eye.width}, {"height", eye.height}, {"frames", eye.frames.size()}};
@@ -133,15 +136,12 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
         json["gaps"] = {{"fraction", eye.pooled.gap_error.samples / error.samples},
                         {"psnr_db", finite_or_null(eye.pooled.gap_error.psnr_db())},
                         {"ssim", mean_or_null(eye.pooled.similarity.masked)}};
-    if (eye.gaps_noise_free_linear)
-        json["gaps"]["noise_free"] = {{"linear", noise_free_json(*eye.gaps_noise_free_linear)},
-                                      {"display", noise_free_json(*eye.gaps_noise_free_display)}};
-    if (eye.noise_free_linear)
-        json["noise_free"] = {{"linear", noise_free_json(*eye.noise_free_linear)},
-                              {"display", noise_free_json(*eye.noise_free_display)}};
-    if (eye.worst_noise_free_linear)
-        json["noise_free_worst_percent"] = {{"linear", noise_free_json(*eye.worst_noise_free_linear)},
-                                            {"display", noise_free_json(*eye.worst_noise_free_display)}};
+    if (eye.gaps_noise_free)
+        json["gaps"]["noise_free"] = noise_free_json(*eye.gaps_noise_free);
+    if (eye.noise_free)
+        json["noise_free"] = noise_free_json(*eye.noise_free);
+    if (eye.worst_noise_free)
+        json["noise_free_worst_percent"] = noise_free_json(*eye.worst_noise_free);
     for (const FrameScore& frame : eye.frames)
         json["per_frame"].push_back(frame_json(frame, options));
     return json;
@@ -163,16 +163,16 @@ std::string noise_free_text(const NoiseFreeError& error) {
 
 std::string comparison_table(const std::vector<EyeScore>& eyes, const ComparisonOptions& options) {
     std::string text = aligned(score_rows(eyes, options));
-    if (eyes.front().noise_free_display) {
+    if (eyes.front().noise_free) {
         std::vector<std::vector<std::string>> rows{
             {"eye", "noise-free, linear", "noise-free, display", "noise-free, linear, worst 1 %"}};
         if (any_gaps(eyes))
             rows.front().emplace_back("noise-free, linear, in gaps");
         for (const EyeScore& eye : eyes) {
-            rows.push_back({eye.eye, noise_free_text(*eye.noise_free_linear), noise_free_text(*eye.noise_free_display),
-                            noise_free_text(*eye.worst_noise_free_linear)});
+            rows.push_back({eye.eye, noise_free_text(eye.noise_free->linear), noise_free_text(eye.noise_free->display),
+                            noise_free_text(eye.worst_noise_free->linear)});
             if (any_gaps(eyes))
-                rows.back().push_back(eye.gaps_noise_free_linear ? noise_free_text(*eye.gaps_noise_free_linear) : "-");
+                rows.back().push_back(eye.gaps_noise_free ? noise_free_text(eye.gaps_noise_free->linear) : "-");
         }
         text += "\n" + aligned(rows) + "95 % confidence intervals in brackets\n";
     }

@@ -83,6 +83,50 @@ double student_quantile(double freedom) {
            (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
 }
 
+namespace fs = std::filesystem;
+
+/// What decided the noise.
+struct Sampling {
+    std::uint64_t seed = 0;
+    std::uint32_t samples_per_pixel = 0;
+};
+
+/// What `play` wrote of its source; nothing where it did not, or where the file is somebody else's.
+std::optional<Sampling> sampling_of_views(const fs::path& view) {
+    std::ifstream file(fs::absolute(view).parent_path().parent_path() / "report.json");
+    const auto report = nlohmann::json::parse(file, nullptr, false);
+    const nlohmann::json::json_pointer seed("/source/seed"), samples("/source/samples_per_pixel");
+    for (const auto& number : {seed, samples})
+        if (!report.contains(number) || !report[number].is_number_unsigned())
+            return std::nullopt;
+    return Sampling{report[seed].get<std::uint64_t>(), report[samples].get<std::uint32_t>()};
+}
+
+std::optional<Sampling> sampling_of(const ScoredPicture& picture) {
+    if (!picture.info)
+        return sampling_of_views(picture.file);
+    if (picture.info->samples_per_pixel == 0)
+        return std::nullopt;  // a foreign file
+    return Sampling{picture.info->seed, picture.info->samples_per_pixel};
+}
+
+/// The same samples, and not one value throughout.
+template <typename Sample>
+bool same_samples(const Image<Sample>& a, const Image<Sample>& b) {
+    const auto first = a.samples();
+    const auto second = b.samples();
+    const bool constant = std::ranges::adjacent_find(first, std::not_equal_to<>()) == first.end();
+    return !constant && std::ranges::equal(first, second);
+}
+
+bool same_noise(const ScoredPicture& a, const ScoredPicture& b) {
+    return a.linear == b.linear && (a.linear ? same_samples(a.radiance, b.radiance) : same_samples(a.rgb, b.rgb));
+}
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& expected, const std::string& found) {
+    throw InputError(expected_found("--second: " + file.string(), expected, found));
+}
+
 }  // namespace
 
 void NoiseFreeBlocks::add(const NoiseFreeBlocks& other) {
@@ -169,58 +213,6 @@ NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks) {
     error.blocks = static_cast<std::int64_t>(blocks.product.size());
     return error;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-/// What decided the noise.
-struct Sampling {
-    std::uint64_t seed = 0;
-    std::uint32_t samples_per_pixel = 0;
-};
-
-/// What `play` wrote of its source; nothing where it did not, or where the file is somebody else's.
-std::optional<Sampling> sampling_of_views(const fs::path& view) {
-    std::ifstream file(fs::absolute(view).parent_path().parent_path() / "report.json");
-    const auto report = nlohmann::json::parse(file, nullptr, false);
-    const auto source = report.is_object() ? report.find("source") : report.end();
-    if (source == report.end() || !source->is_object())
-        return std::nullopt;
-    const auto seed = source->find("seed");
-    const auto samples = source->find("samples_per_pixel");
-    if (seed == source->end() || samples == source->end() || !seed->is_number_unsigned() ||
-        !samples->is_number_unsigned())
-        return std::nullopt;
-    return Sampling{seed->get<std::uint64_t>(), samples->get<std::uint32_t>()};
-}
-
-std::optional<Sampling> sampling_of(const ScoredPicture& picture) {
-    if (!picture.info)
-        return sampling_of_views(picture.file);
-    if (picture.info->samples_per_pixel == 0)
-        return std::nullopt;  // a foreign file
-    return Sampling{picture.info->seed, picture.info->samples_per_pixel};
-}
-
-/// The same samples, and not one value throughout.
-template <typename Sample>
-bool same_samples(const Image<Sample>& a, const Image<Sample>& b) {
-    const auto first = a.samples();
-    const auto second = b.samples();
-    const bool constant = std::ranges::adjacent_find(first, std::not_equal_to<>()) == first.end();
-    return !constant && std::ranges::equal(first, second);
-}
-
-bool same_noise(const ScoredPicture& a, const ScoredPicture& b) {
-    return a.linear == b.linear && (a.linear ? same_samples(a.radiance, b.radiance) : same_samples(a.rgb, b.rgb));
-}
-
-[[noreturn]] void refuse(const fs::path& file, const std::string& expected, const std::string& found) {
-    throw InputError(expected_found("--second: " + file.string(), expected, found));
-}
-
-}  // namespace
 
 void require_other_files(const PicturePair& pair) {
     for (const fs::path& first : {pair.picture, pair.truth})

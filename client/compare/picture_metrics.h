@@ -22,7 +22,10 @@ struct ErrorSum {
     double mean_square() const { return samples > 0 ? sum / samples : 0; }
     /// 10 log10(255^2 / mean square); +inf for identical pictures, NaN without samples.
     double psnr_db() const;
-    ErrorSum& operator+=(const ErrorSum& other);
+    void operator+=(const ErrorSum& other) {
+        sum += other.sum;
+        samples += other.samples;
+    }
 };
 
 ErrorSum total_error(const ErrorPlane& errors);
@@ -51,7 +54,10 @@ struct SimilaritySum {
     double windows = 0;  ///< three a pixel
 
     double mean() const { return windows > 0 ? sum / windows : 0; }
-    SimilaritySum& operator+=(const SimilaritySum& other);
+    void operator+=(const SimilaritySum& other) {
+        sum += other.sum;
+        windows += other.windows;
+    }
 };
 struct Similarity {
     SimilaritySum all;

@@ -1,6 +1,5 @@
 #include "cpu_pipeline.h"
 
-#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 

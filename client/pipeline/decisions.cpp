@@ -3,7 +3,6 @@
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
 
-#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 
 namespace equistream {

@@ -1,6 +1,5 @@
 #include "depth_maker.h"
 
-#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
@@ -30,19 +29,14 @@ std::unique_ptr<DepthSource> rays(const DepthInputs& inputs) {
 }
 
 MadeDepth make_ray_depth(const DepthInputs& inputs) {
-    MadeDepth made;
-    made.source = rays(inputs);
-    return made;
+    return {.source = rays(inputs)};
 }
 
 MadeDepth drawn(const DepthInputs& inputs, bool cube) {
     if (inputs.modules.drawn == nullptr)
         throw InputError(expected_found("depth drawn by OpenGL", "the client's OpenGL module", "none"));
     DrawnDepth drawing = inputs.modules.drawn(*inputs.scene, cube, head_box_radius(inputs.first));
-    MadeDepth made;
-    made.source = std::move(drawing.source);
-    made.driver = std::move(drawing.driver);
-    return made;
+    return {.source = std::move(drawing.source), .driver = std::move(drawing.driver)};
 }
 
 MadeDepth make_drawn_depth(const DepthInputs& inputs) {
@@ -56,10 +50,8 @@ MadeDepth make_drawn_cube_depth(const DepthInputs& inputs) {
 template <typename Planes>
 MadeDepth make_planes(const DepthInputs& inputs) {
     auto planes = std::make_unique<Planes>(rays(inputs));
-    MadeDepth made;
-    made.planes = planes.get();
-    made.source = std::move(planes);
-    return made;
+    Planes* const borrowed = planes.get();
+    return {.source = std::move(planes), .planes = borrowed};
 }
 
 MadeDepth make_stream_depth(const DepthInputs& inputs) {

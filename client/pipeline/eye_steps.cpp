@@ -5,7 +5,6 @@
 #include <equistream/error.h>
 #include <equistream/patches.h>
 
-#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 
 #include <algorithm>

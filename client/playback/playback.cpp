@@ -8,8 +8,6 @@
 
 namespace equistream {
 
-namespace {
-
 /// After a pause of the whole program (a debugger, a closed lid) a recorded source goes on from where it was.
 constexpr double longest_step_s = 0.25;
 
@@ -21,8 +19,6 @@ constexpr double settle_s = MediaClockOptions{}.settle_s;
 
 /// Nothing of a recorded source comes late.
 constexpr MediaClockOptions recorded_options{.start_delay_s = 0, .start_frames = 1};
-
-}  // namespace
 
 Playback::Playback(FrameLoader& loader, bool paused) : loader_(loader), paused_(paused) {
     time_s_ = loader.first().time_s;
@@ -158,25 +154,21 @@ Playback::Moment Playback::finish() {
 Playback::Moment Playback::show(double frame_time_s) {
     time_s_ = frame_time_s;
     const auto frames = reel_->show(frame_time_s);
-    if (frames.empty() || frames[0].stamp().number == shown_number_)
+    if (frames.empty() || reel_->stamp(frames[0]).number == shown_number_)
         return {};
-    shown_number_ = frames[0].stamp().number;
-    shown_s_ = frames[0].stamp().frame_time_s;
+    shown_number_ = reel_->stamp(frames[0]).number;
+    shown_s_ = reel_->stamp(frames[0]).frame_time_s;
     const auto passed = std::erase_if(waiting_, [&](const FrameStamp& stamp) { return stamp.number <= shown_number_; });
     loader_.passed(*reel_, passed);
     // Taken out of the ring: nobody else keeps a frame that is no longer shown.
-    LoadedFrame loaded = std::exchange(frames[0].payload(), {});
+    LoadedFrame loaded = std::exchange(reel_->payload(frames[0]), {});
     assert(loaded.frame != nullptr);
     fraction_done_ = loaded.fraction_done;
     return {std::move(loaded.frame), false};
 }
 
-namespace {
-
 /// Positions travel unchanged.
 constexpr double same_place_m = 1e-9;
-
-}  // namespace
 
 void FollowedHead::show(const Pose& frame_head) {
     is_followed_ = std::ranges::any_of(sent_m_, [&](const glm::dvec3& position_m) {

@@ -49,6 +49,34 @@ std::array<int, 4> places(int own, int step, int count, bool closes) {
     return found;
 }
 
+/// The part of them that begins at (x, y). They stay where they are, and their owner with them.
+template <typename Planes>
+void keep(Planes& planes, glm::ivec2 from, glm::ivec2 size) {
+    const auto keep_plane = [](auto& plane, glm::ivec2 at, glm::ivec2 kept) {
+        plane.data = plane.pixel(at.x, at.y);
+        plane.width = kept.x;
+        plane.height = kept.y;
+    };
+    keep_plane(planes.y, from, size);
+    for (auto* chroma : {&planes.cb, &planes.cr})
+        keep_plane(*chroma, from / 2, (size + 1) / 2);
+}
+
+/// The part of `both` that begins at `from`, which is even; of its planes those of `picture`.
+void keep(DecodedPicture& picture, const ByteImage& both, glm::ivec2 from, glm::ivec2 size) {
+    picture.width = size.x;
+    picture.height = size.y;
+    if (!picture.yuv.empty())
+        keep(picture.yuv.planes, from, size);
+    if (!picture.pq.empty())
+        keep(picture.pq.planes, from, size);
+    if (both.empty())
+        return;
+    picture.rgb = ByteImage(size.x, size.y, 3);
+    for (int y = 0; y < size.y; ++y)
+        std::copy_n(both.pixel(from.x, from.y + y), 3 * size.x, picture.rgb.pixel(0, y));
+}
+
 }  // namespace
 
 ByteImage luma_of(ImageView<const std::uint8_t> rgb) {
@@ -109,38 +137,6 @@ FloatImage guided_depth(ImageView<const float> depth_m, ImageView<const std::uin
     });
     return guided_m;
 }
-
-namespace {
-
-/// The part of them that begins at (x, y). They stay where they are, and their owner with them.
-template <typename Planes>
-void keep(Planes& planes, glm::ivec2 from, glm::ivec2 size) {
-    const auto keep_plane = [](auto& plane, glm::ivec2 at, glm::ivec2 kept) {
-        plane.data = plane.pixel(at.x, at.y);
-        plane.width = kept.x;
-        plane.height = kept.y;
-    };
-    keep_plane(planes.y, from, size);
-    for (auto* chroma : {&planes.cb, &planes.cr})
-        keep_plane(*chroma, from / 2, (size + 1) / 2);
-}
-
-/// The part of `both` that begins at `from`, which is even; of its planes those of `picture`.
-void keep(DecodedPicture& picture, const ByteImage& both, glm::ivec2 from, glm::ivec2 size) {
-    picture.width = size.x;
-    picture.height = size.y;
-    if (!picture.yuv.empty())
-        keep(picture.yuv.planes, from, size);
-    if (!picture.pq.empty())
-        keep(picture.pq.planes, from, size);
-    if (both.empty())
-        return;
-    picture.rgb = ByteImage(size.x, size.y, 3);
-    for (int y = 0; y < size.y; ++y)
-        std::copy_n(both.pixel(from.x, from.y + y), 3 * size.x, picture.rgb.pixel(0, y));
-}
-
-}  // namespace
 
 DecodedPicture split_eyes(DecodedPicture& picture, StereoPacking packing) {
     const bool stacked = packing == StereoPacking::top_bottom;

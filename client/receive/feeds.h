@@ -15,7 +15,4 @@ inline TrackRoles asked_to_leave_out(const FeedOptions& options) {
 /// allocates and looks up by that sphere's size.
 void require_patches_of_main(const std::string& source, const ReceivedFrame& frame);
 
-/// Either of them, FeedOptions::frames_ahead of who asks.
-std::unique_ptr<FrameFeed> open_feed_ahead(const std::string& source, const FeedOptions& options);
-
 }  // namespace equistream

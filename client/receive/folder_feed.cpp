@@ -1,6 +1,5 @@
 #include "feeds.h"
 
-#include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
@@ -9,7 +8,6 @@
 #include <filesystem>
 #include <map>
 #include <set>
-#include <string_view>
 #include <utility>
 
 namespace equistream {
@@ -125,25 +123,19 @@ private:
         };
         take("specular", picture.specular);
         take("virtual_depth", picture.virtual_depth_m);
-        if (with_colour)
-            convert(frame.planes.at("colour"), picture);
+        if (with_colour) {
+            const auto decoded = Clock::now();
+            const FloatImage& colour = frame.planes.at("colour");
+            picture.rgb = quantise_8bit(display_.to_display(colour.view(), picture.info.exposure).view());
+            picture.convert_ms = milliseconds_since(decoded);
+        }
         std::error_code ignored;
-        count(view, std::int64_t(fs::file_size(path, ignored)));
-        return picture;
-    }
-
-    void count(const std::string& view, std::int64_t bytes) {
         auto track = std::ranges::find(tracks_, view, &FeedTrack::name);
         if (track == tracks_.end())
             track = tracks_.insert(track, {view, 0, 0});
         track->pictures += 1;
-        track->bytes += bytes;
-    }
-
-    void convert(const FloatImage& colour, ReceivedPicture& picture) const {
-        const auto start = Clock::now();
-        picture.rgb = quantise_8bit(display_.to_display(colour.view(), picture.info.exposure).view());
-        picture.convert_ms = milliseconds_since(start);
+        track->bytes += std::int64_t(fs::file_size(path, ignored));
+        return picture;
     }
 
     fs::path folder_;

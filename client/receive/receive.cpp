@@ -7,11 +7,7 @@
 
 namespace equistream {
 
-namespace {
-
 constexpr double shortest_interval_s = 1.0 / 30;
-
-}  // namespace
 
 bool PoseSender::send(const ViewerPose& pose) {
     const std::lock_guard lock(mutex_);

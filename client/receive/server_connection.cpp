@@ -11,19 +11,14 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdint>
 #include <string_view>
 
 namespace equistream {
-
-namespace {
 
 using asio::ip::tcp;
 
 constexpr std::string_view scheme = "tcp://";
 constexpr std::chrono::milliseconds between_questions{50};
-
-}  // namespace
 
 bool is_server_address(const std::string& source) {
     const auto colon = source.rfind(':');

@@ -4,10 +4,8 @@
 
 #include <client/warp/engine.h>
 #include <equistream/bound.h>
-#include <equistream/colour.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/stream.h>
 #include <equistream/text.h>
 
 #include <algorithm>
@@ -17,7 +15,6 @@
 #include <map>
 #include <sstream>
 #include <utility>
-#include <vector>
 
 namespace equistream {
 
@@ -362,16 +359,14 @@ private:
     }
 
     void require_same_view(const ReceivedPicture& colour, const DecodedPicture& depth) const {
+        const std::string where =
+            source_ + ": frame " + std::to_string(colour.info.index) + " of " + track_name(depth.role);
         if (depth.width != colour.width() || depth.height != colour.height())
-            throw WorkError(expected_found(source_ + ": frame " + std::to_string(colour.info.index) + " of " +
-                                               track_name(depth.role),
-                                           size_text(colour.width(), colour.height()) + " as its colour has",
+            throw WorkError(expected_found(where, size_text(colour.width(), colour.height()) + " as its colour has",
                                            size_text(depth.width, depth.height)));
         if (!same_camera(depth.info->camera, colour.info.camera) ||
             !same_pose(depth.info->camera_pose, colour.info.camera_pose))
-            throw WorkError(expected_found(source_ + ": frame " + std::to_string(colour.info.index) + " of " +
-                                               track_name(depth.role),
-                                           "the camera and pose of its colour", "others"));
+            throw WorkError(expected_found(where, "the camera and pose of its colour", "others"));
     }
 
     void count(const DecodedPicture& picture) {

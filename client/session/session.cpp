@@ -1,9 +1,5 @@
 #include "session.h"
 
-#include <client/pipeline/decisions.h>
-#include <client/playback/playback.h>
-
-#include <client/receive/receive.h>
 #include <client/stages/stages.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
@@ -121,8 +117,14 @@ void Session::show(SharedFrame frame) {
     ++statistics_.frames_shown;
 }
 
+es_pose pose_of(const Pose& pose) {
+    const glm::dvec3& p = pose.position_m;
+    const glm::dquat& q = pose.orientation;
+    return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
+}
+
 SessionState Session::advance(double display_s) {
-    SessionState state;
+    SessionState state{};
     try {
         Playback::Moment moment = playback_->refresh(display_s);
         if (moment.frame) {
@@ -141,7 +143,7 @@ SessionState Session::advance(double display_s) {
     }
     state.frame = shown_->main.info.index;
     state.time_s = playback_->time_s();
-    state.head = shown_->main.info.head;
+    state.head = pose_of(shown_->main.info.head);
     state.fraction_done = playback_->fraction_done();
     state.overdue_s = playback_->overdue_s();
     state.playout_delay_s = is_live() ? playback_->playout_delay_s() : 0;
@@ -247,9 +249,12 @@ bool Session::send_head(const Pose& head) {
     return poses_.send({shown_time_s_, head});
 }
 
-SessionStatistics Session::statistics() const {
-    SessionStatistics all = statistics_;
-    all.received = loader_->figures();
+es_client_statistics Session::statistics() const {
+    es_client_statistics all = statistics_;
+    const LoaderFigures received = loader_->figures();
+    all.frames_received = received.frames;
+    all.bytes_received = received.bytes;
+    all.reconnections = received.reconnections;
     all.decode_ms = decode_ms_ / double(std::max<std::int64_t>(1, all.frames_shown));
     all.render_ms = render_ms_ / double(std::max<std::int64_t>(1, all.pictures_rendered));
     return all;

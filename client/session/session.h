@@ -1,6 +1,8 @@
 #pragma once
 /// One client: a source, the clock that says which frame is due, and the pipeline that renders it for both eyes. One
 /// thread at a time, but for now_s() and send_head(). client.h says what each setting means.
+#include <equistream/client.h>
+
 #include <client/pipeline/covering_view.h>
 #include <client/pipeline/cpu_pipeline.h>
 #include <client/pipeline/modules.h>
@@ -18,7 +20,7 @@ namespace equistream {
 struct SessionSettings {
     std::string source, scene, engine, fill = default_fill;
     MirrorTreatment mirrors = MirrorTreatment::images;
-    bool confidence = false, paused = false, loop = false, hardware = true;
+    bool by_gl = false, confidence = false, paused = false, loop = false, hardware = true;
     double max_extrapolation_s = 0, exposure_stops = 0;
 };
 
@@ -35,19 +37,11 @@ struct SessionRequest {
 };
 
 /// What is shown now.
-struct SessionState {
-    std::int64_t frame = 0;
-    double time_s = 0, extrapolation_s = 0, fraction_done = 0, overdue_s = 0, playout_delay_s = 0;
-    Pose head;
-    bool is_new = false, is_over = false, is_paused = false, is_lost = false, is_outside_box = false;
+struct SessionState : es_client_state {
     std::string problem;  ///< why reading failed; empty: it did not
 };
 
-struct SessionStatistics {
-    LoaderFigures received;
-    std::int64_t frames_shown = 0, pictures_rendered = 0;
-    double decode_ms = 0, render_ms = 0, mean_confidence = 0, gaps = 0;
-};
+es_pose pose_of(const Pose& pose);
 
 /// Of both eyes, in memory.
 struct SessionPictures {
@@ -82,7 +76,7 @@ public:
     void seek(double time_s);
     /// Any thread. Whether it was sent.
     bool send_head(const Pose& head);
-    SessionStatistics statistics() const;
+    es_client_statistics statistics() const;
 
 private:
     void choose(const RayModule& ray, const GlModule& gl);
@@ -105,7 +99,7 @@ private:
     CpuPipeline cpu_;
     std::unique_ptr<GlEyes> gl_eyes_;  ///< null: the CPU renders
     SessionPictures pictures_;
-    SessionStatistics statistics_;
+    es_client_statistics statistics_{};
     double decode_ms_ = 0, render_ms_ = 0;  ///< sums
     bool is_over_ = false, is_rendered_ = false;
 };

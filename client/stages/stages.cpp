@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace equistream {
 
@@ -60,6 +59,12 @@ const Row& find(std::span<const Row> rows, std::string_view name, std::string_vi
         expected_found(std::string(option), before + in_a_sentence(words, " or "), "'" + std::string(name) + "'"));
 }
 
+/// Null: no depth at all.
+const DepthStage* depth_stage(std::string_view name) {
+    const auto found = std::ranges::find(depth_stages(), name, &DepthStage::name);
+    return found == depth_stages().end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 std::span<const EngineStage> engine_stages() {
@@ -94,16 +99,6 @@ std::vector<const FillStage*> parse_fills(std::string_view list, std::string_vie
         found.push_back(&find_fill(name, option));
     return found;
 }
-
-namespace {
-
-/// Null: no depth at all.
-const DepthStage* depth_stage(std::string_view name) {
-    const auto found = std::ranges::find(depth_stages(), name, &DepthStage::name);
-    return found == depth_stages().end() ? nullptr : &*found;
-}
-
-}  // namespace
 
 bool is_drawn(std::string_view depth) {
     const DepthStage* stage = depth_stage(depth);

@@ -10,9 +10,7 @@
 /// jitter may reorder frames.
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace equistream {
@@ -61,14 +59,5 @@ private:
     double link_free_s_;
     double last_arrival_s_;
 };
-
-struct SentFrame {
-    double sent_s = 0;
-    std::int64_t bytes = 0;
-};
-
-/// All at once, by index.
-std::vector<std::optional<double>> simulate_delivery(const NetworkConditions& conditions,
-                                                     std::span<const SentFrame> frames);
 
 }  // namespace equistream

@@ -6,12 +6,8 @@
 
 namespace equistream {
 
-namespace {
-
 /// Frame times and the clock's are sums of doubles: what is meant to be equal differs by less.
 constexpr double same_time_s = 1e-6;
-
-}  // namespace
 
 FrameSlots::FrameSlots(const FrameRingOptions& options)
     : options_(options), slots_(std::make_unique<Slot[]>(options.capacity)) {

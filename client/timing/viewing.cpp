@@ -17,72 +17,6 @@ namespace {
 constexpr double watched_before_s = 0.2;
 constexpr double same_time_s = 1e-9;
 
-}  // namespace
-
-ViewingCourse::ViewingCourse(const NetworkConditions& network, const ViewingOptions& options, HeadPath head)
-    : options_(options), head_(std::move(head)), network_(network), clock_(options.clock) {}
-
-std::optional<double> ViewingCourse::send(const ServedFrame& frame) {
-    if (sent_ == 0) {
-        refresh_ = std::int64_t(std::ceil(frame.frame_time_s * options_.refresh_hz - same_time_s));
-        tracked_ = std::int64_t(std::ceil((next_made_s() - watched_before_s) * options_.tracker_hz));
-    }
-    ++sent_;
-    last_sent_s_ = frame.frame_time_s;
-    const std::optional<double> arrival_s = network_.send(frame.frame_time_s, frame.bytes);
-    lost_ += !arrival_s;
-    return arrival_s;
-}
-
-ViewedRefresh ViewingCourse::begin_refresh() {
-    const double made_s = next_made_s();
-    for (; double(tracked_) / options_.tracker_hz <= made_s + same_time_s; ++tracked_)
-        predictor_.seen(double(tracked_) / options_.tracker_hz, head_(double(tracked_) / options_.tracker_hz));
-    time_ = clock_.at(made_s);
-    ViewedRefresh refresh;
-    refresh.number = refresh_;
-    refresh.display_s = display_s();
-    refresh.predicted_head = predictor_.predict(refresh.display_s);
-    refresh.true_head = head_(refresh.display_s);
-    if (time_) {
-        refresh.rate = time_->rate;
-        refresh.state = time_->state;
-        is_over_ = time_->state == ClockState::ended;
-    }
-    ++refresh_;
-    return refresh;
-}
-
-void ViewingCourse::add_figures(ViewingReport& report) const {
-    report.frames_sent = sent_;
-    report.frames_lost = lost_;
-    report.cuts = clock_.cuts();
-}
-
-Viewing simulate_viewing(std::span<const ServedFrame> frames, const HeadPath& head, const NetworkConditions& network,
-                         const ViewingOptions& options) {
-    struct Nothing {};
-    ViewingSimulation<Nothing> simulation(network, options, head);
-    Viewing viewing;
-    for (auto next = frames.begin();;) {
-        while (simulation.needs_frame()) {
-            if (next != frames.end())
-                simulation.send(*next++, {});
-            else
-                simulation.end();
-        }
-        const std::optional<ViewedRefresh> refresh = simulation.next();
-        if (!refresh)
-            break;
-        viewing.refreshes.push_back(*refresh);
-    }
-    viewing.report = report_viewing(viewing.refreshes, options.refresh_hz);
-    simulation.add_figures(viewing.report);
-    return viewing;
-}
-
-namespace {
-
 using Json = nlohmann::ordered_json;
 
 double degrees_between(const glm::dquat& a, const glm::dquat& b) {
@@ -114,6 +48,93 @@ Json refresh_json(const ViewedRefresh& refresh) {
 }
 
 }  // namespace
+
+ViewingSimulation::ViewingSimulation(const NetworkConditions& network, const ViewingOptions& options, HeadPath head)
+    : options_(options), head_(std::move(head)), network_(network), clock_(options.clock), ring_(options.ring) {}
+
+bool ViewingSimulation::needs_frame() const {
+    return !ended_ && (sent_ == 0 || network_.earliest_arrival_s(last_sent_s_) <= next_made_s());
+}
+
+void ViewingSimulation::send(const ServedFrame& frame, Payload payload) {
+    if (sent_ == 0) {
+        refresh_ = std::int64_t(std::ceil(frame.frame_time_s * options_.refresh_hz - same_time_s));
+        tracked_ = std::int64_t(std::ceil((next_made_s() - watched_before_s) * options_.tracker_hz));
+    }
+    ++sent_;
+    last_sent_s_ = frame.frame_time_s;
+    if (const std::optional<double> arrival_s = network_.send(frame.frame_time_s, frame.bytes))
+        under_way_.push_back({{frame.number, frame.frame_time_s, frame.head, *arrival_s}, std::move(payload)});
+    else
+        ++lost_;
+}
+
+void ViewingSimulation::deliver_until(double time_s) {
+    for (;;) {
+        const auto first =
+            std::ranges::min_element(under_way_, {}, [](const UnderWay& frame) { return frame.stamp.arrival_s; });
+        if (first == under_way_.end() || first->stamp.arrival_s > time_s)
+            return;
+        ring_.writable() = std::move(first->payload);
+        ring_.deliver(first->stamp);
+        delivered_any_ = true;
+        under_way_.erase(first);
+        while (const std::optional<FrameStamp> arrival = ring_.next_arrival())
+            clock_.arrived(arrival->frame_time_s, arrival->arrival_s);
+    }
+}
+
+/// All of it but what it shows.
+ViewedRefresh ViewingSimulation::begin_refresh() {
+    for (; double(tracked_) / options_.tracker_hz <= next_made_s() + same_time_s; ++tracked_)
+        predictor_.seen(double(tracked_) / options_.tracker_hz, head_(double(tracked_) / options_.tracker_hz));
+    ViewedRefresh refresh;
+    refresh.number = refresh_;
+    refresh.display_s = display_s();
+    refresh.predicted_head = predictor_.predict(refresh.display_s);
+    refresh.true_head = head_(refresh.display_s);
+    return refresh;
+}
+
+void ViewingSimulation::show(const MediaTime& time, ViewedRefresh& refresh) {
+    refresh.rate = time.rate;
+    refresh.state = time.state;
+    is_over_ = time.state == ClockState::ended;
+    const auto slots = ring_.show(time.frame_time_s);
+    if (slots.empty())
+        return;
+    shown_ = ring_.payload(slots[0]);
+    refresh.frame = ring_.stamp(slots[0]);
+    refresh.extrapolated_s = time.frame_time_s - refresh.frame->frame_time_s;
+    // As the clock runs, and as display time does, this goes on without a step: what is extrapolated by it neither
+    // jumps when frames stay away nor when they come again.
+    refresh.ahead_s = std::clamp(refresh.display_s - time.frame_time_s, 0.0, options_.extrapolation_limit_s);
+    if (slots.size() > 1)
+        refresh.previous = ring_.stamp(slots[1]);
+}
+
+std::optional<ViewedRefresh> ViewingSimulation::next() {
+    if (is_over_ || sent_ == 0)
+        return std::nullopt;
+    deliver_until(next_made_s());
+    if (ended_ && under_way_.empty()) {
+        clock_.end();
+        if (!delivered_any_)
+            return std::nullopt;
+    }
+    ViewedRefresh refresh = begin_refresh();
+    if (const std::optional<MediaTime> time = clock_.at(next_made_s()))
+        show(*time, refresh);
+    ++refresh_;
+    return refresh;
+}
+
+void ViewingSimulation::add_figures(ViewingReport& report) const {
+    report.frames_sent = sent_;
+    report.frames_lost = lost_;
+    report.cuts = clock_.cuts();
+    report.deliveries = ring_.counts();
+}
 
 double ViewedRefresh::error_deg() const {
     return degrees_between(predicted_head.orientation, true_head.orientation);

@@ -7,18 +7,18 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace equistream {
+
+struct ReceivedFrame;
 
 // What the eye saw, refresh by refresh, and in sum.
 
@@ -99,101 +99,30 @@ struct ServedFrame {
 /// Where the head is at a time.
 using HeadPath = std::function<Pose(double time_s)>;
 
-/// What does not depend on what frames hold.
-class ViewingCourse {
-public:
-    ViewingCourse(const NetworkConditions& network, const ViewingOptions& options, HeadPath head);
-
-    /// Sent after all that were before: when it arrives, if ever.
-    std::optional<double> send(const ServedFrame& frame);
-    bool has_sent() const { return sent_ > 0; }
-    /// When the next refresh is made.
-    double next_made_s() const { return display_s() - options_.photon_s; }
-    /// Nothing sent from now on arrives earlier.
-    double earliest_arrival_s() const { return network_.earliest_arrival_s(last_sent_s_); }
-
-    void arrived(const FrameStamp& stamp) { clock_.arrived(stamp.frame_time_s, stamp.arrival_s); }
-    void end() { clock_.end(); }
-    /// All of the next refresh but its frames.
-    ViewedRefresh begin_refresh();
-    /// What it is to show; nothing: nothing has come.
-    const std::optional<MediaTime>& time() const { return time_; }
-    bool is_over() const { return is_over_; }
-    /// Of the clock, for what moves. As the clock runs, and as display time does, this goes on without a step: what is
-    /// extrapolated by it neither jumps when frames stay away nor when they come again.
-    double ahead_s(double display_s) const {
-        return std::clamp(display_s - time_->frame_time_s, 0.0, options_.extrapolation_limit_s);
-    }
-    void add_figures(ViewingReport& report) const;
-
-private:
-    double display_s() const { return double(refresh_) / options_.refresh_hz; }
-
-    ViewingOptions options_;
-    HeadPath head_;
-    DeliverySimulator network_;
-    MediaClock clock_;
-    HeadPredictor predictor_;
-    std::optional<MediaTime> time_;
-    std::int64_t refresh_ = 0, tracked_ = 0;
-    std::int64_t sent_ = 0, lost_ = 0;
-    double last_sent_s_ = 0;
-    bool is_over_ = false;
-};
-
-/// With payloads that go from send() to shown(). In play order:
+/// In play order:
 ///     while (viewing.needs_frame()) send the next one, or end();
 ///     refresh = viewing.next();
-template <typename Payload>
 class ViewingSimulation {
 public:
-    ViewingSimulation(const NetworkConditions& network, const ViewingOptions& options, HeadPath head)
-        : course_(network, options, std::move(head)), ring_(options.ring) {}
+    /// What goes from send() to shown().
+    using Payload = std::shared_ptr<ReceivedFrame>;
+
+    ViewingSimulation(const NetworkConditions& network, const ViewingOptions& options, HeadPath head);
 
     /// Whether a frame that was not sent yet might be there for the next refresh.
-    bool needs_frame() const {
-        return !ended_ && (!course_.has_sent() || course_.earliest_arrival_s() <= course_.next_made_s());
-    }
+    bool needs_frame() const;
     /// In the order of their times.
-    void send(const ServedFrame& frame, Payload payload) {
-        if (const std::optional<double> arrival_s = course_.send(frame))
-            under_way_.push_back({{frame.number, frame.frame_time_s, frame.head, *arrival_s}, std::move(payload)});
-    }
+    void send(const ServedFrame& frame, Payload payload);
     /// There are no more.
     void end() { ended_ = true; }
 
     /// The next refresh; nothing once the last frame that came has been seen.
-    std::optional<ViewedRefresh> next() {
-        if (course_.is_over() || !course_.has_sent())
-            return std::nullopt;
-        deliver_until(course_.next_made_s());
-        if (ended_ && under_way_.empty()) {
-            course_.end();
-            if (!delivered_any_)
-                return std::nullopt;
-        }
-        ViewedRefresh refresh = course_.begin_refresh();
-        if (!course_.time())
-            return refresh;
-        const auto frames = ring_.show(course_.time()->frame_time_s);
-        if (frames.empty())
-            return refresh;
-        shown_ = &frames[0].payload();
-        refresh.frame = frames[0].stamp();
-        refresh.extrapolated_s = course_.time()->frame_time_s - refresh.frame->frame_time_s;
-        refresh.ahead_s = course_.ahead_s(refresh.display_s);
-        if (frames.size() > 1)
-            refresh.previous = frames[1].stamp();
-        return refresh;
-    }
+    std::optional<ViewedRefresh> next();
     /// What the last refresh that has a frame shows.
-    Payload& shown() const { return *shown_; }
+    const Payload& shown() const { return shown_; }
 
     /// As far as it is not of the refreshes.
-    void add_figures(ViewingReport& report) const {
-        course_.add_figures(report);
-        report.deliveries = ring_.counts();
-    }
+    void add_figures(ViewingReport& report) const;
 
 private:
     struct UnderWay {
@@ -201,35 +130,30 @@ private:
         Payload payload;
     };
 
-    void deliver_until(double time_s) {
-        for (;;) {
-            const auto first =
-                std::ranges::min_element(under_way_, {}, [](const UnderWay& frame) { return frame.stamp.arrival_s; });
-            if (first == under_way_.end() || first->stamp.arrival_s > time_s)
-                return;
-            ring_.writable() = std::move(first->payload);
-            ring_.deliver(first->stamp);
-            delivered_any_ = true;
-            under_way_.erase(first);
-            while (const std::optional<FrameStamp> arrival = ring_.next_arrival())
-                course_.arrived(*arrival);
-        }
-    }
+    double display_s() const { return double(refresh_) / options_.refresh_hz; }
+    /// When the next refresh is made.
+    double next_made_s() const { return display_s() - options_.photon_s; }
+    void deliver_until(double time_s);
+    ViewedRefresh begin_refresh();
+    void show(const MediaTime& time, ViewedRefresh& refresh);
 
-    ViewingCourse course_;
+    ViewingOptions options_;
+    HeadPath head_;
+    DeliverySimulator network_;
+    MediaClock clock_;
+    HeadPredictor predictor_;
     FrameRing<Payload> ring_;
     std::vector<UnderWay> under_way_;
-    Payload* shown_ = nullptr;
-    bool ended_ = false, delivered_any_ = false;
+    Payload shown_;
+    std::int64_t refresh_ = 0, tracked_ = 0;
+    std::int64_t sent_ = 0, lost_ = 0;
+    double last_sent_s_ = 0;
+    bool ended_ = false, delivered_any_ = false, is_over_ = false;
 };
 
 struct Viewing {
     std::vector<ViewedRefresh> refreshes;
     ViewingReport report;
 };
-
-/// A whole run from a list of frames, in the order of their times.
-Viewing simulate_viewing(std::span<const ServedFrame> frames, const HeadPath& head, const NetworkConditions& network,
-                         const ViewingOptions& options = {});
 
 }  // namespace equistream

@@ -59,16 +59,12 @@ double head_box_fading(double distance_m, double box_radius_m) {
     return std::clamp(beyond / std::max(min_fade_m, fade_radii * box_radius_m), 0.0, 1.0);
 }
 
-namespace {
-
 /// As long as a pose counts for the predictor.
 constexpr double resting_s = 0.18;
 /// Keys held through a pause of the whole program turn no further.
 constexpr double longest_step_s = 0.25;
 /// Of what a refresh adds to the average.
 constexpr double newest_share = 0.1;
-
-}  // namespace
 
 void DisplayLatency::measured(double seconds) {
     seconds_ = known_ ? seconds_ + newest_share * (seconds - seconds_) : seconds;

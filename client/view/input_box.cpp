@@ -38,24 +38,4 @@ void InputBox::wait(double seconds) {
     came_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return inputs_.any || inputs_.is_closed; });
 }
 
-bool InputBox::is_over() const {
-    const std::lock_guard lock(mutex_);
-    return over_;
-}
-
-bool InputBox::take_fullscreen_toggle() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(toggle_, false);
-}
-
-void InputBox::ask_for_fullscreen_toggle() {
-    const std::lock_guard lock(mutex_);
-    toggle_ = true;
-}
-
-void InputBox::end() {
-    const std::lock_guard lock(mutex_);
-    over_ = true;
-}
-
 }  // namespace equistream

@@ -5,6 +5,7 @@
 
 #include <client/gpu/objects.h>
 
+#include <atomic>
 #include <bitset>
 #include <condition_variable>
 #include <mutex>
@@ -45,24 +46,24 @@ public:
     // The main thread.
     /// Appends: `inputs` as take() gives them.
     void put(const TakenInputs& inputs);
-    bool is_over() const;
+    bool is_over() const { return over_; }
     /// Once for each time that it was asked for.
-    bool take_fullscreen_toggle();
+    bool take_fullscreen_toggle() { return toggle_.exchange(false); }
 
     // The displaying thread.
     /// Swaps what came for what is in `inputs`, whose memory is used again.
     void take(TakenInputs& inputs);
     /// Until something comes, at most so long.
     void wait(double seconds);
-    void ask_for_fullscreen_toggle();
+    void ask_for_fullscreen_toggle() { toggle_ = true; }
     /// Nothing more will be displayed.
-    void end();
+    void end() { over_ = true; }
 
 private:
-    mutable std::mutex mutex_;
+    std::mutex mutex_;
     std::condition_variable came_;
     TakenInputs inputs_;
-    bool over_ = false, toggle_ = false;
+    std::atomic<bool> over_ = false, toggle_ = false;
 };
 
 }  // namespace equistream

@@ -10,8 +10,6 @@
 
 namespace equistream {
 
-namespace {
-
 constexpr int shift = GLFW_MOD_SHIFT;
 constexpr std::string_view look = "Look and move", time = "Time", shown = "What is shown", keep = "Keep",
                            program = "Program";
@@ -55,8 +53,6 @@ constexpr auto bindings = std::to_array<KeyBinding>({
     {GLFW_KEY_F11, 0, "F11", Action::fullscreen, program, "full screen"},
     {GLFW_KEY_ESCAPE, 0, "escape", Action::quit, program, "quit"},
 });
-
-}  // namespace
 
 std::span<const KeyBinding> key_bindings() {
     return bindings;

@@ -1,9 +1,6 @@
 #include "presenter.h"
 
-#include <client/receive/receive.h>
-#include <client/warp/engine.h>
 #include <equistream/elapsed.h>
-#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <algorithm>
@@ -15,8 +12,6 @@
 
 namespace equistream {
 
-namespace {
-
 constexpr double zoom_step = 1.1, min_fov_deg = 10, max_fov_deg = 150;
 /// Without anything to show; what happens meanwhile ends it.
 constexpr double longest_idle_s = 0.5;
@@ -26,8 +21,6 @@ constexpr double longest_latency_s = 0.25;
 constexpr double min_interval = 0.9;
 /// A head that wears something is never quite at rest.
 constexpr double still_m = 0.003;
-
-}  // namespace
 
 Presenter::Presenter(const ViewerSettings& settings, Truth* truth, FrameLoader& loader, PoseSender& poses,
                      InputBox& box, Window& window)
@@ -61,8 +54,8 @@ void Presenter::run() {
             refresh_headset();
             continue;
         }
-        const bool drew = refresh();
-        rest(drew);
+        take_inputs();
+        rest(refresh_window());
     }
 }
 
@@ -72,11 +65,6 @@ void Presenter::take_inputs() {
     for (const Action action : inputs_.pressed)
         act(action);
     steer(now_s_);
-}
-
-bool Presenter::refresh() {
-    take_inputs();
-    return refresh_window();
 }
 
 /// Whether there was anything to draw.

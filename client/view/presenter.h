@@ -114,7 +114,6 @@ private:
     void make_hdr_display();
     void show(SharedFrame frame);
     void expose(double more_stops);
-    bool refresh();
     bool refresh_window();
     void take_inputs();
     void refresh_headset();

@@ -4,11 +4,8 @@
 #include <equistream/text.h>
 
 #include <client/compare/picture_metrics.h>
-#include <client/receive/receive.h>
-#include <client/warp/engine.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -128,12 +125,8 @@ void Presenter::keep_what_is_asked_for() {
 
 // What a headset shows, and the window beside it.
 
-namespace {
-
 /// While the runtime wants no frames.
 constexpr double headset_idle_s = 0.02;
-
-}  // namespace
 
 /// While nobody looks into it the window shows what it would without one.
 void Presenter::refresh_headset() {

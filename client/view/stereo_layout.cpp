@@ -2,6 +2,7 @@
 
 #include <equistream/error.h>
 #include <equistream/rec709.h>
+#include <equistream/text.h>
 
 #include <tbb/parallel_for.h>
 
@@ -61,13 +62,9 @@ const Anaglyph& find_anaglyph(std::string_view name) {
     const auto found = std::ranges::find(kinds, name, &Anaglyph::name);
     if (found != kinds.end())
         return *found;
-    std::string accepted;
-    for (const Anaglyph& kind : kinds) {
-        if (!accepted.empty())
-            accepted += &kind == &kinds.back() ? " or " : ", ";
-        accepted += kind.name;
-    }
-    throw InputError(expected_found("--anaglyph", accepted, "'" + std::string(name) + "'"));
+    std::array<std::string_view, kinds.size()> names;
+    std::ranges::transform(kinds, names.begin(), &Anaglyph::name);
+    throw InputError(expected_found("--anaglyph", in_a_sentence(names, " or "), "'" + std::string(name) + "'"));
 }
 
 ByteImage make_anaglyph(const Anaglyph& kind, ImageView<const std::uint8_t> left, ImageView<const std::uint8_t> right) {

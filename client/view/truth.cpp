@@ -7,11 +7,7 @@
 
 namespace equistream {
 
-namespace {
-
 constexpr std::array<const char*, 2> eye_folders = {"left", "right"};
-
-}  // namespace
 
 Truth::Truth(const std::filesystem::path& folder) : folder_(folder) {
     for (std::size_t eye = feeds_.size(); eye-- > 0;) {

@@ -247,7 +247,7 @@ private:
 
     void all_refreshes() {
         report_.viewing.emplace();
-        viewing_ = std::make_unique<Simulation>(
+        viewing_ = std::make_unique<ViewingSimulation>(
             report_.settings.conditions,
             ViewingOptions{.refresh_hz = *report_.settings.refresh_hz,
                            .extrapolation_limit_s = report_.settings.extrapolation_limit_s},
@@ -335,9 +335,8 @@ private:
     std::unique_ptr<FramePlayer> player_;
     std::unique_ptr<Outputs> outputs_;
     std::int64_t read_bytes_ = 0;
-    std::optional<Incoming> first_, second_;  ///< as far as they were read before the first is played
-    using Simulation = ViewingSimulation<std::shared_ptr<ReceivedFrame>>;
-    std::unique_ptr<Simulation> viewing_;  ///< where there are refreshes
+    std::optional<Incoming> first_, second_;      ///< as far as they were read before the first is played
+    std::unique_ptr<ViewingSimulation> viewing_;  ///< where there are refreshes
 };
 
 }  // namespace

@@ -60,19 +60,13 @@ public:
     Client(const Client&) = delete;
     Client& operator=(const Client&) = delete;
 
-    es_client_source source() const {
-        es_client_source source{};
-        source.struct_size = sizeof source;
-        check([&](es_error* error) { return es_client_get_source(client_, &source, error); });
-        return source;
-    }
+    es_client_source source() const { return filled<es_client_source>(es_client_get_source); }
     double now_s() const { return es_client_now_s(client_); }
 
     /// An ordinary display's request: the head of the first frame, its distance between the eyes, the time now.
     es_client_request request(int width, int height, double fov_x_rad) const {
         const es_client_source opened = source();
-        es_client_request request{};
-        request.struct_size = sizeof request;
+        es_client_request request = empty<es_client_request>();
         request.display_s = now_s();
         request.head = opened.first_head;
         request.width = width;
@@ -95,31 +89,25 @@ public:
             images[i].depth_m = eyes[i].depth_m.data();
             images[i].confidence = eyes[i].confidence.data();
         }
-        es_client_state state = empty_state();
-        check([&](es_error* error) { return es_client_render(client_, &request, images, &state, error); });
+        const es_client_state state = render(request, images);
         for (int i = 0; i < 2; ++i)
             keep(images[i], request.width, eyes[i]);
         return state;
     }
     /// Whoever has memory already renders into it.
     es_client_state render(const es_client_request& request, es_eye_image (&images)[2]) {
-        es_client_state state = empty_state();
+        es_client_state state = empty<es_client_state>();
         check([&](es_error* error) { return es_client_render(client_, &request, images, &state, error); });
         return state;
     }
     es_client_state draw(const es_client_request& request, es_gl_target (&targets)[2]) {
         for (es_gl_target& target : targets)
             target.struct_size = sizeof target;
-        es_client_state state = empty_state();
+        es_client_state state = empty<es_client_state>();
         check([&](es_error* error) { return es_client_draw(client_, &request, targets, &state, error); });
         return state;
     }
-    es_gl_textures textures() {
-        es_gl_textures textures{};
-        textures.struct_size = sizeof textures;
-        check([&](es_error* error) { return es_client_get_textures(client_, &textures, error); });
-        return textures;
-    }
+    es_gl_textures textures() { return filled<es_gl_textures>(es_client_get_textures); }
 
     void send_head(const es_pose& head) {
         check([&](es_error* error) { return es_client_send_head(client_, &head, error); });
@@ -129,12 +117,7 @@ public:
     void seek(double time_s) {
         check([&](es_error* error) { return es_client_seek(client_, time_s, error); });
     }
-    es_client_statistics statistics() const {
-        es_client_statistics statistics{};
-        statistics.struct_size = sizeof statistics;
-        check([&](es_error* error) { return es_client_get_statistics(client_, &statistics, error); });
-        return statistics;
-    }
+    es_client_statistics statistics() const { return filled<es_client_statistics>(es_client_get_statistics); }
 
 private:
     template <typename Call>
@@ -144,10 +127,17 @@ private:
         if (const es_status status = call(&error); status != ES_OK)
             throw ClientError(status, error);
     }
-    static es_client_state empty_state() {
-        es_client_state state{};
-        state.struct_size = sizeof state;
-        return state;
+    template <typename Struct>
+    static Struct empty() {
+        Struct of_size{};
+        of_size.struct_size = sizeof of_size;
+        return of_size;
+    }
+    template <typename Struct, typename Get>
+    Struct filled(Get get) const {
+        Struct answer = empty<Struct>();
+        check([&](es_error* error) { return get(client_, &answer, error); });
+        return answer;
     }
     /// Rows follow each other at the picture's own width.
     template <typename Sample>

@@ -2,7 +2,6 @@
 
 #include <client/warp/engine.h>
 #include <equistream/camera_limits.h>
-#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <nanobind/stl/array.h>
@@ -10,7 +9,6 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 
-#include <array>
 #include <cmath>
 
 namespace equistream::python {

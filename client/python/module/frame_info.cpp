@@ -2,7 +2,6 @@
 
 #include <equistream/bound.h>
 #include <equistream/depth_code.h>
-#include <equistream/error.h>
 #include <equistream/frame.h>
 #include <equistream/object_motion.h>
 #include <equistream/patches.h>
@@ -14,8 +13,6 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -43,15 +40,11 @@ void set_text(std::string& field, const char* name, const std::string& value) {
 
 template <typename Enum, std::size_t N>
 void set_word(Enum& field, const char* name, const std::string& value, const char* const (&names)[N]) {
-    std::string accepted;
-    for (std::size_t i = 0; i < N; ++i) {
-        if (value == names[i]) {
-            field = static_cast<Enum>(i);
-            return;
-        }
-        accepted += (i == 0 ? "" : i + 1 == N ? " or " : ", ") + std::string(names[i]);
-    }
-    throw InputError(expected_found(std::string("FrameInfo: ") + name, accepted, "'" + value + "'"));
+    const auto found = std::find(std::begin(names), std::end(names), value);
+    if (found == std::end(names))
+        throw InputError(
+            expected_found(std::string("FrameInfo: ") + name, in_a_sentence(names, " or "), "'" + value + "'"));
+    field = static_cast<Enum>(found - names);
 }
 
 using ShareByTexture = std::array<double, CodingLoss::textures.size()>;
@@ -85,10 +78,26 @@ std::string repr(const FrameInfo& info) {
 }  // namespace
 
 void bind_frame_info(nb::module_& m) {
-    nb::class_<FrameInfo>(
+    nb::class_<FrameInfo> info(
         m, "FrameInfo",
-        "Everything a client must know to use a frame: it travels in EXR attributes and inside coded pictures.")
-        .def(nb::init<>())
+        "Everything a client must know to use a frame: it travels in EXR attributes and inside coded pictures.");
+    const auto number = [&](const char* name, double FrameInfo::*field, std::pair<double, double> range,
+                            const char* help) {
+        info.def_prop_rw(
+            name, [=](const FrameInfo& i) { return i.*field; },
+            [=](FrameInfo& i, double v) { set_number(i.*field, name, v, range); }, help);
+    };
+    const auto text = [&](const char* name, std::string FrameInfo::*field, const char* help) {
+        info.def_prop_rw(
+            name, [=](const FrameInfo& i) { return i.*field; },
+            [=](FrameInfo& i, const std::string& v) { set_text(i.*field, name, v); }, help);
+    };
+    const auto word = [&](const char* name, auto field, const auto& names, const char* help) {
+        info.def_prop_rw(
+            name, [field, &names](const FrameInfo& i) { return names[static_cast<int>(i.*field)]; },
+            [name, field, &names](FrameInfo& i, const std::string& v) { set_word(i.*field, name, v, names); }, help);
+    };
+    info.def(nb::init<>())
         .def("__copy__", [](const FrameInfo& self) { return FrameInfo(self); })
         .def(
             "__deepcopy__", [](const FrameInfo& self, nb::handle) { return FrameInfo(self); }, nb::arg("memo"))
@@ -99,61 +108,26 @@ void bind_frame_info(nb::module_& m) {
                 set_number(checked, "index", double(v), {0, 999999999});
                 i.index = v;
             },
-            "Number of the frame, from 0.")
-        .def_prop_rw(
-            "time_s", [](const FrameInfo& i) { return i.time_s; },
-            [](FrameInfo& i, double v) {
-                set_number(i.time_s, "time_s", v, {-huge, huge});
-            },
-            "Seconds.")
-        .def_prop_rw(
-            "frames_per_second", [](const FrameInfo& i) { return i.frames_per_second; },
-            [](FrameInfo& i, double v) {
-                set_number(i.frames_per_second, "frames_per_second", v, {0.001, 1000});
-            },
-            "Frames a second.")
-        .def_rw("camera", &FrameInfo::camera, "EquirectCamera or PerspectiveCamera.")
+            "Number of the frame, from 0.");
+    number("time_s", &FrameInfo::time_s, {-huge, huge}, "Seconds.");
+    number("frames_per_second", &FrameInfo::frames_per_second, {0.001, 1000}, "Frames a second.");
+    info.def_rw("camera", &FrameInfo::camera, "EquirectCamera or PerspectiveCamera.")
         .def_rw("camera_pose", &FrameInfo::camera_pose, "World from camera, at this frame.")
-        .def_rw("head", &FrameInfo::head, "The head this camera was placed for.")
-        .def_prop_rw(
-            "eye", [](const FrameInfo& i) { return eye_names[static_cast<int>(i.eye)]; },
-            [](FrameInfo& i, const std::string& v) { set_word(i.eye, "eye", v, eye_names); },
-            "'centre', 'left' or 'right'.")
-        .def_prop_rw(
-            "ipd_m", [](const FrameInfo& i) { return i.ipd_m; },
-            [](FrameInfo& i, double v) {
-                set_number(i.ipd_m, "ipd_m", v, {0, 10});
-            },
-            "Metres between the eyes.")
-        .def_prop_rw(
-            "lock", [](const FrameInfo& i) { return axis_lock_names[static_cast<int>(i.lock)]; },
-            [](FrameInfo& i, const std::string& v) { set_word(i.lock, "lock", v, axis_lock_names); },
-            "'world': a sphere's axes are the world's; 'path': they turn with the path.")
-        .def_prop_rw(
-            "head_radius_m", [](const FrameInfo& i) { return i.head_radius_m; },
-            [](FrameInfo& i, double v) {
-                set_number(i.head_radius_m, "head_radius_m", v, {0, 1000});
-            },
-            "Head box: a ball of this radius around every path point.")
-        .def_prop_rw(
-            "exposure", [](const FrameInfo& i) { return i.exposure; },
-            [](FrameInfo& i, double v) {
-                set_number(i.exposure, "exposure", v, {1e-12, 1e12});
-            },
-            "Factor on radiance before the display transform.")
-        .def_rw("seed", &FrameInfo::seed, "Of the renderer's random numbers.")
-        .def_rw("samples_per_pixel", &FrameInfo::samples_per_pixel, "Of colour.")
-        .def_prop_rw(
-            "scene", [](const FrameInfo& i) { return i.scene; },
-            [](FrameInfo& i, const std::string& v) { set_text(i.scene, "scene", v); }, "The scene's name.")
-        .def_prop_rw(
-            "host", [](const FrameInfo& i) { return i.host; },
-            [](FrameInfo& i, const std::string& v) { set_text(i.host, "host", v); }, "The renderer's name and version.")
-        .def_prop_rw(
-            "geometry_fingerprint", [](const FrameInfo& i) { return i.geometry_fingerprint; },
-            [](FrameInfo& i, const std::string& v) { set_text(i.geometry_fingerprint, "geometry_fingerprint", v); },
-            "Names the geometry that was rendered; empty: not said.")
-        .def_prop_ro(
+        .def_rw("head", &FrameInfo::head, "The head this camera was placed for.");
+    word("eye", &FrameInfo::eye, eye_names, "'centre', 'left' or 'right'.");
+    number("ipd_m", &FrameInfo::ipd_m, {0, 10}, "Metres between the eyes.");
+    word("lock", &FrameInfo::lock, axis_lock_names,
+         "'world': a sphere's axes are the world's; 'path': they turn with the path.");
+    number("head_radius_m", &FrameInfo::head_radius_m, {0, 1000},
+           "Head box: a ball of this radius around every path point.");
+    number("exposure", &FrameInfo::exposure, {1e-12, 1e12}, "Factor on radiance before the display transform.");
+    info.def_rw("seed", &FrameInfo::seed, "Of the renderer's random numbers.")
+        .def_rw("samples_per_pixel", &FrameInfo::samples_per_pixel, "Of colour.");
+    text("scene", &FrameInfo::scene, "The scene's name.");
+    text("host", &FrameInfo::host, "The renderer's name and version.");
+    text("geometry_fingerprint", &FrameInfo::geometry_fingerprint,
+         "Names the geometry that was rendered; empty: not said.");
+    info.def_prop_ro(
             "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.head_radius_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")
         .def_prop_ro(

@@ -1,7 +1,5 @@
 #include "bindings.h"
 
-#include <equistream/error.h>
-
 namespace nb = nanobind;
 
 NB_MODULE(_core, m) {

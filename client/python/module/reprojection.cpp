@@ -8,7 +8,6 @@
 #include <client/reflections/specular.h>
 #include <client/stages/stages.h>
 #include <client/warp/engine.h>
-#include <equistream/error.h>
 #include <equistream/frame.h>
 #include <equistream/patches.h>
 
@@ -89,34 +88,32 @@ struct FillFrom {
 };
 
 /// The same as fill passes take it.
-class FillViews {
-public:
-    FillViews(const Source& main, const FillFrom& from) : main_(main.view()) {
-        if (from.small)
-            small_ = from.small->view();
-        if (from.hidden)
-            hidden_ = from.hidden->view();
-        if (from.patches)
-            patches_ = from.patches->view();
-        for (const Source& source : from.earlier)
-            earlier_.push_back(source.view());
+struct FillViews {
+    SourceView main;
+    std::optional<SourceView> small, hidden;
+    std::optional<PatchesView> patches;
+    std::vector<SourceView> earlier;
+
+    FillViews(const Source& source, const FillFrom& from) : main(source.view()) {
+        const auto see = [](const auto& other, auto& view) {
+            if (other)
+                view = other->view();
+        };
+        see(from.small, small);
+        see(from.hidden, hidden);
+        see(from.patches, patches);
+        for (const Source& other : from.earlier)
+            earlier.push_back(other.view());
     }
-    const SourceView& main() const { return main_; }
     FillInputs inputs(double error_budget_px) const {
         const auto address = [](const auto& view) { return view ? &*view : nullptr; };
-        return {.main = &main_,
-                .small = address(small_),
-                .earlier = earlier_,
-                .hidden = address(hidden_),
-                .patches = address(patches_),
+        return {.main = &main,
+                .small = address(small),
+                .earlier = earlier,
+                .hidden = address(hidden),
+                .patches = address(patches),
                 .error_budget_px = error_budget_px};
     }
-
-private:
-    SourceView main_;
-    std::optional<SourceView> small_, hidden_;
-    std::optional<PatchesView> patches_;
-    std::vector<SourceView> earlier_;
 };
 
 /// What is wanted besides colours; by how much w of the depth may be off, and what a codec took from the colours.
@@ -153,7 +150,7 @@ public:
         waiting_.run([&] {
             const EyeView eye{camera, pose, depth_m ? view_of(*depth_m) : ImageView<const float>{}};
             const FillViews views(source, from);
-            steps_.set_source(views.main());
+            steps_.set_source(views.main);
             specular = steps_.reproject(eye, picture);
             origin_before_fill = picture.origin;
             for (const auto& fill_pass : chain_)
@@ -164,8 +161,8 @@ public:
             if (assess.reliability)
                 steps_.judge(eye, picture, options);
             if (assess.risks) {
-                risks = reliability_risks(views.main(), eye, picture, options);
-                risk_groups = reliability_groups(views.main(), eye, picture, options);
+                risks = reliability_risks(views.main, eye, picture, options);
+                risk_groups = reliability_groups(views.main, eye, picture, options);
             }
         });
         nb::dict found;
@@ -224,20 +221,11 @@ void bind_reprojection(nb::module_& m) {
     m.attr("RISK_GROUPS") = tuple_of(risk_group_names);
     m.attr("RELIABILITY_TOLERANCE") = reliability_tolerance;
     nb::class_<Colours>(m, "Colours", "Samples of a picture.")
-        .def(
-            "__init__",
-            [](Colours* self, std::optional<ArrayIn<std::uint8_t>> rgb, std::optional<PlanesIn> yuv) {
-                new (self) Colours{std::move(rgb), std::move(yuv)};
-            },
-            nb::arg("rgb").none(), nb::arg("yuv").none());
+        .def(nb::init<std::optional<ArrayIn<std::uint8_t>>, std::optional<PlanesIn>>(), nb::arg("rgb").none(),
+             nb::arg("yuv").none());
     nb::class_<Source>(m, "Source")
-        .def(
-            "__init__",
-            [](Source* self, const Colours& colours, const Camera& camera, const Pose& pose,
-               std::optional<ArrayIn<float>> depth_m, double box_radius_m) {
-                new (self) Source{colours, camera, pose, std::move(depth_m), box_radius_m};
-            },
-            nb::arg("colours"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"))
+        .def(nb::init<const Colours&, const Camera&, const Pose&, std::optional<ArrayIn<float>>, double>(),
+             nb::arg("colours"), nb::arg("camera"), nb::arg("pose"), nb::arg("depth_m").none(), nb::arg("box_radius_m"))
         .def(
             "show_mirrors",
             [](Source& self, ArrayIn<float> specular, std::optional<ArrayIn<float>> virtual_depth_m) {
@@ -261,13 +249,8 @@ void bind_reprojection(nb::module_& m) {
             },
             nb::arg("colours"), nb::arg("depth_m"), nb::arg("info"), nb::arg("box_radius_m"));
     nb::class_<FillFrom>(m, "FillFrom", "What gaps may be filled from.")
-        .def(
-            "__init__",
-            [](FillFrom* self, std::optional<Source> small, std::optional<Source> hidden,
-               std::optional<Patches> patches, std::vector<Source> earlier) {
-                new (self) FillFrom{std::move(small), std::move(hidden), std::move(patches), std::move(earlier)};
-            },
-            nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
+        .def(nb::init<std::optional<Source>, std::optional<Source>, std::optional<Patches>, std::vector<Source>>(),
+             nb::arg("small").none(), nb::arg("hidden").none(), nb::arg("patches").none(), nb::arg("earlier"));
     nb::class_<Assess>(m, "Assess", "What is wanted besides colours.")
         .def(
             "__init__",

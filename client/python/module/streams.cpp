@@ -1,7 +1,6 @@
 #include "bindings.h"
 
 #include <client/receive/receive.h>
-#include <equistream/error.h>
 #include <equistream/stream.h>
 #include <equistream/text.h>
 

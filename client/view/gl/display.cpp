@@ -4,7 +4,6 @@
 #include <equistream/text.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <span>
 #include <string>
@@ -40,24 +39,21 @@ Program make_program(std::string_view fragments, Shown shown = Shown::eye, Overl
     return Program({{GL_VERTEX_SHADER, "display_vertex.glsl"}, {GL_FRAGMENT_SHADER, fragments}}, all);
 }
 
-Shown shown_by(DisplayLayout layout) {
-    switch (layout) {
-    case DisplayLayout::anaglyph:
-        return Shown::anaglyph;
-    case DisplayLayout::headset:
-        return Shown::lens;
-    case DisplayLayout::sphere:
-        return Shown::sphere;
-    case DisplayLayout::left:
-    case DisplayLayout::right:
-    case DisplayLayout::side_by_side:
-        break;
-    }
-    return Shown::eye;
-}
+/// What a layout shows, by DisplayLayout.
+struct LayoutRow {
+    Shown shown;
+    int eyes;
+    bool has_halves;
+};
+constexpr std::array<LayoutRow, display_layout_names.size()> layouts = {{{Shown::eye, 1, false},
+                                                                         {Shown::eye, 1, false},
+                                                                         {Shown::eye, 2, true},
+                                                                         {Shown::anaglyph, 2, false},
+                                                                         {Shown::lens, 2, true},
+                                                                         {Shown::sphere, 1, false}}};
 
-bool has_halves(DisplayLayout layout) {
-    return layout == DisplayLayout::side_by_side || layout == DisplayLayout::headset;
+const LayoutRow& row_of(DisplayLayout layout) {
+    return layouts[std::size_t(layout)];
 }
 
 /// Where reliability is not known the picture stays as it is.
@@ -68,21 +64,11 @@ Overlay overlay_of(const DisplayedPictures& pictures, Overlay overlay) {
 }  // namespace
 
 int eyes_of(DisplayLayout layout) {
-    switch (layout) {
-    case DisplayLayout::left:
-    case DisplayLayout::right:
-    case DisplayLayout::sphere:
-        return 1;
-    case DisplayLayout::side_by_side:
-    case DisplayLayout::anaglyph:
-    case DisplayLayout::headset:
-        break;
-    }
-    return 2;
+    return row_of(layout).eyes;
 }
 
 Size eye_size(DisplayLayout layout, Size window) {
-    return {std::max(1, has_halves(layout) ? window.width / 2 : window.width), std::max(1, window.height)};
+    return {std::max(1, row_of(layout).has_halves ? window.width / 2 : window.width), std::max(1, window.height)};
 }
 
 Display::Display()
@@ -113,7 +99,7 @@ void Display::draw_sphere(const SourceTextures& source, float fading, Size windo
 void Display::draw_eyes(const DisplayedPictures& pictures, const DisplayOptions& options, Columns columns,
                         Size window) const {
     const EyeTargets& eyes = *pictures.eyes;
-    const Shown shown = shown_by(options.layout);
+    const Shown shown = row_of(options.layout).shown;
     const Overlay overlay = overlay_of(pictures, options.overlay);
     const Program& program = eyes_[std::size_t(shown) * overlay_names.size() + std::size_t(overlay)];
     const GLuint overlaid = overlay == Overlay::depth         ? pictures.depth.texture
@@ -135,7 +121,7 @@ void Display::draw_eyes(const DisplayedPictures& pictures, const DisplayOptions&
         program.set("from_left", options.anaglyph->from_left);
         program.set("from_right", options.anaglyph->from_right);
     } else {
-        program.set("middle", has_halves(options.layout) ? window.width / 2 : window.width);
+        program.set("middle", row_of(options.layout).has_halves ? window.width / 2 : window.width);
     }
     if (shown == Shown::lens)
         program.set("lens", glm::vec3(options.lens.k1, options.lens.k2, 0));

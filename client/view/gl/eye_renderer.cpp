@@ -2,17 +2,12 @@
 
 #include <equistream/bound.h>
 
-#include <client/depth/gl/sphere_depth.h>
 #include <client/pipeline/decisions.h>
 #include <client/stages/stages.h>
 
-#include <epoxy/gl.h>
-
 #include <algorithm>
 #include <cassert>
-#include <utility>
 #include <variant>
-#include <vector>
 
 namespace equistream::gl {
 
@@ -33,6 +28,18 @@ struct EyeRenderer::Geometry {
     void set_time(double time_s) {
         if (instances.any_moves())
             pass.set_transforms(instances.at(time_s));
+    }
+
+    /// Of all of its samples, as of the time that was set; without what eyes saw last, which is theirs to keep.
+    void draw_whole(UploadedPicture& picture) {
+        const Camera& camera = picture.view.camera;
+        const Pose& pose = picture.view.pose;
+        const auto* sphere = std::get_if<EquirectCamera>(&camera);
+        const SphereViews around = sphere != nullptr ? cube_views(*sphere, pose)
+                                                     : flat_source_views(std::get<PerspectiveCamera>(camera), pose);
+        pass.draw({around.views.data(), around.views.size()}, Culling::outside);
+        picture.textures.forget_depth();
+        sphere_depth.resolve(pass, 0, around, pose, picture.textures);
     }
 
     MovedInstances instances;
@@ -142,16 +149,9 @@ bool EyeRenderer::needs_small_depth() {
     return !geometry_->has_small_depth && current().small() != nullptr && fills_from_small();
 }
 
-/// Of all of its samples: it is small. Once a frame, without what eyes saw last, which is theirs to keep.
+/// Once a frame: it is small.
 void EyeRenderer::find_small_depth() {
-    UploadedPicture* small = current().small();
-    const auto* sphere = std::get_if<EquirectCamera>(&small->view.camera);
-    const SphereViews around =
-        sphere != nullptr ? cube_views(*sphere, small->view.pose)
-                          : flat_source_views(std::get<PerspectiveCamera>(small->view.camera), small->view.pose);
-    geometry_->pass.draw({around.views.data(), around.views.size()}, Culling::outside);
-    small->textures.forget_depth();
-    geometry_->sphere_depth.resolve(geometry_->pass, 0, around, small->view.pose, small->textures);
+    geometry_->draw_whole(*current().small());
     geometry_->has_small_depth = true;
 }
 
@@ -184,20 +184,13 @@ void EyeRenderer::find_depth() {
 /// The source's as of the frame's own time, once a frame and everywhere, for things come from where no eye looks; the
 /// eyes' as of later.
 void EyeRenderer::find_depths_apart() {
-    UploadedPicture& main = current().main();
     const double frame_s = frame().main.info.time_s;
     if (!geometry_->has_whole_depth || needs_small_depth())
         geometry_->set_time(frame_s);
     if (needs_small_depth())
         find_small_depth();
     if (!geometry_->has_whole_depth) {
-        const auto* sphere = std::get_if<EquirectCamera>(&main.view.camera);
-        const SphereViews around =
-            sphere != nullptr ? cube_views(*sphere, main.view.pose)
-                              : flat_source_views(std::get<PerspectiveCamera>(main.view.camera), main.view.pose);
-        geometry_->pass.draw({around.views.data(), around.views.size()}, Culling::outside);
-        main.textures.forget_depth();
-        geometry_->sphere_depth.resolve(geometry_->pass, 0, around, main.view.pose, main.textures);
+        geometry_->draw_whole(current().main());
         geometry_->has_whole_depth = true;
     }
     geometry_->set_time(frame_s + extrapolation_s_);

@@ -1,6 +1,5 @@
 #include "frame_textures.h"
 
-#include <client/receive/receive.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -48,27 +47,20 @@ void FrameTextures::show_again() {
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
     require_tagged_size(frame->main, "main");
-    if (frame->right)
-        require_tagged_size(*frame->right, "right eye");
-    if (frame->hidden)
-        require_tagged_size(*frame->hidden, "hidden");
-    if (frame->small)
-        require_tagged_size(*frame->small, "small");
-    if (frame->patches)
-        require_tagged_size(*frame->patches, "patches");
+    for (const auto& [picture, track] : {std::pair(&frame->right, "right eye"),
+                                         {&frame->hidden, "hidden"},
+                                         {&frame->small, "small"},
+                                         {&frame->patches, "patches"}})
+        if (*picture)
+            require_tagged_size(**picture, track);
     if (buffers_)
         buffers_->provide();
     frame_ = std::move(frame);
     upload_picture(frame_->main, main_);
-    has_right_ = frame_->right.has_value();
-    if (has_right_)
-        upload_picture(*frame_->right, right_);
-    has_hidden_ = frame_->hidden.has_value();
-    if (has_hidden_)
-        upload_picture(*frame_->hidden, hidden_);
-    has_small_ = frame_->small.has_value();
-    if (has_small_)
-        upload_picture(*frame_->small, small_);
+    for (const auto& [picture, to] :
+         {std::pair(&frame_->right, &right_), {&frame_->hidden, &hidden_}, {&frame_->small, &small_}})
+        if (*picture)
+            upload_picture(**picture, *to);
     patches_.reset();
     if (!frame_->patches || !frame_->patches->info.patches || frame_->patches->depth_m.empty() ||
         patch_atlas_problem(*frame_->patches->info.patches))

@@ -3,7 +3,6 @@
 #include <client/fill/gl/gap_resample.h>
 #include <client/warp/gl/source_textures.h>
 
-#include <client/fill/fill.h>
 #include <client/receive/receive.h>
 
 #include <array>
@@ -34,9 +33,9 @@ public:
     const ReceivedFrame* frame() const { return frame_.get(); }  ///< null: nothing was uploaded
     UploadedPicture& main() { return main_; }
     const UploadedPicture& main() const { return main_; }
-    const UploadedPicture* right() const { return has_right_ ? &right_ : nullptr; }
-    const UploadedPicture* hidden() const { return has_hidden_ ? &hidden_ : nullptr; }
-    UploadedPicture* small() { return has_small_ ? &small_ : nullptr; }
+    const UploadedPicture* right() const { return frame_->right ? &right_ : nullptr; }
+    const UploadedPicture* hidden() const { return frame_->hidden ? &hidden_ : nullptr; }
+    UploadedPicture* small() { return frame_->small ? &small_ : nullptr; }
     const PatchTextures* patches() const { return patches_ ? &patch_textures_ : nullptr; }
     const PatchesView& patches_view() const { return *patches_; }
 
@@ -48,7 +47,6 @@ private:
     std::shared_ptr<PictureBuffers> buffers_;  ///< null: there are none
     std::shared_ptr<const ReceivedFrame> frame_;
     UploadedPicture main_, right_, hidden_, small_;
-    bool has_right_ = false, has_hidden_ = false, has_small_ = false;
     PatchTextures patch_textures_;
     std::optional<PatchesView> patches_;
 };

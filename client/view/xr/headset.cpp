@@ -2,7 +2,6 @@
 
 #include "xr_calls.h"
 
-#include <client/gpu/objects.h>
 #include <equistream/error.h>
 
 #include <glm/gtc/quaternion.hpp>

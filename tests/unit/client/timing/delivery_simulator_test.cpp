@@ -15,6 +15,20 @@ namespace {
 
 using Arrivals = std::vector<std::optional<double>>;
 
+struct SentFrame {
+    double sent_s = 0;
+    std::int64_t bytes = 0;
+};
+
+/// All at once, by index.
+Arrivals simulate_delivery(const NetworkConditions& conditions, const std::vector<SentFrame>& frames) {
+    DeliverySimulator simulator(conditions);
+    Arrivals arrivals;
+    for (const SentFrame& frame : frames)
+        arrivals.push_back(simulator.send(frame.sent_s, frame.bytes));
+    return arrivals;
+}
+
 /// At 30 frames/s.
 std::vector<SentFrame> frames(std::size_t count, std::int64_t bytes) {
     std::vector<SentFrame> sent;

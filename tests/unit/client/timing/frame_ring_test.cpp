@@ -32,9 +32,9 @@ Delivery deliver(Ring& ring, std::int64_t number) {
 
 std::vector<std::int64_t> shown(Ring& ring, double frame_time_s) {
     std::vector<std::int64_t> numbers;
-    for (const auto& frame : ring.show(frame_time_s)) {
-        EXPECT_EQ(frame.payload(), frame.stamp().number);
-        numbers.push_back(frame.payload());
+    for (const std::size_t slot : ring.show(frame_time_s)) {
+        EXPECT_EQ(ring.payload(slot), ring.stamp(slot).number);
+        numbers.push_back(ring.payload(slot));
     }
     return numbers;
 }
@@ -188,15 +188,15 @@ TEST(FrameRing, TwoThreadsNeverMeetInASlot) {
         const auto frames = ring.show(asked_s);
         empty += current >= 0 && frames.empty();
         std::int64_t newer = INT64_MAX;
-        for (const auto& frame : frames) {
-            const auto& pixels = frame.payload().pixels;
-            torn += std::ranges::count(pixels, frame.stamp().number) != std::ptrdiff_t(pixels.size());
-            unsorted += frame.stamp().number >= newer;
-            newer = frame.stamp().number;
+        for (const std::size_t slot : frames) {
+            const auto& pixels = ring.payload(slot).pixels;
+            torn += std::ranges::count(pixels, ring.stamp(slot).number) != std::ptrdiff_t(pixels.size());
+            unsorted += ring.stamp(slot).number >= newer;
+            newer = ring.stamp(slot).number;
         }
         if (!frames.empty()) {
-            backward += frames[0].stamp().number < current;
-            current = frames[0].stamp().number;
+            backward += ring.stamp(frames[0]).number < current;
+            current = ring.stamp(frames[0]).number;
         }
     }
     delivering.join();

@@ -30,6 +30,28 @@ std::vector<ServedFrame> served(std::int64_t count, const HeadPath& head, std::i
     return frames;
 }
 
+/// A whole run from a list of frames, in the order of their times.
+Viewing simulate_viewing(const std::vector<ServedFrame>& frames, const HeadPath& head, const NetworkConditions& network,
+                         const ViewingOptions& options = {}) {
+    ViewingSimulation simulation(network, options, head);
+    Viewing viewing;
+    for (auto next = frames.begin();;) {
+        while (simulation.needs_frame()) {
+            if (next != frames.end())
+                simulation.send(*next++, nullptr);
+            else
+                simulation.end();
+        }
+        const std::optional<ViewedRefresh> refresh = simulation.next();
+        if (!refresh)
+            break;
+        viewing.refreshes.push_back(*refresh);
+    }
+    viewing.report = report_viewing(viewing.refreshes, options.refresh_hz);
+    simulation.add_figures(viewing.report);
+    return viewing;
+}
+
 const ViewedRefresh& at(const Viewing& viewing, double display_s) {
     return *std::ranges::find_if(viewing.refreshes,
                                  [&](const ViewedRefresh& r) { return r.display_s >= display_s - 1e-9; });
@@ -83,10 +105,10 @@ TEST(Viewing, ShowsTheNewestOfWhatHadCome) {
                                         .bandwidth_bps = 20e6,
                                         .datagrams = datagrams,
                                         .stalls = {{3, 0.2}}};
-        std::vector<SentFrame> sent;
+        DeliverySimulator simulator(network);
+        std::vector<std::optional<double>> arrivals;
         for (const ServedFrame& frame : frames)
-            sent.push_back({frame.frame_time_s, frame.bytes});
-        const auto arrivals = simulate_delivery(network, sent);
+            arrivals.push_back(simulator.send(frame.frame_time_s, frame.bytes));
         const ViewingOptions options;
         const Viewing viewing = simulate_viewing(frames, head, network, options);
         double last_s = -1;
