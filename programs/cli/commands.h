@@ -1,8 +1,12 @@
 #pragma once
 /// What `equistream COMMAND` runs, and whose options a section [COMMAND] of a settings file may hold.
+#include <equistream/error.h>
+#include <equistream/text.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <numeric>
 #include <string>
 #include <string_view>
@@ -90,20 +94,24 @@ inline constexpr std::array hosts = {
          "pip install mitsuba==3.9.1 nanobind==2.14.0, configure again and build (docs/mitsuba.md)"},
 };
 
-/// Null: there is none of that name.
-inline const Host* find_host(std::string_view name) {
-    for (const Host& host : hosts)
-        if (host.name == name)
-            return &host;
-    return nullptr;
-}
-
 /// "embree or mitsuba".
 inline std::string host_names() {
-    std::string names;
-    for (const Host& host : hosts)
-        names += (names.empty() ? "" : &host == &hosts.back() ? " or " : ", ") + std::string(host.name);
-    return names;
+    std::array<std::string_view, hosts.size()> names;
+    std::ranges::transform(hosts, names.begin(), &Host::name);
+    return in_a_sentence(names, " or ");
+}
+
+/// The program of a host. Throws InputError for what is none and where this build does not have it.
+inline std::filesystem::path host_program(const std::string& name, const std::filesystem::path& folder) {
+    const auto host = std::ranges::find(hosts, name, &Host::name);
+    if (host == hosts.end())
+        throw InputError(expected_found("--host", host_names(), "'" + name + "'"));
+    std::filesystem::path program = folder / host->program;
+    std::error_code error;
+    if (!std::filesystem::exists(program, error))
+        throw InputError(
+            expected_found("--host " + name, program.string(), "none; to get it: " + std::string(host->how_to_get_it)));
+    return program;
 }
 
 }  // namespace equistream::cli

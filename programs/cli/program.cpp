@@ -5,7 +5,6 @@
 
 #include <equistream/error.h>
 #include <equistream/image.h>
-#include <equistream/text.h>
 
 #include <algorithm>
 #include <charconv>
@@ -22,13 +21,22 @@ namespace equistream::cli {
 
 namespace {
 
+/// The whole of `text` as a number, digits only.
+template <typename Integer>
+bool read_whole(std::string_view text, Integer& value) {
+    const char* end = text.data() + text.size();
+    const auto result = std::from_chars(text.data(), end, value);
+    return result.ec == std::errc() && result.ptr == end;
+}
+
+std::string in_quotes(std::string_view text) {
+    return "'" + std::string(text) + "'";
+}
+
 /// Errors are one line, whatever a library put into its message.
 std::string one_line(std::string text) {
-    while (!text.empty() && text.back() == '\n')
-        text.pop_back();
-    for (char& c : text)
-        if (c == '\n')
-            c = ' ';
+    text.erase(text.find_last_not_of('\n') + 1);
+    std::ranges::replace(text, '\n', ' ');
     return text;
 }
 
@@ -63,139 +71,6 @@ std::string explained(const CLI::App& app, const CLI::ParseError& error) {
     const std::string unknown = unknown_option(app);
     return (unknown.empty() ? error.what() : unknown) + " (--help lists the options)";
 }
-
-}  // namespace
-
-int run_program(int argc, char** argv, const ProgramText& text,
-                const std::function<std::function<void()>(CLI::App&)>& setup) {
-    const std::string& name = text.name;
-    std::signal(SIGXFSZ, SIG_IGN);  // write() then says why
-    CLI::App app(text.summary, "equistream " + name);
-    app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
-    app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)")
-        ->type_name("FILE");
-    app.config_formatter(std::make_shared<SettingsFile>(app));
-    app.allow_config_extras(CLI::config_extras_mode::error);
-    app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
-    app.get_formatter()->column_width(34);
-    try {
-        const auto run = setup(app);
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::ParseError& e) {
-            if (e.get_exit_code() == 0)
-                return app.exit(e);
-            return report(name, explained(app, e), exit_usage);
-        }
-        run();
-        if (std::fflush(stdout) != 0 || std::ferror(stdout))
-            return report(name, "standard output: could not be written", exit_failed);
-        return exit_done;
-    } catch (const ChildFailed& child) {
-        return child.exit_code;
-    } catch (const InputError& e) {
-        return report(name, e.what(), exit_usage);
-    } catch (const std::bad_alloc&) {
-        return report(name, "out of memory", exit_failed);
-    } catch (const std::exception& e) {
-        return report(name, e.what(), exit_failed);
-    }
-}
-
-namespace {
-
-/// The whole of `text` as a number, digits only.
-template <typename Integer>
-bool read_whole(std::string_view text, Integer& value) {
-    const char* end = text.data() + text.size();
-    const auto result = std::from_chars(text.data(), end, value);
-    return !text.empty() && result.ec == std::errc() && result.ptr == end;
-}
-
-std::string in_quotes(std::string_view text) {
-    return "'" + std::string(text) + "'";
-}
-
-}  // namespace
-
-Size parse_size(const std::string& text) {
-    const std::size_t x = text.find('x');
-    Size size;
-    const bool good = x != std::string::npos && read_whole(std::string_view(text).substr(0, x), size.width) &&
-                      read_whole(std::string_view(text).substr(x + 1), size.height);
-    if (!good || size.width < 1 || size.height < 1 || size.width > max_image_side || size.height > max_image_side)
-        throw InputError(expected_found("--size", "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text)));
-    return size;
-}
-
-FrameRange parse_frames(const std::string& text) {
-    const std::size_t dash = text.find('-', 1);
-    FrameRange range;
-    bool good = read_whole(std::string_view(text).substr(0, dash), range.first);
-    range.last = range.first;
-    if (dash != std::string::npos)
-        good = good && read_whole(std::string_view(text).substr(dash + 1), range.last);
-    if (!good || range.first < 0)
-        throw InputError(expected_found("--frames", "FIRST-LAST or one frame number, from 0", in_quotes(text)));
-    if (range.last < range.first)
-        throw InputError(expected_found("--frames", "the last frame not before the first", in_quotes(text)));
-    if (range.last >= std::numeric_limits<std::int32_t>::max())
-        throw InputError(expected_found("--frames", "frame numbers below 2147483647", in_quotes(text)));
-    return range;
-}
-
-CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description) {
-    return app.add_option_function<std::string>(
-        "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
-}
-
-CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description) {
-    return app
-        .add_option_function<std::string>(
-            "--seed",
-            [&seed](const std::string& text) {
-                if (!read_whole(text, seed))
-                    throw InputError(
-                        expected_found("--seed", "a whole number from 0 to 18446744073709551615", in_quotes(text)));
-            },
-            description)
-        ->type_name("UINT")
-        ->default_str(std::to_string(seed));
-}
-
-CLI::Option* add_json_flag(CLI::App& app, bool& json) {
-    return app.add_flag("--json", json, "Report as JSON on standard output");
-}
-
-CLI::Option* add_progress_option(CLI::App& app, std::string& progress) {
-    return app
-        .add_option("--progress", progress,
-                    "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
-        ->capture_default_str();
-}
-
-std::string quoted_command(int argc, char** argv) {
-    const std::string program = argc > 0 ? argv[0] : "";
-    std::string command = program.substr(program.rfind('/') + 1);
-    for (int i = 1; i < argc; ++i) {
-        const std::string word = argv[i];
-        command += ' ';
-        const bool plain =
-            !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                                    "0123456789_-+=.,:/@%") == std::string::npos;
-        if (plain) {
-            command += word;
-            continue;
-        }
-        command += '\'';
-        for (const char c : word)
-            command += c == '\'' ? std::string("'\\''") : std::string(1, c);
-        command += '\'';
-    }
-    return command;
-}
-
-namespace {
 
 bool is_mark(const CLI::ConfigItem& item) {
     return item.name == "++" || item.name == "--";  // a section's begin and end
@@ -250,53 +125,181 @@ std::vector<std::string> accepted_names(const CLI::App& app) {
     return names;
 }
 
+// The file that --settings names.
+
+/// Reads lines of option = value as CLI11 does. Lines in the section of a command, [play] say, are that command's
+/// alone, so that one file serves several. A key that `app` has no option for is an InputError that names file, line
+/// and the options there are.
+class SettingsFile : public CLI::ConfigBase {
+public:
+    explicit SettingsFile(const CLI::App& app) : app_(app) {}
+    std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+        std::ostringstream whole;
+        whole << input.rdbuf();
+        std::istringstream again(whole.str());
+        const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
+        std::vector<CLI::ConfigItem> accepted;
+        for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
+            const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
+            if (section != own && std::ranges::find(commands, section, &Command::name) != commands.end())
+                continue;
+            const std::string place = item.fullname();
+            if (section == own)
+                item.parents.clear();
+            if (is_mark(item) && section == own)
+                continue;
+            require_known(item, place, whole.str());
+            // What is said for a command alone wins.
+            if (section == own)
+                std::erase_if(accepted, [&](const CLI::ConfigItem& other) {
+                    return other.parents.empty() && other.name == item.name;
+                });
+            accepted.push_back(std::move(item));
+        }
+        return accepted;
+    }
+
+private:
+    /// `place` is its name with its section's, as in the file's `text`.
+    void require_known(const CLI::ConfigItem& item, const std::string& place, const std::string& text) const {
+        const CLI::App* app = &app_;
+        std::string key;
+        for (const std::string& section : item.parents) {
+            key += (key.empty() ? "" : ".") + section;
+            app = app != nullptr ? subcommand(*app, section) : nullptr;
+        }
+        if (app != nullptr && (is_mark(item) || knows(*app, item.name)))
+            return;
+        if (app != nullptr)
+            key = place;
+        const int line = line_of(text, key);
+        const std::string where =
+            app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string());
+        if (app == nullptr)
+            throw InputError(expected_found(where, "options outside any section but of a command's", "'" + key + "'"));
+        const std::vector<std::string> names = accepted_names(*app);
+        throw InputError(expected_found(where, "one of " + in_a_sentence(names, ", "), "'" + key + "'") +
+                         did_you_mean(item.name, names));
+    }
+
+    const CLI::App& app_;  // it owns us
+};
+
 }  // namespace
 
-std::vector<CLI::ConfigItem> SettingsFile::from_config(std::istream& input) const {
-    std::ostringstream whole;
-    whole << input.rdbuf();
-    std::istringstream again(whole.str());
-    const std::string own = app_.get_name().substr(app_.get_name().rfind(' ') + 1);
-    std::vector<CLI::ConfigItem> accepted;
-    for (CLI::ConfigItem& item : ConfigBase::from_config(again)) {
-        const std::string section = item.parents.size() == 1 ? item.parents.front() : "";
-        if (section != own && std::ranges::find(commands, section, &Command::name) != commands.end())
-            continue;
-        const std::string place = item.fullname();
-        if (section == own)
-            item.parents.clear();
-        if (is_mark(item) && section == own)
-            continue;
-        require_known(item, place, whole.str());
-        // What is said for a command alone wins.
-        if (section == own)
-            std::erase_if(accepted, [&](const CLI::ConfigItem& other) {
-                return other.parents.empty() && other.name == item.name;
-            });
-        accepted.push_back(std::move(item));
+int run_program(int argc, char** argv, const ProgramText& text,
+                const std::function<std::function<void()>(CLI::App&)>& setup) {
+    const std::string& name = text.name;
+    std::signal(SIGXFSZ, SIG_IGN);  // write() then says why
+    CLI::App app(text.summary, "equistream " + name);
+    app.set_version_flag("--version", std::string("equistream ") + EQUISTREAM_VERSION);
+    app.set_config("--settings", "", "Read options from a file: lines of option = value (command line wins)")
+        ->type_name("FILE");
+    app.config_formatter(std::make_shared<SettingsFile>(app));
+    app.allow_config_extras(CLI::config_extras_mode::error);
+    app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
+    app.get_formatter()->column_width(34);
+    try {
+        const auto run = setup(app);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& e) {
+            if (e.get_exit_code() == 0)
+                return app.exit(e);
+            return report(name, explained(app, e), exit_usage);
+        }
+        run();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout))
+            return report(name, "standard output: could not be written", exit_failed);
+        return exit_done;
+    } catch (const ChildFailed& child) {
+        return child.exit_code;
+    } catch (const InputError& e) {
+        return report(name, e.what(), exit_usage);
+    } catch (const std::bad_alloc&) {
+        return report(name, "out of memory", exit_failed);
+    } catch (const std::exception& e) {
+        return report(name, e.what(), exit_failed);
     }
-    return accepted;
 }
 
-void SettingsFile::require_known(const CLI::ConfigItem& item, const std::string& place, const std::string& text) const {
-    const CLI::App* app = &app_;
-    std::string key;
-    for (const std::string& section : item.parents) {
-        key += (key.empty() ? "" : ".") + section;
-        app = app != nullptr ? subcommand(*app, section) : nullptr;
+void require(bool good, const std::string& option, const std::string& expected, const std::string& found) {
+    if (!good)
+        throw InputError(expected_found(option, expected, found));
+}
+
+Size parse_size(const std::string& text) {
+    const std::size_t x = text.find('x');
+    Size size;
+    const bool good = x != std::string::npos && read_whole(std::string_view(text).substr(0, x), size.width) &&
+                      read_whole(std::string_view(text).substr(x + 1), size.height) && size.width >= 1 &&
+                      size.height >= 1 && size.width <= max_image_side && size.height <= max_image_side;
+    require(good, "--size", "WxH, each 1 to " + std::to_string(max_image_side), in_quotes(text));
+    return size;
+}
+
+FrameRange parse_frames(const std::string& text) {
+    const std::size_t dash = text.find('-', 1);
+    FrameRange range;
+    bool good = read_whole(std::string_view(text).substr(0, dash), range.first);
+    range.last = range.first;
+    if (dash != std::string::npos)
+        good = good && read_whole(std::string_view(text).substr(dash + 1), range.last);
+    require(good && range.first >= 0, "--frames", "FIRST-LAST or one frame number, from 0", in_quotes(text));
+    require(range.last >= range.first, "--frames", "the last frame not before the first", in_quotes(text));
+    require(range.last < std::numeric_limits<std::int32_t>::max(), "--frames", "frame numbers below 2147483647",
+            in_quotes(text));
+    return range;
+}
+
+CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description) {
+    return app.add_option_function<std::string>(
+        "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
+}
+
+CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description) {
+    return app
+        .add_option_function<std::string>(
+            "--seed",
+            [&seed](const std::string& text) {
+                require(read_whole(text, seed), "--seed", "a whole number from 0 to 18446744073709551615",
+                        in_quotes(text));
+            },
+            description)
+        ->type_name("UINT")
+        ->default_str(std::to_string(seed));
+}
+
+CLI::Option* add_json_flag(CLI::App& app, bool& json) {
+    return app.add_flag("--json", json, "Report as JSON on standard output");
+}
+
+CLI::Option* add_progress_option(CLI::App& app, std::string& progress) {
+    return app
+        .add_option("--progress", progress,
+                    "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
+        ->capture_default_str();
+}
+
+std::string quoted_command(int argc, char** argv) {
+    const std::string program = argc > 0 ? argv[0] : "";
+    std::string command = program.substr(program.rfind('/') + 1);
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        command += ' ';
+        const bool plain =
+            !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                    "0123456789_-+=.,:/@%") == std::string::npos;
+        if (plain) {
+            command += word;
+            continue;
+        }
+        command += '\'';
+        for (const char c : word)
+            command += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        command += '\'';
     }
-    if (app != nullptr && (is_mark(item) || knows(*app, item.name)))
-        return;
-    if (app != nullptr)
-        key = place;
-    const int line = line_of(text, key);
-    const std::string where =
-        app_.get_config_ptr()->as<std::string>() + (line > 0 ? ":" + std::to_string(line) : std::string());
-    if (app == nullptr)
-        throw InputError(expected_found(where, "options outside any section but of a command's", "'" + key + "'"));
-    const std::vector<std::string> names = accepted_names(*app);
-    throw InputError(expected_found(where, "one of " + in_a_sentence(names, ", "), "'" + key + "'") +
-                     did_you_mean(item.name, names));
+    return command;
 }
 
 }  // namespace equistream::cli

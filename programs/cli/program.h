@@ -1,14 +1,19 @@
 #pragma once
 /// What every program shares: exit codes, one-line errors, --settings, progress, common option values.
+#include <equistream/elapsed.h>
+#include <equistream/text.h>
+
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <iterator>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <vector>
 
 namespace equistream::cli {
 
@@ -28,6 +33,34 @@ struct ProgramText {
 /// (ulimit -f) is an error where it is written, not the end of the process by SIGXFSZ.
 int run_program(int argc, char** argv, const ProgramText& text,
                 const std::function<std::function<void()>(CLI::App&)>& setup);
+
+/// Throws InputError "OPTION: expected EXPECTED, found FOUND" unless it is good.
+void require(bool good, const std::string& option, const std::string& expected, const std::string& found);
+
+/// The place of an option's word among those that it may be. Throws InputError that lists these.
+template <typename Value = std::size_t, typename Words>
+Value parse_word(const std::string& option, const std::string& word, const Words& words,
+                 std::string_view before_last = " or ") {
+    const auto found = std::ranges::find(words, word);
+    require(found != std::end(words), option, in_a_sentence(words, before_last), "'" + word + "'");
+    return Value(found - std::begin(words));
+}
+
+/// An option whose default is shown by --help. `words`: what it may be, where that is one of a few.
+template <typename Value>
+CLI::Option* add_with_default(CLI::App& app, const std::string& name, Value& value, const std::string& description,
+                              const std::vector<std::string>& words = {}) {
+    CLI::Option* option = app.add_option(name, value, description)->capture_default_str();
+    return words.empty() ? option : option->check(CLI::IsMember(words));
+}
+
+/// An option without a default: `value` is set where it is given.
+template <typename Value>
+CLI::Option* add_optional(CLI::App& app, const std::string& name, std::optional<Value>& value,
+                          const std::string& description) {
+    return app.add_option_function<Value>(
+        name, [&value](const Value& given) { value = given; }, description);
+}
 
 struct Size {
     int width = 0;
@@ -71,25 +104,15 @@ public:
     void step(double done, const std::string& note);
 
 private:
-    struct State;
-    std::unique_ptr<State> state_;
-};
+    double seconds_left(double done) const;
+    void draw(double done);
 
-// The file that --settings names.
-
-/// Reads lines of option = value as CLI11 does. Lines in the section of a command, [play] say, are that command's
-/// alone, so that one file serves several. A key that `app` has no option for is an InputError that names file, line
-/// and the options there are.
-class SettingsFile : public CLI::ConfigBase {
-public:
-    explicit SettingsFile(const CLI::App& app) : app_(app) {}
-    std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;
-
-private:
-    /// `place` is its name with its section's, as in the file's `text`.
-    void require_known(const CLI::ConfigItem& item, const std::string& place, const std::string& text) const;
-
-    const CLI::App& app_;  // it owns us
+    std::mutex mutex_;
+    std::string what_;
+    double total_;
+    bool is_bar_, is_json_, is_drawn_ = false;
+    Clock::time_point start_ = Clock::now();
+    double last_drawn_s_ = -1;
 };
 
 }  // namespace equistream::cli

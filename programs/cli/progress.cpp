@@ -1,7 +1,5 @@
 #include "program.h"
 
-#include <equistream/elapsed.h>
-#include <equistream/error.h>
 #include <equistream/json_text.h>
 
 #include <nlohmann/json.hpp>
@@ -9,9 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
-#include <mutex>
 #include <utility>
 
 namespace equistream::cli {
@@ -20,89 +18,65 @@ namespace {
 
 std::string clock_text(double seconds) {
     const auto whole = static_cast<long>(std::lround(seconds));
-    char text[32];
     if (whole >= 3600)
-        std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
-    else
-        std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
-    return text;
+        return formatted("%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
+    return formatted("%ld:%02ld", whole / 60, whole % 60);
 }
 
 }  // namespace
 
 ProgressStyle parse_progress(const std::string& text) {
-    if (text == "auto")
-        return ProgressStyle::automatic;
-    if (text == "json")
-        return ProgressStyle::json;
-    if (text == "none")
-        return ProgressStyle::none;
-    throw InputError(expected_found("--progress", "auto, json or none", "'" + text + "'"));
+    return parse_word<ProgressStyle>("--progress", text, std::array{"auto", "json", "none"});
 }
 
-struct Progress::State {
-    std::mutex mutex;
-    std::string what;
-    double total;
-    bool bar;
-    bool json;
-    bool drawn = false;
-    Clock::time_point start = Clock::now();
-    double last_drawn_s = -1;
-
-    double seconds_left(double done) const {
-        const double fraction = total > 0 ? done / total : 1;
-        return fraction > 0 ? seconds_since(start) * (1 - fraction) / fraction : 0;
-    }
-
-    void draw(double done) {
-        constexpr int width = 30;
-        const double fraction = total > 0 ? std::clamp(done / total, 0.0, 1.0) : 1;
-        const int filled = static_cast<int>(fraction * width);
-        const std::string left = done > 0 ? clock_text(seconds_left(done)) + " left" : "";
-        std::fprintf(stderr, "\r%s [%s%s] %3.0f%% %s   ", what.c_str(),
-                     std::string(static_cast<std::size_t>(filled), '#').c_str(),
-                     std::string(static_cast<std::size_t>(width - filled), '.').c_str(), 100 * fraction, left.c_str());
-        std::fflush(stderr);
-        drawn = true;
-    }
-};
-
-Progress::Progress(std::string what, double total, ProgressStyle style) : state_(std::make_unique<State>()) {
-    state_->what = std::move(what);
-    state_->total = total;
-    state_->bar = style == ProgressStyle::automatic && isatty(STDERR_FILENO) != 0;
-    state_->json = style == ProgressStyle::json;
-}
+Progress::Progress(std::string what, double total, ProgressStyle style)
+    : what_(std::move(what)), total_(total), is_bar_(style == ProgressStyle::automatic && isatty(STDERR_FILENO) != 0),
+      is_json_(style == ProgressStyle::json) {}
 
 Progress::~Progress() {
-    if (state_->drawn)
+    if (is_drawn_)
         std::fputc('\n', stderr);
 }
 
+double Progress::seconds_left(double done) const {
+    const double fraction = total_ > 0 ? done / total_ : 1;
+    return fraction > 0 ? seconds_since(start_) * (1 - fraction) / fraction : 0;
+}
+
+void Progress::draw(double done) {
+    constexpr std::size_t width = 30;
+    const double fraction = total_ > 0 ? std::clamp(done / total_, 0.0, 1.0) : 1;
+    const auto filled = std::size_t(fraction * width);
+    const std::string left = done > 0 ? clock_text(seconds_left(done)) + " left" : "";
+    std::fprintf(stderr, "\r%s [%s%s] %3.0f%% %s   ", what_.c_str(), std::string(filled, '#').c_str(),
+                 std::string(width - filled, '.').c_str(), 100 * fraction, left.c_str());
+    std::fflush(stderr);
+    is_drawn_ = true;
+}
+
 void Progress::set(double done) {
-    if (!state_->bar)
+    if (!is_bar_)
         return;
-    const std::lock_guard lock(state_->mutex);
-    const double now = seconds_since(state_->start);
-    if (now - state_->last_drawn_s < 0.1)
+    const std::lock_guard lock(mutex_);
+    const double now = seconds_since(start_);
+    if (now - last_drawn_s_ < 0.1)
         return;
-    state_->last_drawn_s = now;
-    state_->draw(done);
+    last_drawn_s_ = now;
+    draw(done);
 }
 
 void Progress::step(double done, const std::string& note) {
-    const std::lock_guard lock(state_->mutex);
-    if (state_->bar)
-        state_->draw(done);
-    if (!state_->json)
+    const std::lock_guard lock(mutex_);
+    if (is_bar_)
+        draw(done);
+    if (!is_json_)
         return;
-    const nlohmann::json line = {{"what", state_->what},
+    const nlohmann::json line = {{"what", what_},
                                  {"done", done},
-                                 {"total", state_->total},
+                                 {"total", total_},
                                  {"note", note},
-                                 {"seconds", seconds_since(state_->start)},
-                                 {"seconds_left", state_->seconds_left(done)}};
+                                 {"seconds", seconds_since(start_)},
+                                 {"seconds_left", seconds_left(done)}};
     std::fprintf(stderr, "%s\n", json_text(line).c_str());
 }
 

@@ -25,7 +25,6 @@ struct Arguments {
     std::string progress = "auto";
     std::filesystem::path gaps;
     std::filesystem::path out;
-    std::optional<double> exposure;
     bool json = false;
 };
 
@@ -59,9 +58,8 @@ void complete(Arguments& arguments) {
     }
     if (!arguments.gaps.empty())
         arguments.pairing.gaps = arguments.gaps;
-    if (arguments.exposure && !(*arguments.exposure > 0))
-        throw InputError(expected_found("--exposure", "a number above 0", std::to_string(*arguments.exposure)));
-    arguments.comparison.exposure = arguments.exposure;
+    if (const auto& exposure = arguments.comparison.exposure)
+        cli::require(*exposure > 0, "--exposure", "a number above 0", std::to_string(*exposure));
 }
 
 nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeScore>& scores) {
@@ -109,13 +107,12 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
                    "A2 TRUTH2: a second run whose noise is independent of A's and TRUTH's; gives the noise-free error")
         ->expected(2)
         ->type_name("A2 TRUTH2");
-    app.add_option("--metrics", arguments->metrics, "Comma-separated: psnr, ssim, ws-psnr; or none")
-        ->capture_default_str();
+    cli::add_with_default(app, "--metrics", arguments->metrics, "Comma-separated: psnr, ssim, ws-psnr; or none");
     app.add_option("--eyes", arguments->eyes,
                    "Comma-separated: left, right, centre, small (default: left and right where they exist)");
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number (default: all, the same on all sides)");
-    app.add_option("--exposure", arguments->exposure, "For EXR, instead of each frame's own exposure");
-    app.add_option("--view", arguments->comparison.view, "Display view for EXR (OpenColorIO)")->capture_default_str();
+    app.add_option("--exposure", arguments->comparison.exposure, "For EXR, instead of each frame's own exposure");
+    cli::add_with_default(app, "--view", arguments->comparison.view, "Display view for EXR (OpenColorIO)");
     app.add_option("--gaps", arguments->gaps,
                    "Folder of gap masks as play writes them: their pixels are scored apart too");
     app.add_option("--difference", arguments->comparison.difference_folder,

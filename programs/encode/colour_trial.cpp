@@ -52,26 +52,6 @@ private:
     std::optional<HdrDisplay> display_;
 };
 
-Picture picture_of(const Frame& frame, const ColourCoding& coding) {
-    ColourCoding::Coded coded = coding(frame.planes.at("colour").view(), frame.info.exposure);
-    Picture picture;
-    picture.rgb = std::move(coded.rgb);
-    picture.pq = std::move(coded.pq);
-    return picture;
-}
-
-}  // namespace
-
-TrialRange::TrialRange(std::size_t frames, int gop) {
-    const std::size_t groups = (frames + std::size_t(gop) - 1) / std::size_t(gop);
-    first = groups / 2 * std::size_t(gop);
-    if (frames - first < trial_frames && first > 0)
-        first -= std::size_t(gop);  // the last group, cut short
-    last = std::min(first + trial_frames, frames);
-}
-
-namespace {
-
 ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
     const TrialRange range(sources.frames.size(), settings.gop);
     const cli::ScratchFolder scratch("encode");
@@ -83,7 +63,8 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
         const std::optional<Frame> frame = colour_frame(sources, i);
         if (!frame)
             break;
-        const Picture picture = picture_of(*frame, coding);
+        Picture picture;
+        coding(frame->planes.at("colour").view(), frame->info.exposure, picture);
         ByteImage rgb = shown(picture);
         if (!pictures.empty() && !same_size(rgb, pictures.front()))
             break;
@@ -112,6 +93,14 @@ ColourTrial try_colour(const Sources& sources, const StreamSettings& settings) {
 }
 
 }  // namespace
+
+TrialRange::TrialRange(std::size_t frames, int gop) {
+    const std::size_t groups = (frames + std::size_t(gop) - 1) / std::size_t(gop);
+    first = groups / 2 * std::size_t(gop);
+    if (frames - first < trial_frames && first > 0)
+        first -= std::size_t(gop);  // the last group, cut short
+    last = std::min(first + trial_frames, frames);
+}
 
 const ColourTrial& ColourTrials::get() {
     if (!made_)

@@ -1,7 +1,5 @@
 #include "depth_tracks.h"
 
-#include "depth_trial.h"
-
 #include <equistream/bound.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>

@@ -89,6 +89,17 @@ struct DepthPlan {
     std::optional<double> images_left_out_share{};
 };
 
+// What tracks of distances cost, and how depth is best coded for that, tried on a few frames (depth_trial.cpp).
+
+/// A track as it is, on the same few frames.
+DepthTrial try_track(const DepthTrack& track, const Beside& beside);
+
+/// Gives main's depth the code and the size, of those that the request leaves open, and all tracks the CRF, that leave
+/// most of main's pixels within the bound while the bytes of all tracks together stay within the share asked for;
+/// of those that leave practically all there, the cheapest. Does nothing where main has no depth, where the CRF was
+/// given or where it does not matter.
+void choose_depth(const DepthRequest& request, const Beside& beside, DepthPlan& plan);
+
 /// Planes of a rendered frame that a track of distances is made of.
 std::vector<std::string> planes_of(TrackRole role);
 /// As a track has them: metres, +inf for a miss, NaN where the picture holds no surface, or no mirror or glass that

@@ -1,4 +1,4 @@
-#include "depth_trial.h"
+#include "depth_tracks.h"
 
 #include <equistream/bound.h>
 #include <equistream/error.h>

@@ -20,47 +20,35 @@ namespace equistream {
 namespace {
 
 struct Options {
-    std::string command, folder, target, eye;
-    std::optional<cli::FrameRange> frames;
-    std::string codec = "h264";
-    std::string transfer = "srgb";
-    std::string stereo = "tracks";
-    std::string fill = "auto";
-    std::string depth = "none";
-    double depth_share = DepthRequest{}.share;
-    std::optional<double> depth_crf, fill_crf;
-    std::string depth_scale = "auto";
-    std::string mirrors = "auto";
-    std::string motion = "none";
-    std::string progress = "auto";
-    double crf = StreamSettings{}.crf;
-    int gop = StreamSettings{}.gop;
-    std::string preset = StreamSettings{}.preset;
+    EncodeRequest request;  ///< its numbers and names; what is chosen by a word is below, as typed
+    SourceRequest sources;  ///< so too
+    std::string command, eye, codec = "h264", transfer = "srgb", stereo = "tracks", fill = "auto", depth_scale = "auto",
+                              mirrors = "auto", motion = "none", progress = "auto";
     bool json = false;
 };
 
 void check_crf(const char* option, const std::optional<double>& crf) {
-    if (crf && !(*crf >= 0 && *crf <= 51))
-        throw InputError(expected_found(option, "0 to 51", in_words(*crf)));
+    if (crf)
+        cli::require(*crf >= 0 && *crf <= 51, option, "0 to 51", in_words(*crf));
 }
 
 DepthRequest depth_request_of(const Options& options) {
-    if (options.depth != "auto" && options.depth != "none")
+    DepthRequest depth = options.request.depth;
+    if (depth.code != "auto" && depth.code != "none")
         try {
-            make_depth_code(options.depth);
+            make_depth_code(depth.code);
         } catch (const InputError& error) {
             throw InputError("--depth: auto, none or a " + std::string(error.what()));
         }
-    if (!(options.depth_share > 0 && options.depth_share <= 1))
-        throw InputError(expected_found("--depth-share",
-                                        "a share of the colour's bits above 0 and at most 1, 0.1 being 10 %",
-                                        in_words(options.depth_share)));
-    check_crf("--depth-crf", options.depth_crf);
-    return {options.depth, options.depth_share, options.depth_crf,
-            options.depth_scale == "auto" ? std::nullopt : std::optional(options.depth_scale == "2"),
-            options.mirrors == "none"     ? ImagesTrack::none
-            : options.mirrors == "always" ? ImagesTrack::always
-                                          : ImagesTrack::if_cheap};
+    cli::require(depth.share > 0 && depth.share <= 1, "--depth-share",
+                 "a share of the colour's bits above 0 and at most 1, 0.1 being 10 %", in_words(depth.share));
+    check_crf("--depth-crf", depth.crf);
+    if (options.depth_scale != "auto")
+        depth.halved = options.depth_scale == "2";
+    depth.images = options.mirrors == "none"     ? ImagesTrack::none
+                   : options.mirrors == "always" ? ImagesTrack::always
+                                                 : ImagesTrack::if_cheap;
+    return depth;
 }
 
 /// Ordinary players know of one picture a frame and of nothing that goes with it.
@@ -68,13 +56,11 @@ StereoPacking packing_of(const Options& options) {
     if (options.stereo == "tracks")
         return StereoPacking::none;
     const auto refuse = [&](bool given, const std::string& option) {
-        if (given)
-            throw InputError(
-                expected_found("--stereo " + options.stereo, "both eyes as ordinary video, nothing beside it", option));
+        cli::require(!given, "--stereo " + options.stereo, "both eyes as ordinary video, nothing beside it", option);
     };
     refuse(!options.eye.empty(), "--eye " + options.eye);
     refuse(options.fill != "auto" && options.fill != "none", "--fill " + options.fill);
-    refuse(options.depth != "none", "--depth " + options.depth);
+    refuse(options.request.depth.code != "none", "--depth " + options.request.depth.code);
     refuse(options.mirrors == "always", "--mirrors always");
     refuse(options.motion != "none", "--motion " + options.motion);
     refuse(options.transfer != "srgb", "--transfer " + options.transfer);
@@ -82,26 +68,19 @@ StereoPacking packing_of(const Options& options) {
 }
 
 EncodeRequest request_of(const Options& options) {
-    EncodeRequest request;
-    request.target = options.target;
+    EncodeRequest request = options.request;
     request.settings.codec = options.codec == "h264" ? Codec::h264 : Codec::h265;
     request.settings.transfer = options.transfer == "pq" ? Transfer::pq : Transfer::srgb;
-    request.settings.crf = options.crf;
-    request.settings.gop = options.gop;
-    request.settings.preset = options.preset;
     check_coding(request.settings, "--");
-    SourceRequest sources;
-    sources.folder = options.folder;
+    SourceRequest sources = options.sources;
     sources.fill = parse_fill_tracks(options.fill);
     if (!options.eye.empty())
         sources.eye = options.eye;
     sources.packing = packing_of(options);
-    sources.frames = options.frames;
     request.sources = find_sources(sources);
     request.depth = depth_request_of(options);
     request.motion = options.motion == "auto";
-    check_crf("--fill-crf", options.fill_crf);
-    request.fill_crf = options.fill_crf;
+    check_crf("--fill-crf", request.fill_crf);
     return request;
 }
 
@@ -158,8 +137,8 @@ nlohmann::json depth_json(const EncodedTrack& track, const EncodeReport& report)
                            {"box_radius_m", track.range->box_radius_m},
                            {"near_m", track.range->near_m},
                            {"bound_in_budgets", track.bound_rad / error_budget_of_stream_rad()},
-                           {"clamped_pixels", track.clamped_pixels}};
-    json["crf"] = track.settings.crf ? nlohmann::json(*track.settings.crf) : nlohmann::json();
+                           {"clamped_pixels", track.clamped_pixels},
+                           {"crf", cli::or_null(track.settings.crf)}};
     if (report.trial && track.settings.role == TrackRole::depth)
         json["trial"] = {{"frames", report.trial->frames},
                          {"share_of_colour", report.trial->share()},
@@ -233,14 +212,13 @@ nlohmann::ordered_json as_json(const EncodeRequest& request, const Options& opti
     const double count = report.settings.pictures;
     nlohmann::json tracks = nlohmann::json::array();
     for (const EncodedTrack& track : report.tracks) {
-        const std::optional<double> crf = track.settings.coded_crf(report.settings.crf);
         tracks.push_back({{"name", track_name(track.settings.role)},
                           {"folder", track.folder.string()},
                           {"width", track.settings.width},
                           {"height", track.settings.height},
                           {"codec", codec_of(track, report) == Codec::h264 ? "h264" : "h265"},
                           {"bytes", track.bytes},
-                          {"crf", crf ? nlohmann::json(*crf) : nlohmann::json()},
+                          {"crf", cli::or_null(track.settings.coded_crf(report.settings.crf))},
                           {"bytes_per_frame", static_cast<double>(track.bytes) / count},
                           {"megabits_per_second", megabits_per_second(track, report)}});
         if (track.settings.depth_code)
@@ -250,9 +228,9 @@ nlohmann::ordered_json as_json(const EncodeRequest& request, const Options& opti
     json.update(nlohmann::ordered_json{
         {"file", request.target},
         {"codec", options.codec},
-        {"crf", options.crf},
-        {"preset", options.preset},
-        {"gop", options.gop},
+        {"crf", report.settings.crf},
+        {"preset", report.settings.preset},
+        {"gop", report.settings.gop},
         {"transfer", options.transfer},
         {"view", options.transfer == "pq" ? nlohmann::json() : nlohmann::json(default_view)},
         {"exposure", report.first.exposure},
@@ -271,8 +249,7 @@ nlohmann::ordered_json as_json(const EncodeRequest& request, const Options& opti
                                                             {"by_texture", coding_loss_to_json(*report.colour.loss)}}
                                            : nlohmann::json()},
         {"tracks", tracks},
-        {"mirrors_left_out_share",
-         report.images_left_out_share ? nlohmann::json(*report.images_left_out_share) : nlohmann::json()},
+        {"mirrors_left_out_share", cli::or_null(report.images_left_out_share)},
         {"motion", motion_json(report)},
         {"ms_per_frame",
          {{"read", report.read_ms / count},
@@ -283,18 +260,11 @@ nlohmann::ordered_json as_json(const EncodeRequest& request, const Options& opti
     return json;
 }
 
-std::string names_of(const std::vector<std::string>& folders) {
-    std::string names;
-    for (const std::string& folder : folders)
-        names += (names.empty() ? "" : ", ") + folder + "/";
-    return names;
-}
-
 /// Of a render with both eyes: what a client makes of the one that is sent, and how to send the other.
 std::string left_out_text(const Sources& sources) {
-    return formatted("  %s is left out: clients make both eyes of %s by depth (--eye %s sends that instead, --stereo "
+    return formatted("  %s/ is left out: clients make both eyes of %s by depth (--eye %s sends that instead, --stereo "
                      "top-bottom both as ordinary video)\n",
-                     names_of(sources.left_out).c_str(), sources.tracks.front().folder.string().c_str(),
+                     in_a_sentence(sources.left_out, "/, ").c_str(), sources.tracks.front().folder.string().c_str(),
                      sources.left_out.front().c_str());
 }
 
@@ -302,9 +272,9 @@ void print_text(const EncodeRequest& request, const Options& options, const Enco
     const double count = report.settings.pictures;
     std::fprintf(out, "%s: frames %lld-%lld, %s CRF %g, preset %s, key frame every %d, %g frames/s%s\n",
                  request.target.c_str(), static_cast<long long>(request.sources.frames.front()),
-                 static_cast<long long>(request.sources.frames.back()), codec_name(report.settings.codec), options.crf,
-                 options.preset.c_str(), options.gop, report.settings.frames_per_second,
-                 report.sphere_tag ? ", tagged as 360 degree video" : "");
+                 static_cast<long long>(request.sources.frames.back()), codec_name(report.settings.codec),
+                 report.settings.crf, report.settings.preset.c_str(), report.settings.gop,
+                 report.settings.frames_per_second, report.sphere_tag ? ", tagged as 360 degree video" : "");
     if (report.settings.stereo != StereoPacking::none)
         std::fprintf(out, "  both eyes in one picture, %s, without poses: for ordinary players\n",
                      options.stereo.c_str());
@@ -363,62 +333,58 @@ void run(const Options& options) {
 }
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
-    app.add_option("DIR", options.folder, "A render's folder (centre/, left/, right/, small/), or one of these")
+    EncodeRequest& request = options.request;
+    app.add_option("DIR", options.sources.folder, "A render's folder (centre/, left/, right/, small/), or one of these")
         ->required();
-    app.add_option("--out", options.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
-    app.add_option("--codec", options.codec, "h264 or h265; depth as w12, hue or lossless is coded as h265 always")
-        ->check(CLI::IsMember({"h264", "h265"}))
-        ->capture_default_str();
-    app.add_option(
-           "--transfer", options.transfer,
-           "srgb: display-referred, clipped at white, 8 bits; pq: HDR, highlights up to 49 times white kept, 10 "
-           "bits")
-        ->check(CLI::IsMember({"srgb", "pq"}))
-        ->capture_default_str();
-    app.add_option("--crf", options.crf, "Quality: 0 (best) to 51")->capture_default_str();
-    app.add_option("--preset", options.preset,
-                   "ultrafast, superfast, veryfast, faster, fast, medium, slow, slower, veryslow or placebo")
-        ->capture_default_str();
-    app.add_option("--gop", options.gop, "Frames from one key frame to the next, 1 to 10000")->capture_default_str();
+    app.add_option("--out", request.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
+    cli::add_with_default(app, "--codec", options.codec,
+                          "h264 or h265; depth as w12, hue or lossless is coded as h265 always", {"h264", "h265"});
+    cli::add_with_default(
+        app, "--transfer", options.transfer,
+        "srgb: display-referred, clipped at white, 8 bits; pq: HDR, highlights up to 49 times white kept, 10 "
+        "bits",
+        {"srgb", "pq"});
+    cli::add_with_default(app, "--crf", request.settings.crf, "Quality: 0 (best) to 51");
+    cli::add_with_default(app, "--preset", request.settings.preset,
+                          "ultrafast, superfast, veryfast, faster, fast, medium, slow, slower, veryslow or placebo");
+    cli::add_with_default(app, "--gop", request.settings.gop, "Frames from one key frame to the next, 1 to 10000");
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
         ->check(CLI::IsMember({"centre", "left", "right"}));
-    app.add_option("--stereo", options.stereo,
-                   "For ordinary 360 players: top-bottom (left/'s eye above right/'s, what most of them know) or "
-                   "side-by-side, one video without poses; tracks: what the client plays")
-        ->check(CLI::IsMember({"tracks", "top-bottom", "side-by-side"}))
-        ->capture_default_str();
-    cli::add_frames_option(app, options.frames, "FIRST-LAST or one number (default: all there are)");
-    app.add_option("--fill", options.fill,
-                   "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches")
-        ->capture_default_str();
-    app.add_option("--fill-crf", options.fill_crf,
+    cli::add_with_default(
+        app, "--stereo", options.stereo,
+        "For ordinary 360 players: top-bottom (left/'s eye above right/'s, what most of them know) or "
+        "side-by-side, one video without poses; tracks: what the client plays",
+        {"tracks", "top-bottom", "side-by-side"});
+    cli::add_frames_option(app, options.sources.frames, "FIRST-LAST or one number (default: all there are)");
+    cli::add_with_default(app, "--fill", options.fill,
+                          "Gap filling streams: auto (those that are there), none, or some of small, hidden, patches");
+    app.add_option("--fill-crf", request.fill_crf,
                    "Quality of these streams' colour, 0 to 51 (default: --crf + 12; of small --crf + 8)");
-    app.add_option(
-           "--depth", options.depth,
-           "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
-           "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless")
-        ->capture_default_str();
-    app.add_option("--depth-share", options.depth_share,
-                   "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
-                   "again: above 0, at most 1")
-        ->capture_default_str();
-    app.add_option("--depth-scale", options.depth_scale,
-                   "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "
-                   "auto: what leaves more pixels within the error bound at --depth-share (1 with --depth-crf)")
-        ->check(CLI::IsMember({"1", "2", "auto"}))
-        ->capture_default_str();
-    app.add_option("--depth-crf", options.depth_crf,
+    cli::add_with_default(
+        app, "--depth", request.depth.code,
+        "Depth beside main's colour, for clients without the scene: none, auto (code and bits from the error "
+        "bound and --depth-share), w8, w10, w12, pece444, pece420, hue or lossless");
+    cli::add_with_default(
+        app, "--depth-share", request.depth.share,
+        "Of the main stream's bits that depth may take, all its tracks together; mirrors and glass as much "
+        "again: above 0, at most 1");
+    cli::add_with_default(
+        app, "--depth-scale", options.depth_scale,
+        "1: depth of every pixel of main; 2: of the nearest of each four, for the bytes of fewer samples; "
+        "auto: what leaves more pixels within the error bound at --depth-share (1 with --depth-crf)",
+        {"1", "2", "auto"});
+    app.add_option("--depth-crf", request.depth.crf,
                    "Quality of depth, hidden layers' and mirrors' too, 0 to 51, rather than by --depth-share");
-    app.add_option("--mirrors", options.mirrors,
-                   "A track of how far away what main's mirrors and glass show is: auto (where it takes no more of the "
-                   "colour's bits than --depth-share), always or none")
-        ->check(CLI::IsMember({"auto", "always", "none"}))
-        ->capture_default_str();
-    app.add_option("--motion", options.motion,
-                   "auto: what moves by itself, by more than the error bound, with main's pictures, from the AOVs "
-                   "backward, forward and depth, so that clients can carry it on while frames are late; or none")
-        ->check(CLI::IsMember({"auto", "none"}))
-        ->capture_default_str();
+    cli::add_with_default(
+        app, "--mirrors", options.mirrors,
+        "A track of how far away what main's mirrors and glass show is: auto (where it takes no more of the "
+        "colour's bits than --depth-share), always or none",
+        {"auto", "always", "none"});
+    cli::add_with_default(
+        app, "--motion", options.motion,
+        "auto: what moves by itself, by more than the error bound, with main's pictures, from the AOVs "
+        "backward, forward and depth, so that clients can carry it on while frames are late; or none",
+        {"auto", "none"});
     cli::add_json_flag(app, options.json)
         ->description("Report as JSON on standard output (on standard error where the video goes there)");
     cli::add_progress_option(app, options.progress);

@@ -48,8 +48,20 @@ public:
 
     /// What goes with `picture`.
     void write(StreamWriter& writer, const Picture& picture, std::size_t position) {
-        for (const auto& [track, distances_m] : picture.distances_m)
-            write(writer, *track, distances_m.view(), {picture.info, position});
+        for (const auto& [track, distances_m] : picture.distances_m) {
+            Written& written = written_[std::size_t(track - plan_.tracks.data())];
+            const DepthRange range = written.ranges.of(position);
+            written.bound_rad =
+                std::max(written.bound_rad, quantisation_bound_rad(*make_depth_code(track->code), range));
+            if (!written.first)
+                written.first = range;
+            if (track->code != DepthCodeId::lossless)
+                written.clamped_pixels +=
+                    std::ranges::count_if(distances_m.samples(), [&](float r) { return r < float(range.near_m); });
+            FrameInfo info = picture.info;
+            info.depth_code = DepthCodeInfo{track->code, range, 0};
+            writer.write_depth(track->role, distances_m.view(), info);
+        }
     }
 
     void report(EncodedTrack& encoded) const {
@@ -62,24 +74,6 @@ public:
     }
 
 private:
-    struct At {
-        FrameInfo info;
-        std::size_t position = 0;
-    };
-    void write(StreamWriter& writer, const DepthTrack& track, ImageView<const float> distances_m, At at) {
-        Written& written = written_[std::size_t(&track - plan_.tracks.data())];
-        at.info.depth_code = DepthCodeInfo{track.code, written.ranges.of(at.position), 0};
-        const DepthRange& range = at.info.depth_code->range;
-        written.bound_rad = std::max(written.bound_rad, quantisation_bound_rad(*make_depth_code(track.code), range));
-        if (!written.first)
-            written.first = range;
-        if (track.code != DepthCodeId::lossless)
-            for (int y = 0; y < distances_m.height; ++y)
-                written.clamped_pixels += std::count_if(distances_m.row(y), distances_m.row(y) + distances_m.width,
-                                                        [&](float r) { return r < float(range.near_m); });
-        writer.write_depth(track.role, distances_m, at.info);
-    }
-
     struct Written {
         DepthRanges ranges;
         std::optional<DepthRange> first;
@@ -89,10 +83,6 @@ private:
     const DepthPlan& plan_;
     std::vector<Written> written_;  // as the plan's tracks
 };
-
-}  // namespace
-
-namespace {
 
 /// Streams do without the figure where it cannot be had.
 void measure_coding(ColourTrials& trials, EncodeReport& report) {

@@ -40,8 +40,7 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     Frame frame = read_exr(file, planes);
     picture.read_ms = milliseconds_since(start);
     const auto colour = frame.planes.find("colour");
-    if (colour == frame.planes.end())
-        throw InputError(expected_found(file.string(), "channels R, G and B", "none"));
+    cli::require(colour != frame.planes.end(), file.string(), "channels R, G and B", "none");
     if (finds_motion) {
         start = Clock::now();
         picture.motion = find_motion(track.folder, frame, index);
@@ -52,11 +51,9 @@ Picture read_picture(const SourceTrack& track, std::int64_t index, const ReadPla
     picture.info = frame.info;
     picture.info.index = index;  // a foreign file has its number in its name only
     start = Clock::now();
-    picture.not_finite_samples = std::count_if(colour->second.samples().begin(), colour->second.samples().end(),
-                                               [](float value) { return !std::isfinite(value); });
-    ColourCoding::Coded coded = coding(colour->second.view(), frame.info.exposure);
-    picture.rgb = std::move(coded.rgb);
-    picture.pq = std::move(coded.pq);
+    picture.not_finite_samples =
+        std::ranges::count_if(colour->second.samples(), [](float value) { return !std::isfinite(value); });
+    coding(colour->second.view(), frame.info.exposure, picture);
     picture.display_ms = milliseconds_since(start);
     return picture;
 }
@@ -102,10 +99,10 @@ std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, st
         return pictures;
     Picture& left = pictures.front();
     const Picture right = read_picture({TrackRole::main, sources.right_eye}, index, plan, coding);
-    if (right.rgb.width() != left.rgb.width() || right.rgb.height() != left.rgb.height())
-        throw InputError(expected_found((sources.right_eye / frame_file_name(index)).string(),
-                                        "the left eye's size, " + size_text(left.rgb.width(), left.rgb.height()),
-                                        size_text(right.rgb.width(), right.rgb.height())));
+    const std::string left_size = size_text(left.rgb.width(), left.rgb.height());
+    const std::string right_size = size_text(right.rgb.width(), right.rgb.height());
+    cli::require(left_size == right_size, (sources.right_eye / frame_file_name(index)).string(),
+                 "the left eye's size, " + left_size, right_size);
     left.right_info = right.info;
     left.rgb = packed_eyes(sources.packing, left.rgb.view(), right.rgb.view());
     left.not_finite_samples += right.not_finite_samples;
@@ -117,10 +114,8 @@ std::vector<Picture> read_frame(const Sources& sources, const ReadPlan& plan, st
 void check_sizes(const std::vector<Picture>& first, const Sources& sources) {
     for (std::size_t i = 0; i < first.size(); ++i) {
         const int width = first[i].width(), height = first[i].height();
-        if (width % 2 != 0 || height % 2 != 0)
-            throw InputError(expected_found(sources.tracks[i].folder.string(),
-                                            "frames of even width and height (4:2:0 video has no odd sizes)",
-                                            size_text(width, height)));
+        cli::require(width % 2 == 0 && height % 2 == 0, sources.tracks[i].folder.string(),
+                     "frames of even width and height (4:2:0 video has no odd sizes)", size_text(width, height));
     }
 }
 
@@ -144,23 +139,12 @@ void SourceRenders::check(const std::vector<Picture>& pictures) {
     check_companion(sources_.tracks[0].folder, main.info, sources_.right_eye, *main.right_info, "");
 }
 
-namespace {
-
-struct Neighbour {
-    std::int64_t step;
-    const char* plane;
-};
-constexpr Neighbour neighbours[] = {{-1, "backward"}, {1, "forward"}};
-
-}  // namespace
-
 std::vector<std::string> motion_planes(const std::filesystem::path& file) {
     const Frame frame = read_exr(file);
     std::vector<std::string> planes = {"depth", "backward", "forward"};
     for (const std::string& plane : planes)
-        if (!frame.planes.contains(plane))
-            throw InputError(expected_found(file.string(),
-                                            "plane '" + plane + "' for --motion (render --aovs depth,motion)", "none"));
+        cli::require(frame.planes.contains(plane), file.string(),
+                     "plane '" + plane + "' for --motion (render --aovs depth,motion)", "none");
     if (frame.ids.contains("object_id"))
         planes.emplace_back("object_id");
     return planes;
@@ -170,7 +154,7 @@ FoundMotion find_motion(const std::filesystem::path& folder, const Frame& frame,
     MotionPlanes planes{frame.info.camera, frame.info.camera_pose, frame.planes.at("depth").view(), {}, {}};
     if (const auto ids = frame.ids.find("object_id"); ids != frame.ids.end())
         planes.object_id = ids->second.view();
-    for (const auto& [step, name] : neighbours) {
+    for (const auto& [step, name] : {std::pair{-1, "backward"}, {1, "forward"}}) {
         const std::filesystem::path beside = folder / frame_file_name(index + step);
         if (index + step < 0 || !std::filesystem::exists(beside))
             continue;

@@ -44,40 +44,13 @@ private:
 
 // Rendered frames as pictures to be coded, and whether they belong together.
 
-/// What colours are coded for.
-class ColourCoding {
-public:
-    explicit ColourCoding(Transfer transfer) {
-        if (transfer == Transfer::pq)
-            pq_.emplace();
-        else
-            display_.emplace();
-    }
-    struct Coded {
-        ByteImage rgb;  ///< display-referred
-        FloatImage pq;  ///< where the transfer is that; `rgb` is empty then
-    };
-    Coded operator()(ImageView<const float> linear, double exposure) const {
-        Coded coded;
-        if (pq_)
-            coded.pq = pq_->encode(linear, exposure);
-        else
-            coded.rgb = quantise_8bit(display_->to_display(linear, exposure).view());
-        return coded;
-    }
-
-private:
-    std::optional<DisplayTransform> display_;
-    std::optional<PqEncoding> pq_;
-};
-
 /// One frame of one track, ready to be coded.
 struct Picture {
     TrackRole role = TrackRole::main;
     FrameInfo info;
     std::optional<FrameInfo> right_info;  ///< the other eye's, where both are in the picture
-    ByteImage rgb;
-    FloatImage pq;  ///< in its place, where that is the transfer
+    ByteImage rgb;                        ///< display-referred
+    FloatImage pq;                        ///< in its place, where that is the transfer
     int width() const { return pq.empty() ? rgb.width() : pq.width(); }
     int height() const { return pq.empty() ? rgb.height() : pq.height(); }
     void write(StreamWriter& writer, const FrameInfo& tagged) const;
@@ -88,6 +61,27 @@ struct Picture {
     double read_ms = 0;
     double display_ms = 0;
     double motion_ms = 0;
+};
+
+/// What colours are coded for.
+class ColourCoding {
+public:
+    explicit ColourCoding(Transfer transfer) {
+        if (transfer == Transfer::pq)
+            pq_.emplace();
+        else
+            display_.emplace();
+    }
+    void operator()(ImageView<const float> linear, double exposure, Picture& picture) const {
+        if (pq_)
+            picture.pq = pq_->encode(linear, exposure);
+        else
+            picture.rgb = quantise_8bit(display_->to_display(linear, exposure).view());
+    }
+
+private:
+    std::optional<DisplayTransform> display_;
+    std::optional<PqEncoding> pq_;
 };
 
 /// What is read of frames beside their colour.

@@ -29,9 +29,9 @@ std::string what_is_in(const fs::path& folder) {
 
 fs::path main_folder(const SourceRequest& request) {
     if (request.eye) {
-        if (holds_frames(request.folder / *request.eye))
-            return request.folder / *request.eye;
-        throw InputError(expected_found((request.folder / *request.eye).string(), "frame.NNNN.exr files", "none"));
+        fs::path folder = request.folder / *request.eye;
+        cli::require(holds_frames(folder), folder.string(), "frame.NNNN.exr files", "none");
+        return folder;
     }
     if (holds_frames(request.folder))
         return request.folder;
@@ -52,9 +52,8 @@ std::optional<fs::path> find_fill_folder(const SourceRequest& request, const fs:
         return given_directly || !holds_frames(folder) ? std::nullopt : std::optional(folder);
     if (std::ranges::find(request.fill.roles, role) == request.fill.roles.end())
         return std::nullopt;
-    if (!holds_frames(folder))
-        throw InputError(expected_found(
-            folder.string(), "the " + std::string(track_name(role)) + " stream's frame.NNNN.exr files", "none"));
+    cli::require(holds_frames(folder), folder.string(),
+                 "the " + std::string(track_name(role)) + " stream's frame.NNNN.exr files", "none");
     return folder;
 }
 
@@ -71,10 +70,22 @@ std::vector<std::int64_t> chosen_frames(const fs::path& folder, const std::optio
     for (const std::int64_t index : frames)
         if (index == expected)
             ++expected;
-    if (expected != last + 1)
-        throw InputError(expected_found(folder.string(), "frames " + std::to_string(first) + "-" + std::to_string(last),
-                                        "no " + frame_file_name(expected) + " (render it, or choose --frames)"));
+    cli::require(expected == last + 1, folder.string(), "frames " + std::to_string(first) + "-" + std::to_string(last),
+                 "no " + frame_file_name(expected) + " (render it, or choose --frames)");
     return frames;
+}
+
+Sources find_both_eyes(const SourceRequest& request) {
+    Sources sources;
+    sources.packing = request.packing;
+    for (const char* eye : {"left", "right"})
+        cli::require(holds_frames(request.folder / eye), (request.folder / eye).string(),
+                     "frame.NNNN.exr files of that eye (render --eye both)", "none");
+    sources.tracks.push_back({TrackRole::main, request.folder / "left"});
+    sources.right_eye = request.folder / "right";
+    sources.frames = chosen_frames(sources.tracks.front().folder, request.frames);
+    chosen_frames(sources.right_eye, cli::FrameRange{sources.frames.front(), sources.frames.back()});
+    return sources;
 }
 
 }  // namespace
@@ -88,32 +99,13 @@ FillTracks parse_fill_tracks(const std::string& list) {
     for (const std::string_view word : split_at_commas(list)) {
         const auto role =
             std::ranges::find_if(fill_roles, [&](TrackRole candidate) { return word == track_name(candidate); });
-        if (role == std::end(fill_roles))
-            throw InputError(expected_found("--fill",
-                                            "auto, none, or some of small, hidden, patches with commas between",
-                                            "'" + std::string(word) + "'"));
+        cli::require(role != std::end(fill_roles), "--fill",
+                     "auto, none, or some of small, hidden, patches with commas between",
+                     "'" + std::string(word) + "'");
         tracks.roles.push_back(*role);
     }
     return tracks;
 }
-
-namespace {
-
-Sources find_both_eyes(const SourceRequest& request) {
-    Sources sources;
-    sources.packing = request.packing;
-    for (const char* eye : {"left", "right"})
-        if (!holds_frames(request.folder / eye))
-            throw InputError(expected_found((request.folder / eye).string(),
-                                            "frame.NNNN.exr files of that eye (render --eye both)", "none"));
-    sources.tracks.push_back({TrackRole::main, request.folder / "left"});
-    sources.right_eye = request.folder / "right";
-    sources.frames = chosen_frames(sources.tracks.front().folder, request.frames);
-    chosen_frames(sources.right_eye, cli::FrameRange{sources.frames.front(), sources.frames.back()});
-    return sources;
-}
-
-}  // namespace
 
 Sources find_sources(const SourceRequest& request) {
     if (!fs::is_directory(request.folder))

@@ -1,5 +1,6 @@
 /// `equistream COMMAND ...` runs the program equistream-COMMAND beside it, as git does: one program a process, so that
 /// a renderer's libraries and the client's never meet.
+#include <equistream/error.h>
 #include <equistream/text.h>
 #include <programs/cli/commands.h>
 
@@ -17,7 +18,6 @@ namespace {
 
 using equistream::cli::Command;
 using equistream::cli::commands;
-using equistream::cli::Host;
 
 constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
@@ -39,30 +39,15 @@ void print_unknown(std::string_view word) {
 }
 
 /// The value of `--host` among render's arguments, which decides what program runs; the program reads it too.
-std::string_view host_of(const std::vector<char*>& arguments) {
+std::string host_of(const std::vector<char*>& arguments) {
     for (std::size_t i = 2; i < arguments.size(); ++i) {
         const std::string_view word = arguments[i];
         if (word == "--host" && i + 1 < arguments.size())
             return arguments[i + 1];
         if (word.starts_with("--host="))
-            return word.substr(std::strlen("--host="));
+            return std::string(word.substr(std::strlen("--host=")));
     }
-    return equistream::cli::hosts.front().name;
-}
-
-/// Null, and said why, for a host that this build does not have.
-const Host* host_there(std::string_view name, const std::filesystem::path& folder) {
-    const Host* host = equistream::cli::find_host(name);
-    std::error_code error;
-    if (host == nullptr)
-        std::fprintf(stderr, "equistream render: --host: expected %s, found '%.*s'\n",
-                     equistream::cli::host_names().c_str(), static_cast<int>(name.size()), name.data());
-    else if (!std::filesystem::exists(folder / host->program, error))
-        std::fprintf(stderr, "equistream render: --host %s: expected %s, found none; to get it: %s\n",
-                     host->name.data(), (folder / host->program).c_str(), host->how_to_get_it.data());
-    else
-        return host;
-    return nullptr;
+    return std::string(equistream::cli::hosts.front().name);
 }
 
 }  // namespace
@@ -83,14 +68,14 @@ int main(int argc, char** argv) {
         std::vector<char*> arguments(argv, argv + argc);
         std::error_code error;
         const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-        std::string_view beside = command.program;
-        if (name == "render") {
-            const Host* host = host_there(host_of(arguments), folder);
-            if (host == nullptr)
-                return exit_usage;
-            beside = host->program;
+        std::filesystem::path program = folder / command.program;
+        try {
+            if (name == "render")
+                program = equistream::cli::host_program(host_of(arguments), folder);
+        } catch (const equistream::InputError& problem) {
+            std::fprintf(stderr, "equistream render: %s\n", problem.what());
+            return exit_usage;
         }
-        const std::string program = (folder / beside).string();
         // What was typed, for the records that programs keep of their command.
         std::string typed = "equistream " + std::string(name);
         arguments.erase(arguments.begin());

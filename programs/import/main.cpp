@@ -7,7 +7,7 @@
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
-#include <charconv>
+#include <array>
 #include <cstdio>
 
 namespace {
@@ -19,43 +19,27 @@ struct Arguments {
     std::string channels, depth, backward, forward, normals, range, eye = "centre", lock = "path", progress = "auto",
                                                                     up;
     std::optional<cli::FrameRange> frames;
-    double depth_scale = 1, near = 0, miss = 0, miss_above = 1e9, forward_at = 0.5, fov_deg = 0, fps = 30;
+    double fov_deg = 0;
     bool mirrored = false, encoded = false, dry_run = false, json = false;
 };
 
-template <typename Value>
-Value one_of(const char* option, const std::string& word, const std::vector<std::pair<const char*, Value>>& known) {
-    std::string accepted;
-    for (std::size_t i = 0; i < known.size(); ++i) {
-        if (word == known[i].first)
-            return known[i].second;
-        accepted += (i == 0 ? "" : i + 1 == known.size() ? " or " : ", ") + std::string(known[i].first);
-    }
-    throw InputError(expected_found(option, accepted, "'" + word + "'"));
-}
-
 void require(bool good, const char* option, const char* expected, double found) {
-    if (!good)
-        throw InputError(expected_found(option, expected, std::to_string(found)));
+    cli::require(good, option, expected, std::to_string(found));
 }
 
 /// "-90,90,-90,90": longitudes, then latitudes, in degrees.
 LongitudeLatitudeRange parse_range(const std::string& text) {
     std::vector<double> degrees;
     for (const std::string_view word : split_at_commas(text)) {
-        double value = 0;
-        const auto end = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (end.ec != std::errc() || end.ptr != word.data() + word.size())
-            degrees.clear();
+        if (const auto value = parsed_number(word))
+            degrees.push_back(*value);
         else
-            degrees.push_back(value);
+            degrees.clear();
     }
     const bool right = degrees.size() == 4 && degrees[0] < degrees[1] && degrees[2] < degrees[3] &&
                        degrees[0] >= -360 && degrees[1] <= 360 && degrees[1] - degrees[0] <= 360 && degrees[2] >= -90 &&
                        degrees[3] <= 90;
-    if (!right)
-        throw InputError(
-            expected_found("--range", "WEST,EAST,SOUTH,NORTH in degrees, at most 360 by 180", "'" + text + "'"));
+    cli::require(right, "--range", "WEST,EAST,SOUTH,NORTH in degrees, at most 360 by 180", "'" + text + "'");
     const double unit = pi / 180;
     return {degrees[0] * unit, degrees[1] * unit, degrees[2] * unit, degrees[3] * unit};
 }
@@ -68,66 +52,48 @@ void complete(Arguments& a, const CLI::App& app) {
     if (given("--channels"))
         o.channels = parse_channels(a.channels);
     if (given("--depth"))
-        o.depth = one_of<DepthKind>(
-            "--depth", a.depth,
-            {{"radial", DepthKind::radial}, {"planar", DepthKind::planar}, {"position", DepthKind::position}});
-    if (given("--depth-scale")) {
-        require(a.depth_scale > 0 && a.depth_scale < 1e9, "--depth-scale", "metres above 0", a.depth_scale);
-        o.depth_scale_m = a.depth_scale;
-    }
-    if (given("--near")) {
-        require(a.near >= 0 && a.near < 1e9, "--near", "metres from 0", a.near);
-        o.near_plane_m = a.near;
-    }
-    if (given("--miss"))
-        o.miss_value = a.miss;
-    if (given("--miss-above"))
-        o.miss_above = a.miss_above;
+        o.depth = cli::parse_word<DepthKind>("--depth", a.depth, std::array{"radial", "planar", "position"});
+    if (const auto& scale_m = o.depth_scale_m)
+        require(*scale_m > 0 && *scale_m < 1e9, "--depth-scale", "metres above 0", *scale_m);
+    if (const auto& near_m = o.near_plane_m)
+        require(*near_m >= 0 && *near_m < 1e9, "--near", "metres from 0", *near_m);
     if (given("--backward"))
         o.backward = parse_motion(a.backward, "--backward");
     if (given("--forward"))
         o.forward = parse_motion(a.forward, "--forward");
     if (given("--normals"))
-        o.normals = one_of<NormalSpace>("--normals", a.normals,
-                                        {{"world", NormalSpace::world},
-                                         {"camera", NormalSpace::camera},
-                                         {"camera-z-forward", NormalSpace::camera_z_forward}});
+        o.normals =
+            cli::parse_word<NormalSpace>("--normals", a.normals, std::array{"world", "camera", "camera-z-forward"});
     if (given("--normals-encoded"))
         o.normals_encoded = a.encoded;
     if (given("--mirrored"))
         o.mirrored = a.mirrored;
-    if (given("--forward-at")) {
-        require(a.forward_at >= 0 && a.forward_at <= 1, "--forward-at", "a fraction of the width, 0 to 1",
-                a.forward_at);
-        o.forward_at = a.forward_at;
-    }
+    if (const auto& at = o.forward_at)
+        require(*at >= 0 && *at <= 1, "--forward-at", "a fraction of the width, 0 to 1", *at);
     if (given("--up"))
-        o.z_up = one_of<bool>("--up", a.up, {{"y", false}, {"z", true}});
-    one_of<bool>("--camera", s.camera, {{"auto", true}, {"equirect", true}, {"perspective", true}});
+        o.z_up = cli::parse_word("--up", a.up, std::array{"y", "z"}) == 1;
+    cli::parse_word("--camera", s.camera, std::array{"auto", "equirect", "perspective"});
     if (given("--range"))
         s.range = parse_range(a.range);
     if (given("--fov")) {
         require(a.fov_deg > 0.1 && a.fov_deg < 179, "--fov", "degrees above 0.1 and below 179", a.fov_deg);
         s.fov_x_rad = a.fov_deg * pi / 180;
     }
-    if (given("--fps")) {
-        require(a.fps >= 0.001 && a.fps <= 1000, "--fps", "0.001 to 1000", a.fps);
-        s.frames_per_second = a.fps;
-    }
+    if (const auto& fps = s.frames_per_second)
+        require(*fps >= 0.001 && *fps <= 1000, "--fps", "0.001 to 1000", *fps);
     require(s.info.ipd_m >= 0 && s.info.ipd_m <= max_ipd_m, "--ipd", "metres from 0 to 10", s.info.ipd_m);
     require(s.info.head_radius_m >= 0 && s.info.head_radius_m <= max_head_box_radius_m, "--lean",
             "metres from 0 to 1000", s.info.head_radius_m);
     require(s.info.exposure >= 1e-12 && s.info.exposure <= 1e12, "--exposure", "a number above 0", s.info.exposure);
-    s.info.eye = one_of<Eye>("--eye", a.eye, {{"centre", Eye::centre}, {"left", Eye::left}, {"right", Eye::right}});
-    s.info.lock = one_of<AxisLock>("--lock", a.lock, {{"path", AxisLock::path}, {"world", AxisLock::world}});
-    if (s.info.scene.size() > 255)
-        throw InputError(expected_found("--name", "at most 255 bytes", std::to_string(s.info.scene.size())));
+    s.info.eye = cli::parse_word<Eye>("--eye", a.eye, eye_names);
+    const bool locked_to_path = cli::parse_word("--lock", a.lock, std::array{"path", "world"}) == 0;
+    s.info.lock = locked_to_path ? AxisLock::path : AxisLock::world;
+    cli::require(s.info.scene.size() <= 255, "--name", "at most 255 bytes", std::to_string(s.info.scene.size()));
     if (a.frames) {
         s.first_frame = a.frames->first;
         s.last_frame = a.frames->last;
     }
-    if (s.out.empty() && !a.dry_run)
-        throw InputError(expected_found("--out", "a folder (or --dry-run)", "none"));
+    cli::require(!s.out.empty() || a.dry_run, "--out", "a folder (or --dry-run)", "none");
 }
 
 nlohmann::ordered_json as_json(const Arguments& a, const files::ImportPlan& plan) {
@@ -171,23 +137,23 @@ void run(Arguments& a, const CLI::App& app) {
 std::function<void()> set_up(CLI::App& app, const std::string& command) {
     auto a = std::make_shared<Arguments>();
     files::ImportSettings& s = a->settings;
+    files::Overrides& o = s.overrides;
     s.command = command;
-    s.info.lock = AxisLock::path;
     app.add_option("SOURCE", s.sources,
                    "Folders, files or patterns (shot.####.exr); several where each AOV has files of its own")
         ->required();
     app.add_option("--out", s.out, "Folder for centre/, left/ or right/");
     app.add_flag("--dry-run", a->dry_run, "Only say what was found and what it is taken for");
-    app.add_option("--preset", s.preset, "Whose conventions: auto, none, cycles, mitsuba, pbrt or equistream")
-        ->capture_default_str();
+    cli::add_with_default(app, "--preset", s.preset,
+                          "Whose conventions: auto, none, cycles, mitsuba, pbrt or equistream");
     app.add_option("--channels", a->channels,
                    "PLANE=LAYER or PLANE=CHANNEL+CHANNEL..., between commas; PLANE=none leaves one out");
     app.add_option("--depth", a->depth,
                    "radial (along the ray), planar (along the axis) or position (the point, camera space)");
-    app.add_option("--depth-scale", a->depth_scale, "Metres a unit of depth (default: 1)");
-    app.add_option("--near", a->near, "Metres along the axis by which depth was shortened");
-    app.add_option("--miss", a->miss, "The value that means nothing was hit");
-    app.add_option("--miss-above", a->miss_above, "This and more means nothing was hit (default: 1e9)");
+    cli::add_optional(app, "--depth-scale", o.depth_scale_m, "Metres a unit of depth (default: 1)");
+    cli::add_optional(app, "--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
+    cli::add_optional(app, "--miss", o.miss_value, "The value that means nothing was hit");
+    cli::add_optional(app, "--miss-above", o.miss_above, "This and more means nothing was hit (default: 1e9)");
     app.add_option("--backward", a->backward,
                    "Words between commas: to-previous or from-previous; pixels, normalised or ndc; y-down or y-up");
     app.add_option("--forward", a->forward, "The same with to-next or from-next");
@@ -197,21 +163,18 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
     app.add_flag("--mirrored", a->mirrored, "The sphere's longitude grows to the left");
-    app.add_option("--forward-at", a->forward_at,
-                   "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
+    cli::add_optional(app, "--forward-at", o.forward_at,
+                      "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
     app.add_option("--up", a->up, "The source's world's up: y or z");
     app.add_option("--path", s.path, "CSV of the head's poses in the source's world");
-    app.add_option("--fps", a->fps, "Frames a second (default: the files', else 30)");
-    app.add_option("--eye", a->eye, "centre, left or right, where the files do not say")->capture_default_str();
-    app.add_option("--ipd", s.info.ipd_m, "Metres between the eyes")->capture_default_str();
-    app.add_option("--lean", s.info.head_radius_m, "Radius of the head box, metres")->capture_default_str();
-    app.add_option("--lock", a->lock, "path: the sphere turns with its camera; world: it does not")
-        ->capture_default_str();
-    app.add_option("--colour-space", s.colour_space,
-                   "auto (the files' chromaticities), rec709, rec2020, acescg or aces2065-1")
-        ->capture_default_str();
-    app.add_option("--exposure", s.info.exposure, "Factor on radiance before the display transform")
-        ->capture_default_str();
+    cli::add_optional(app, "--fps", s.frames_per_second, "Frames a second (default: the files', else 30)");
+    cli::add_with_default(app, "--eye", a->eye, "centre, left or right, where the files do not say");
+    cli::add_with_default(app, "--ipd", s.info.ipd_m, "Metres between the eyes");
+    cli::add_with_default(app, "--lean", s.info.head_radius_m, "Radius of the head box, metres");
+    cli::add_with_default(app, "--lock", a->lock, "path: the sphere turns with its camera; world: it does not");
+    cli::add_with_default(app, "--colour-space", s.colour_space,
+                          "auto (the files' chromaticities), rec709, rec2020, acescg or aces2065-1");
+    cli::add_with_default(app, "--exposure", s.info.exposure, "Factor on radiance before the display transform");
     app.add_option("--name", s.info.scene, "The scene's name, for the record");
     cli::add_frames_option(app, a->frames, "FIRST-LAST or one number (default: all)");
     app.add_flag("--overwrite", s.overwrite, "Import frames again that are there; replace other frames");

@@ -6,6 +6,8 @@
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
 
+#include <programs/cli/provenance.h>
+
 #include <algorithm>
 
 namespace equistream {
@@ -31,19 +33,6 @@ Extent extent_of(const std::vector<FrameInfo>& frames) {
     return extent;
 }
 
-}  // namespace
-
-std::string shown(const std::string& text) {
-    constexpr std::size_t longest_bytes = 1 << 16;  // of a command line that a manifest records
-    return quotable(text, longest_bytes);
-}
-
-std::string bytes_text(double bytes) {
-    if (bytes < 1000)
-        return formatted("%.0f bytes", bytes);
-    return bytes < 1e6 ? formatted("%.1f kB", bytes / 1e3) : formatted("%.2f MB", bytes / 1e6);
-}
-
 std::string camera_text(const Camera& camera) {
     const std::string size = formatted("%dx%d", width_of(camera), height_of(camera));
     if (const auto* perspective = std::get_if<PerspectiveCamera>(&camera))
@@ -53,15 +42,6 @@ std::string camera_text(const Camera& camera) {
                             range.longitude_min * degrees, range.longitude_max * degrees, range.latitude_min * degrees,
                             range.latitude_max * degrees);
 }
-
-std::string pose_text(const Pose& pose) {
-    const auto& p = pose.position_m;
-    const auto& q = pose.orientation;
-    return formatted("at (%.4f, %.4f, %.4f) m, turned (w %.5f, x %.5f, y %.5f, z %.5f)", p.x, p.y, p.z, q.w, q.x, q.y,
-                     q.z);
-}
-
-namespace {
 
 nlohmann::json depth_code_json(const FrameInfo& info) {
     if (!info.depth_code)
@@ -118,6 +98,24 @@ std::string coding_loss_text(const FrameInfo& info) {
 
 }  // namespace
 
+std::string shown(const std::string& text) {
+    constexpr std::size_t longest_bytes = 1 << 16;  // of a command line that a manifest records
+    return quotable(text, longest_bytes);
+}
+
+std::string bytes_text(double bytes) {
+    if (bytes < 1000)
+        return formatted("%.0f bytes", bytes);
+    return bytes < 1e6 ? formatted("%.1f kB", bytes / 1e3) : formatted("%.2f MB", bytes / 1e6);
+}
+
+std::string pose_text(const Pose& pose) {
+    const auto& p = pose.position_m;
+    const auto& q = pose.orientation;
+    return formatted("at (%.4f, %.4f, %.4f) m, turned (w %.5f, x %.5f, y %.5f, z %.5f)", p.x, p.y, p.z, q.w, q.x, q.y,
+                     q.z);
+}
+
 nlohmann::json frame_json(const FrameInfo& info) {
     return {{"index", info.index},
             {"time_s", info.time_s},
@@ -137,7 +135,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"host", info.host},
             {"geometry_fingerprint", info.geometry_fingerprint},
             {"depth_code", depth_code_json(info)},
-            {"crf", info.crf ? nlohmann::json(*info.crf) : nlohmann::json()},
+            {"crf", cli::or_null(info.crf)},
             {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()},
             {"moving", moving_json(info.moving)}};
 }
@@ -171,6 +169,14 @@ std::string range_text(const std::vector<FrameInfo>& frames) {
     const auto [low, high] = extent_of(frames);
     return formatted("  time       %.3f to %.3f s\n  positions  x %.3f to %.3f, y %.3f to %.3f, z %.3f to %.3f m\n",
                      frames.front().time_s, frames.back().time_s, low.x, high.x, low.y, high.y, low.z, high.z);
+}
+
+std::string each_text(const std::vector<FrameInfo>& frames) {
+    std::string text;
+    for (const FrameInfo& frame : frames)
+        text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
+                pose_text(frame.camera_pose) + "\n";
+    return text;
 }
 
 nlohmann::json range_json(const std::vector<FrameInfo>& frames) {

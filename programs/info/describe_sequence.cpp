@@ -19,15 +19,18 @@ bool is_sequence(const fs::path& folder) {
     return fs::is_directory(folder) && (fs::exists(folder / "manifest.json") || !list_frames(folder).empty());
 }
 
-/// "0-4, 7, 9-12"
+/// "0-4, 7, 9-12", grown by a run.
+void add_run(std::string& text, std::int64_t first, std::int64_t last) {
+    text += (text.empty() ? "" : ", ") + std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
+}
+
 std::string runs_text(const std::vector<std::int64_t>& indices) {
     std::string text;
     for (std::size_t first = 0, last; first < indices.size(); first = last + 1) {
         last = first;
         while (last + 1 < indices.size() && indices[last + 1] == indices[last] + 1)
             ++last;
-        text += (text.empty() ? "" : ", ") + std::to_string(indices[first]) +
-                (last > first ? "-" + std::to_string(indices[last]) : "");
+        add_run(text, indices[first], indices[last]);
     }
     return text;
 }
@@ -42,26 +45,9 @@ std::uintmax_t bytes_of(const fs::path& folder, const std::vector<std::int64_t>&
 /// Gaps between the first frame and the last; as runs, because a stray file may lie far off.
 std::string gaps_text(const std::vector<std::int64_t>& indices) {
     std::string text;
-    for (std::size_t i = 1; i < indices.size(); ++i) {
-        const std::int64_t first = indices[i - 1] + 1, last = indices[i] - 1;
-        if (first <= last)
-            text +=
-                (text.empty() ? "" : ", ") + std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
-    }
-    return text;
-}
-
-std::vector<FrameInfo> read_infos(const fs::path& folder, const std::vector<std::int64_t>& indices) {
-    std::vector<FrameInfo> infos;
-    for (const std::int64_t index : indices)
-        infos.push_back(read_exr_info(folder / frame_file_name(index)));
-    return infos;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words)
-        text += (text.empty() ? "" : ", ") + word;
+    for (std::size_t i = 1; i < indices.size(); ++i)
+        if (indices[i] > indices[i - 1] + 1)
+            add_run(text, indices[i - 1] + 1, indices[i] - 1);
     return text;
 }
 
@@ -72,7 +58,7 @@ void add_manifest(const fs::path& folder, Description& description) {
         return;
     }
     const Manifest manifest = read_manifest(folder);
-    description.text += shared_text(manifest.shared) + "  planes     " + shown(joined(manifest.planes)) +
+    description.text += shared_text(manifest.shared) + "  planes     " + shown(in_a_sentence(manifest.planes, ", ")) +
                         "\n  command    " + shown(manifest.command) + "\n";
     description.json["manifest"] = {{"shared", frame_json(manifest.shared)},
                                     {"planes", manifest.planes},
@@ -81,13 +67,12 @@ void add_manifest(const fs::path& folder, Description& description) {
 }
 
 void add_each_frame(const fs::path& folder, const std::vector<std::int64_t>& indices, Description& description) {
-    const auto infos = read_infos(folder, indices);
-    description.text += range_text(infos);
-    for (const FrameInfo& info : infos) {
-        description.text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(info.index), info.time_s) +
-                            pose_text(info.camera_pose) + "\n";
-        description.json["frames"].push_back(frame_json(info));
+    std::vector<FrameInfo> infos;
+    for (const std::int64_t index : indices) {
+        infos.push_back(read_exr_info(folder / frame_file_name(index)));
+        description.json["frames"].push_back(frame_json(infos.back()));
     }
+    description.text += range_text(infos) + each_text(infos);
 }
 
 Description describe_sequence(const fs::path& folder, const DescribeOptions& options) {
@@ -107,6 +92,18 @@ Description describe_sequence(const fs::path& folder, const DescribeOptions& opt
     if (options.each_frame)
         add_each_frame(folder, indices, description);
     return description;
+}
+
+void write_frame_pictures(const fs::path& file, const fs::path& folder, const DisplayTransform& display) {
+    const Frame frame = read_exr(file);
+    const auto write = [&](const std::string& plane) {
+        const fs::path name = file.stem().string() + "." + plane + ".png";
+        write_picture(folder / name, picture_of_plane(frame, plane, display).view());
+    };
+    for (const auto& [plane, image] : frame.planes)
+        write(plane);
+    for (const auto& [plane, image] : frame.ids)
+        write(plane);
 }
 
 }  // namespace
@@ -140,28 +137,7 @@ Description describe_folder(const fs::path& folder, const DescribeOptions& optio
     return all;
 }
 
-namespace fs = std::filesystem;
-
-namespace {
-
-int write_frame_pictures(const fs::path& file, const fs::path& folder, const DisplayTransform& display) {
-    const Frame frame = read_exr(file);
-    int count = 0;
-    const auto write = [&](const std::string& plane) {
-        const fs::path name = file.stem().string() + "." + plane + ".png";
-        write_picture(folder / name, picture_of_plane(frame, plane, display).view());
-        ++count;
-    };
-    for (const auto& [plane, image] : frame.planes)
-        write(plane);
-    for (const auto& [plane, image] : frame.ids)
-        write(plane);
-    return count;
-}
-
-}  // namespace
-
-int write_pictures(const fs::path& source, const fs::path& folder) {
+void write_pictures(const fs::path& source, const fs::path& folder) {
     const DisplayTransform display;
     if (!fs::is_directory(source)) {
         if (!is_exr(source))
@@ -170,15 +146,13 @@ int write_pictures(const fs::path& source, const fs::path& folder) {
         require_writable_folder(folder);
         return write_frame_pictures(source, folder, display);
     }
-    int count = 0;
     for (const fs::path& sequence : sequences_in(source)) {
         // The pictures of a render lie as its frames do.
         const fs::path target = sequence == source ? folder : folder / sequence.filename();
         require_writable_folder(target);
         for (const std::int64_t index : list_frames(sequence))
-            count += write_frame_pictures(sequence / frame_file_name(index), target, display);
+            write_frame_pictures(sequence / frame_file_name(index), target, display);
     }
-    return count;
 }
 
 }  // namespace equistream

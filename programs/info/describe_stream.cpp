@@ -79,11 +79,7 @@ std::string track_text(const StreamTrackSummary& track, const std::vector<FrameI
     text += formatted("  frames     %lld to %lld, each with its pose in the coded picture\n",
                       static_cast<long long>(frames.front().index), static_cast<long long>(frames.back().index));
     text += range_text(frames) + shared_text(frames.front()) + moving_text(frames);
-    if (each_frame)
-        for (const FrameInfo& frame : frames)
-            text += formatted("  frame %-5lld %.4f s  ", static_cast<long long>(frame.index), frame.time_s) +
-                    pose_text(frame.camera_pose) + "\n";
-    return text;
+    return each_frame ? text + each_text(frames) : text;
 }
 
 nlohmann::json track_json(const StreamTrackSummary& track, const std::vector<FrameInfo>& frames, bool each_frame) {

@@ -1,12 +1,14 @@
 /// `equistream model`: a scene's geometry as its client needs it.
-#include "figures.h"
-
+#include <client/model/client_model.h>
 #include <equistream/bound.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
 #include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
+
+#include <nlohmann/json.hpp>
 
 #include <unistd.h>
 
@@ -16,99 +18,164 @@ namespace {
 
 using namespace equistream;
 
+/// A model as coarse as this was as good as all geometry in five scenes (docs/decisions/0016).
+constexpr double default_model_error_px = 4;
+
 struct Arguments {
-    model::Request request;
-    std::string progress = "auto";
+    std::string command, progress = "auto";
+    std::filesystem::path scene, out;
+    double error_px = default_model_error_px;
+    double focal_px = default_focal_length_px;
+    double share = default_budget_share;
+    ClientModelOptions options;  ///< all but what comes of the figures above
     bool json = false;
 };
 
 void require(bool good, const char* option, const char* expected, double found) {
-    if (!good)
-        throw InputError(expected_found(option, expected, formatted("%g", found)));
+    cli::require(good, option, expected, formatted("%g", found));
 }
 
 /// Before minutes of work, not after.
 void require_writable(const std::filesystem::path& file) {
-    if (file.extension() != ".json")
-        throw InputError(
-            expected_found("--out", "a file NAME.json (the geometry goes beside it, NAME.glb)", file.string()));
-    if (!is_utf8(file.filename().string()))
-        throw InputError(expected_found("--out " + file.string(), "a name in UTF-8, as its JSON needs", "other bytes"));
+    cli::require(file.extension() == ".json", "--out", "a file NAME.json (the geometry goes beside it, NAME.glb)",
+                 file.string());
+    cli::require(is_utf8(file.filename().string()), "--out " + file.string(), "a name in UTF-8, as its JSON needs",
+                 "other bytes");
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
-    if (!std::filesystem::is_directory(folder, error) || access(folder.c_str(), W_OK | X_OK) != 0)
-        throw InputError(expected_found("--out " + file.string(), "a folder that can be written to", folder.string()));
+    cli::require(std::filesystem::is_directory(folder, error) && access(folder.c_str(), W_OK | X_OK) == 0,
+                 "--out " + file.string(), "a folder that can be written to", folder.string());
 }
 
-ClientModelOptions complete(const Arguments& arguments) {
-    const model::Request& r = arguments.request;
+ClientModelOptions complete(const Arguments& r) {
+    ClientModelOptions options = r.options;
     require(r.error_px > 0 && r.error_px <= 100, "--error-px", "pixels above 0 and up to 100", r.error_px);
     require(r.focal_px >= 1 && r.focal_px <= 1e6, "--focal", "pixels from 1 to 1e6", r.focal_px);
     require(r.share > 0 && r.share <= 1, "--share", "a part above 0 and up to 1", r.share);
-    require(r.quantile > 0 && r.quantile < 1, "--quantile", "a part above 0 and below 1", r.quantile);
-    require(r.check_rays >= 10000 && r.check_rays <= (std::int64_t{1} << 30), "--rays", "10000 to 2^30",
-            double(r.check_rays));
-    require(r.visibility_rays >= 10000 && r.visibility_rays <= (std::int64_t{1} << 36), "--visibility-rays",
-            "10000 to 2^36", double(r.visibility_rays));
-    require(r.rounds >= 1 && r.rounds <= 100, "--rounds", "1 to 100", r.rounds);
-    require(r.ipd_m >= 0 && r.ipd_m <= 1, "--ipd", "metres from 0 to 1", r.ipd_m);
+    require(options.kept_quantile > 0 && options.kept_quantile < 1, "--quantile", "a part above 0 and below 1",
+            options.kept_quantile);
+    require(options.check_rays >= 10000 && options.check_rays <= (std::int64_t{1} << 30), "--rays", "10000 to 2^30",
+            double(options.check_rays));
+    require(options.visibility_rays >= 10000 && options.visibility_rays <= (std::int64_t{1} << 36), "--visibility-rays",
+            "10000 to 2^36", double(options.visibility_rays));
+    require(options.rounds >= 1 && options.rounds <= 100, "--rounds", "1 to 100", options.rounds);
+    require(options.ipd_m >= 0 && options.ipd_m <= 1, "--ipd", "metres from 0 to 1", options.ipd_m);
     require_writable(r.out);
-    ClientModelOptions options;
     options.silhouette_rad = r.error_px / r.focal_px;
     options.error_rad = options.silhouette_rad * r.share;
-    options.ipd_m = r.ipd_m;
-    options.visibility_rays = r.visibility_rays;
-    options.check_rays = r.check_rays;
-    options.kept_quantile = r.quantile;
-    options.rounds = r.rounds;
-    options.seed = r.seed;
     return options;
 }
 
-void run(const Arguments& arguments) {
-    const ClientModelOptions options = complete(arguments);
-    const model::Request& request = arguments.request;
+/// Of the geometry beside the description.
+std::uintmax_t bytes_beside(std::filesystem::path description) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(description.replace_extension(".glb"), error);
+    return error ? 0 : bytes;
+}
+
+nlohmann::ordered_json quantiles(const std::array<double, 4>& rad, double focal_px) {
+    return {{"p50", rad[0] * focal_px},
+            {"p99", rad[1] * focal_px},
+            {"p99.9", rad[2] * focal_px},
+            {"p99.99", rad[3] * focal_px}};
+}
+
+/// `seconds`: loading and writing included.
+std::string json_of(const Arguments& request, const ClientModelFigures& of_model, double seconds) {
+    const RayCheck& c = of_model.check;
+    nlohmann::ordered_json json = cli::provenance(request.command);
+    json["scene"] = request.scene.string();
+    json["model"] = request.out.string();
+    json["error_px"] = request.error_px;
+    json["share"] = request.share;
+    json["focal_px"] = request.focal_px;
+    json["seed"] = request.options.seed;
+    json["box_radius_m"] = of_model.box_radius_m;
+    json["triangles"] = {{"before", of_model.triangles_before},
+                         {"seen", of_model.triangles_seen},
+                         {"after", of_model.triangles_after},
+                         {"unique_before", of_model.unique_before},
+                         {"unique_after", of_model.unique_after}};
+    json["bytes"] = bytes_beside(request.out);
+    json["seconds"] = {{"all", seconds},
+                       {"visibility", of_model.visibility_s},
+                       {"simplify", of_model.simplify_s},
+                       {"check", of_model.check_s}};
+    json["rounds"] = of_model.rounds;
+    json["check"] = {{"rays", c.rays},
+                     {"kept", c.kept()},
+                     {"within", c.within},
+                     {"at_edges", c.at_edges},
+                     {"failing", c.failing},
+                     {"displacement_px", quantiles(c.displacement_rad, request.focal_px)},
+                     {"edge_shift_px", quantiles(c.edge_shift_rad, request.focal_px)}};
+    return json_text(json, 2) + "\n";
+}
+
+std::string text_of(const Arguments& request, const ClientModelFigures& of_model, double seconds) {
+    const RayCheck& c = of_model.check;
+    const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+    const double f = request.focal_px;
+    std::string out = formatted("%s: %llu of %llu triangles (%.1f %%), %.2f MB\n", request.out.string().c_str(),
+                                number(of_model.triangles_after), number(of_model.triangles_before),
+                                100 * double(of_model.triangles_after) / double(of_model.triangles_before),
+                                1e-6 * double(bytes_beside(request.out)));
+    out += formatted("to be seen from the path: %llu\n", number(of_model.triangles_seen));
+    out += formatted(
+        "rays checked: %lld in the last of %d rounds; %.4f %% keep the bound of %g px, %.4f %% more at edges\n",
+        static_cast<long long>(c.rays), of_model.rounds, 100 * double(c.within) / double(c.rays),
+        request.error_px * request.share, 100 * double(c.at_edges) / double(c.rays));
+    out += formatted("displacement, px: %.4f (median), %.4f (99 %%), %.4f (99.9 %%), %.4f (99.99 %%)\n",
+                     f * c.displacement_rad[0], f * c.displacement_rad[1], f * c.displacement_rad[2],
+                     f * c.displacement_rad[3]);
+    out += formatted("shift of edges, px: at most %.3f (median of those rays), %.3f (99 %%)\n", f * c.edge_shift_rad[0],
+                     f * c.edge_shift_rad[1]);
+    out += formatted("seconds: %.1f (visibility %.1f, simplifying %.1f, checking %.1f)\n", seconds,
+                     of_model.visibility_s, of_model.simplify_s, of_model.check_s);
+    return out;
+}
+
+void run(const Arguments& request) {
+    const ClientModelOptions options = complete(request);
     const auto start = Clock::now();
     const SceneDescription scene = load_scene(request.scene);
-    if (!scene.stands_for.empty())
-        throw InputError(expected_found(request.scene.string(), "a scene", "a client's model of one"));
+    cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream model: %s\n", note.c_str());
     ClientModel built;
     {
-        cli::Progress progress("building", 2 + 2 * request.rounds, cli::parse_progress(arguments.progress));
+        cli::Progress progress("building", 2 + 2 * options.rounds, cli::parse_progress(request.progress));
         double steps = 0;
         built = build_client_model(geometry, scene, options,
                                    [&](const std::string& step) { progress.step(++steps, step); });
     }
     if (!built.figures.holds)
-        throw WorkError(expected_found(
-            request.scene.string(),
-            formatted("%g of all rays to keep the bound after %d rounds (--rounds)", request.quantile, request.rounds),
-            formatted("%.6f", built.figures.check.kept())));
+        throw WorkError(expected_found(request.scene.string(),
+                                       formatted("%g of all rays to keep the bound after %d rounds (--rounds)",
+                                                 options.kept_quantile, options.rounds),
+                                       formatted("%.6f", built.figures.check.kept())));
     write_client_model(request.out, built, scene);
-    const model::Figures figures{request, built.figures, seconds_since(start)};
-    std::fputs(arguments.json ? figures.json().c_str() : figures.text().c_str(), stdout);
+    const auto report = request.json ? json_of : text_of;
+    std::fputs(report(request, built.figures, seconds_since(start)).c_str(), stdout);
 }
 
 std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
-    model::Request& r = arguments->request;
+    Arguments& r = *arguments;
     app.add_option("SCENE", r.scene, "Scene description (JSON)")->required();
     app.add_option("--out", r.out, "Description to write, NAME.json; NAME.glb is written beside it")->required();
-    app.add_option("--error-px", r.error_px,
-                   "Whole error budget, in pixels at the centre of a view; edges may shift by it")
-        ->capture_default_str();
-    app.add_option("--focal", r.focal_px, "That view's focal length, in pixels")->capture_default_str();
-    app.add_option("--share", r.share, "Geometry's part of the budget")->capture_default_str();
-    app.add_option("--ipd", r.ipd_m, "Distance between the eyes, in metres")->capture_default_str();
-    app.add_option("--visibility-rays", r.visibility_rays, "Rays to find out what can be seen")->capture_default_str();
-    app.add_option("--rays", r.check_rays, "Rays in each round of checking")->capture_default_str();
-    app.add_option("--quantile", r.quantile, "Part of the rays that must keep the bound")->capture_default_str();
-    app.add_option("--rounds", r.rounds, "Rounds of checking and restoring, at most")->capture_default_str();
-    cli::add_seed_option(app, r.seed, "Of all random rays");
-    cli::add_json_flag(app, arguments->json);
-    cli::add_progress_option(app, arguments->progress);
+    cli::add_with_default(app, "--error-px", r.error_px,
+                          "Whole error budget, in pixels at the centre of a view; edges may shift by it");
+    cli::add_with_default(app, "--focal", r.focal_px, "That view's focal length, in pixels");
+    cli::add_with_default(app, "--share", r.share, "Geometry's part of the budget");
+    cli::add_with_default(app, "--ipd", r.options.ipd_m, "Distance between the eyes, in metres");
+    cli::add_with_default(app, "--visibility-rays", r.options.visibility_rays, "Rays to find out what can be seen");
+    cli::add_with_default(app, "--rays", r.options.check_rays, "Rays in each round of checking");
+    cli::add_with_default(app, "--quantile", r.options.kept_quantile, "Part of the rays that must keep the bound");
+    cli::add_with_default(app, "--rounds", r.options.rounds, "Rounds of checking and restoring, at most");
+    cli::add_seed_option(app, r.options.seed, "Of all random rays");
+    cli::add_json_flag(app, r.json);
+    cli::add_progress_option(app, r.progress);
     return [arguments] { run(*arguments); };
 }
 
@@ -116,7 +183,7 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
 
 int main(int argc, char** argv) {
     auto arguments = std::make_shared<Arguments>();
-    arguments->request.command = cli::quoted_command(argc, argv);
+    arguments->command = cli::quoted_command(argc, argv);
     return cli::run_program(
         argc, argv,
         {"model",

@@ -23,19 +23,10 @@ struct Arguments {
     std::string model, size, progress = "auto", format = "png", layout = "files", anaglyph, mirrors = "images",
                              rechoose = "on";
     std::optional<cli::FrameRange> frames;
-    double fov_deg = 0, ipd_m = 0, refresh_hz = 90;
+    double refresh_hz = 90;
 };
 
-template <typename Value>
-void require(bool good, const char* option, const char* expected, const Value& found) {
-    if (!good)
-        throw InputError(expected_found(option, expected, found));
-}
-
-bool parse_switch(const char* option, const std::string& text) {
-    require(text == "on" || text == "off", option, "on or off", "'" + text + "'");
-    return text == "on";
-}
+using cli::require;
 
 /// An option of earlier versions, which help does not list: it is taken with its value, and says that it does nothing.
 void add_gone_option(CLI::App& app, const std::string& name, const std::string& instead) {
@@ -46,15 +37,6 @@ void add_gone_option(CLI::App& app, const std::string& name, const std::string& 
                                                           name.c_str(), instead.c_str());
                                          })
         ->group("");
-}
-
-play::Format parse_format(const std::string& text) {
-    if (text == "png")
-        return play::Format::png;
-    if (text == "exr")
-        return play::Format::exr;
-    require(text == "mp4", "--format", "png, exr or mp4", "'" + text + "'");
-    return play::Format::mp4;
 }
 
 /// Names of today for those of earlier versions.
@@ -70,15 +52,11 @@ void use_current_names(play::Settings& settings, const CLI::App& app) {
 void choose_layout(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     const std::string& layout = arguments.layout;
-    require(layout == "files" || layout == "sbs" || layout == "anaglyph", "--layout", "files, sbs or anaglyph",
-            "'" + layout + "'");
-    if (layout == "anaglyph")
+    settings.layout = cli::parse_word<play::Layout>("--layout", layout, play::layout_names);
+    if (settings.layout == play::Layout::anaglyph)
         settings.anaglyph = &(app.count("--anaglyph") > 0 ? find_anaglyph(arguments.anaglyph) : anaglyphs().front());
     else
         require(app.count("--anaglyph") == 0, "--anaglyph", "--layout anaglyph beside it", layout);
-    settings.layout = layout == "files" ? play::Layout::files
-                      : layout == "sbs" ? play::Layout::side_by_side
-                                        : play::Layout::anaglyph;
     require(settings.layout == play::Layout::files || settings.format != play::Format::exr, "--layout",
             "files for --format exr, which keeps each eye's camera", layout);
 }
@@ -94,17 +72,15 @@ void choose_video(Arguments& arguments, const CLI::App& app) {
     if (std::ranges::find(video_extensions, out.extension()) == video_extensions.end())
         return;
     const std::string option = "--out " + out.string();
-    require(!std::filesystem::is_directory(out), option.c_str(), "the name of a video", "a folder of this name");
+    require(!std::filesystem::is_directory(out), option, "the name of a video", "a folder of this name");
     settings.out_is_video = true;
     if (app.count("--layout") == 0)
         arguments.layout = app.count("--anaglyph") > 0 ? "anaglyph" : "sbs";
-    require(arguments.layout != "files", option.c_str(), "--layout sbs or anaglyph, both eyes in one video",
-            "--layout files");
+    require(arguments.layout != "files", option, "--layout sbs or anaglyph, both eyes in one video", "--layout files");
     if (app.count("--format") == 0)
         arguments.format = "mp4";
-    require(arguments.format == "mp4", option.c_str(), "--format mp4, or the name of a folder",
-            "--format " + arguments.format);
-    require(!settings.reliability, option.c_str(), "the name of a folder for --reliability", "the name of a video");
+    require(arguments.format == "mp4", option, "--format mp4, or the name of a folder", "--format " + arguments.format);
+    require(!settings.reliability, option, "the name of a folder for --reliability", "the name of a video");
 }
 
 constexpr double longest_extrapolation_s = 1;
@@ -126,21 +102,18 @@ void choose_refreshes(Arguments& arguments, const CLI::App& app) {
 void complete(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     choose_video(arguments, app);
-    settings.format = parse_format(arguments.format);
+    settings.format = cli::parse_word<play::Format>("--format", arguments.format, play::format_names);
     settings.progress = cli::parse_progress(arguments.progress);
     choose_layout(arguments, app);
     choose_refreshes(arguments, app);
     use_current_names(settings, app);
     const bool by_budget = settings.method == "auto";
-    if (by_budget)
-        require(settings.budget_ms > 0 && settings.budget_ms <= 1e6, "--budget-ms",
-                "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
-    else
-        require(app.count("--budget-ms") == 0, "--budget-ms", "--method auto beside it",
+    for (const char* option : {"--budget-ms", "--rechoose"})
+        require(by_budget || app.count(option) == 0, option, "--method auto beside it",
                 settings.method.empty() ? "none" : settings.method);
-    require(by_budget || app.count("--rechoose") == 0, "--rechoose", "--method auto beside it",
-            settings.method.empty() ? "none" : settings.method);
-    settings.rechoose = parse_switch("--rechoose", arguments.rechoose);
+    require(!by_budget || (settings.budget_ms > 0 && settings.budget_ms <= 1e6), "--budget-ms",
+            "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
+    settings.rechoose = cli::parse_word("--rechoose", arguments.rechoose, std::array{"on", "off"}) == 0;
     parse_fills(settings.fill);
     settings.hdr_display = arguments.hdr.display();
     require(settings.format != play::Format::exr || !settings.hdr_display, "--format exr",
@@ -153,16 +126,10 @@ void complete(Arguments& arguments, const CLI::App& app) {
         settings.size = cli::parse_size(arguments.size);
     if (arguments.frames)
         settings.frames = *arguments.frames;
-    if (app.count("--fov") > 0) {
-        require(arguments.fov_deg > 0 && arguments.fov_deg < 179, "--fov", "degrees above 0 and below 179",
-                std::to_string(arguments.fov_deg));
-        settings.fov_deg = arguments.fov_deg;
-    }
-    if (app.count("--ipd") > 0) {
-        require(arguments.ipd_m >= 0 && arguments.ipd_m <= 1, "--ipd", "metres from 0 to 1",
-                std::to_string(arguments.ipd_m));
-        settings.ipd_m = arguments.ipd_m;
-    }
+    if (const auto& deg = settings.fov_deg)
+        require(*deg > 0 && *deg < 179, "--fov", "degrees above 0 and below 179", std::to_string(*deg));
+    if (const auto& ipd_m = settings.ipd_m)
+        require(*ipd_m >= 0 && *ipd_m <= 1, "--ipd", "metres from 0 to 1", std::to_string(*ipd_m));
     require(settings.repeat >= 1 && settings.repeat <= 10000, "--repeat", "1 to 10000",
             std::to_string(settings.repeat));
 }
@@ -199,47 +166,43 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
         "--budget-ms", settings.budget_ms,
         "For --method auto: milliseconds a frame, both eyes, from decoding to filling; the most accurate way "
         "that fits on this machine is found on one of the first frames");
-    app.add_option("--rechoose", arguments->rechoose,
-                   "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
-                   "again where there is room; off: the first choice stays")
-        ->capture_default_str();
+    cli::add_with_default(
+        app, "--rechoose", arguments->rechoose,
+        "For --method auto: on: a cheaper way is taken while frames run over the time, a more accurate one "
+        "again where there is room; off: the first choice stays");
     app.add_option("--depth", settings.depth,
                    described(depth_stages()) + "; default: ray with a scene, else what came, else none");
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
-    app.add_option("--fov", arguments->fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
-    app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: as tagged");
-    app.add_option("--fill", settings.fill,
-                   "Passes in order, of " + described(fill_stages()) +
-                       "; those with nothing to fill from are passed over; or none")
-        ->capture_default_str();
-    app.add_option(
-           "--mirrors", arguments->mirrors,
-           "Mirrors and glass whose picture moves otherwise than their surface, where the source tells of them: "
-           "images (looked up where their image lies), gaps (opened, for --fill) or surface (shown as if "
-           "painted on it)")
-        ->capture_default_str();
+    cli::add_optional(app, "--fov", settings.fov_deg,
+                      "Horizontal, degrees; default: a perspective source's own, else 90");
+    cli::add_optional(app, "--ipd", settings.ipd_m, "Metres between the eyes; default: as tagged");
+    cli::add_with_default(app, "--fill", settings.fill,
+                          "Passes in order, of " + described(fill_stages()) +
+                              "; those with nothing to fill from are passed over; or none");
+    cli::add_with_default(
+        app, "--mirrors", arguments->mirrors,
+        "Mirrors and glass whose picture moves otherwise than their surface, where the source tells of them: "
+        "images (looked up where their image lies), gaps (opened, for --fill) or surface (shown as if "
+        "painted on it)");
     app.add_flag("--reliability", settings.reliability,
                  "Write how far each pixel can be trusted: reliability/left and right, 255 times a probability");
     arguments->hdr.add_to(app);
-    app.add_option("--layout", arguments->layout,
-                   "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses")
-        ->capture_default_str();
+    cli::add_with_default(app, "--layout", arguments->layout,
+                          "files: left and right; sbs: both eyes side by side; anaglyph: for red and cyan glasses");
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    app.add_option("--format", arguments->format, "png, exr (linear, scene-referred) or mp4")->capture_default_str();
+    cli::add_with_default(app, "--format", arguments->format, "png, exr (linear, scene-referred) or mp4");
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number; default: all");
-    app.add_option("--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame")
-        ->capture_default_str();
+    cli::add_with_default(app, "--repeat", settings.repeat, "Time depth, reprojection and fill this often a frame");
     app.add_option(
         "--refresh", arguments->refresh_hz,
         "Write what is seen at each refresh of a display of so many Hz, of the frames that have come by then "
         "and of where --head is foretold to be; default: 90 with --network, else one picture a frame");
     app.add_option("--network", settings.network, "How late frames come, KEY=VALUE,...\n" + network_help());
-    app.add_option(
-           "--carry", settings.extrapolation_limit_s,
-           "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
-           "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it")
-        ->capture_default_str();
+    cli::add_with_default(
+        app, "--carry", settings.extrapolation_limit_s,
+        "With --refresh, where the stream says what moves: seconds by which that is carried on beyond what the "
+        "clock of the frames shows, so that it is where it is by now; 0: it stays where frames show it");
     cli::add_json_flag(app, settings.json);
     cli::add_progress_option(app, arguments->progress);
     app.add_option("--out", settings.out,

@@ -77,7 +77,7 @@ public:
     explicit Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
         if (!is_video_)
             prepare_folder(settings);
-        eyes_ = make_eyes_writer(settings);
+        eyes_.emplace(settings);
     }
 
     void write(const PlayedFrame& frame) {
@@ -86,11 +86,11 @@ public:
         if (is_video_)
             return;
         const std::string name = frame_file_name(frame.left.info.index, "png");
-        write_picture(out_ / "gaps" / "left" / name, frame.left.gaps.view());
-        write_picture(out_ / "gaps" / "right" / name, frame.right.gaps.view());
-        for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}})
+        for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}}) {
+            write_picture(out_ / "gaps" / eye / name, played->gaps.view());
             if (!played->picture.reliability.empty())
                 write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
+        }
     }
     void finish() { eyes_->finish(); }
     /// Beside the views; one video has none.
@@ -106,17 +106,17 @@ private:
         require_writable_folder(out);
         lock_.emplace(out);
         clear_views(settings);
-        require_writable_folder(out / "gaps" / "left");
-        require_writable_folder(out / "gaps" / "right");
-        if (settings.reliability)
-            for (const char* eye : {"left", "right"})
+        for (const char* eye : {"left", "right"}) {
+            require_writable_folder(out / "gaps" / eye);
+            if (settings.reliability)
                 require_writable_folder(out / "reliability" / eye);
+        }
     }
 
     fs::path out_;
     bool is_video_;
     std::optional<FolderLock> lock_;  // two runs would leave a mixture
-    std::unique_ptr<EyesWriter> eyes_;
+    std::optional<EyesWriter> eyes_;
 };
 
 /// The way that uses most of all that there may be, as far as the settings tell before the source is opened.

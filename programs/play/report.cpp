@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace equistream::play {
 
@@ -27,10 +28,7 @@ std::vector<double> sorted_samples(const std::vector<FrameFigures>& frames, std:
 }
 
 double mean(const std::vector<double>& samples) {
-    double sum = 0;
-    for (const double sample : samples)
-        sum += sample;
-    return samples.empty() ? 0 : sum / double(samples.size());
+    return samples.empty() ? 0 : std::accumulate(samples.begin(), samples.end(), 0.0) / double(samples.size());
 }
 
 Json summary(const std::vector<FrameFigures>& frames) {
@@ -128,17 +126,9 @@ Json changes_json(const std::vector<Change>& changes) {
                         {"from", plan_json(change.from)},
                         {"to", plan_json(change.to)},
                         {"median_ms", change.median_ms},
-                        {"expected_ms", change.expected_ms ? Json(*change.expected_ms) : Json()},
+                        {"expected_ms", cli::or_null(change.expected_ms)},
                         {"line", change.line()}});
     return json;
-}
-
-const char* format_name(Format format) {
-    return format == Format::png ? "png" : format == Format::exr ? "exr" : "mp4";
-}
-
-const char* layout_name(Layout layout) {
-    return layout == Layout::files ? "files" : layout == Layout::side_by_side ? "sbs" : "anaglyph";
 }
 
 }  // namespace
@@ -150,13 +140,13 @@ Json settings_json(const Settings& settings) {
     json["depth"] = settings.depth;
     json["mirrors"] = mirror_treatment_names()[std::size_t(settings.mirrors)];
     json["size"] = settings.size ? Json({settings.size->width, settings.size->height}) : Json();
-    json["fov_deg"] = settings.fov_deg ? Json(*settings.fov_deg) : Json();
-    json["ipd_m"] = settings.ipd_m ? Json(*settings.ipd_m) : Json();
-    json["refresh_hz"] = settings.refresh_hz ? Json(*settings.refresh_hz) : Json();
+    json["fov_deg"] = cli::or_null(settings.fov_deg);
+    json["ipd_m"] = cli::or_null(settings.ipd_m);
+    json["refresh_hz"] = cli::or_null(settings.refresh_hz);
     json["network"] = settings.network;
     json["carry_s"] = settings.extrapolation_limit_s;
-    json["format"] = format_name(settings.format);
-    json["layout"] = layout_name(settings.layout);
+    json["format"] = format_names[std::size_t(settings.format)];
+    json["layout"] = layout_names[std::size_t(settings.layout)];
     return json;
 }
 

@@ -9,6 +9,7 @@
 #include <programs/cli/program.h>
 #include <scenes/library/scene.h>
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -18,7 +19,9 @@
 namespace equistream::play {
 
 enum class Format { png, exr, mp4 };
+inline constexpr std::array format_names = {"png", "exr", "mp4"};
 enum class Layout { files, side_by_side, anaglyph };
+inline constexpr std::array layout_names = {"files", "sbs", "anaglyph"};
 
 struct Settings {
     std::string command;

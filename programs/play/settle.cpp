@@ -12,12 +12,8 @@ namespace equistream::play {
 namespace {
 
 /// Passes look points up by depth that is cast where none came.
-const TrackRoles depth_roles = [] {
-    TrackRoles roles;
-    for (const TrackRole role : {TrackRole::hidden_depth, TrackRole::patches_depth})
-        roles.set(std::size_t(role));
-    return roles;
-}();
+const TrackRoles depth_roles =
+    TrackRoles().set(std::size_t(TrackRole::hidden_depth)).set(std::size_t(TrackRole::patches_depth));
 
 /// What of a source came with a frame.
 TrackRoles roles_of(const ReceivedFrame& frame) {

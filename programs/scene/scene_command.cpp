@@ -1,12 +1,14 @@
 /// equistream scene: generate NAME --out DIR, info SCENE, placements SCENE, convert SCENE OUT.
-#include "convert_command.h"
 #include "summary.h"
 
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <programs/cli/program.h>
 #include <scenes/generate/generate.h>
+#include <scenes/mitsuba/convert.h>
 #include <scenes/mitsuba/old_scene.h>
+
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
 
@@ -24,6 +26,14 @@ struct GenerateArguments {
 struct InfoArguments {
     std::string scene;
     bool json = false;
+};
+
+struct ConvertArguments {
+    std::string scene, out;
+    std::string camera = "perspective";
+    std::string size;
+    bool json = false;
+    MitsubaSettings settings;
 };
 
 void print(const std::string& text) {
@@ -83,6 +93,72 @@ void placements(const std::string& scene) {
     print(placements_json(load_model(load_scene(scene))));
 }
 
+void print_json(const MitsubaReport& report, const std::vector<std::string>& notes) {
+    nlohmann::ordered_json json;
+    json["triangles"] = report.triangles;
+    json["shapes"] = report.shapes;
+    json["instances"] = report.instances;
+    json["groups"] = report.groups;
+    json["images"] = report.images;
+    json["bytes"] = report.bytes;
+    json["notes"] = notes;
+    print(json_text(json, 2) + "\n");
+}
+
+void convert(const ConvertArguments& arguments) {
+    MitsubaSettings settings = arguments.settings;
+    settings.camera = arguments.camera == "equirect" ? MitsubaCamera::equirect : MitsubaCamera::perspective;
+    if (!arguments.size.empty()) {
+        const cli::Size size = cli::parse_size(arguments.size);
+        settings.width = size.width;
+        settings.height = size.height;
+    }
+    const std::filesystem::path out = arguments.out;
+    cli::require(out.extension() == ".xml", arguments.out, "a name that ends in .xml",
+                 "'" + out.extension().string() + "'");
+    const SceneDescription scene = load_scene(arguments.scene);
+    const SceneModel model = load_model(scene);
+    const MitsubaReport report = write_mitsuba_scene(model, scene, out, settings);
+    std::vector<std::string> notes = model.notes;
+    notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+    if (arguments.json)
+        return print_json(report, notes);
+    for (const std::string& note : notes)
+        std::fprintf(stderr, "note: %s\n", note.c_str());
+    std::printf("%s: %llu triangles, %zu shapes, %zu instances of %zu groups, %zu images, %.1f MB\n",
+                out.string().c_str(), static_cast<unsigned long long>(report.triangles), report.shapes,
+                report.instances, report.groups, report.images, 1e-6 * static_cast<double>(report.bytes));
+}
+
+CLI::App* add_convert_command(CLI::App& app, const std::shared_ptr<ConvertArguments>& arguments) {
+    CLI::App* command = app.add_subcommand("convert", "write a scene as Mitsuba 3 XML, with a folder NAME.files of "
+                                                      "meshes and images beside it");
+    command->footer("Example:\n  equistream scene convert scenes/pavilion.json pavilion.xml\n"
+                    "  mitsuba -m scalar_rgb -Dspp=16 pavilion.xml");
+    command->add_option("SCENE", arguments->scene, "scene description (JSON)")->required();
+    command->add_option("OUT", arguments->out, "Mitsuba scene to write (.xml)")->required();
+    cli::add_with_default(*command, "--camera", arguments->camera,
+                          "perspective (Mitsuba's own, 90 degrees across) or equirect (our plugin)",
+                          {"perspective", "equirect"});
+    command
+        ->add_option("--size", arguments->size,
+                     "pixels; 1280x720 in perspective and 2048x1024 as a sphere unless given")
+        ->type_name("WxH");
+    command->add_option("--spp", arguments->settings.samples_per_pixel, "samples per pixel")
+        ->check(CLI::Range(1, 1 << 24))
+        ->capture_default_str();
+    command->add_option("--frame", arguments->settings.frame, "frame whose camera and moving objects are written")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
+        ->capture_default_str();
+    command->add_flag(
+        "--bake", arguments->settings.bake,
+        "no instances of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
+        "variants");
+    command->add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
+    cli::add_json_flag(*command, arguments->json);
+    return command;
+}
+
 std::function<void()> set_up(CLI::App& app) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
@@ -104,18 +180,19 @@ std::function<void()> set_up(CLI::App& app) {
                      "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
         ->required();
     cli::add_json_flag(*info_command, informing->json);
-    const ConvertCommand converting = add_convert_command(app);
+    auto converting = std::make_shared<ConvertArguments>();
+    CLI::App* convert_command = add_convert_command(app, converting);
     auto placing = std::make_shared<std::string>();
     CLI::App* placements_command =
         app.add_subcommand("placements", "nodes and instances of a scene's model with their transforms, as JSON");
     placements_command->footer("Example:\n  equistream scene placements scenes/motion.json");
     placements_command->add_option("SCENE", *placing, "scene description (JSON)")->required();
     app.require_subcommand(1);
-    return [generating, informing, generate_command, converting, placing, placements_command] {
+    return [generating, informing, generate_command, converting, convert_command, placing, placements_command] {
         if (generate_command->parsed())
             generate(*generating);
-        else if (converting.app->parsed())
-            converting.run();
+        else if (convert_command->parsed())
+            convert(*converting);
         else if (placements_command->parsed())
             placements(*placing);
         else

@@ -17,72 +17,9 @@
 
 #include <csignal>
 #include <cstring>
-#include <functional>
-#include <optional>
+#include <initializer_list>
 #include <thread>
 #include <utility>
-
-extern char** environ;
-
-namespace equistream::serve {
-
-namespace {
-
-pid_t spawn(const std::string& program, const std::string& name, const std::vector<std::string>& arguments) {
-    std::vector<char*> argv{const_cast<char*>(name.c_str())};
-    for (const std::string& argument : arguments)
-        argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
-    pid_t child = 0;
-    const int failure = posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure != 0)
-        throw WorkError(program + ": " + std::strerror(failure));
-    return child;
-}
-
-}  // namespace
-
-bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<std::string>& arguments) {
-    asio::signal_set ended(io, SIGCHLD);
-    const std::string program = (cli::own_folder() / "equistream-encode").string();
-    const pid_t child = spawn(program, "equistream encode", arguments);
-    bool stopped = false;
-    std::optional<int> status;
-    stop.async_wait([&](const asio::error_code& error, int) {
-        if (error || status)  // the child has ended, and its number may be another's
-            return;
-        stopped = true;
-        kill(child, SIGTERM);
-    });
-    std::function<void()> look = [&] {
-        int found = 0;
-        if (waitpid(child, &found, WNOHANG) == child) {
-            status = found;
-            stop.cancel();
-            return;
-        }
-        ended.async_wait([&](const asio::error_code& error, int) {
-            if (!error)
-                look();
-        });
-    };
-    look();
-    io.run();
-    io.restart();
-    if (stopped)
-        return false;
-    if (!WIFEXITED(*status))
-        throw WorkError(program + ": was ended by signal " + std::to_string(WTERMSIG(*status)));
-    if (WEXITSTATUS(*status) != 0)
-        throw cli::ChildFailed{WEXITSTATUS(*status)};
-    return true;
-}
-
-}  // namespace equistream::serve
 
 extern char** environ;
 
@@ -133,12 +70,80 @@ private:
     posix_spawnattr_t attributes_;
 };
 
+/// `redirected`: each second descriptor is in the child what the first is here.
+pid_t spawn(const std::string& program, std::string name, const std::vector<std::string>& arguments,
+            std::initializer_list<std::pair<int, int>> redirected, const posix_spawnattr_t* attributes) {
+    std::vector<char*> argv{name.data()};
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto& [here, there] : redirected)
+        posix_spawn_file_actions_adddup2(&actions, here, there);
+    pid_t child = 0;
+    const int failure = posix_spawn(&child, program.c_str(), &actions, attributes, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failure != 0)
+        throw WorkError(program + ": " + std::strerror(failure));
+    return child;
+}
+
+/// Null: it has done what it should. What a child fails for it has said itself.
+std::exception_ptr problem_of(const std::string& program, int status) {
+    if (WIFSIGNALED(status))
+        return std::make_exception_ptr(
+            WorkError(program + ": was ended by signal " + std::to_string(WTERMSIG(status))));
+    if (WEXITSTATUS(status) != 0)
+        return std::make_exception_ptr(cli::ChildFailed{WEXITSTATUS(status)});
+    return nullptr;
+}
+
 }  // namespace
+
+bool run_encode(asio::io_context& io, asio::signal_set& stop, const std::vector<std::string>& arguments) {
+    asio::signal_set ended(io, SIGCHLD);
+    const std::string program = (cli::own_folder() / "equistream-encode").string();
+    const pid_t child = spawn(program, "equistream encode", arguments, {{STDERR_FILENO, STDOUT_FILENO}}, nullptr);
+    bool stopped = false;
+    std::optional<int> status;
+    stop.async_wait([&](const asio::error_code& error, int) {
+        if (error || status)  // the child has ended, and its number may be another's
+            return;
+        stopped = true;
+        kill(child, SIGTERM);
+    });
+    std::function<void()> look = [&] {
+        int found = 0;
+        if (waitpid(child, &found, WNOHANG) == child) {
+            status = found;
+            stop.cancel();
+            return;
+        }
+        ended.async_wait([&](const asio::error_code& error, int) {
+            if (!error)
+                look();
+        });
+    };
+    look();
+    io.run();
+    io.restart();
+    if (stopped)
+        return false;
+    if (const auto problem = problem_of(program, *status))
+        std::rethrow_exception(problem);
+    return true;
+}
 
 RenderChild::RenderChild(asio::io_context& io, const std::string& program, const std::vector<std::string>& arguments,
                          Events events)
     : program_(program), orders_(io), answers_(io), events_(std::move(events)) {
-    spawn(arguments);
+    Pipe orders, answers;
+    const Attributes attributes;
+    process_ = spawn(program_, "equistream render", arguments,
+                     {{orders.ends[0], STDIN_FILENO}, {answers.ends[1], STDOUT_FILENO}}, attributes.get());
+    orders_.assign(orders.take(1));
+    answers_.assign(answers.take(0));
     listen();
 }
 
@@ -150,26 +155,6 @@ RenderChild::~RenderChild() {
             kill(process_, SIGKILL);
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
-}
-
-void RenderChild::spawn(const std::vector<std::string>& arguments) {
-    std::string name = "equistream render";
-    std::vector<char*> argv{name.data()};
-    for (const std::string& argument : arguments)
-        argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    Pipe orders, answers;
-    const Attributes attributes;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, orders.ends[0], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, answers.ends[1], STDOUT_FILENO);
-    const int failure = posix_spawn(&process_, program_.c_str(), &actions, attributes.get(), argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure != 0)
-        throw WorkError(program_ + ": " + std::strerror(failure));
-    orders_.assign(orders.take(1));
-    answers_.assign(answers.take(0));
 }
 
 void RenderChild::listen() {
@@ -212,16 +197,8 @@ void RenderChild::hear_end() {
     int status = 0;
     if (waitpid(std::exchange(process_, 0), &status, 0) < 0)
         status = 0;
-    events_.failed(problem(status));
-}
-
-std::exception_ptr RenderChild::problem(int status) const {
-    if (WIFSIGNALED(status))
-        return std::make_exception_ptr(
-            WorkError(program_ + ": was ended by signal " + std::to_string(WTERMSIG(status))));
-    if (WEXITSTATUS(status) != 0)
-        return std::make_exception_ptr(cli::ChildFailed{WEXITSTATUS(status)});  // it has said why
-    return std::make_exception_ptr(WorkError(program_ + ": has ended by itself"));
+    const auto problem = problem_of(program_, status);
+    events_.failed(problem ? problem : std::make_exception_ptr(WorkError(program_ + ": has ended by itself")));
 }
 
 void RenderChild::order(const FrameOrder& order) {

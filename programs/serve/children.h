@@ -57,11 +57,9 @@ public:
     void end();
 
 private:
-    void spawn(const std::vector<std::string>& arguments);
     void listen();
     void hear(const std::string& line);
     void hear_end();
-    std::exception_ptr problem(int status) const;
 
     std::string program_;
     asio::posix::stream_descriptor orders_, answers_;

@@ -44,10 +44,8 @@ LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, asio::ip::t
 
 struct LiveOptions {
     std::string host = "embree", size = "480x240", path, depth = "auto";
-    std::uint32_t spp = 16;
-    double rate = LiveSettings{}.spheres_per_s;
     unsigned threads = 0;
-    LiveCoding coding;
+    LiveSettings settings;  ///< all but the program and its arguments, and whether there is depth
 };
 
 /// Whether a source is a scene rather than something rendered: by its name.

@@ -30,20 +30,19 @@ struct Options {
     std::string command, source, listen;
     std::vector<std::string> more;  ///< behind --
     LiveOptions live;
-    ServerSettings server;
     std::string progress = "auto";
     bool loop = false, json = false;
 };
 
 void check(const Options& options) {
-    if (!(options.server.patience_s >= 0.1 && options.server.patience_s <= max_patience_s))
-        throw InputError(expected_found("--patience", "0.1 to 86400 s", in_words(options.server.patience_s)));
-    if (options.server.max_viewers < 1)
-        throw InputError(expected_found("--viewers", "at least 1", std::to_string(options.server.max_viewers)));
+    const ServerSettings& server = options.live.settings.server;
+    cli::require(server.patience_s >= 0.1 && server.patience_s <= max_patience_s, "--patience", "0.1 to 86400 s",
+                 in_words(server.patience_s));
+    cli::require(server.max_viewers >= 1, "--viewers", "at least 1", std::to_string(server.max_viewers));
     if (!std::filesystem::exists(options.source))
         throw InputError(options.source + ": no such file or folder");
-    if (!options.more.empty() && !is_scene(options.source) && !std::filesystem::is_directory(options.source))
-        throw InputError(expected_found(options.source, "a folder, to encode with what follows --", "a file"));
+    cli::require(options.more.empty() || is_scene(options.source) || std::filesystem::is_directory(options.source),
+                 options.source, "a folder, to encode with what follows --", "a file");
 }
 
 /// For scripts that wait for it.
@@ -101,8 +100,7 @@ struct Door {
     std::string open(const std::string& listen) {
         asio::error_code error;
         acceptor.listen(asio::socket_base::max_listen_connections, error);
-        if (error)
-            throw InputError(expected_found("--listen " + listen, "an address that is free", error.message()));
+        cli::require(!error, "--listen " + listen, "an address that is free", error.message());
         return url_of(acceptor.local_endpoint());
     }
 };
@@ -128,7 +126,7 @@ void run_recorded(const Options& options) {
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may leave
     Recording recording(file, options.loop);
     const std::string url = door.open(options.listen);
-    Server server(std::move(door.acceptor), recording, options.server);
+    Server server(std::move(door.acceptor), recording, options.live.settings.server);
     door.stop.async_wait([&](const asio::error_code& cancelled, int) {
         if (!cancelled)
             server.stop();
@@ -140,19 +138,19 @@ void run_recorded(const Options& options) {
 }
 
 void run_live(const Options& options) {
-    if (options.loop)
-        throw InputError(expected_found("--loop: " + options.source, "a recorded stream", "a scene"));
+    cli::require(!options.loop, "--loop: " + options.source, "a recorded stream", "a scene");
     Door door(options.listen);
     std::signal(SIGPIPE, SIG_IGN);
     std::optional<cli::ScratchFolder> scratch;
-    LiveSettings settings = live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
-    settings.server = options.server;
+    const LiveSettings settings =
+        live_settings(options.live, options.source, make_scratch(scratch).path(), options.more);
     const std::string url = door.open(options.listen);
     report(options, serve_live(door.io, door.stop, std::move(door.acceptor), settings,
                                [&] { say_listening(url, options.json); }));
 }
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
+    ServerSettings& server = options.live.settings.server;
     app.add_option("SOURCE", options.source,
                    "A recorded stream (.mkv or .mp4 as encode writes them), a render's folder, which is encoded first, "
                    "or a scene (.json, or .xml of Mitsuba), which is rendered while it is watched")
@@ -164,10 +162,9 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                    "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
                    "free")
         ->required();
-    app.add_option("--viewers", options.server.max_viewers, "At a time; more are refused")->capture_default_str();
-    app.add_option("--patience", options.server.patience_s,
-                   "Seconds after which a viewer that does not read, or stays as far behind, is dropped")
-        ->capture_default_str();
+    cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
+    cli::add_with_default(app, "--patience", server.patience_s,
+                          "Seconds after which a viewer that does not read, or stays as far behind, is dropped");
     app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
     cli::add_json_flag(app, options.json)
         ->description("Report as JSON on standard output: a line with the address, and one at the end");
@@ -175,7 +172,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         ->description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
     add_live_options(app, options.live);
     return [&options, &app] {
-        options.server.log = cli::parse_progress(options.progress);
+        options.live.settings.server.log = cli::parse_progress(options.progress);
         check(options);
         if (is_scene(options.source))
             return run_live(options);

@@ -1,6 +1,5 @@
 #include "server.h"
 
-#include <equistream/error.h>
 #include <equistream/json_text.h>
 
 #include <asio/io_context.hpp>
@@ -24,6 +23,13 @@ std::string peer_of(const asio::ip::tcp::socket& socket) {
     asio::error_code error;
     const auto endpoint = socket.remote_endpoint(error);
     return error ? "an address unknown" : url_of(endpoint).substr(sizeof "tcp://" - 1);
+}
+
+void log(cli::ProgressStyle style, const std::string& text, const nlohmann::json& json) {
+    if (style != cli::ProgressStyle::none)
+        std::fprintf(stderr, "%s\n",
+                     style == cli::ProgressStyle::json ? json_text(json).c_str()
+                                                       : ("equistream serve: " + text).c_str());
 }
 
 }  // namespace
@@ -98,77 +104,49 @@ void Server::stop() {
 }
 
 void log_event(cli::ProgressStyle style, const ViewerEvent& event) {
-    if (style == cli::ProgressStyle::none)
-        return;
-    std::string line;
-    if (style == cli::ProgressStyle::json) {
-        line = json_text(nlohmann::json{{"event", event.what},
-                                        {"viewer", event.viewer},
-                                        {"address", event.address},
-                                        {"bytes", event.bytes},
-                                        {"detail", event.detail}});
-    } else {
-        line = "equistream serve: viewer " + (event.viewer > 0 ? std::to_string(event.viewer) + " " : "") + "from " +
-               event.address + " " + event.what;
-        if (!event.detail.empty())
-            line += ": " + event.detail;
-        if (event.bytes > 0)
-            line += " (" + std::to_string(event.bytes) + " bytes sent)";
-    }
-    std::fputs((line + "\n").c_str(), stderr);
+    std::string text = "viewer " + (event.viewer > 0 ? std::to_string(event.viewer) + " " : "") + "from " +
+                       event.address + " " + event.what;
+    if (!event.detail.empty())
+        text += ": " + event.detail;
+    if (event.bytes > 0)
+        text += " (" + std::to_string(event.bytes) + " bytes sent)";
+    log(style, text,
+        {{"event", event.what},
+         {"viewer", event.viewer},
+         {"address", event.address},
+         {"bytes", event.bytes},
+         {"detail", event.detail}});
 }
 
 void log_note(cli::ProgressStyle style, const std::string& text) {
-    if (style == cli::ProgressStyle::none)
-        return;
-    const std::string line = style == cli::ProgressStyle::json
-                                 ? json_text(nlohmann::json{{"event", "note"}, {"detail", text}})
-                                 : "equistream serve: " + text;
-    std::fputs((line + "\n").c_str(), stderr);
+    log(style, text, {{"event", "note"}, {"detail", text}});
 }
-
-namespace {
 
 using asio::ip::tcp;
 
-struct HostAndPort {
-    std::string host;
-    std::uint16_t port = 0;
-};
-
-HostAndPort split(const std::string& url, const std::string& option) {
+tcp::endpoint parse_listen_address(const std::string& url, const std::string& option) {
     constexpr std::string_view scheme = "tcp://";
-    const auto refuse = [&] {
-        return InputError(expected_found(option, "tcp://HOST:PORT with a port of 0 to 65535", "'" + url + "'"));
+    const auto require_right = [&](bool right) {
+        cli::require(right, option, "tcp://HOST:PORT with a port of 0 to 65535", "'" + url + "'");
     };
     const auto colon = url.rfind(':');
-    if (!url.starts_with(scheme) || colon < scheme.size())
-        throw refuse();
-    HostAndPort found;
+    require_right(url.starts_with(scheme) && colon >= scheme.size());
+    std::uint16_t port = 0;
     const char* const end = url.data() + url.size();
-    const auto [stop, error] = std::from_chars(url.data() + colon + 1, end, found.port);
-    if (error != std::errc() || stop != end)
-        throw refuse();
-    found.host = url.substr(scheme.size(), colon - scheme.size());
-    if (found.host.starts_with('[') && found.host.ends_with(']'))
-        found.host = found.host.substr(1, found.host.size() - 2);
-    else if (found.host.find_first_of("/:[]") != std::string::npos)
-        throw refuse();
-    return found;
-}
-
-}  // namespace
-
-tcp::endpoint parse_listen_address(const std::string& url, const std::string& option) {
-    const HostAndPort wanted = split(url, option);
-    if (wanted.host.empty())
-        return {asio::ip::address_v4::loopback(), wanted.port};
+    const auto [stop, not_a_port] = std::from_chars(url.data() + colon + 1, end, port);
+    require_right(not_a_port == std::errc() && stop == end);
+    std::string host = url.substr(scheme.size(), colon - scheme.size());
+    if (host.starts_with('[') && host.ends_with(']'))
+        host = host.substr(1, host.size() - 2);
+    else
+        require_right(host.find_first_of("/:[]") == std::string::npos);
+    if (host.empty())
+        return {asio::ip::address_v4::loopback(), port};
     asio::io_context io;
     tcp::resolver resolver(io);
     asio::error_code error;
-    const auto found = resolver.resolve(wanted.host, std::to_string(wanted.port), tcp::resolver::passive, error);
-    if (error || found.empty())
-        throw InputError(expected_found(option + " " + url, "a host that is known here", error.message()));
+    const auto found = resolver.resolve(host, std::to_string(port), tcp::resolver::passive, error);
+    cli::require(!error && !found.empty(), option + " " + url, "a host that is known here", error.message());
     return found.begin()->endpoint();
 }
 
@@ -180,9 +158,7 @@ tcp::acceptor bind_to(asio::io_context& io, const tcp::endpoint& address, const 
         acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error)
         acceptor.bind(address, error);
-    if (error)
-        throw InputError(expected_found(option + " " + url_of(address), "an address that is free and this machine's",
-                                        error.message()));
+    cli::require(!error, option + " " + url_of(address), "an address that is free and this machine's", error.message());
     return acceptor;
 }
 

@@ -13,8 +13,6 @@ namespace equistream::serve {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// What a viewer may send; more waits in its own system.
 constexpr double received_bytes_per_second = 65536;
 
@@ -24,10 +22,6 @@ constexpr int looks = 4;
 
 /// What the system keeps for a viewer beyond what is on its way: more would only be older when it comes.
 constexpr int max_unsent_bytes = 1 << 17;
-
-Clock::duration in_clock(double seconds) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
 
 }  // namespace
 
@@ -69,12 +63,8 @@ void Viewer::wake() {
         send_due();
 }
 
-double Viewer::elapsed_s() const {
-    return std::chrono::duration<double>(Clock::now() - start_).count();
-}
-
 void Viewer::send_due() {
-    const Portion portion = feed_->next(block_, elapsed_s());
+    const Portion portion = feed_->next(block_, seconds_since(start_));
     if (!portion.problem.empty())
         return leave("cannot be served further", portion.problem);
     if (portion.ended)
@@ -119,7 +109,7 @@ void Viewer::watch() {
         if (error || self->is_gone_)
             return;
         const bool waits_for_it = self->sends_ || self->has_all_;
-        const bool late = self->sends_ && self->elapsed_s() - self->block_due_s_ > self->patience_s_;
+        const bool late = self->sends_ && seconds_since(self->start_) - self->block_due_s_ > self->patience_s_;
         self->idle_looks_ = waits_for_it ? self->idle_looks_ + 1 : 0;
         self->late_looks_ = late ? self->late_looks_ + 1 : 0;
         if (self->idle_looks_ > looks)

@@ -3,6 +3,8 @@
 /// viewer sends at a bounded rate, and gives up on a viewer that does not read, or not fast enough.
 #include "programmes.h"
 
+#include <equistream/elapsed.h>
+
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
@@ -13,6 +15,10 @@
 #include <string>
 
 namespace equistream::serve {
+
+inline Clock::duration in_clock(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
 public:
@@ -30,7 +36,6 @@ public:
     std::int64_t bytes_sent() const { return bytes_sent_; }
 
 private:
-    double elapsed_s() const;
     void send_due();
     void wait_for(double time_s);
     void write(std::size_t begin, std::size_t end);
@@ -46,7 +51,7 @@ private:
     std::unique_ptr<Feed> feed_;
     double patience_s_;
     Gone gone_;
-    std::chrono::steady_clock::time_point start_;
+    Clock::time_point start_;
     std::int64_t bytes_sent_ = 0;
     double block_due_s_ = 0;
     int idle_looks_ = 0, late_looks_ = 0;  // in a row

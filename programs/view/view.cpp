@@ -12,8 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <charconv>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -31,25 +30,18 @@ struct Arguments {
     std::filesystem::path scene, model;
     std::string size, layout = "left", anaglyph, overlay = "none", method, fill = "on", loop = "on", mirrors = "images",
                       decode = "auto", upload = "auto", predict = "auto";
-    double fov_deg = default_view_fov_deg, ipd_m = 0;
+    double fov_deg = default_view_fov_deg;
     bool keys = false, json = false;
 };
 
-template <typename Enum, std::size_t n>
-Enum parse_word(const char* option, const std::string& word, const std::array<std::string_view, n>& names) {
-    const auto found = std::ranges::find(names, word);
-    if (found == names.end()) {
-        std::string accepted;
-        for (const std::string_view name : names)
-            accepted += (accepted.empty() ? "" : ", ") + std::string(name);
-        throw InputError(expected_found(option, accepted, "'" + word + "'"));
-    }
-    return Enum(found - names.begin());
+template <typename Value, typename Words>
+Value parse_word(const char* option, const std::string& word, const Words& words) {
+    return cli::parse_word<Value>(option, word, words, ", ");
 }
 
-constexpr std::array<std::string_view, 2> switches = {"off", "on"}, decoders = {"software", "auto"};
+constexpr std::array switches = {"off", "on"}, decoders = {"software", "auto"};
 /// As PictureUpload has them.
-constexpr std::array<std::string_view, 3> uploads = {"auto", "mapped", "copied"};
+constexpr std::array uploads = {"auto", "mapped", "copied"};
 
 /// HeadPredictor looks no further ahead.
 constexpr double max_predicted_ms = 150;
@@ -59,12 +51,10 @@ std::optional<double> parse_prediction(const std::string& text) {
         return std::nullopt;
     if (text == "off")
         return 0.0;
-    double ms = 0;
-    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), ms);
-    if (problem != std::errc{} || end != text.data() + text.size() || !(ms >= 0 && ms <= max_predicted_ms))
-        throw InputError(expected_found(
-            "--predict", "auto, off or milliseconds from 0 to " + in_words(max_predicted_ms), "'" + text + "'"));
-    return 1e-3 * ms;
+    const std::optional<double> ms = parsed_number(text);
+    cli::require(ms >= 0.0 && ms <= max_predicted_ms, "--predict",
+                 "auto, off or milliseconds from 0 to " + in_words(max_predicted_ms), "'" + text + "'");
+    return 1e-3 * *ms;
 }
 
 /// As play: unless told otherwise by the eye's own depth where geometry gives it, else by the stream's.
@@ -74,18 +64,14 @@ void choose_method(Arguments& arguments, const CLI::App& app) {
         return;
     const EngineStage& engine = find_engine(arguments.method);
     const std::string method = current_name("view", "--method", engine, arguments.method);
-    if (!engine.on_gpu)
-        throw InputError(expected_found("--method " + method, "an engine that the viewer has", "one of play alone"));
+    cli::require(engine.on_gpu, "--method " + method, "an engine that the viewer has", "one of play alone");
     const std::string geometry = app.count("--scene") > 0   ? "--scene " + arguments.scene.string()
                                  : app.count("--model") > 0 ? "--model " + arguments.model.string()
                                                             : "";
-    if (engine.finds_depth && !geometry.empty())
-        throw InputError(expected_found("--method " + method,
-                                        "the stream alone (depth of geometry goes by --method eye-depth)", geometry));
-    if (engine.needs.eye && geometry.empty())
-        throw InputError(expected_found("--method " + method,
-                                        "--scene S or --model M, for the eyes' own depth (mesh and splat need none)",
-                                        "neither"));
+    cli::require(!engine.finds_depth || geometry.empty(), "--method " + method,
+                 "the stream alone (depth of geometry goes by --method eye-depth)", geometry);
+    cli::require(!engine.needs.eye || !geometry.empty(), "--method " + method,
+                 "--scene S or --model M, for the eyes' own depth (mesh and splat need none)", "neither");
     settings.by_depth = engine.finds_depth || engine.needs.any();
     if (engine.finds_depth)
         settings.finding_engine = method;
@@ -115,19 +101,15 @@ void complete(Arguments& arguments, const CLI::App& app) {
         const cli::Size size = cli::parse_size(arguments.size);
         settings.size = {size.width, size.height};
     }
-    if (!(arguments.fov_deg >= 10 && arguments.fov_deg <= 150))
-        throw InputError(expected_found("--fov", "degrees from 10 to 150", in_words(arguments.fov_deg)));
+    cli::require(arguments.fov_deg >= 10 && arguments.fov_deg <= 150, "--fov", "degrees from 10 to 150",
+                 in_words(arguments.fov_deg));
     if (app.count("--fov") > 0)
         settings.fov_deg = arguments.fov_deg;
-    if (app.count("--ipd") > 0) {
-        if (!(arguments.ipd_m >= 0 && arguments.ipd_m <= 1))
-            throw InputError(expected_found("--ipd", "metres from 0 to 1", in_words(arguments.ipd_m)));
-        settings.ipd_m = arguments.ipd_m;
-    }
-    if (!(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= 1))
-        throw InputError(expected_found("--carry", "0 to 1 s", in_words(settings.extrapolation_limit_s)));
-    if (!(settings.seconds >= 0))
-        throw InputError(expected_found("--seconds", "0 or more", in_words(settings.seconds)));
+    if (const auto& ipd_m = settings.ipd_m)
+        cli::require(*ipd_m >= 0 && *ipd_m <= 1, "--ipd", "metres from 0 to 1", in_words(*ipd_m));
+    cli::require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= 1, "--carry", "0 to 1 s",
+                 in_words(settings.extrapolation_limit_s));
+    cli::require(settings.seconds >= 0, "--seconds", "0 or more", in_words(settings.seconds));
     if (const std::filesystem::path& scene = arguments.model.empty() ? arguments.scene : arguments.model;
         !scene.empty())
         settings.scene = load_scene(scene);
@@ -139,9 +121,7 @@ nlohmann::ordered_json json_of(const ViewerReport& report, const std::string& co
     json["refreshes"] = report.refreshes;
     json["frames"] = report.frames;
     json["moved_on_ms"] = 1e3 * report.extrapolation_s;
-    json["truth_psnr_db"] = nullptr;
-    if (report.truth_db)
-        json["truth_psnr_db"] = *report.truth_db;
+    json["truth_psnr_db"] = cli::or_null(report.truth_db);
     json["latency_ms"] = 1e3 * report.latency_s;
     json["playout_delay_ms"] = nullptr;
     if (report.playout_delay_s)
@@ -184,49 +164,45 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
                    described(engine_stages(), true) +
                        "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else "
                        "rotation");
-    app.add_option("--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere")
-        ->capture_default_str();
+    cli::add_with_default(app, "--layout", arguments->layout, "left, right, sbs, anaglyph, headset or sphere");
     app.add_option("--anaglyph", arguments->anaglyph, "dubois (default), colour, half-colour or grey");
-    app.add_option("--overlay", arguments->overlay, "none, depth, gaps, reliability or motion")->capture_default_str();
-    app.add_option(
-           "--mirrors", arguments->mirrors,
-           "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
-           "(as if painted on it)")
-        ->capture_default_str();
-    app.add_option("--fill", arguments->fill,
-                   "Passes that fill gaps, in order, of " + described(fill_stages(), true) + "; on: " + default_fill +
-                       "; off: gaps stay black")
-        ->capture_default_str();
+    cli::add_with_default(app, "--overlay", arguments->overlay, "none, depth, gaps, reliability or motion");
+    cli::add_with_default(
+        app, "--mirrors", arguments->mirrors,
+        "What becomes of mirrors and glass, by depth: images (looked up by where these lie), gaps or surface "
+        "(as if painted on it)");
+    cli::add_with_default(app, "--fill", arguments->fill,
+                          "Passes that fill gaps, in order, of " + described(fill_stages(), true) +
+                              "; on: " + default_fill + "; off: gaps stay black");
     app.add_option("--size", arguments->size, "Of the window, WxH; default: the truth's, else 1280x720");
-    app.add_option("--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees")->capture_default_str();
+    cli::add_with_default(app, "--fov", arguments->fov_deg, "Horizontal field of view of an eye, degrees");
     app.add_option(
            "--truth", settings.truth,
            "Folder of eyes of the same path, path-traced (render --camera perspective): x shows them on the right")
         ->check(CLI::ExistingDirectory);
-    app.add_option("--ipd", arguments->ipd_m, "Metres between the eyes; default: what the frames are tagged with");
+    cli::add_optional(app, "--ipd", settings.ipd_m,
+                      "Metres between the eyes; default: what the frames are tagged with");
     arguments->hdr.add_to(app);
-    app.add_option("--loop", arguments->loop, "on: starts again at the end; off: stays there")->capture_default_str();
-    app.add_option("--decode", arguments->decode, "auto (by hardware where there is some) or software")
-        ->capture_default_str();
-    app.add_option(
-           "--upload", arguments->upload,
-           "How decoded pictures come to the GPU: mapped (it reads them where they were decoded to), copied, or "
-           "auto (mapped, unless OpenGL runs on the CPU)")
-        ->capture_default_str();
-    app.add_option("--predict", arguments->predict,
-                   "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS")
-        ->capture_default_str();
-    app.add_option("--carry", settings.extrapolation_limit_s,
-                   "Where the stream says what moves: seconds by which that is carried on at most while its server is "
-                   "late, so that it is where it is by now; 0: it stays where frames show it")
-        ->capture_default_str();
+    cli::add_with_default(app, "--loop", arguments->loop, "on: starts again at the end; off: stays there");
+    cli::add_with_default(app, "--decode", arguments->decode, "auto (by hardware where there is some) or software");
+    cli::add_with_default(
+        app, "--upload", arguments->upload,
+        "How decoded pictures come to the GPU: mapped (it reads them where they were decoded to), copied, or "
+        "auto (mapped, unless OpenGL runs on the CPU)");
+    cli::add_with_default(
+        app, "--predict", arguments->predict,
+        "How far ahead the head is foretold: auto (as long as a refresh takes to be seen), off or MS");
+    cli::add_with_default(
+        app, "--carry", settings.extrapolation_limit_s,
+        "Where the stream says what moves: seconds by which that is carried on at most while its server is "
+        "late, so that it is where it is by now; 0: it stays where frames show it");
     app.add_flag("--headset", settings.headset,
                  "Show it in a headset by OpenXR (the system's active runtime, or XR_RUNTIME_JSON); the window shows "
                  "what its left eye sees");
     app.add_flag("--paused", settings.paused, "Begin with a still picture");
     app.add_flag("--times", settings.times, "Show frame times by stage (t)");
-    app.add_option("--seconds", settings.seconds, "End by itself after so long; 0: never")->capture_default_str();
-    app.add_option("--out", settings.out, "Folder for pictures, recordings and paths")->capture_default_str();
+    cli::add_with_default(app, "--seconds", settings.seconds, "End by itself after so long; 0: never");
+    cli::add_with_default(app, "--out", settings.out, "Folder for pictures, recordings and paths");
     cli::add_json_flag(app, arguments->json);
     app.add_flag("--keys", arguments->keys, "Print what each key does, and end");
     return [arguments, &app] { run(*arguments, app); };

@@ -174,13 +174,13 @@ TEST_F(Eyes, VideosOfAStreamWithDepthAndMotionCanBeRead) {
     FramePlayer player(settings);
     Report report;
     player.prepare(streamed_frame(0), report);
-    const auto eyes = make_eyes_writer(settings);
+    EyesWriter eyes(settings);
     for (std::int64_t index = 0; index < 2; ++index) {
         PlayedFrame played;
         player.play(streamed_frame(index), played);
-        eyes->write({played.left.picture, {}, played.left.info}, {played.right.picture, {}, played.right.info});
+        eyes.write({played.left.picture, {}, played.left.info}, {played.right.picture, {}, played.right.info});
     }
-    eyes->finish();
+    eyes.finish();
     StreamReader reader((folder_ / "right.mp4").string());
     for (std::int64_t index = 0; index < 2; ++index) {
         const auto picture = reader.next();

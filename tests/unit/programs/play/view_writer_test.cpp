@@ -65,13 +65,13 @@ protected:
 
     /// Writes frames 3 to 7 and returns the bytes that the writer counted.
     std::int64_t write_all(Format format, const FloatImage& depth_m = {}) const {
-        const auto views = make_view_writer(settings(format), "right");
+        ViewWriter views(settings(format), "right");
         for (std::int64_t index = 3; index <= 7; ++index) {
             const EyePicture view = view_of_frame(index);
-            views->write({view, depth_m.empty() ? ImageView<const float>{} : depth_m.view(), info_of_frame(index)});
+            views.write({view, depth_m.empty() ? ImageView<const float>{} : depth_m.view(), info_of_frame(index)});
         }
-        views->finish();
-        return views->bytes();
+        views.finish();
+        return views.bytes();
     }
     static std::int64_t bytes_in(const fs::path& folder) {
         std::int64_t bytes = 0;
@@ -115,11 +115,11 @@ TEST_F(Views, LinearFramesAreTheViewWithoutDisplayTransformAndExposure) {
 TEST_F(Views, AVideoHoldsEveryViewAndHasItsNameOnlyWhenItIsWhole) {
     const fs::path file = folder_ / "right.mp4";
     {
-        const auto views = make_view_writer(settings(Format::mp4), "right");
+        ViewWriter views(settings(Format::mp4), "right");
         for (std::int64_t index = 3; index <= 7; ++index)
-            views->write({view_of_frame(index), {}, info_of_frame(index)});
+            views.write({view_of_frame(index), {}, info_of_frame(index)});
         EXPECT_FALSE(fs::exists(file));
-        views->finish();
+        views.finish();
     }
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing beside the video";
     StreamReader reader(file.string());
@@ -139,9 +139,9 @@ TEST_F(Views, AVideoThatIsNamedHoldsBothEyes) {
     Settings named = settings(Format::mp4, Layout::side_by_side);
     named.out = folder_ / "eyes.mp4";
     named.out_is_video = true;
-    const auto views = make_eyes_writer(named);
-    views->write({view_of_frame(3), {}, info_of_frame(3)}, {view_of_frame(6), {}, info_of_frame(3)});
-    views->finish();
+    EyesWriter views(named);
+    views.write({view_of_frame(3), {}, info_of_frame(3)}, {view_of_frame(6), {}, info_of_frame(3)});
+    views.finish();
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "that file and nothing else";
     StreamReader reader(named.out.string());
     const auto picture = reader.next();
@@ -151,11 +151,11 @@ TEST_F(Views, AVideoThatIsNamedHoldsBothEyes) {
 
 TEST_F(Views, BothEyesShareAPicture) {
     const EyePicture left = view_of_frame(3), right = view_of_frame(6);
-    const auto views = make_eyes_writer(settings(Format::png, Layout::side_by_side));
-    views->write({left, {}, info_of_frame(3)}, {right, {}, info_of_frame(3)});
-    views->finish();
+    EyesWriter views(settings(Format::png, Layout::side_by_side));
+    views.write({left, {}, info_of_frame(3)}, {right, {}, info_of_frame(3)});
+    views.finish();
     const fs::path file = folder_ / "both/frame.0003.png";
-    EXPECT_EQ(views->bytes(), std::int64_t(fs::file_size(file)));
+    EXPECT_EQ(views.bytes(), std::int64_t(fs::file_size(file)));
     const ByteImage both = read_picture(file);
     const ByteImage expected = packed_eyes(StereoPacking::side_by_side, left.rgb().view(), right.rgb().view());
     EXPECT_EQ(both.width(), 2 * width);
@@ -163,7 +163,7 @@ TEST_F(Views, BothEyesShareAPicture) {
 
     Settings coloured = settings(Format::png, Layout::anaglyph);
     coloured.anaglyph = &find_anaglyph("colour");
-    make_eyes_writer(coloured)->write({left, {}, info_of_frame(4)}, {right, {}, info_of_frame(4)});
+    EyesWriter(coloured).write({left, {}, info_of_frame(4)}, {right, {}, info_of_frame(4)});
     const ByteImage anaglyph = read_picture(folder_ / "both/frame.0004.png");
     EXPECT_EQ(anaglyph.pixel(70, 30)[0], left.rgba.pixel(70, 30)[0]);
     EXPECT_EQ(anaglyph.pixel(70, 30)[1], right.rgba.pixel(70, 30)[1]);
@@ -171,12 +171,12 @@ TEST_F(Views, BothEyesShareAPicture) {
 }
 
 TEST_F(Views, AVideoOfBothEyesIsOrdinaryStereoVideo) {
-    const auto views = make_eyes_writer(settings(Format::mp4, Layout::side_by_side));
+    EyesWriter views(settings(Format::mp4, Layout::side_by_side));
     for (std::int64_t index = 3; index <= 7; ++index) {
         const EyePicture left = view_of_frame(index), right = view_of_frame(index + 1);
-        views->write({left, {}, info_of_frame(index)}, {right, {}, info_of_frame(index)});
+        views.write({left, {}, info_of_frame(index)}, {right, {}, info_of_frame(index)});
     }
-    views->finish();
+    views.finish();
     StreamReader reader((folder_ / "both.mp4").string());
     EXPECT_EQ(reader.tracks().front().stereo, StereoPacking::side_by_side);
     int pictures = 0;
@@ -190,9 +190,9 @@ TEST_F(Views, AVideoOfBothEyesIsOrdinaryStereoVideo) {
 }
 
 TEST_F(Views, AVideoOfNothingIsNoFile) {
-    const auto views = make_view_writer(settings(Format::mp4), "right");
-    views->finish();
-    EXPECT_EQ(views->bytes(), 0);
+    ViewWriter views(settings(Format::mp4), "right");
+    views.finish();
+    EXPECT_EQ(views.bytes(), 0);
     EXPECT_TRUE(fs::is_empty(folder_));
 }
 
@@ -208,8 +208,8 @@ TEST_F(Views, GapMasksAreWhiteWhereNobodyGaveAColour) {
 
 TEST_F(Views, AFileInTheWayOfAFolderIsBadInput) {
     std::ofstream(folder_ / "right") << "a file";
-    EXPECT_THROW(make_view_writer(settings(Format::png), "right"), InputError);
-    EXPECT_THROW(make_view_writer(settings(Format::exr), "right"), InputError);
+    EXPECT_THROW(ViewWriter(settings(Format::png), "right"), InputError);
+    EXPECT_THROW(ViewWriter(settings(Format::exr), "right"), InputError);
 }
 
 }  // namespace
