@@ -89,8 +89,11 @@ float distance_to_text(std::string_view text, glm::vec2 p) {
     constexpr float letter_step = letter_width + 0.22f;
     float nearest = std::numeric_limits<float>::max();
     for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto letter = alphabet().find(text[i]);
+        if (letter == alphabet().end())
+            throw InputError(expected_found("text on a texture", "capital letters", std::string("'") + text[i] + "'"));
         const glm::vec2 in_letter = p - glm::vec2(letter_step * static_cast<float>(i), 0);
-        for (const Stroke& stroke : alphabet().at(text[i]))
+        for (const Stroke& stroke : letter->second)
             for (std::size_t k = 1; k < stroke.size(); ++k)
                 nearest = std::min(nearest, distance_to_segment(in_letter, stroke[k - 1], stroke[k]));
     }

@@ -25,6 +25,7 @@ float coverage(float distance, float softness);
 inline constexpr float letter_width = 0.62f;
 
 /// Distance from p to the middle lines of a text whose first letter's top left is the origin and height is 1.
+/// Throws InputError for a letter it does not have.
 float distance_to_text(std::string_view text, glm::vec2 p);
 
 enum class Encoding { png, jpeg };
