@@ -239,12 +239,8 @@ GeneratedScene make_motion(const GeneratorValues& values) {
 
 namespace {
 
-constexpr std::array<glm::vec3, 6> colours{{{0.85f, 0.15f, 0.12f},
-                                            {0.12f, 0.65f, 0.2f},
-                                            {0.12f, 0.25f, 0.85f},
-                                            {0.92f, 0.8f, 0.1f},
-                                            {0.75f, 0.92f, 0.95f},
-                                            {0.45f, 0.12f, 0.5f}}};
+constexpr glm::vec3 colours[] = {{0.85f, 0.15f, 0.12f}, {0.12f, 0.65f, 0.2f},  {0.12f, 0.25f, 0.85f},
+                                 {0.92f, 0.8f, 0.1f},   {0.75f, 0.92f, 0.95f}, {0.45f, 0.12f, 0.5f}};
 constexpr std::array<char, 6> letters{'F', 'R', 'B', 'L', 'U', 'D'};
 
 struct Patch {

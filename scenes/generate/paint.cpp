@@ -14,10 +14,15 @@
 namespace equistream::generate {
 namespace {
 
-/// Letters as polylines; curves are short chords. Only what the bundled scenes write.
+using Stroke = std::vector<glm::vec2>;
+
+/// Letters as polylines in a box 1 high (y down); curves are short chords. Only what the bundled scenes write.
 const std::map<char, std::vector<Stroke>>& alphabet() {
     static const Stroke open_bow{{0.6f, 0.2f}, {0.5f, 0.05f},  {0.32f, 0}, {0.12f, 0.08f}, {0, 0.32f},
                                  {0, 0.68f},   {0.12f, 0.92f}, {0.32f, 1}, {0.5f, 0.95f},  {0.6f, 0.8f}};
+    static const Stroke double_bow{{0.58f, 0.17f}, {0.48f, 0.04f}, {0.3f, 0},     {0.11f, 0.06f}, {0.03f, 0.22f},
+                                   {0.1f, 0.38f},  {0.3f, 0.48f},  {0.5f, 0.58f}, {0.59f, 0.75f}, {0.5f, 0.93f},
+                                   {0.3f, 1},      {0.1f, 0.95f},  {0, 0.81f}};
     static const Stroke ring{{0.3f, 0},      {0.12f, 0.08f}, {0, 0.32f},    {0, 0.68f},     {0.12f, 0.92f}, {0.3f, 1},
                              {0.48f, 0.92f}, {0.6f, 0.68f},  {0.6f, 0.32f}, {0.48f, 0.08f}, {0.3f, 0}};
     static const std::map<char, std::vector<Stroke>> letters{
@@ -43,20 +48,7 @@ const std::map<char, std::vector<Stroke>>& alphabet() {
         {'R',
          {{{0, 1}, {0, 0}, {0.4f, 0}, {0.55f, 0.1f}, {0.6f, 0.28f}, {0.55f, 0.43f}, {0.4f, 0.52f}, {0, 0.52f}},
           {{0.3f, 0.52f}, {0.62f, 1}}}},
-        {'S',
-         {{{0.58f, 0.17f},
-           {0.48f, 0.04f},
-           {0.3f, 0},
-           {0.11f, 0.06f},
-           {0.03f, 0.22f},
-           {0.1f, 0.38f},
-           {0.3f, 0.48f},
-           {0.5f, 0.58f},
-           {0.59f, 0.75f},
-           {0.5f, 0.93f},
-           {0.3f, 1},
-           {0.1f, 0.95f},
-           {0, 0.81f}}}},
+        {'S', {double_bow}},
         {'T', {{{0, 0}, {0.62f, 0}}, {{0.31f, 0}, {0.31f, 1}}}},
         {'U', {{{0, 0}, {0, 0.7f}, {0.09f, 0.92f}, {0.3f, 1}, {0.51f, 0.92f}, {0.6f, 0.7f}, {0.6f, 0}}}},
         {'V', {{{0, 0}, {0.3f, 1}, {0.6f, 0}}}},
@@ -66,16 +58,6 @@ const std::map<char, std::vector<Stroke>>& alphabet() {
     };
     return letters;
 }
-
-float distance_to_strokes(std::span<const Stroke> strokes, glm::vec2 p) {
-    float nearest = std::numeric_limits<float>::max();
-    for (const Stroke& stroke : strokes)
-        for (std::size_t i = 1; i < stroke.size(); ++i)
-            nearest = std::min(nearest, distance_to_segment(p, stroke[i - 1], stroke[i]));
-    return nearest;
-}
-
-constexpr float letter_step = letter_width + 0.22f;
 
 }  // namespace
 
@@ -103,23 +85,19 @@ float coverage(float distance, float softness) {
     return glm::clamp(0.5f - distance / softness, 0.0f, 1.0f);
 }
 
-std::span<const Stroke> letter_strokes(char letter) {
-    const auto found = alphabet().find(letter);
-    if (found == alphabet().end())
-        throw InputError(expected_found("text on a texture", "capital letters", std::string("'") + letter + "'"));
-    return found->second;
-}
-
 float distance_to_text(std::string_view text, glm::vec2 p) {
+    constexpr float letter_step = letter_width + 0.22f;
     float nearest = std::numeric_limits<float>::max();
-    for (std::size_t i = 0; i < text.size(); ++i)
-        nearest = std::min(nearest, distance_to_strokes(letter_strokes(text[i]),
-                                                        p - glm::vec2(letter_step * static_cast<float>(i), 0)));
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto letter = alphabet().find(text[i]);
+        if (letter == alphabet().end())
+            throw InputError(expected_found("text on a texture", "capital letters", std::string("'") + text[i] + "'"));
+        const glm::vec2 in_letter = p - glm::vec2(letter_step * static_cast<float>(i), 0);
+        for (const Stroke& stroke : letter->second)
+            for (std::size_t k = 1; k < stroke.size(); ++k)
+                nearest = std::min(nearest, distance_to_segment(in_letter, stroke[k - 1], stroke[k]));
+    }
     return nearest;
-}
-
-float text_width(std::string_view text) {
-    return text.empty() ? 0 : letter_step * static_cast<float>(text.size() - 1) + letter_width;
 }
 
 std::vector<std::uint8_t> encode_image(const ByteImage& image, Encoding encoding) {

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -22,16 +21,12 @@ float distance_to_segment(glm::vec2 p, glm::vec2 a, glm::vec2 b);
 /// 1 inside (distance < 0), 0 outside, with an edge `softness` wide.
 float coverage(float distance, float softness);
 
-using Stroke = std::vector<glm::vec2>;
-
-/// A capital letter or digit as strokes in a box 1 high (y down) and `letter_width` wide. Throws InputError for a
-/// character it does not have.
-std::span<const Stroke> letter_strokes(char letter);
+/// Of letters that are 1 high.
 inline constexpr float letter_width = 0.62f;
 
 /// Distance from p to the middle lines of a text whose first letter's top left is the origin and height is 1.
+/// Throws InputError for a letter it does not have.
 float distance_to_text(std::string_view text, glm::vec2 p);
-float text_width(std::string_view text);
 
 enum class Encoding { png, jpeg };
 

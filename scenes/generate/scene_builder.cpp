@@ -102,12 +102,8 @@ void add_glowing_room(SceneBuilder& scene, glm::vec3 size, const std::function<B
     struct Axes {
         glm::vec3 right, up;
     };
-    constexpr std::array<Axes, 6> axes{{{{1, 0, 0}, {0, 1, 0}},
-                                        {{0, 0, 1}, {0, 1, 0}},
-                                        {{-1, 0, 0}, {0, 1, 0}},
-                                        {{0, 0, -1}, {0, 1, 0}},
-                                        {{1, 0, 0}, {0, 0, 1}},
-                                        {{1, 0, 0}, {0, 0, -1}}}};
+    constexpr Axes axes[] = {{{1, 0, 0}, {0, 1, 0}},  {{0, 0, 1}, {0, 1, 0}}, {{-1, 0, 0}, {0, 1, 0}},
+                             {{0, 0, -1}, {0, 1, 0}}, {{1, 0, 0}, {0, 0, 1}}, {{1, 0, 0}, {0, 0, -1}}};
     for (int i = 0; i < 6; ++i) {
         const Axes& a = axes[i];
         const glm::vec3 inwards = glm::cross(a.right, a.up);

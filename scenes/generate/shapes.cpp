@@ -10,8 +10,6 @@
 namespace equistream::generate {
 namespace {
 
-constexpr float tau = 6.2831853f;
-
 /// A flat convex polygon; corners counter-clockwise from outside. uv: metres along the first edge and across it.
 void add_polygon(Shape& shape, std::span<const glm::vec3> corners) {
     const glm::vec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
@@ -247,11 +245,15 @@ Shape inside_out(Shape shape) {
     return shape;
 }
 
-Shape card(float width, float height) {
-    Shape shape = sheet(1, 1, [&](float u, float v) { return glm::vec3((u - 0.5f) * width, (v - 0.5f) * height, 0); });
+Shape v_turned(Shape shape) {
     for (glm::vec2& uv : shape.uvs)
         uv.y = 1 - uv.y;
     return shape;
+}
+
+Shape card(float width, float height) {
+    return v_turned(
+        sheet(1, 1, [&](float u, float v) { return glm::vec3((u - 0.5f) * width, (v - 0.5f) * height, 0); }));
 }
 
 }  // namespace equistream::generate

@@ -10,6 +10,8 @@ namespace equistream::generate {
 
 using Shape = Mesh;
 
+inline constexpr float tau = 6.2831853f;
+
 /// Adds `part`, transformed, to `into`. Both have normals and uvs.
 void append(Shape& into, const Shape& part, const glm::mat4& transform = glm::mat4(1));
 
@@ -38,6 +40,9 @@ Shape tube(std::span<const glm::vec3> points, std::span<const float> radii, int 
 
 /// The same shape seen from inside: normals and winding turned.
 Shape inside_out(Shape shape);
+
+/// The same shape with v running the other way: from 1 to 0.
+Shape v_turned(Shape shape);
 
 /// A rectangle of width x height centred at the origin in the XY plane, facing +Z; uv in [0, 1], v down.
 Shape card(float width, float height);

@@ -12,7 +12,7 @@
 
 namespace equistream {
 
-enum class ComponentType { i8, u8, i16, u16, u32, f32 };
+enum class ComponentType { i8 = 5120, u8, i16, u16, u32 = 5125, f32 };  ///< glTF's own numbers
 
 std::size_t component_size(ComponentType type);
 

@@ -28,16 +28,12 @@ const std::set<std::string>& accepted_extensions() {
     return names;
 }
 
-struct ImageSink {
-    std::vector<std::vector<std::uint8_t>>* images;
-};
-
 /// Called by tinygltf for each image; keeps the bytes of those that do not lie in a buffer view, decodes none.
 bool keep_encoded(tinygltf::Image* image, const int index, std::string*, std::string*, int, int,
                   const unsigned char* bytes, int size, void* user) {
     if (image->bufferView >= 0 || size <= 0)
         return true;
-    auto& images = *static_cast<ImageSink*>(user)->images;
+    auto& images = *static_cast<std::vector<std::vector<std::uint8_t>>*>(user);
     images.resize(std::max(images.size(), static_cast<std::size_t>(index) + 1));
     images[static_cast<std::size_t>(index)].assign(bytes, bytes + size);
     return true;
@@ -121,22 +117,9 @@ std::span<const std::uint8_t> json_text(std::span<const std::uint8_t> bytes) {
 }
 
 ComponentType component_type(int type, const std::string& where) {
-    switch (type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return ComponentType::i8;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return ComponentType::u8;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return ComponentType::i16;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return ComponentType::u16;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return ComponentType::u32;
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-        return ComponentType::f32;
-    default:
+    if (type < 5120 || type > 5126 || type == 5124)
         throw InputError(expected_found(where, "component type 5120 to 5123, 5125 or 5126", std::to_string(type)));
-    }
+    return static_cast<ComponentType>(type);
 }
 
 std::span<const std::uint8_t> from_offset(std::span<const std::uint8_t> bytes, std::size_t offset,
@@ -156,8 +139,7 @@ GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
     check_nesting(file_, json_text(bytes));
 
     tinygltf::TinyGLTF loader;
-    ImageSink sink{&external_images_};
-    loader.SetImageLoader(keep_encoded, &sink);
+    loader.SetImageLoader(keep_encoded, &external_images_);
     loader.SetFsCallbacks({file_exists, keep_path, read_whole, nullptr, nullptr});
     const std::string folder = fs::absolute(file).parent_path().string();
     std::string error;
@@ -260,21 +242,12 @@ constexpr std::array<std::pair<const char*, const char*>, 8> material_extensions
      {"KHR_materials_dispersion", "dispersion"},
      {"KHR_materials_diffuse_transmission", "diffuse transmission"}}};
 
-class LeftOut {
-public:
-    void add(const std::string& what, std::ptrdiff_t count, const char* one, const char* several) {
-        if (count > 0)
-            list_.push_back(what + " (" + std::to_string(count) + " " + (count == 1 ? one : several) + ")");
-    }
-    void add(const std::string& what, bool there) {
-        if (there)
-            list_.push_back(what);
-    }
-    const std::vector<std::string>& list() const { return list_; }
+using LeftOut = std::vector<std::string>;
 
-private:
-    std::vector<std::string> list_;
-};
+void add(LeftOut& left_out, const std::string& what, std::ptrdiff_t count, const std::string& one) {
+    if (count > 0)
+        left_out.push_back(what + " (" + std::to_string(count) + " " + one + (count == 1 ? ")" : "s)"));
+}
 
 template <typename Is>
 std::ptrdiff_t count_primitives(const tinygltf::Model& model, const Is& is) {
@@ -286,18 +259,17 @@ std::ptrdiff_t count_primitives(const tinygltf::Model& model, const Is& is) {
 
 void add_shading(const tinygltf::Model& model, LeftOut& left_out) {
     const auto of_materials = [&](const std::string& what, const auto& is) {
-        left_out.add(what, std::ranges::count_if(model.materials, is), "material", "materials");
+        add(left_out, what, std::ranges::count_if(model.materials, is), "material");
     };
     using Material = tinygltf::Material;
     of_materials("normal maps", [](const Material& m) { return m.normalTexture.index >= 0; });
     of_materials("blending, taken as opaque", [](const Material& m) { return m.alphaMode == "BLEND"; });
     for (const auto& [extension, name] : material_extensions)
         of_materials(name, [&](const Material& m) { return m.extensions.contains(extension); });
-    left_out.add("vertex colours",
-                 count_primitives(model, [](const auto& p) { return p.attributes.contains("COLOR_0"); }), "primitive",
-                 "primitives");
-    left_out.add("lights",
-                 model.extensionsUsed.end() != std::ranges::find(model.extensionsUsed, "KHR_lights_punctual"));
+    add(left_out, "vertex colours",
+        count_primitives(model, [](const auto& p) { return p.attributes.contains("COLOR_0"); }), "primitive");
+    if (std::ranges::find(model.extensionsUsed, "KHR_lights_punctual") != model.extensionsUsed.end())
+        left_out.push_back("lights");
 }
 
 }  // namespace
@@ -307,14 +279,14 @@ std::string left_out_note(const GltfDocument& document, const ModelOptions& opti
     LeftOut left_out;
     if (options.shading)
         add_shading(model, left_out);
-    left_out.add("skins", std::ssize(model.skins), "skin", "skins");
-    left_out.add("morph targets", count_primitives(model, [](const auto& p) { return !p.targets.empty(); }),
-                 "primitive", "primitives");
-    left_out.add("points and lines",
-                 count_primitives(model, [](const auto& p) { return p.mode >= 0 && p.mode < TINYGLTF_MODE_TRIANGLES; }),
-                 "primitive", "primitives");
-    left_out.add("animations", std::ssize(model.animations), "animation", "animations");
-    return left_out.list().empty() ? "" : document.file() + ": left out: " + in_a_sentence(left_out.list(), " and ");
+    add(left_out, "skins", std::ssize(model.skins), "skin");
+    add(left_out, "morph targets", count_primitives(model, [](const auto& p) { return !p.targets.empty(); }),
+        "primitive");
+    add(left_out, "points and lines",
+        count_primitives(model, [](const auto& p) { return p.mode >= 0 && p.mode < TINYGLTF_MODE_TRIANGLES; }),
+        "primitive");
+    add(left_out, "animations", std::ssize(model.animations), "animation");
+    return left_out.empty() ? "" : document.file() + ": left out: " + in_a_sentence(left_out, " and ");
 }
 
 }  // namespace equistream

@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <map>
-#include <tuple>
 
 namespace equistream {
 
@@ -67,9 +67,7 @@ private:
         int texture = -1;  ///< -1: the factor alone decides
         float alpha_factor = 1;
         float cutoff = 0.5f;
-        bool operator<(const MaskSource& other) const {
-            return std::tie(texture, alpha_factor, cutoff) < std::tie(other.texture, other.alpha_factor, other.cutoff);
-        }
+        auto operator<=>(const MaskSource&) const = default;
     };
 
     void read_material(const tinygltf::Material& from, const std::string& where) {

@@ -5,7 +5,6 @@
 #include <equistream/error.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 
@@ -21,24 +20,19 @@ struct Statement {
     Operand operand;
 };
 
-constexpr std::array statements = {Statement{"newmtl", Operand::text},      Statement{"Ka", Operand::ignored},
-                                   Statement{"Kd", Operand::numbers},       Statement{"Ks", Operand::numbers},
-                                   Statement{"Ke", Operand::numbers},       Statement{"Tf", Operand::numbers},
-                                   Statement{"Ni", Operand::numbers},       Statement{"Ns", Operand::numbers},
-                                   Statement{"illum", Operand::numbers},    Statement{"d", Operand::numbers},
-                                   Statement{"Tr", Operand::numbers},       Statement{"Pr", Operand::numbers},
-                                   Statement{"Pm", Operand::numbers},       Statement{"map_Ka", Operand::texture},
-                                   Statement{"map_Kd", Operand::texture},   Statement{"map_d", Operand::texture},
-                                   Statement{"map_Ke", Operand::texture},   Statement{"map_Ks", Operand::ignored},
-                                   Statement{"map_Ns", Operand::ignored},   Statement{"map_Ni", Operand::ignored},
-                                   Statement{"map_bump", Operand::ignored}, Statement{"bump", Operand::ignored},
-                                   Statement{"map_norm", Operand::ignored}, Statement{"norm", Operand::ignored},
-                                   Statement{"map_disp", Operand::ignored}, Statement{"disp", Operand::ignored},
-                                   Statement{"decal", Operand::ignored},    Statement{"refl", Operand::ignored},
-                                   Statement{"map_refl", Operand::ignored}, Statement{"map_Pr", Operand::ignored},
-                                   Statement{"map_Pm", Operand::ignored},   Statement{"map_Ps", Operand::ignored},
-                                   Statement{"Refl", Operand::ignored},     Statement{"sharpness", Operand::ignored},
-                                   Statement{"map_aat", Operand::ignored},  Statement{"Km", Operand::ignored}};
+constexpr Statement statements[] = {
+    {"newmtl", Operand::text},       {"Ka", Operand::ignored},       {"Kd", Operand::numbers},
+    {"Ks", Operand::numbers},        {"Ke", Operand::numbers},       {"Tf", Operand::numbers},
+    {"Ni", Operand::numbers},        {"Ns", Operand::numbers},       {"illum", Operand::numbers},
+    {"d", Operand::numbers},         {"Tr", Operand::numbers},       {"Pr", Operand::numbers},
+    {"Pm", Operand::numbers},        {"map_Ka", Operand::texture},   {"map_Kd", Operand::texture},
+    {"map_d", Operand::texture},     {"map_Ke", Operand::texture},   {"map_Ks", Operand::ignored},
+    {"map_Ns", Operand::ignored},    {"map_Ni", Operand::ignored},   {"map_bump", Operand::ignored},
+    {"bump", Operand::ignored},      {"map_norm", Operand::ignored}, {"norm", Operand::ignored},
+    {"map_disp", Operand::ignored},  {"disp", Operand::ignored},     {"decal", Operand::ignored},
+    {"refl", Operand::ignored},      {"map_refl", Operand::ignored}, {"map_Pr", Operand::ignored},
+    {"map_Pm", Operand::ignored},    {"map_Ps", Operand::ignored},   {"Refl", Operand::ignored},
+    {"sharpness", Operand::ignored}, {"map_aat", Operand::ignored},  {"Km", Operand::ignored}};
 
 bool same_word(const std::string& a, const char* b) {
     const auto same = [](char x, char y) {
@@ -68,9 +62,9 @@ private:
     /// The next statement that tinyobjloader is to see.
     std::optional<std::string> next() {
         while (auto line = lines_.next()) {
-            const auto found = std::find_if(statements.begin(), statements.end(),
+            const auto found = std::find_if(std::begin(statements), std::end(statements),
                                             [&](const Statement& s) { return same_word(line->keyword, s.spelling); });
-            if (found == statements.end())
+            if (found == std::end(statements))
                 skip(*line, "an unknown statement, " + line->keyword);
             else if (found->operand == Operand::text)
                 begin_material(*line);

@@ -7,6 +7,7 @@
 #include <equistream/error.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
@@ -36,14 +37,6 @@ public:
         callbacks.texcoord_cb = [](void* self, float x, float y, float) {
             of(self).out_.uvs.push_back(of(self).finite(glm::vec2(x, y), "vt"));
         };
-        callbacks.index_cb = [](void* self, tinyobj::index_t* corners, int count) {
-            of(self).add_face({corners, static_cast<std::size_t>(count)});
-        };
-        callbacks.usemtl_cb = [](void* self, const char* name, int) { of(self).use_material(name); };
-        callbacks.group_cb = [](void* self, const char** names, int count) {
-            of(self).begin_group({names, static_cast<std::size_t>(count)});
-        };
-        callbacks.object_cb = [](void* self, const char* name) { of(self).begin_object(name); };
         StatementStream stream([this] { return next(); });
         tinyobj::LoadObjWithCallback(stream, callbacks, this);
         finish_materials();
@@ -54,7 +47,7 @@ private:
     static ObjReader& of(void* self) { return *static_cast<ObjReader*>(self); }
     std::string where() const { return lines_.where(line_); }
 
-    /// The next statement that tinyobjloader is to see; smoothing groups and material files are not among them.
+    /// The next statement that tinyobjloader is to see: a vertex. The others on the way there are read here.
     std::optional<std::string> next() {
         while (const auto line = lines_.next()) {
             line_ = line->number;
@@ -62,12 +55,14 @@ private:
             if (keyword == "v" || keyword == "vn" || keyword == "vt")
                 return vertex_statement(*line);
             if (keyword == "f" || keyword == "fo")
-                return face_statement(*line);
-            if ((keyword == "usemtl" || keyword == "o") && !line->rest.empty())
-                return keyword + " " + line->rest;
-            if (keyword == "g")
-                return "g " + (line->rest.empty() ? "default" : line->rest);
-            if (keyword == "s")
+                read_face(*line);
+            else if (keyword == "g")
+                begin_group(*line);
+            else if (keyword == "usemtl" && !line->rest.empty())
+                use_material(line->rest);
+            else if (keyword == "o" && !line->rest.empty())
+                begin_object(line->rest);
+            else if (keyword == "s")
                 set_smoothing_group(*line);
             else if (keyword == "mtllib")
                 material_names_.insert(line->rest).second ? read_materials(line->rest) : void();
@@ -102,39 +97,35 @@ private:
         return text;
     }
 
-    std::string face_statement(const ObjLine& line) {
-        std::string text = "f";
+    void read_face(const ObjLine& line) {
+        face_.clear();
         for (std::size_t at = 0; at < line.rest.size();) {
             const std::string_view word = line.next_word(at);
             if (word.empty() || word.front() == '#')
                 break;
-            text += " ";
-            text += checked_corner(word);
+            face_.push_back(corner_of(word));
         }
-        return text;
+        if (!face_.empty())
+            add_face();
     }
 
-    /// "12", "12/5", "12//7" or "12/5/7", each with a sign or without. Slashes with nothing behind them are common;
-    /// tinyobjloader would look for the missing index beyond the blanks that follow: the result is without them.
-    std::string_view checked_corner(std::string_view word) const {
+    /// Numbers of v, vt and vn in "12", "12/5", "12//7" or "12/5/7", each with a sign or without; 0: not given. Slashes
+    /// with nothing behind them are common.
+    std::array<int, 3> corner_of(std::string_view word) const {
+        std::array<int, 3> numbers{};
         const std::string_view corner = word.substr(0, word.find_last_not_of('/') + 1);
-        std::size_t part = 1, digits = 0;
         bool good = std::count(word.begin(), word.end(), '/') <= 2;
-        for (std::size_t i = 0; good && i <= corner.size(); ++i) {
-            const char c = i < corner.size() ? corner[i] : '/';
-            if (c == '/') {
-                good = digits > 0 || part == 2;
-                ++part;
-                digits = 0;
-            } else if (c == '-') {
-                good = digits == 0 && (i == 0 || corner[i - 1] == '/');
-            } else {
-                good = c >= '0' && c <= '9' && ++digits <= index_digits;
-            }
+        for (std::size_t part = 0, at = 0; good && at <= corner.size(); ++part) {
+            const std::string_view text = corner.substr(at, corner.find('/', at) - at);
+            const char* end = text.data() + text.size();
+            good = text.empty() || text == "-" ? part == 1
+                                               : std::from_chars(text.data(), end, numbers[part]).ptr == end &&
+                                                     text.size() - text.starts_with('-') <= index_digits;
+            at += text.size() + 1;
         }
         if (!good)
             throw InputError(expected_found(where(), "corners like 1, 1/2, 1//3 or 1/2/3 after f", std::string(word)));
-        return corner;
+        return numbers;
     }
 
     void set_smoothing_group(const ObjLine& line) {
@@ -172,20 +163,19 @@ private:
         return index != 0 && from_0 >= 0 && from_0 < n ? static_cast<std::uint32_t>(from_0) : no_index;
     }
 
-    void add_face(std::span<const tinyobj::index_t> from) {
-        if (from.size() > polygon_limit)
-            throw InputError(expected_found(where(), "a face of at most 4096 corners", std::to_string(from.size())));
+    void add_face() {
+        if (face_.size() > polygon_limit)
+            throw InputError(expected_found(where(), "a face of at most 4096 corners", std::to_string(face_.size())));
         corners_.clear();
-        for (const tinyobj::index_t& c : from) {
-            const ObjCorner corner{resolved(c.vertex_index, out_.positions.size()),
-                                   resolved(c.texcoord_index, out_.uvs.size()),
-                                   resolved(c.normal_index, out_.normals.size())};
+        for (const auto& [v, vt, vn] : face_) {
+            const ObjCorner corner{resolved(v, out_.positions.size()), resolved(vt, out_.uvs.size()),
+                                   resolved(vn, out_.normals.size())};
             if (corner.position == no_index)
                 throw InputError(expected_found(where(),
                                                 "one of the " + std::to_string(out_.positions.size()) +
                                                     " vertices so far (1 is the first, -1 the last)",
-                                                std::to_string(c.vertex_index)));
-            if ((c.texcoord_index != 0 && corner.uv == no_index) || (c.normal_index != 0 && corner.normal == no_index))
+                                                std::to_string(v)));
+            if ((vt != 0 && corner.uv == no_index) || (vn != 0 && corner.normal == no_index))
                 notes_.add(where(), "a vt or vn that is not there: left out");
             // A corner that is repeated makes no area, but would hide the polygon's ears.
             if (corners_.empty() || corners_.back().position != corner.position)
@@ -255,11 +245,11 @@ private:
         part_.reset();
     }
 
-    void begin_group(std::span<const char* const> names) {
+    void begin_group(const ObjLine& line) {
         std::string name;
-        for (const char* n : names)
-            name += (name.empty() ? "" : " ") + std::string(n);
-        group_ = name;
+        for (std::size_t at = 0; at < line.rest.size();)
+            name += (name.empty() ? "" : " ") + std::string(line.next_word(at));
+        group_ = name.empty() ? "default" : name;
         part_.reset();
     }
 
@@ -320,7 +310,8 @@ private:
     std::vector<std::pair<std::string, std::string>> used_names_;  ///< name, where it is first used
     std::set<std::string> material_names_;                         ///< of mtllib statements
     std::size_t corner_count_ = 0;
-    std::vector<ObjCorner> corners_;  ///< of the face being read
+    std::vector<std::array<int, 3>> face_;  ///< of the face being read: what its corners say
+    std::vector<ObjCorner> corners_;        ///< what they mean
     std::vector<glm::vec3> polygon_;
     std::vector<std::array<std::uint32_t, 3>> triangles_;
 };

@@ -117,28 +117,17 @@ ObjTexture parse_texture(const std::string& statement) {
         std::string_view name;
         int words;  // after it, at most; beyond the first only numbers
     };
-    static constexpr std::array<Option, 14> options = {{{"-blendu", 1},
-                                                        {"-blendv", 1},
-                                                        {"-boost", 1},
-                                                        {"-bm", 1},
-                                                        {"-cc", 1},
-                                                        {"-clamp", 1},
-                                                        {"-colorspace", 1},
-                                                        {"-imfchan", 1},
-                                                        {"-mm", 2},
-                                                        {"-o", 3},
-                                                        {"-s", 3},
-                                                        {"-t", 3},
-                                                        {"-texres", 1},
-                                                        {"-type", 1}}};
+    static constexpr Option options[] = {{"-blendu", 1}, {"-blendv", 1},     {"-boost", 1},   {"-bm", 1},  {"-cc", 1},
+                                         {"-clamp", 1},  {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},  {"-o", 3},
+                                         {"-s", 3},      {"-t", 3},          {"-texres", 1},  {"-type", 1}};
     const ObjLine line{0, {}, statement};
     ObjTexture texture;
     for (std::size_t at = 0;;) {
         const std::size_t before = at;
         const std::string_view word = line.next_word(at);
         const auto option =
-            std::find_if(options.begin(), options.end(), [&](const Option& o) { return o.name == word; });
-        if (option == options.end()) {
+            std::find_if(std::begin(options), std::end(options), [&](const Option& o) { return o.name == word; });
+        if (option == std::end(options)) {
             const std::size_t start = std::min(line.rest.find_first_not_of(" \t", before), line.rest.size());
             texture.name = line.rest.substr(start);
             return texture;

@@ -2,14 +2,13 @@
 
 #include <equistream/error.h>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -19,11 +18,37 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t buffer_bytes = 1 << 20;
-
 [[noreturn]] void fail(const fs::path& file, const std::string& reason) {
     throw WorkError(file.string() + ": cannot be written: " + reason);
 }
+
+/// One file, from front to back. Failures throw WorkError naming the file.
+class AssetFile {
+public:
+    explicit AssetFile(fs::path file) : file_(std::move(file)), stream_(std::fopen(file_.c_str(), "wbe")) {
+        if (!stream_)
+            fail(file_, std::strerror(errno));
+    }
+    void write(const void* data, std::size_t bytes) {
+        if (std::fwrite(data, 1, bytes, stream_.get()) != bytes)
+            fail(file_, std::strerror(errno));
+        bytes_ += bytes;
+    }
+    /// Returns the file's bytes.
+    std::uint64_t close() {
+        if (std::fclose(stream_.release()) != 0)
+            fail(file_, std::strerror(errno));
+        return bytes_;
+    }
+
+private:
+    struct Close {
+        void operator()(std::FILE* stream) const { std::fclose(stream); }
+    };
+    fs::path file_;
+    std::unique_ptr<std::FILE, Close> stream_;
+    std::uint64_t bytes_ = 0;
+};
 
 fs::path folder_for(const fs::path& scene_file) {
     // "$" would start a parameter in Mitsuba's XML.
@@ -46,49 +71,6 @@ void require_ours(const fs::path& folder) {
 }
 
 }  // namespace
-
-AssetFile::AssetFile(fs::path file) : file_(std::move(file)) {
-    descriptor_ = open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor_ < 0)
-        fail(file_, std::strerror(errno));
-    buffer_.reserve(buffer_bytes);
-}
-
-AssetFile::~AssetFile() {
-    if (descriptor_ >= 0)
-        ::close(descriptor_);
-}
-
-void AssetFile::write(const void* data, std::size_t bytes) {
-    if (buffer_.size() + bytes > buffer_bytes)
-        flush();
-    const auto* from = static_cast<const std::uint8_t*>(data);
-    buffer_.insert(buffer_.end(), from, from + bytes);
-}
-
-void AssetFile::flush() {
-    const std::uint8_t* next = buffer_.data();
-    std::size_t left = buffer_.size();
-    while (left > 0) {
-        const ssize_t written = ::write(descriptor_, next, left);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            fail(file_, std::strerror(written < 0 ? errno : ENOSPC));
-        next += written;
-        left -= static_cast<std::size_t>(written);
-    }
-    bytes_ += buffer_.size();
-    buffer_.clear();
-}
-
-std::uint64_t AssetFile::close() {
-    flush();
-    const int descriptor = std::exchange(descriptor_, -1);
-    if (::close(descriptor) != 0)
-        fail(file_, std::strerror(errno));
-    return bytes_;
-}
 
 AssetFolder::AssetFolder(const fs::path& scene_file, bool overwrite) : folder_(folder_for(scene_file)) {
     const fs::path parent = folder_.has_parent_path() ? folder_.parent_path() : fs::path(".");
@@ -212,7 +194,8 @@ void write_ply(AssetFolder& folder, const std::string& name, const Mesh& mesh, c
     const std::vector<glm::dvec3> means = other_side || some_zero ? mean_normals(mesh) : std::vector<glm::dvec3>();
 
     AssetFile file(folder.path_of(name));
-    file.write(header(mesh, normals, options.texture_coordinates));
+    const std::string beginning = header(mesh, normals, options.texture_coordinates);
+    file.write(beginning.data(), beginning.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         std::array<float, 8> values{};
         std::size_t used = 0;

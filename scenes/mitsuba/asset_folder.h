@@ -7,34 +7,12 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace equistream::mitsuba_xml {
-
-/// One file, from front to back through a buffer. Failures throw WorkError naming the file.
-class AssetFile {
-public:
-    explicit AssetFile(std::filesystem::path file);
-    ~AssetFile();
-    AssetFile(const AssetFile&) = delete;
-    AssetFile& operator=(const AssetFile&) = delete;
-
-    void write(const void* data, std::size_t bytes);
-    void write(const std::string& text) { write(text.data(), text.size()); }
-    std::uint64_t close();  ///< the file's bytes
-
-private:
-    void flush();
-
-    std::filesystem::path file_;
-    int descriptor_ = -1;
-    std::vector<std::uint8_t> buffer_;
-    std::uint64_t bytes_ = 0;
-};
 
 /// Making files in it is thread-safe; the rest is not.
 class AssetFolder {

@@ -87,14 +87,13 @@ void add_sun(pugi::xml_node scene, const SceneDescription& description, const Bo
     add_rgb(add_plugin(node, "emitter", "area"), "radiance", sun.irradiance / (std::numbers::pi * sine * sine));
 }
 
-void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image,
-                 const EmitterShare& share) {
+void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image, double share) {
     pugi::xml_node node = add_plugin(shape, "emitter", "area");
     if (emission_image.empty())
         add_rgb(node, "radiance", glm::dvec3(material.emission));
     else
         add_reference(node, emission_image, "radiance");
-    add_float(node, "sampling_weight", share.weight);
+    add_float(node, "sampling_weight", share);
 }
 
 /// Counts on a grid: no point of it may lie in two triangles.

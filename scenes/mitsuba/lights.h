@@ -12,11 +12,6 @@ struct Bounds {
     double radius_m = 0;
 };
 
-/// A glowing shape's own share of light samples, all shapes together having one; 0: found by scattered rays alone.
-struct EmitterShare {
-    double weight = 1;
-};
-
 /// A sky, if it shines, with one share of the light samples. A sky's image is written here.
 void add_sky(pugi::xml_node scene, const SceneDescription& description, AssetFolder& folder);
 
@@ -29,9 +24,9 @@ void add_darkness(pugi::xml_node scene);
 /// Distance of that disc from the bounds' centre.
 double sun_distance_m(const Bounds& bounds);
 
-/// An area light on a shape.
-void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image,
-                 const EmitterShare& share);
+/// An area light on a shape. `share` of light samples, all shapes together having one; 0: found by scattered rays
+/// alone.
+void add_emitter(pugi::xml_node shape, const Material& material, const std::string& emission_image, double share);
 
 /// Whether texture coordinates of a mesh map one to one onto places in [0, 1]^2: only then can Mitsuba choose points
 /// on a textured light by its texture.

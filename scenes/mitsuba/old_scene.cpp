@@ -5,12 +5,13 @@
 #include <pugixml.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <fstream>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -24,109 +25,89 @@ namespace {
 constexpr std::uintmax_t size_limit = 256 << 20;
 constexpr std::size_t file_limit = 1000;
 
-/// What an old name has become; `advice` is the whole sentence where there is no other name.
+/// What old names have become. Several names stand in one text between blanks.
 struct Renamed {
-    std::string_view of;  ///< the element it belongs to; empty for any
-    std::string_view old_name, new_name, advice;
+    std::string_view of;  ///< the elements they belong to; empty for any
+    std::string_view old_names, new_name;
+    std::string_view advice = {};  ///< the whole sentence where there is no other name
 };
 
-constexpr std::array elements{
-    Renamed{"", "srgb", "rgb", ""},
-    Renamed{"", "lookAt", "lookat", ""},
-    Renamed{"", "luminaire", "emitter", ""},
-    Renamed{"", "camera", "sensor", ""},
-    Renamed{"", "blackbody", "",
-            "write <spectrum type=\"blackbody\"> with a <float name=\"temperature\"> in place of "
-            "<blackbody>"},
-    Renamed{"", "animation", "transform", ""},
-    Renamed{"", "subsurface", "", "leave out <subsurface>: subsurface scattering is a medium now (homogeneous)"},
+constexpr Renamed elements[] = {
+    {"", "srgb", "rgb"},
+    {"", "lookAt", "lookat"},
+    {"", "luminaire", "emitter"},
+    {"", "camera", "sensor"},
+    {"", "blackbody", "",
+     "write <spectrum type=\"blackbody\"> with a <float name=\"temperature\"> in place of <blackbody>"},
+    {"", "animation", "transform"},
+    {"", "subsurface", "", "leave out <subsurface>: subsurface scattering is a medium now (homogeneous)"},
 };
 
-constexpr std::array plugins{
-    Renamed{"integrator", "bdpt", "path", ""},
-    Renamed{"integrator", "pssmlt", "path", ""},
-    Renamed{"integrator", "mlt", "path", ""},
-    Renamed{"integrator", "erpt", "path", ""},
-    Renamed{"integrator", "photonmapper", "path", ""},
-    Renamed{"integrator", "ppm", "path", ""},
-    Renamed{"integrator", "sppm", "path", ""},
-    Renamed{"integrator", "vpl", "path", ""},
-    Renamed{"integrator", "irrcache", "", "leave out the integrator irrcache and keep the one in it"},
-    Renamed{"integrator", "adaptive", "", "leave out the integrator adaptive and keep the one in it"},
-    Renamed{"integrator", "volpath_simple", "volpath", ""},
-    Renamed{"integrator", "ao", "path", ""},
-    Renamed{"sensor", "spherical", "equirect", ""},
-    Renamed{"sensor", "telecentric", "orthographic", ""},
-    Renamed{"sensor", "perspective_rdist", "perspective", ""},
-    Renamed{"sampler", "halton", "multijitter", ""},
-    Renamed{"sampler", "hammersley", "multijitter", ""},
-    Renamed{"sampler", "sobol", "multijitter", ""},
-    Renamed{"film", "ldrfilm", "hdrfilm", ""},
-    Renamed{"film", "tiledhdrfilm", "hdrfilm", ""},
-    Renamed{"film", "mfilm", "hdrfilm", ""},
-    Renamed{"bsdf", "phong", "roughplastic", ""},
-    Renamed{"bsdf", "ward", "roughconductor", ""},
-    Renamed{"bsdf", "coating", "plastic", ""},
-    Renamed{"bsdf", "roughcoating", "roughplastic", ""},
-    Renamed{"bsdf", "difftrans", "diffuse", ""},
-    Renamed{"bsdf", "roughdiffuse", "diffuse", ""},
-    Renamed{"bsdf", "hk", "diffuse", ""},
-    Renamed{"bsdf", "irawan", "diffuse", ""},
-    Renamed{"bsdf", "mixturebsdf", "blendbsdf", ""},
-    Renamed{"texture", "gridtexture", "checkerboard", ""},
-    Renamed{"texture", "scale", "", "leave out the texture scale and scale the colours of the one in it"},
-    Renamed{"texture", "wireframe", "", "leave out the texture wireframe: write <rgb> in its place"},
-    Renamed{"texture", "curvature", "", "leave out the texture curvature: write <rgb> in its place"},
-    Renamed{"texture", "vertexcolors", "",
-            "write <texture type=\"mesh_attribute\"> with a <string name=\"name\" "
-            "value=\"vertex_color\"/> in place of the texture vertexcolors"},
-    Renamed{"emitter", "sun", "sunsky", ""},
-    Renamed{"emitter", "sky", "sunsky", ""},
-    Renamed{"emitter", "collimated", "directional", ""},
-    Renamed{"shape", "heightfield", "", "write a mesh (ply, obj) in place of the shape heightfield"},
-    Renamed{"shape", "hair", "bsplinecurve", ""},
-    Renamed{"shape", "deformable", "ply", ""},
-    Renamed{"phase", "hg_mixture", "blendphase", ""},
-    Renamed{"phase", "mixturephase", "blendphase", ""},
-    Renamed{"phase", "kkay", "hg", ""},
-    Renamed{"phase", "microflake", "sggx", ""},
+constexpr Renamed plugins[] = {
+    {"integrator", "bdpt pssmlt mlt erpt photonmapper ppm sppm vpl ao", "path"},
+    {"integrator", "irrcache", "", "leave out the integrator irrcache and keep the one in it"},
+    {"integrator", "adaptive", "", "leave out the integrator adaptive and keep the one in it"},
+    {"integrator", "volpath_simple", "volpath"},
+    {"sensor", "spherical", "equirect"},
+    {"sensor", "telecentric", "orthographic"},
+    {"sensor", "perspective_rdist", "perspective"},
+    {"sampler", "halton hammersley sobol", "multijitter"},
+    {"film", "ldrfilm tiledhdrfilm mfilm", "hdrfilm"},
+    {"bsdf", "phong roughcoating", "roughplastic"},
+    {"bsdf", "ward", "roughconductor"},
+    {"bsdf", "coating", "plastic"},
+    {"bsdf", "difftrans roughdiffuse hk irawan", "diffuse"},
+    {"bsdf", "mixturebsdf", "blendbsdf"},
+    {"texture", "gridtexture", "checkerboard"},
+    {"texture", "scale", "", "leave out the texture scale and scale the colours of the one in it"},
+    {"texture", "wireframe", "", "leave out the texture wireframe: write <rgb> in its place"},
+    {"texture", "curvature", "", "leave out the texture curvature: write <rgb> in its place"},
+    {"texture", "vertexcolors", "",
+     "write <texture type=\"mesh_attribute\"> with a <string name=\"name\" value=\"vertex_color\"/> in place of the "
+     "texture vertexcolors"},
+    {"emitter", "sun sky", "sunsky"},
+    {"emitter", "collimated", "directional"},
+    {"shape", "heightfield", "", "write a mesh (ply, obj) in place of the shape heightfield"},
+    {"shape", "hair", "bsplinecurve"},
+    {"shape", "deformable", "ply"},
+    {"phase", "hg_mixture mixturephase", "blendphase"},
+    {"phase", "kkay", "hg"},
+    {"phase", "microflake", "sggx"},
 };
 
 /// Values of <string>, by the property's name in both spellings.
-constexpr std::array values{
-    Renamed{"filterType", "trilinear", "bilinear", ""},
-    Renamed{"filterType", "ewa", "bilinear", ""},
-    Renamed{"filter_type", "trilinear", "bilinear", ""},
-    Renamed{"filter_type", "ewa", "bilinear", ""},
-    Renamed{"distribution", "phong", "beckmann", ""},
-    Renamed{"distribution", "as", "ggx", ""},
-    Renamed{"wrapMode", "zero", "clamp", ""},
-    Renamed{"wrapMode", "one", "clamp", ""},
-    Renamed{"fileFormat", "png", "openexr", ""},
-    Renamed{"fileFormat", "jpeg", "openexr", ""},
-    Renamed{"wrap_mode", "zero", "clamp", ""},
-    Renamed{"wrap_mode", "one", "clamp", ""},
+constexpr Renamed values[] = {
+    {"filterType filter_type", "trilinear ewa", "bilinear"},
+    {"distribution", "phong", "beckmann"},
+    {"distribution", "as", "ggx"},
+    {"wrapMode wrap_mode", "zero one", "clamp"},
+    {"fileFormat", "png jpeg", "openexr"},
 };
 
 /// Properties without a successor of the same meaning.
-constexpr std::array properties{
-    Renamed{"integrator", "strictNormals", "", "leave out strictNormals"},
-    Renamed{"film", "attachLog", "", "leave out attachLog"},
-    Renamed{"film", "highQualityEdges", "", "leave out highQualityEdges"},
-    Renamed{"film", "gamma", "", "leave out gamma: an hdrfilm is linear"},
-    Renamed{"medium", "sigmaS", "", "write albedo, sigmaS / (sigmaS + sigmaA), in place of sigmaS"},
-    Renamed{"medium", "sigmaA", "", "write sigma_t, sigmaS + sigmaA, in place of sigmaA"},
-    Renamed{"bsdf", "exponent", "", "write alpha, sqrt(2 / (exponent + 2)), in place of exponent"},
-    Renamed{"emitter", "sunRadiusScale", "", "leave out sunRadiusScale"},
-    Renamed{"bsdf", "extEta", "", "leave out extEta: eta and k are relative to the outside"},
-    Renamed{"shape", "maxSmoothAngle", "", "leave out maxSmoothAngle"},
-    Renamed{"texture", "gamma", "", "write <boolean name=\"raw\"> in place of gamma: true where it is 1"},
+constexpr Renamed properties[] = {
+    {"integrator", "strictNormals", "", "leave out strictNormals"},
+    {"film", "attachLog", "", "leave out attachLog"},
+    {"film", "highQualityEdges", "", "leave out highQualityEdges"},
+    {"film", "gamma", "", "leave out gamma: an hdrfilm is linear"},
+    {"medium", "sigmaS", "", "write albedo, sigmaS / (sigmaS + sigmaA), in place of sigmaS"},
+    {"medium", "sigmaA", "", "write sigma_t, sigmaS + sigmaA, in place of sigmaA"},
+    {"bsdf", "exponent", "", "write alpha, sqrt(2 / (exponent + 2)), in place of exponent"},
+    {"emitter", "sunRadiusScale", "", "leave out sunRadiusScale"},
+    {"bsdf", "extEta", "", "leave out extEta: eta and k are relative to the outside"},
+    {"shape", "maxSmoothAngle", "", "leave out maxSmoothAngle"},
+    {"texture", "gamma", "", "write <boolean name=\"raw\"> in place of gamma: true where it is 1"},
 };
 
-template <std::size_t N>
-const Renamed* find(const std::array<Renamed, N>& table, std::string_view of, std::string_view name) {
-    const auto row = std::find_if(table.begin(), table.end(), [&](const Renamed& each) {
-        return each.old_name == name && (each.of.empty() || each.of == of);
+bool lists(std::string_view names, std::string_view name) {
+    return names.find(name) != names.npos && std::ranges::any_of(std::views::split(names, ' '), [&](const auto& each) {
+               return std::string_view(each.begin(), each.end()) == name;
+           });
+}
+
+const Renamed* find(std::span<const Renamed> table, std::string_view of, std::string_view name) {
+    const auto row = std::ranges::find_if(table, [&](const Renamed& each) {
+        return lists(each.old_names, name) && (each.of.empty() || lists(each.of, of));
     });
     return row == table.end() ? nullptr : &*row;
 }
@@ -224,11 +205,15 @@ private:
             ++changes_[known->second].times;
     }
 
-    void say(File& file, const pugi::xml_node& node, const Renamed& row, const std::string& kind) {
-        say(file, node,
-            row.advice.empty()
-                ? "write " + kind + std::string(row.new_name) + " in place of " + std::string(row.old_name)
-                : std::string(row.advice));
+    /// `kind`: what the name is, with a blank behind it.
+    bool say_renamed(File& file, const pugi::xml_node& node, std::span<const Renamed> table, std::string_view of,
+                     std::string_view name, const std::string& kind) {
+        const Renamed* row = find(table, of, name);
+        if (row)
+            say(file, node,
+                row->advice.empty() ? "write " + kind + std::string(row->new_name) + " in place of " + std::string(name)
+                                    : std::string(row->advice));
+        return row != nullptr;
     }
 
     /// In the order of the file, without recursion: XML may nest as deep as it likes.
@@ -251,22 +236,18 @@ private:
     void look_at(File& file, const pugi::xml_node& node, int version) {
         const std::string_view tag = node.name(), value = node.attribute("value").value();
         const std::string name = node.attribute("name").value();
-        if (const Renamed* row = find(elements, "", tag))
-            say(file, node, *row, "the element ");
-        if (const Renamed* row = find(plugins, tag, node.attribute("type").value()))
-            say(file, node, *row, "the " + std::string(tag) + " ");
+        say_renamed(file, node, elements, "", tag, "the element ");
+        say_renamed(file, node, plugins, tag, node.attribute("type").value(), "the " + std::string(tag) + " ");
         if (tag == "include")
             include(file, node, version);
         if (tag == "string")
-            if (const Renamed* row = find(values, name, value))
-                say(file, node, *row, "the " + name + " ");
+            say_renamed(file, node, values, name, value, "the " + name + " ");
         if (tag == "spectrum" && is_list_of_colours(value))
             say(file, node, "write the element rgb in place of spectrum: its values are red, green, blue");
         if (tag == "rgb" && value.find('#') != value.npos)
             say(file, node, "write three numbers from 0 to 1 in place of #rrggbb");
-        if (const Renamed* row = find(properties, node.parent().name(), name))
-            say(file, node, *row, "");
-        else if (const std::string now = underscored(name); version >= 2 && tag != "default" && !now.empty())
+        const bool said = say_renamed(file, node, properties, node.parent().name(), name, "");
+        if (const std::string now = underscored(name); !said && version >= 2 && tag != "default" && !now.empty())
             say(file, node, "write the name " + now + " in place of " + name);
     }
 

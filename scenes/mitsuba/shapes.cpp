@@ -155,7 +155,7 @@ void Shapes::declare_glowing(pugi::xml_node scene, const AssetFolder& folder, st
     for (int side = 0; side < (glow.both_sides ? 2 : 1); ++side) {
         const std::string id = numbered("instance-", instance) + (side == 0 ? "" : "-back");
         declare_ply(scene, id, folder.reference_to(mesh_file(id)), mesh, smooth);
-        add_emitter(scene.last_child(), material, glow.image, {glow.share / (glow.both_sides ? 2 : 1)});
+        add_emitter(scene.last_child(), material, glow.image, glow.share / (glow.both_sides ? 2 : 1));
     }
 }
 

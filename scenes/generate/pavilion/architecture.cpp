@@ -6,8 +6,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float tau = 6.2831853f;
-
 void scale_uv(Shape& shape, float factor) {
     for (glm::vec2& uv : shape.uvs)
         uv *= factor;
@@ -16,7 +14,7 @@ void scale_uv(Shape& shape, float factor) {
 /// Shaft with twenty flutes that fade out at both ends, and a slight swelling.
 Shape fluted_shaft(float bottom, float top) {
     constexpr int flutes = 20, steps = 6, rows = 11;
-    Shape shape = sheet(
+    return sheet(
         flutes * steps, rows,
         [&](float u, float v) {
             const float radius = 0.24f - 0.045f * v * v - 0.004f * v;
@@ -27,7 +25,6 @@ Shape fluted_shaft(float bottom, float top) {
             return glm::vec3(r * std::sin(tau * u), glm::mix(bottom, top, v), r * std::cos(tau * u));
         },
         {1.5f, 2.7f}, true);
-    return shape;
 }
 
 /// Quarter and half rounds are what mouldings are made of.
@@ -59,23 +56,10 @@ Shape column() {
 }
 
 Shape entablature() {
-    constexpr std::array<glm::vec2, 17> outline{{{4.17f, 3.3f},
-                                                 {4.63f, 3.3f},
-                                                 {4.63f, 3.42f},
-                                                 {4.65f, 3.42f},
-                                                 {4.65f, 3.56f},
-                                                 {4.69f, 3.59f},
-                                                 {4.69f, 3.62f},
-                                                 {4.62f, 3.62f},
-                                                 {4.62f, 3.86f},
-                                                 {4.66f, 3.89f},
-                                                 {4.66f, 3.97f},
-                                                 {4.86f, 3.97f},
-                                                 {4.86f, 4.05f},
-                                                 {4.93f, 4.12f},
-                                                 {4.93f, 4.15f},
-                                                 {4.17f, 4.15f},
-                                                 {4.17f, 3.3f}}};
+    constexpr glm::vec2 outline[] = {{4.17f, 3.3f},  {4.63f, 3.3f},  {4.63f, 3.42f}, {4.65f, 3.42f}, {4.65f, 3.56f},
+                                     {4.69f, 3.59f}, {4.69f, 3.62f}, {4.62f, 3.62f}, {4.62f, 3.86f}, {4.66f, 3.89f},
+                                     {4.66f, 3.97f}, {4.86f, 3.97f}, {4.86f, 4.05f}, {4.93f, 4.12f}, {4.93f, 4.15f},
+                                     {4.17f, 4.15f}, {4.17f, 3.3f}};
     Shape shape = lathe(outline, 192);
     const Shape dentil = box({0.075f, 0.075f, 0.1f});
     for (int i = 0; i < 144; ++i)
@@ -98,8 +82,7 @@ void build_rafters(Site& site) {
             site.scene.object("batten", {batten},
                               placed(15.0f * static_cast<float>(i), radius, rafter_bottom + 0.195f));
     }
-    constexpr std::array<glm::vec2, 5> hub{
-        {{0.92f, 4.1f}, {1.03f, 4.1f}, {1.03f, 4.36f}, {0.92f, 4.36f}, {0.92f, 4.1f}}};
+    constexpr glm::vec2 hub[] = {{0.92f, 4.1f}, {1.03f, 4.1f}, {1.03f, 4.36f}, {0.92f, 4.36f}, {0.92f, 4.1f}};
     site.scene.add("roof ring", lathe(hub, 96), site.paint.wood);
 }
 
@@ -142,25 +125,10 @@ void build_floor_and_steps(Site& site) {
         return glm::vec3(radius * std::sin(angle), 0, radius * std::cos(angle));
     };
     site.scene.add("tiles", sheet(144, 28, tile_point, {9, 1.75f}, true), site.paint.tiles);
-    Shape border = ring(outer, 4.9f, 192);
-    site.scene.add("outer border", std::move(border), site.paint.dark_marble);
-    constexpr std::array<glm::vec2, 13> steps{{{6.1f, -0.9f},
-                                               {6.1f, -0.31f},
-                                               {6.09f, -0.3f},
-                                               {5.62f, -0.3f},
-                                               {5.62f, -0.16f},
-                                               {5.61f, -0.15f},
-                                               {5.3f, -0.15f},
-                                               {5.3f, -0.15f},
-                                               {5.26f, -0.15f},
-                                               {5.26f, -0.01f},
-                                               {5.25f, 0},
-                                               {5.1f, 0},
-                                               {4.9f, 0}}};
-    std::vector<glm::vec2> outline;
-    for (const glm::vec2& p : steps)
-        if (outline.empty() || p != outline.back())
-            outline.push_back(p);
+    site.scene.add("outer border", ring(outer, 4.9f, 192), site.paint.dark_marble);
+    constexpr glm::vec2 outline[] = {{6.1f, -0.9f},   {6.1f, -0.31f},  {6.09f, -0.3f}, {5.62f, -0.3f},
+                                     {5.62f, -0.16f}, {5.61f, -0.15f}, {5.3f, -0.15f}, {5.26f, -0.15f},
+                                     {5.26f, -0.01f}, {5.25f, 0},      {5.1f, 0},      {4.9f, 0}};
     Shape stairs = lathe(outline, 192);
     scale_uv(stairs, 0.7f);
     site.scene.add("steps", std::move(stairs), site.paint.limestone);
@@ -178,16 +146,9 @@ void build_columns_and_roof(Site& site) {
 /// Thin round bars with a knop, two rails and a wooden handrail; straight from column to column.
 void build_railings(Site& site) {
     constexpr float half = 0.86f, offset = 4.25f;
-    constexpr std::array<glm::vec2, 10> bar{{{0.0065f, 0.08f},
-                                             {0.0065f, 0.5f},
-                                             {0.012f, 0.512f},
-                                             {0.019f, 0.53f},
-                                             {0.021f, 0.545f},
-                                             {0.019f, 0.56f},
-                                             {0.012f, 0.578f},
-                                             {0.0065f, 0.59f},
-                                             {0.0065f, 0.75f},
-                                             {0.0065f, 0.93f}}};
+    constexpr glm::vec2 bar[] = {{0.0065f, 0.08f}, {0.0065f, 0.5f}, {0.012f, 0.512f}, {0.019f, 0.53f},
+                                 {0.021f, 0.545f}, {0.019f, 0.56f}, {0.012f, 0.578f}, {0.0065f, 0.59f},
+                                 {0.0065f, 0.75f}, {0.0065f, 0.93f}};
     const std::uint32_t bar_mesh = site.scene.mesh("bar", lathe(bar, 10), site.paint.iron);
     Shape rails;
     append(rails, box({2 * half, 0.025f, 0.035f}), moved({0, 0.08f, 0}));
@@ -226,11 +187,8 @@ void build_banners(Site& site) {
             const float sway = 0.075f * (1 - v) * std::sin(5 * u + 3 * v + phase) + 0.1f * (1 - v) * (1 - v);
             return glm::vec3((u - 0.5f) * width, (v - 1) * height, sway + 0.012f);
         };
-        Shape shape = sheet(24, 36, cloth);
-        for (glm::vec2& uv : shape.uvs)
-            uv.y = 1 - uv.y;
         const glm::mat4 here = placed(bays[static_cast<std::size_t>(i)], 4.22f, top);
-        const auto mesh = site.scene.mesh("banner", std::move(shape), site.paint.banners[i]);
+        const auto mesh = site.scene.mesh("banner", v_turned(sheet(24, 36, cloth)), site.paint.banners[i]);
         site.scene.object("banner " + std::to_string(i + 1), {mesh}, here);
         const glm::mat4 lying = glm::rotate(glm::mat4(1), tau / 4, glm::vec3(0, 0, 1));
         site.scene.object("banner rod", {rod}, here * moved({0, 0.01f, 0}) * lying);

@@ -6,7 +6,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float tau = 6.2831853f;
 constexpr float table_top = 0.74f;
 
 /// Points of an arc in the XY plane, for handles and spouts.
@@ -50,46 +49,40 @@ float ball_height(float radius) {
 }
 
 Shape vase() {
-    constexpr std::array<glm::vec2, 27> outline{
-        {{0, 0},           {0.1f, 0},        {0.11f, 0.012f},  {0.095f, 0.03f},  {0.06f, 0.05f},   {0.052f, 0.07f},
-         {0.07f, 0.095f},  {0.12f, 0.14f},   {0.165f, 0.2f},   {0.19f, 0.27f},   {0.192f, 0.33f},  {0.175f, 0.39f},
-         {0.14f, 0.44f},   {0.1f, 0.475f},   {0.075f, 0.505f}, {0.068f, 0.54f},  {0.075f, 0.575f}, {0.1f, 0.61f},
-         {0.125f, 0.63f},  {0.128f, 0.636f}, {0.122f, 0.638f}, {0.095f, 0.615f}, {0.068f, 0.575f}, {0.06f, 0.54f},
-         {0.068f, 0.505f}, {0.09f, 0.47f},   {0, 0.4f}}};
+    constexpr glm::vec2 outline[] = {
+        {0, 0},           {0.1f, 0},        {0.11f, 0.012f},  {0.095f, 0.03f},  {0.06f, 0.05f},   {0.052f, 0.07f},
+        {0.07f, 0.095f},  {0.12f, 0.14f},   {0.165f, 0.2f},   {0.19f, 0.27f},   {0.192f, 0.33f},  {0.175f, 0.39f},
+        {0.14f, 0.44f},   {0.1f, 0.475f},   {0.075f, 0.505f}, {0.068f, 0.54f},  {0.075f, 0.575f}, {0.1f, 0.61f},
+        {0.125f, 0.63f},  {0.128f, 0.636f}, {0.122f, 0.638f}, {0.095f, 0.615f}, {0.068f, 0.575f}, {0.06f, 0.54f},
+        {0.068f, 0.505f}, {0.09f, 0.47f},   {0, 0.4f}};
     return lathe(outline, 96);
 }
 
 Shape cup() {
-    constexpr std::array<glm::vec2, 15> outline{{{0, 0},
-                                                 {0.024f, 0},
-                                                 {0.025f, 0.006f},
-                                                 {0.031f, 0.012f},
-                                                 {0.038f, 0.026f},
-                                                 {0.042f, 0.045f},
-                                                 {0.0435f, 0.068f},
-                                                 {0.044f, 0.074f},
-                                                 {0.0425f, 0.075f},
-                                                 {0.041f, 0.072f},
-                                                 {0.0395f, 0.045f},
-                                                 {0.035f, 0.026f},
-                                                 {0.027f, 0.014f},
-                                                 {0.015f, 0.01f},
-                                                 {0, 0.01f}}};
+    constexpr glm::vec2 outline[] = {{0, 0},
+                                     {0.024f, 0},
+                                     {0.025f, 0.006f},
+                                     {0.031f, 0.012f},
+                                     {0.038f, 0.026f},
+                                     {0.042f, 0.045f},
+                                     {0.0435f, 0.068f},
+                                     {0.044f, 0.074f},
+                                     {0.0425f, 0.075f},
+                                     {0.041f, 0.072f},
+                                     {0.0395f, 0.045f},
+                                     {0.035f, 0.026f},
+                                     {0.027f, 0.014f},
+                                     {0.015f, 0.01f},
+                                     {0, 0.01f}};
     Shape shape = lathe(outline, 48);
     append(shape, even_tube(arc({0.043f, 0.042f}, {0.024f, 0.02f}, -1.65f, 1.75f), 0.0042f));
     return shape;
 }
 
 Shape saucer() {
-    constexpr std::array<glm::vec2, 9> outline{{{0, 0},
-                                                {0.035f, 0},
-                                                {0.04f, 0.004f},
-                                                {0.07f, 0.014f},
-                                                {0.072f, 0.016f},
-                                                {0.07f, 0.0165f},
-                                                {0.04f, 0.0075f},
-                                                {0.03f, 0.005f},
-                                                {0, 0.005f}}};
+    constexpr glm::vec2 outline[] = {{0, 0},           {0.035f, 0},      {0.04f, 0.004f},
+                                     {0.07f, 0.014f},  {0.072f, 0.016f}, {0.07f, 0.0165f},
+                                     {0.04f, 0.0075f}, {0.03f, 0.005f},  {0, 0.005f}};
     return lathe(outline, 48);
 }
 
@@ -121,10 +114,10 @@ Shape teapot() {
 
 /// Four posts between a foot and a hat, a glowing bulb inside, a ring on top.
 Shape lantern_frame() {
-    constexpr std::array<glm::vec2, 7> foot{
-        {{0, 0}, {0.085f, 0}, {0.09f, 0.006f}, {0.085f, 0.016f}, {0.03f, 0.02f}, {0.025f, 0.06f}, {0, 0.06f}}};
-    constexpr std::array<glm::vec2, 7> hat{
-        {{0, 0.235f}, {0.1f, 0.235f}, {0.1f, 0.243f}, {0.05f, 0.285f}, {0.02f, 0.3f}, {0.014f, 0.318f}, {0, 0.32f}}};
+    constexpr glm::vec2 foot[] = {{0, 0},         {0.085f, 0},     {0.09f, 0.006f}, {0.085f, 0.016f},
+                                  {0.03f, 0.02f}, {0.025f, 0.06f}, {0, 0.06f}};
+    constexpr glm::vec2 hat[] = {{0, 0.235f},   {0.1f, 0.235f},   {0.1f, 0.243f}, {0.05f, 0.285f},
+                                 {0.02f, 0.3f}, {0.014f, 0.318f}, {0, 0.32f}};
     Shape shape = lathe(foot, 48);
     append(shape, lathe(hat, 48));
     const Shape post = lathe(std::array<glm::vec2, 2>{{{0.004f, 0.012f}, {0.004f, 0.237f}}}, 10);
@@ -152,8 +145,8 @@ Shape lamp_bulb() {
 
 void build_stool(Site& site, glm::vec3 at, float turn) {
     Shape shape;
-    constexpr std::array<glm::vec2, 6> seat{
-        {{0, 0.43f}, {0.18f, 0.43f}, {0.19f, 0.44f}, {0.19f, 0.455f}, {0.18f, 0.465f}, {0, 0.465f}}};
+    constexpr glm::vec2 seat[] = {{0, 0.43f},      {0.18f, 0.43f},  {0.19f, 0.44f},
+                                  {0.19f, 0.455f}, {0.18f, 0.465f}, {0, 0.465f}};
     append(shape, lathe(seat, 48));
     for (int i = 0; i < 4; ++i) {
         const float a = tau * (static_cast<float>(i) + 0.5f) / 4;
@@ -207,15 +200,8 @@ void lay_table(Site& site, const glm::mat4& on_table) {
     place_cup({0.33f, 0.2f}, 2.4f);
     scene.object("teapot", {scene.mesh("teapot", teapot(), paint.china)},
                  on_table * moved({0.06f, 0, 0.05f}) * turned_y(0.9f));
-    constexpr std::array<glm::vec2, 9> bowl{{{0, 0},
-                                             {0.05f, 0},
-                                             {0.055f, 0.01f},
-                                             {0.1f, 0.04f},
-                                             {0.14f, 0.085f},
-                                             {0.136f, 0.088f},
-                                             {0.096f, 0.046f},
-                                             {0.05f, 0.018f},
-                                             {0, 0.014f}}};
+    constexpr glm::vec2 bowl[] = {{0, 0},           {0.05f, 0},       {0.055f, 0.01f}, {0.1f, 0.04f}, {0.14f, 0.085f},
+                                  {0.136f, 0.088f}, {0.096f, 0.046f}, {0.05f, 0.018f}, {0, 0.014f}};
     const glm::mat4 bowl_place = on_table * moved({-0.36f, 0, -0.12f});
     scene.object("bowl", {scene.mesh("bowl", lathe(bowl, 64), paint.copper)}, bowl_place);
     const std::uint32_t fruit = scene.mesh("orange", sphere(0.039f, 24, 12), paint.orange);

@@ -6,34 +6,21 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float tau = 6.2831853f;
-
 Shape pot() {
-    constexpr std::array<glm::vec2, 11> outline{{{0, 0},
-                                                 {0.15f, 0},
-                                                 {0.155f, 0.01f},
-                                                 {0.215f, 0.33f},
-                                                 {0.24f, 0.335f},
-                                                 {0.245f, 0.345f},
-                                                 {0.245f, 0.405f},
-                                                 {0.238f, 0.413f},
-                                                 {0.21f, 0.413f},
-                                                 {0.2f, 0.405f},
-                                                 {0.19f, 0.35f}}};
+    constexpr glm::vec2 outline[] = {{0, 0},          {0.15f, 0},       {0.155f, 0.01f},  {0.215f, 0.33f},
+                                     {0.24f, 0.335f}, {0.245f, 0.345f}, {0.245f, 0.405f}, {0.238f, 0.413f},
+                                     {0.21f, 0.413f}, {0.2f, 0.405f},   {0.19f, 0.35f}};
     return lathe(outline, 64);
 }
 
 /// A leaf that rises and arches over: `reach` out, its highest point at `height`.
 Shape arching_leaf(float width, float reach, float height) {
-    Shape shape = sheet(4, 14, [&](float u, float v) {
+    return v_turned(sheet(4, 14, [&](float u, float v) {
         const float across = u - 0.5f;
         const float rise = height * std::sin(0.62f * tau / 2 * v) / std::sin(0.62f * tau / 4) * (1 - 0.18f * v);
         const float out = reach * (0.25f * v + 0.75f * v * v);
         return glm::vec3(-across * width, rise + 0.35f * width * std::abs(across), out);
-    });
-    for (glm::vec2& uv : shape.uvs)
-        uv.y = 1 - uv.y;
-    return shape;
+    }));
 }
 
 /// A blade of grass bent outwards.
@@ -145,7 +132,7 @@ void build_pots(Site& site) {
         }
     }
     const auto shrub = scene.mesh("shrub leaves", leaf_cluster(40, 0.2f, {0.15f, 0.17f}, 52), site.paint.twig_leaf);
-    constexpr std::array<glm::vec2, 2> stem{{{0.02f, 0.3f}, {0.014f, 0.95f}}};
+    constexpr glm::vec2 stem[] = {{0.02f, 0.3f}, {0.014f, 0.95f}};
     const auto stem_mesh = scene.mesh("shrub stem", lathe(stem, 10), site.paint.bark);
     for (const float bearing : {150.0f, 240.0f, 272.0f, 88.0f, 330.0f}) {
         const glm::vec3 at = at_bearing(bearing, bearing == 330 || bearing == 150 ? 5.0f : 3.85f, 0);
@@ -214,12 +201,8 @@ void build_vines(Site& site) {
     struct Tendril {
         float bearing, radius, bottom;
     };
-    constexpr std::array<Tendril, 6> tendrils{{{292.5f, 1.98f, 1.52f},
-                                               {292.5f, 2.35f, 2.3f},
-                                               {307.5f, 2.5f, 2.0f},
-                                               {277.5f, 2.9f, 2.35f},
-                                               {307.5f, 3.3f, 2.5f},
-                                               {322.5f, 2.2f, 2.2f}}};
+    constexpr Tendril tendrils[] = {{292.5f, 1.98f, 1.52f}, {292.5f, 2.35f, 2.3f}, {307.5f, 2.5f, 2.0f},
+                                    {277.5f, 2.9f, 2.35f},  {307.5f, 3.3f, 2.5f},  {322.5f, 2.2f, 2.2f}};
     const Shape leaf = folded_leaf(0.085f, 0.09f, 0.25f);
     for (const Tendril& tendril : tendrils) {
         const glm::vec3 top = at_bearing(tendril.bearing, tendril.radius, rafter_bottom);

@@ -8,7 +8,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float tau = 6.2831853f;
 constexpr float rim_radius = 70, horizon_radius = 2600;
 /// North-north-east, on a hill of its own.
 constexpr float tower_bearing = 9, tower_distance = 150;
@@ -99,9 +98,9 @@ void build_path_and_signs(Site& site) {
 void build_tower(Site& site) {
     const glm::vec3 foot = at_bearing(tower_bearing, tower_distance, 0);
     const float base = ground_height({foot.x, foot.z}) - 1;
-    constexpr std::array<glm::vec2, 8> wall{
-        {{4.4f, 0}, {4, 2}, {3.7f, 15}, {4.5f, 16.2f}, {4.5f, 18}, {4, 18}, {4, 19.5f}, {3.5f, 19.5f}}};
-    constexpr std::array<glm::vec2, 4> roof{{{3.5f, 19.2f}, {4.9f, 19.2f}, {2, 24}, {0, 28.5f}}};
+    constexpr glm::vec2 wall[] = {{4.4f, 0},  {4, 2},  {3.7f, 15}, {4.5f, 16.2f},
+                                  {4.5f, 18}, {4, 18}, {4, 19.5f}, {3.5f, 19.5f}};
+    constexpr glm::vec2 roof[] = {{3.5f, 19.2f}, {4.9f, 19.2f}, {2, 24}, {0, 28.5f}};
     Shape windows;
     for (int i = 0; i < 8; ++i)
         append(windows, box({0.9f, 1.9f, 0.5f}),

@@ -8,8 +8,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float pi_f = 3.14159265f;
-
 /// One leaf of a twig: where its stalk is, which way it points, how long and wide (texture units).
 struct Leaf {
     glm::vec2 base, direction;

@@ -8,8 +8,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float pi_f = 3.14159265f;
-
 /// Dark lines where warped noise crosses zero; `period` cells a texture.
 float veins(glm::vec2 at, int period, float sharpness, std::uint32_t seed) {
     const glm::vec2 p = at * static_cast<float>(period);

@@ -2,7 +2,6 @@
 
 #include <scenes/generate/paint.h>
 
-#include <array>
 #include <cmath>
 
 namespace equistream::generate::pavilion {
@@ -89,16 +88,14 @@ Paintwork paint_all(SceneBuilder& scene) {
 
 namespace {
 
-constexpr float pi_f = 3.14159265f;
-
 struct Banner {
     glm::vec3 field, charge;
     char letter;
 };
-constexpr std::array<Banner, 4> banners{{{{0.13f, 0.25f, 0.55f}, {0.95f, 0.85f, 0.5f}, 'N'},
-                                         {{0.1f, 0.45f, 0.3f}, {0.95f, 0.93f, 0.86f}, 'E'},
-                                         {{0.88f, 0.62f, 0.13f}, {0.35f, 0.12f, 0.12f}, 'S'},
-                                         {{0.66f, 0.12f, 0.14f}, {0.96f, 0.9f, 0.75f}, 'W'}}};
+constexpr Banner banners[] = {{{0.13f, 0.25f, 0.55f}, {0.95f, 0.85f, 0.5f}, 'N'},
+                              {{0.1f, 0.45f, 0.3f}, {0.95f, 0.93f, 0.86f}, 'E'},
+                              {{0.88f, 0.62f, 0.13f}, {0.35f, 0.12f, 0.12f}, 'S'},
+                              {{0.66f, 0.12f, 0.14f}, {0.96f, 0.9f, 0.75f}, 'W'}};
 
 /// Signed distance to the emblem, in banner units (1 wide), around its centre.
 float emblem_distance(int which, glm::vec2 p) {
@@ -168,12 +165,8 @@ ByteImage paint_sign(std::string_view text, bool arrow_right) {
 
 /// Six gores in turn, white caps, and a band so that its spin can be seen.
 ByteImage paint_beach_ball() {
-    constexpr std::array<glm::vec3, 6> gores{{{0.86f, 0.16f, 0.14f},
-                                              {0.94f, 0.93f, 0.9f},
-                                              {0.98f, 0.76f, 0.1f},
-                                              {0.12f, 0.36f, 0.7f},
-                                              {0.94f, 0.93f, 0.9f},
-                                              {0.1f, 0.58f, 0.36f}}};
+    constexpr glm::vec3 gores[] = {{0.86f, 0.16f, 0.14f}, {0.94f, 0.93f, 0.9f}, {0.98f, 0.76f, 0.1f},
+                                   {0.12f, 0.36f, 0.7f},  {0.94f, 0.93f, 0.9f}, {0.1f, 0.58f, 0.36f}};
     return paint(768, 384, 3, [&](glm::vec2 at) {
         const int gore = std::min(5, static_cast<int>(6 * at.x));
         const float seam = std::abs(std::remainder(6 * at.x, 1.0f)) / 6;

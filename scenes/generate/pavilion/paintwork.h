@@ -12,6 +12,8 @@ struct Paintwork {
     std::uint32_t banners[4], sign_north, sign_east;
 };
 
+inline constexpr float pi_f = 3.14159265f;
+
 /// Paints every texture and adds every material.
 Paintwork paint_all(SceneBuilder& scene);
 

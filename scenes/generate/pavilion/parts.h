@@ -13,7 +13,6 @@ struct Site {
     const Paintwork& paint;
 };
 
-inline constexpr float floor_radius = 5.0f;
 inline constexpr float column_ring_radius = 4.4f;
 inline constexpr int column_count = 12;  ///< at 15, 45, ... degrees: bays are centred on the quarters of the compass
 inline constexpr float lawn_height = -0.45f;

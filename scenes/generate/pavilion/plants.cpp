@@ -6,8 +6,6 @@
 namespace equistream::generate::pavilion {
 namespace {
 
-constexpr float tau = 6.2831853f;
-
 glm::vec3 random_direction(Random& random) {
     const float y = random.between(-1, 1), a = tau * random.uniform(), r = std::sqrt(1 - y * y);
     return {r * std::cos(a), y, r * std::sin(a)};
@@ -73,14 +71,11 @@ Branches grown_tree(std::uint64_t seed) {
 }  // namespace
 
 Shape folded_leaf(float width, float length, float fold) {
-    Shape shape = sheet(2, 1, [&](float u, float v) {
+    return v_turned(sheet(2, 1, [&](float u, float v) {
         const float across = u - 0.5f;
         return glm::vec3(across * width, v * length,
                          width * fold * (std::abs(across) - 0.25f) - 0.12f * length * v * v);
-    });
-    for (glm::vec2& uv : shape.uvs)
-        uv.y = 1 - uv.y;
-    return shape;
+    }));
 }
 
 Shape leaf_cluster(int count, float radius, glm::vec2 card_size, std::uint64_t seed) {
@@ -114,8 +109,8 @@ void build_trees(Site& site) {
     struct Place {
         float bearing, radius, scale, turn;
     };
-    constexpr std::array<Place, 4> places{
-        {{322, 9.6f, 1.15f, 0.4f}, {38, 14.5f, 1.25f, 2.5f}, {214, 12.5f, 1.05f, 4.1f}, {262, 17, 1.3f, 5.2f}}};
+    constexpr Place places[] = {
+        {322, 9.6f, 1.15f, 0.4f}, {38, 14.5f, 1.25f, 2.5f}, {214, 12.5f, 1.05f, 4.1f}, {262, 17, 1.3f, 5.2f}};
     Random random(6);
     for (const Place& place : places) {
         const glm::vec3 at = at_bearing(place.bearing, place.radius, 0);
@@ -144,7 +139,7 @@ void build_cypresses(Site& site) {
                      tau * random.uniform()));
     }
     const auto leaves = scene.mesh("cypress", std::move(tree), site.paint.cypress_leaf);
-    constexpr std::array<glm::vec2, 4> trunk{{{0.12f, -0.4f}, {0.1f, 0.4f}, {0.05f, 4.0f}, {0, 5.6f}}};
+    constexpr glm::vec2 trunk[] = {{0.12f, -0.4f}, {0.1f, 0.4f}, {0.05f, 4.0f}, {0, 5.6f}};
     const auto wood = scene.mesh("cypress trunk", lathe(trunk, 12), site.paint.bark);
     const auto plant = [&](float bearing, float radius, float scale) {
         const glm::vec3 at = at_bearing(bearing, radius, 0);
@@ -171,7 +166,7 @@ void build_groves(Site& site) {
          {glm::vec3(0, 4.6f, 0), glm::vec3(1.1f, 3.5f, 0.4f), glm::vec3(-0.9f, 3.6f, 0.8f), glm::vec3(0, 3.4f, -1.1f)})
         append(crown, cluster, scattered(at, random.between(0.9f, 1.15f), random));
     const auto leaves = scene.mesh("grove leaves", std::move(crown), site.paint.twig_leaf);
-    constexpr std::array<glm::vec2, 2> trunk{{{0.28f, -0.5f}, {0.12f, 4.2f}}};
+    constexpr glm::vec2 trunk[] = {{0.28f, -0.5f}, {0.12f, 4.2f}};
     const auto wood = scene.mesh("grove trunk", lathe(trunk, 6), site.paint.bark);
     for (int grove = 0; grove < 16; ++grove) {
         const float bearing = 22.5f * static_cast<float>(grove) + random.between(-9, 9),
