@@ -41,6 +41,8 @@ public:
     /// Forgets all planes.
     void set_time(double time_s) override;
     void add(const Camera& camera, const Pose& pose, FloatImage depth_m);
+    /// Whether cast would succeed without `otherwise`.
+    bool holds(const Camera& camera, const Pose& pose) const { return find(camera, pose) != nullptr; }
     void cast(const Camera& camera, const Pose& pose, ImageView<float> depth_m) override;
     bool cast_patches(const PatchAtlas& atlas, const Pose& pose, ImageView<float> depth_m) override;
 

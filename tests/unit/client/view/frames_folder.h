@@ -45,7 +45,7 @@ inline SharedFrame waited_for(FrameLoader& loader) {
     for (int i = 0; i < 20000; ++i, doze()) {
         const LoaderState state = loader.state();
         if (const auto stamp = state.reel->next_arrival()) {
-            const SharedFrame frame = state.reel->show(stamp->frame_time_s)[0].payload().frame;
+            const SharedFrame frame = state.reel->payload(state.reel->show(stamp->frame_time_s)[0]).frame;
             EXPECT_EQ(frame->main.info.index, stamp->number);
             loader.passed(*state.reel, 1);
             return frame;
