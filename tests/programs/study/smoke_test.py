@@ -92,7 +92,7 @@ class Smoke(unittest.TestCase):
         by_crf = {entry["crf"]: sum(entry["bytes_a_frame"].values()) for entry in self.result("parity")["all"] if entry["system"] == "perspective" and entry["codec"]}
         self.assertEqual(sorted(by_crf, key=by_crf.get, reverse=True), sorted(by_crf))
         falls = self.result("stability", "generated")["breakers"]["near"]["falls"]
-        self.assertEqual(falls["rotation"]["3"], "1")
+        self.assertEqual(falls["rotation"]["3"], "0.1", "the hardest value, which is the only one")
         delays = self.result("latency", "generated")["sweeps"]["delay, ms"]
         turned = {value: next(run["psnr_db"] for run in runs if run["method"] == "sphere") for value, runs in delays.items()}
         self.assertLess(turned["400"], turned["0"] - 3)
