@@ -179,13 +179,6 @@ def main():
                 Shots(options, scene).shoot(index, kind)
 
 
-if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        sys.exit("reliability_pairs.py: interrupted; run it again to go on")
-
-
 JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
 
 
@@ -254,3 +247,10 @@ def relight(source, target, lamps):
     document["extensionsUsed"] = sorted(set(document["extensionsUsed"]) | {"KHR_materials_ior"})
     document["buffers"][0]["byteLength"] = len(binary)
     write_glb(target, document, binary)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit("reliability_pairs.py: interrupted; run it again to go on")

@@ -70,14 +70,14 @@ class Chain:
 
 # What `earlier` brings, the other eye's view with its depth, stands for patches and hidden layers too: all of them are looked up
 # by depth, at the source's density, in a picture from elsewhere.
-CHAINS = (Chain("surface", "small,pushpull", 0), Chain("surface", "pushpull", 0, only_filled=True),
-          Chain("surface", "earlier", 0, only_filled=True), Chain("surface", "spread", 6), Chain("surface", "earlier,spread", 5),
-          Chain("surface", "pushpull", 4), Chain("sphere", "none", 0),
+CHAINS = (Chain("eye-depth", "small,pushpull", 0), Chain("eye-depth", "pushpull", 0, only_filled=True),
+          Chain("eye-depth", "earlier", 0, only_filled=True), Chain("eye-depth", "spread", 6), Chain("eye-depth", "earlier,spread", 5),
+          Chain("eye-depth", "pushpull", 4), Chain("rotation", "none", 0),
           # What play does with a scene beside the stream, with its depth track alone, and without depth.
           *(chain for crf in CRFS for chain in (
-              Chain("surface", "earlier,pushpull", 0, crf=crf), Chain("mesh", "pushpull", STREAMED, crf=crf),
-              Chain("surface", "small,pushpull", 0, only_filled=True, crf=crf), Chain("surface", "spread", 6, crf=crf),
-              Chain("sphere", "none", 0, crf=crf))))
+              Chain("eye-depth", "earlier,pushpull", 0, crf=crf), Chain("mesh", "pushpull", STREAMED, crf=crf),
+              Chain("eye-depth", "small,pushpull", 0, only_filled=True, crf=crf), Chain("eye-depth", "spread", 6, crf=crf),
+              Chain("rotation", "none", 0, crf=crf))))
 # `encode` codes the small view so much coarser than the source.
 SMALL_CRF_MORE = 8
 
