@@ -7,11 +7,13 @@ function(add_module)
   endforeach()
 endfunction()
 
-# add_programs_target(): the target `programs`, which is every program, shared library and package that the folders added so
-# far hold. `./demo` builds it; tests, their libraries and the bench are added later and are no part of it.
-function(add_programs_target)
+# add_programs_targets(): the target `programs`, which is every program, shared library and package that the folders added so
+# far hold, and `native_programs`, which leaves out what needs Mitsuba and the Python package: `./demo` builds that. Tests, their
+# libraries and the bench are added later and are no part of either.
+function(add_programs_targets)
   set(folders ${CMAKE_SOURCE_DIR})
   set(products "")
+  set(native "")
   while(folders)
     list(POP_FRONT folders folder)
     get_property(inner DIRECTORY ${folder} PROPERTY SUBDIRECTORIES)
@@ -22,6 +24,9 @@ function(add_programs_target)
       get_target_property(left_out ${target} EXCLUDE_FROM_ALL)
       if(type MATCHES "EXECUTABLE|SHARED_LIBRARY|MODULE_LIBRARY" AND NOT left_out)
         list(APPEND products ${target})
+        if(NOT folder MATCHES "/(host-adapters/mitsuba3|client/python)(/|$)")
+          list(APPEND native ${target})
+        endif()
       endif()
     endforeach()
   endwhile()
@@ -29,4 +34,5 @@ function(add_programs_target)
     list(APPEND products equistream_python)
   endif()
   add_custom_target(programs DEPENDS ${products})
+  add_custom_target(native_programs DEPENDS ${native})
 endfunction()

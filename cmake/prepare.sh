@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes what ./demo, ./test and ./bench need: packages, the Python environment of the tests, the build.
-# Sourced with the preset's name as $1 and a target to build as $2, `programs` say (unless given: all).
+# Sourced with the preset's name as $1 and a target to build as $2, `native_programs` say (unless given: all).
 # Sets BUILD and, where the real scenes lie beside the checkout, EQUISTREAM_SCENES.
 # A preset may need packages of its own: packages.PRESET.txt. What is there already is left alone, so a second run starts
 # in seconds. ccache keeps what was compiled, also for other checkouts of the same sources.

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # The demo's chain, with the built programs on the PATH: scene, spheres and truth, stream, eyes, scores, page.
 #   chain.sh OUT
-# From the environment, where given: EQUISTREAM_DEMO_FRAMES (60-62), EQUISTREAM_DEMO_SPHERE (1280x640: its small eye takes a quarter
+# From the environment, where given: EQUISTREAM_DEMO_FRAMES (60-61), EQUISTREAM_DEMO_SPHERE (1280x640: its small eye takes a quarter
 # of that, at least 64 pixels a side), EQUISTREAM_DEMO_EYE (640x360), EQUISTREAM_DEMO_SPP (24, twice that for the truth).
 set -euo pipefail
 
 out=${1:?usage: chain.sh OUT}
-frames=${EQUISTREAM_DEMO_FRAMES:-60-62}
+frames=${EQUISTREAM_DEMO_FRAMES:-60-61}
 sphere_size=${EQUISTREAM_DEMO_SPHERE:-1280x640}
 eye_size=${EQUISTREAM_DEMO_EYE:-640x360}
 spp=${EQUISTREAM_DEMO_SPP:-24}
