@@ -91,7 +91,8 @@ struct Host {
 inline constexpr std::array hosts = {
     Host{"embree", "equistream-render-embree", "configure with it and build"},
     Host{"mitsuba", "equistream-render-mitsuba",
-         "pip install mitsuba==3.9.1 nanobind==2.14.0, configure again and build (docs/mitsuba.md)"},
+         "build the target programs; without build/venv first pip install mitsuba==3.9.1 nanobind==2.14.0 and "
+         "configure again (docs/mitsuba.md)"},
 };
 
 /// "embree or mitsuba".

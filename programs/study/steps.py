@@ -54,7 +54,7 @@ def expect_packages(command):
         import equistream  # noqa: F401
     except ImportError as error:
         raise Failed(f"{sys.executable}: expected the package equistream of this build, which is for one version of Python, found: {error}; "
-                     f"EQUISTREAM_PYTHON names another Python") from None
+                     f"EQUISTREAM_PYTHON names another Python; to build it: cmake --build --preset release --target programs") from None
 
 
 def write_whole(file, text):

@@ -51,7 +51,7 @@ def colour(results):
         c, s = r["colour"], r["settings"]
         rows.append([r["scene"], f"{s['seeds']} x {s['spp']}", f"{c['tests']:,}", small(c["p_threshold"]), small(c["least_p"]), str(c["failing"]),
                      level(c["mean_embedded"]), level(c["mean_mitsuba"]), percent(c["relative_rms_difference"]), percent(c["relative_rms_noise"])])
-    return table(["scene", "seeds x samples", "tests", "p to fail", "least p", "failing", "mean, embedded", "mean, Mitsuba", "RMS difference, %",
+    return table(["scene", "seeds x samples", "tests", "p to fail", "least p", "failing", "mean, default", "mean, Mitsuba", "RMS difference, %",
                   "RMS noise, %"], rows)
 
 
