@@ -172,14 +172,14 @@ public:
     int levels(const DepthRange&) const override { return 0; }
 
     std::int64_t pack(ImageView<const float> depth_m, const DepthRange&, const PlanesView& planes) const override {
-        for_each_row(depth_m.height,
-                     [&](int y) { rows().pack_bits(row_of(depth_m, y), rows_at(planes.words, y).data()); });
+        const auto pack_row = rows().pack_bits;
+        for_each_row(depth_m.height, [&](int y) { pack_row(row_of(depth_m, y), rows_at(planes.words, y).data()); });
         return 0;
     }
 
     void unpack(const ConstPlanesView& planes, const DepthRange&, ImageView<float> depth_m) const override {
-        for_each_row(depth_m.height,
-                     [&](int y) { rows().unpack_bits(rows_at(planes.words, y).data(), row_of(depth_m, y)); });
+        const auto unpack_row = rows().unpack_bits;
+        for_each_row(depth_m.height, [&](int y) { unpack_row(rows_at(planes.words, y).data(), row_of(depth_m, y)); });
     }
 };
 
