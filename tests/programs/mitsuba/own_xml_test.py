@@ -66,12 +66,12 @@ class OwnXml(unittest.TestCase):
     def test_playing_it_back_with_its_own_geometry(self):
         """Against what Mitsuba renders from the eye itself; a view turned and no more is much farther off."""
         video = self.root / "room.mkv"
-        PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--size", "1024x512", "--spp", 64, "--aovs", "none", "--out",
+        PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--size", "1024x512", "--spp", 16, "--aovs", "none", "--out",
                      self.root / "clean")
         PROGRAMS.run("encode", self.root / "clean", "--out", video, "--crf", 12)
         flat = ["--size", "320x240"]
         PROGRAMS.run("render", ROOM, "--host", "mitsuba", "--camera", "perspective", "--eye", "both", "--ipd", "0.3", *flat,
-                     "--spp", 256, "--aovs", "none", "--out", self.root / "truth")
+                     "--spp", 64, "--aovs", "none", "--out", self.root / "truth")
         PROGRAMS.run("info", self.root / "truth/left", "--pictures", self.root / "look")
         # A wide head is the test's: nothing about a 30 cm one is coded in the stream.
         (self.root / "head.csv").write_text(self.head(-0.15))
