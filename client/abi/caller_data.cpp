@@ -127,7 +127,7 @@ SessionSettings checked_settings(const es_client_settings* settings) {
     if (s.fill != nullptr)
         session.fill = checked_text("fill", s.fill);
     if (s.mirrors != nullptr)
-        session.mirrors = find_mirror_treatment(checked_text("mirrors", s.mirrors));
+        session.mirrors = find_mirror_treatment(checked_text("mirrors", s.mirrors), "mirrors");
     session.confidence = s.confidence != 0;
     session.paused = s.paused != 0;
     session.loop = s.loop != 0;

@@ -94,6 +94,21 @@ std::string default_depth(const DepthOffer& offer) {
     return offer.folder ? "exact" : "stream";
 }
 
+/// Of a method that needs the eyes' own.
+InputError missing_eyes_depth(const DepthWish& wish, const DepthOffer& offer, const DepthChoice& choice) {
+    const std::string method = wish.method_option + " " + choice.method;
+    const bool can_ask = !wish.depth_option.empty();
+    if (choice.depth == "exact" && offer.folder)
+        return InputError(expected_found(can_ask ? wish.depth_option + " exact" : method,
+                                         wish.scene_option + ", or a rendered depth plane of this very " +
+                                             (offer.eye_without_plane == Eye::left ? "left" : "right") +
+                                             " eye's view beside " + wish.source,
+                                         "neither"));
+    return InputError(expected_found(
+        method, wish.scene_option + ", for the eyes' own depth, which no stream has (mesh and splat need none)",
+        can_ask ? wish.depth_option + " " + choice.depth + " alone" : described(wish, offer)));
+}
+
 }  // namespace
 
 DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
@@ -118,24 +133,15 @@ DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer) {
     }
     if (by_budget)
         return choice;
+    const std::string method = wish.method_option + " " + choice.method;
     if (!offer.posed && choice.method != "rotation")
-        throw InputError(expected_found(wish.source, "pictures tagged with their pose, for --method " + choice.method,
-                                        "ordinary video (--method rotation turns it)"));
+        throw InputError(expected_found(wish.source, "pictures tagged with their pose, for " + method,
+                                        "ordinary video (" + wish.method_option + " rotation turns it)"));
     if (needs.any() && choice.depth == "none")
-        throw InputError(expected_found("--method " + choice.method,
-                                        "--scene S, or a source with depth of its own, to have depth",
-                                        described(wish, offer)));
-    if (needs.eye && !eyes_depth && choice.depth == "exact" && offer.folder)
-        throw InputError(expected_found("--depth exact",
-                                        "--scene S, or a rendered depth plane of this very " +
-                                            std::string(offer.eye_without_plane == Eye::left ? "left" : "right") +
-                                            " eye's view beside " + wish.source,
-                                        "neither"));
+        throw InputError(expected_found(
+            method, wish.scene_option + ", or a source with depth of its own, to have depth", described(wish, offer)));
     if (needs.eye && !eyes_depth)
-        throw InputError(expected_found("--method " + choice.method,
-                                        "--scene S, for the eyes' own depth, which no stream has (mesh and "
-                                        "splat need none)",
-                                        "--depth " + choice.depth + " alone"));
+        throw missing_eyes_depth(wish, offer, choice);
     if (!needs.any() && !wish.method.empty())
         choice.depth = "none";
     return choice;

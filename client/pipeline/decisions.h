@@ -54,6 +54,10 @@ struct DepthWish {
     std::string source;  ///< file, URL or folder; named in messages
     std::string method;  ///< empty: by what depth there is; auto stays auto
     std::string depth;   ///< empty: the first there is of ray and what came
+    // Options by the names that their user knows, for messages.
+    std::string method_option = "--method";
+    std::string scene_option = "--scene S";
+    std::string depth_option = "--depth";  ///< empty: depth cannot be asked for
 };
 
 /// What there is to take depth from.
@@ -72,8 +76,8 @@ struct DepthChoice {
     std::vector<std::string> notes;
 };
 
-/// Messages name options of programs (--depth). Throws InputError for a depth that this source does not have, and for a
-/// method that needs one that is not there.
+/// Throws InputError for a depth that this source does not have, and for a method that needs one that is not there.
+/// Notes name options of programs.
 DepthChoice choose_depth(const DepthWish& wish, const DepthOffer& offer);
 
 /// Throws InputError where the frames of `source` were rendered from another scene than `file`'s, or other geometry.

@@ -81,11 +81,11 @@ std::span<const std::string_view> mirror_treatment_names() {
     return treatment_names;
 }
 
-MirrorTreatment find_mirror_treatment(std::string_view name) {
+MirrorTreatment find_mirror_treatment(std::string_view name, std::string_view option) {
     const auto found = std::ranges::find(treatment_names, name);
     if (found == treatment_names.end())
         throw InputError(
-            expected_found("--mirrors", in_a_sentence(treatment_names, " or "), "'" + std::string(name) + "'"));
+            expected_found(std::string(option), in_a_sentence(treatment_names, " or "), "'" + std::string(name) + "'"));
     return MirrorTreatment(found - treatment_names.begin());
 }
 

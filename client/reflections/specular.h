@@ -30,8 +30,8 @@ enum class MirrorTreatment {
 
 /// By the values of MirrorTreatment.
 std::span<const std::string_view> mirror_treatment_names();
-/// InputError, as of an option --mirrors, if there is none of that name.
-MirrorTreatment find_mirror_treatment(std::string_view name);
+/// Throws InputError that names `option` and the accepted words.
+MirrorTreatment find_mirror_treatment(std::string_view name, std::string_view option = "--mirrors");
 
 struct SpecularCounts {
     std::int64_t kept = 0;       ///< within the budget as they were

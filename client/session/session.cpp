@@ -44,12 +44,10 @@ DepthOffer offer_of(const SessionSettings& settings, const ReceivedFrame& first)
 }  // namespace
 
 Session::Session(const SessionSettings& settings, const RayModule& ray, const GlModule& gl) : settings_(settings) {
-    if (!settings.engine.empty())
-        settings_.engine = find_engine(settings.engine, "engine").name;
-    parse_fills(settings.fill, "fill");
+    const bool by_gl = gl.eyes != nullptr;
+    check_stages(by_gl);
     if (!settings.scene.empty())
         scene_ = load_scene(settings.scene);
-    const bool by_gl = gl.eyes != nullptr;
     FeedOptions options;
     options.depth = true;
     options.hardware = settings.hardware;
@@ -71,12 +69,29 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
 
 Session::~Session() = default;
 
+void Session::check_stages(bool by_gl) {
+    if (!settings_.engine.empty()) {
+        const EngineStage& engine = find_engine(settings_.engine, "engine");
+        if (by_gl)
+            require_on_gpu(engine, "engine");
+        settings_.engine = engine.name;
+    }
+    for (const FillStage* pass : parse_fills(settings_.fill, "fill"))
+        if (by_gl)
+            require_on_gpu(*pass, "fill");
+}
+
 void Session::choose(const RayModule& ray, const GlModule& gl) {
     if (scene_ && shown_->posed)
         require_same_scene(first(), settings_.source, *scene_, settings_.scene);
     const DepthOffer offer = offer_of(settings_, *shown_);
-    const DepthChoice choice =
-        choose_depth({.source = settings_.source, .method = settings_.engine, .depth = ""}, offer);
+    const DepthChoice choice = choose_depth({.source = settings_.source,
+                                             .method = settings_.engine,
+                                             .depth = "",
+                                             .method_option = "engine",
+                                             .scene_option = "a scene",
+                                             .depth_option = ""},
+                                            offer);
     engine_ = choice.method;
     if (gl.eyes != nullptr) {
         gl_eyes_ = gl.eyes(

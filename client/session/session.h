@@ -79,6 +79,7 @@ public:
     es_client_statistics statistics() const;
 
 private:
+    void check_stages(bool by_gl);
     void choose(const RayModule& ray, const GlModule& gl);
     void show(SharedFrame frame);
     SessionState advance(double display_s);

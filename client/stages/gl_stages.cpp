@@ -4,7 +4,6 @@
 #include <client/fill/gl/fill_pass.h>
 #include <client/warp/gl/eye_depth_finder.h>
 
-#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <algorithm>
@@ -46,11 +45,9 @@ constexpr std::array passes = {
 #undef FILL_PASS
 
 template <typename Rows>
-auto make_of(const Rows& rows, std::string_view option, std::string_view name) {
-    const auto row = std::ranges::find_if(rows, [&](const auto& each) { return each.name == name; });
-    if (row->make == nullptr)
-        throw InputError(expected_found(std::string(option), "what OpenGL has", "'" + std::string(name) + "'"));
-    return row->make;
+auto make_of(const Rows& rows, const equistream::Stage& stage, std::string_view option) {
+    require_on_gpu(stage, option);
+    return std::ranges::find_if(rows, [&](const auto& each) { return each.name == stage.name; })->make;
 }
 
 }  // namespace
@@ -60,13 +57,13 @@ std::unique_ptr<EyeDepthFinder> resample_alone(const EngineOptions&) {
 }
 
 std::unique_ptr<EyeDepthFinder> make_eye_depth_from_source(std::string_view engine, const EngineOptions& options) {
-    return make_of(finders, "--method", find_engine(engine).name)(options);
+    return make_of(finders, find_engine(engine), "--method")(options);
 }
 
 GlFillChain make_gl_fill_chain(const std::string& list, GlFillShared& shared) {
     GlFillChain chain;
     for (const FillStage* stage : parse_fills(list))
-        chain.push_back(make_of(passes, "--fill", stage->name)(shared));
+        chain.push_back(make_of(passes, *stage, "--fill")(shared));
     return chain;
 }
 

@@ -100,6 +100,11 @@ std::vector<const FillStage*> parse_fills(std::string_view list, std::string_vie
     return found;
 }
 
+void require_on_gpu(const Stage& stage, std::string_view option) {
+    if (!stage.on_gpu)
+        throw InputError(expected_found(std::string(option), "what OpenGL has", "'" + std::string(stage.name) + "'"));
+}
+
 bool is_drawn(std::string_view depth) {
     const DepthStage* stage = depth_stage(depth);
     return stage != nullptr && stage->giver == DepthGiver::opengl;

@@ -60,6 +60,9 @@ const FillStage& find_fill(std::string_view name, std::string_view option = "--f
 /// Rows of a comma-separated list, in its order; "none" alone: no row.
 std::vector<const FillStage*> parse_fills(std::string_view list, std::string_view option = "--fill");
 
+/// Throws InputError that names `option` where OpenGL does not have it.
+void require_on_gpu(const Stage& stage, std::string_view option);
+
 template <std::derived_from<Stage> Row>
 std::vector<std::string_view> names_of(std::span<const Row> rows) {
     std::vector<std::string_view> names;

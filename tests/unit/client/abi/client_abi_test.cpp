@@ -190,6 +190,26 @@ TEST_F(ClientSettings, ThatAreWrongAreRefusedByName) {
            "engine: expected rotation, proxy-sphere, eye-depth, mesh, splat or mesh-plain, found 'warp'");
     expect([](auto& s) { s.max_extrapolation_s = std::nan(""); },
            "max_extrapolation_s: expected a number from 0 to 1, found nan");
+    expect([](auto& s) { s.mirrors = "always"; }, "mirrors: expected images, gaps or surface, found 'always'");
+}
+
+/// Of fields, not of the programs' options by which the same stages are chosen.
+TEST_F(ClientSettings, StagesThatCannotBeHadAreRefusedByName) {
+    expect([](auto& s) { s.engine = "eye-depth"; },
+           "engine eye-depth: expected a scene, or a rendered depth plane of this very left eye's view beside " +
+               folder.string() + ", found neither");
+    expect(
+        [](auto& s) {
+            s.backend = ES_BACKEND_OPENGL;
+            s.fill = "hidden,spread";
+        },
+        "fill: expected what OpenGL has, found 'spread'");
+    expect(
+        [](auto& s) {
+            s.backend = ES_BACKEND_OPENGL;
+            s.engine = "splat";
+        },
+        "engine: expected what OpenGL has, found 'splat'");
 }
 
 TEST_F(ClientSettings, SourcesThatAreNotThereAreNamed) {
