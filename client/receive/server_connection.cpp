@@ -77,6 +77,7 @@ ServerConnection::Waited ServerConnection::wait_until(const bool& done, double l
         const bool interrupted = !done && interrupted_ && interrupted_();
         if (!interrupted && (done || seconds_since(start) <= limit_s))
             continue;
+        poses_.use(nullptr);  // whatever is opened next may get the socket's number
         asio::error_code ignored;
         socket_.close(ignored);
         io_.restart();

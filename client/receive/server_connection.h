@@ -21,8 +21,8 @@ bool is_server_address(const std::string& source);
 /// One thread, but for what `poses` sends.
 class ServerConnection {
 public:
-    /// Connects; `poses` sends there until it is closed. `interrupted` (may be empty) is asked while there is nothing
-    /// to do but wait. Throws InputError where nobody answers, and WorkError where that takes too long.
+    /// Connects; `poses` sends there until it is closed or given up. `interrupted` (may be empty) is asked while there
+    /// is nothing to do but wait. Throws InputError where nobody answers, and WorkError where that takes too long.
     ServerConnection(const std::string& address, PoseSender& poses, std::function<bool()> interrupted,
                      const Patience& patience = {});
     ~ServerConnection();

@@ -5,6 +5,7 @@
 #include <equistream/error.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -64,6 +65,25 @@ TEST(ServerConnections, WhoeverReadsSeldomDoesNotCallTheServerSilent) {
     EXPECT_EQ(connection.read(bytes), 2u);
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     EXPECT_EQ(connection.read(bytes), 1u);
+}
+
+/// The thread sanitizer sees whether the socket is closed under whoever sends.
+TEST(ServerConnections, HeadsMayBeSentWhileTheServerIsGivenUp) {
+    SilentServer server;
+    PoseSender poses;
+    ServerConnection connection(server.address(), poses, {}, impatient);
+    std::atomic<bool> is_over = false;
+    std::thread sending([&] {
+        for (double x_m = 0; !is_over; x_m += 1e-3) {
+            poses.send({0, {{x_m, 0, 0}, {1, 0, 0, 0}}});
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    });
+    std::array<std::uint8_t, 16> bytes{};
+    EXPECT_EQ(failure_of([&] { connection.read(bytes); }), "the server sent nothing for 0.4 s");
+    is_over = true;
+    sending.join();
+    EXPECT_FALSE(poses.send({0, {{-1, 0, 0}, {1, 0, 0, 0}}}));
 }
 
 }  // namespace
