@@ -1,10 +1,12 @@
 #include "feeds.h"
 
+#include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <client/warp/engine.h>
 
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -116,6 +118,57 @@ private:
     std::thread thread_;  // last: it begins when all else is there
 };
 
+/// A stream that is given up unless its first frame comes in time.
+class PromptFeed : public FrameFeed {
+public:
+    PromptFeed(const std::string& source, const FeedOptions& options)
+        : source_(source), limit_s_(options.first_frame_limit_s), feed_(in_time([&] { return open(options); })) {}
+
+    std::optional<ReceivedFrame> next() override {
+        std::optional<ReceivedFrame> frame = in_time([&] { return feed_->next(); });
+        if (!frame)
+            require_in_time();
+        has_given_ = true;
+        return frame;
+    }
+    std::string truncation() const override { return feed_->truncation(); }
+    std::vector<FeedTrack> tracks() const override { return feed_->tracks(); }
+    std::optional<double> fraction_done() const override { return feed_->fraction_done(); }
+    bool is_live() const override { return feed_->is_live(); }
+    std::vector<std::string> transfers() const override { return feed_->transfers(); }
+    bool seek(std::int64_t frame) override { return feed_->seek(frame); }
+
+private:
+    std::unique_ptr<FrameFeed> open(FeedOptions options) {
+        options.interrupted = [this, asked = std::move(options.interrupted)] {
+            return is_late() || (asked && asked());
+        };
+        return open_stream_feed(source_, options);
+    }
+
+    bool is_late() const { return !has_given_ && seconds_since(began_) > limit_s_; }
+    void require_in_time() const {
+        if (is_late())
+            throw WorkError(formatted("%s: no frame came within %g s", source_.c_str(), limit_s_));
+    }
+    /// What was ended for being late fails in words of its own.
+    template <typename Work>
+    auto in_time(Work work) const -> decltype(work()) {
+        try {
+            return work();
+        } catch (const std::exception&) {
+            require_in_time();
+            throw;
+        }
+    }
+
+    const std::string source_;
+    const double limit_s_;
+    const Clock::time_point began_ = Clock::now();
+    bool has_given_ = false;
+    std::unique_ptr<FrameFeed> feed_;
+};
+
 }  // namespace
 
 std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOptions& options) {
@@ -128,6 +181,8 @@ std::unique_ptr<FrameFeed> open_feed(const std::string& source, const FeedOption
                                             "a folder of frames"));
         return open_folder_feed(source, options);
     }
+    if (std::isfinite(options.first_frame_limit_s))
+        return std::make_unique<PromptFeed>(source, options);
     return open_stream_feed(source, options);
 }
 

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -123,6 +124,8 @@ struct FeedOptions {
     /// those before; 0: read when asked for. Frames, their order and what next() throws are the same.
     std::size_t frames_ahead = 0;
     std::function<bool()> interrupted{};  ///< as in StreamReadOptions; with frames_ahead called by that thread
+    /// A stream whose first frame is not whole by then is given up with a WorkError, whatever comes of it meanwhile.
+    double first_frame_limit_s = std::numeric_limits<double>::infinity();
     /// Of a stream that comes from tcp://HOST:PORT: what is sent with it goes there. Borrowed.
     PoseSender* poses = nullptr;
 };

@@ -14,6 +14,9 @@ namespace equistream {
 
 namespace {
 
+/// As client.h says of es_client_open.
+constexpr double first_frame_limit_s = 60;
+
 std::shared_ptr<const HdrDisplay> display_of(double exposure_stops) {
     HdrDisplaySettings settings;
     settings.exposure_stops = exposure_stops;
@@ -58,6 +61,7 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
     options.specular = settings.mirrors != MirrorTreatment::surface || settings.confidence;
     options.left_out = [unused = unneeded_roles(widest_choice(settings_))] { return unused; };
     options.poses = &poses_;
+    options.first_frame_limit_s = first_frame_limit_s;
     loader_ = std::make_unique<FrameLoader>(settings.source, std::move(options));
     playback_ = std::make_unique<Playback>(*loader_, settings.paused);
     shown_ = playback_->refresh(loader_->now_s()).frame;

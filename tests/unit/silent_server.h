@@ -9,8 +9,10 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdint>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace equistream::test {
@@ -40,6 +42,12 @@ public:
     void send(const std::string& bytes) {
         sockets_.push_back(::accept(listening_, nullptr, nullptr));
         EXPECT_EQ(::send(sockets_.back(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    }
+    /// To the next viewer, byte by byte, until all is sent or the viewer has gone.
+    void trickle(const std::string& bytes, std::chrono::milliseconds pause) {
+        send(bytes.substr(0, 1));
+        for (std::size_t i = 1; i < bytes.size() && ::send(sockets_.back(), &bytes[i], 1, MSG_NOSIGNAL) == 1; ++i)
+            std::this_thread::sleep_for(pause);
     }
     /// What that viewer says, until it has said so much; empty where it says less within 5 s.
     std::vector<std::uint8_t> hear(std::size_t bytes) {

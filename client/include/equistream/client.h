@@ -187,8 +187,9 @@ ES_API uint32_t es_client_abi_version(void);
 /* Such as "0.1.0"; static storage. */
 ES_API const char* es_client_version(void);
 
-/* Opens a source and waits for its first frame: a live server's for 10 s at most. Checks every setting. The caller
- * closes *client. */
+/* Opens a source and waits for its first frame, for 60 s at most. A server is given up sooner: after 10 s without a
+ * connection, 30 s without a first byte, or 10 s without another. How long its name is looked up is the system's
+ * choice. Checks every setting. The caller closes *client. */
 ES_API es_status es_client_open(const es_client_settings* settings, es_client** client, es_error* error);
 /* Ends reading and frees the client. NULL is allowed. */
 ES_API void es_client_close(es_client* client);

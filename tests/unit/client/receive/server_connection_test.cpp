@@ -67,6 +67,22 @@ TEST(ServerConnections, WhoeverReadsSeldomDoesNotCallTheServerSilent) {
     EXPECT_EQ(connection.read(bytes), 1u);
 }
 
+TEST(ServerConnections, AServerThatIsNeverSilentIsGivenUpWhereNoFrameComesInTime) {
+    SilentServer server;
+    std::thread sending([&] { server.trickle(std::string(200, '\xec'), std::chrono::milliseconds(20)); });
+    PoseSender poses;
+    FeedOptions options;
+    options.first_frame_limit_s = 0.5;
+    const std::string expected = server.address() + ": no frame came within 0.5 s";
+    options.poses = &poses;
+    EXPECT_EQ(failure_of([&] { open_feed(server.address(), options)->next(); }), expected);
+    sending.join();
+    sending = std::thread([&] { server.trickle(std::string(200, '\xec'), std::chrono::milliseconds(20)); });
+    options.poses = nullptr;  // libav connects
+    EXPECT_EQ(failure_of([&] { open_feed(server.address(), options)->next(); }), expected);
+    sending.join();
+}
+
 /// The thread sanitizer sees whether the socket is closed under whoever sends.
 TEST(ServerConnections, HeadsMayBeSentWhileTheServerIsGivenUp) {
     SilentServer server;
