@@ -25,4 +25,4 @@ std::unique_ptr<GeometryColour> colour(const SceneDescription& scene) {
 extern "C" __attribute__((visibility("default"))) const equistream::ExportedModule<equistream::RayModule>
     equistream_client_module_embree;
 const equistream::ExportedModule<equistream::RayModule> equistream_client_module_embree = {
-    EQUISTREAM_VERSION, {.depth = equistream::depth, .colour = equistream::colour}};
+    equistream::code_identity(), {.depth = equistream::depth, .colour = equistream::colour}};

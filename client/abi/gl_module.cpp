@@ -188,4 +188,4 @@ DrawnDepth make_depth_by_gl(const SceneDescription& scene, bool cube, double box
 extern "C" __attribute__((visibility("default"))) const equistream::ExportedModule<equistream::GlModule>
     equistream_client_module_gl;
 const equistream::ExportedModule<equistream::GlModule> equistream_client_module_gl = {
-    EQUISTREAM_VERSION, {.depth = equistream::make_depth_by_gl, .eyes = equistream::make_eyes}};
+    equistream::code_identity(), {.depth = equistream::make_depth_by_gl, .eyes = equistream::make_eyes}};

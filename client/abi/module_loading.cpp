@@ -38,9 +38,10 @@ Module load(const char* name, const char* what) {
     }
     const std::string symbol = std::string("equistream_client_module_") + name;
     const auto* exported = static_cast<const ExportedModule<Module>*>(dlsym(library, symbol.c_str()));
-    if (exported == nullptr || std::string(exported->version) != EQUISTREAM_VERSION)
-        throw InputError(expected_found(file.string(), "version " EQUISTREAM_VERSION " of the module",
-                                        exported == nullptr ? "none" : exported->version));
+    if (exported == nullptr || std::string(exported->code) != code_identity())
+        throw InputError(expected_found(file.string(),
+                                        std::string("a module of the library's own code, ") + code_identity(),
+                                        exported == nullptr ? "none" : exported->code));
     return exported->functions;
 }
 

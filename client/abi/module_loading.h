@@ -1,18 +1,22 @@
 #pragma once
 /// The library's modules: shared libraries beside it, in equistream/, loaded when the first client needs them and kept.
-/// Each is of the library's own version and code, or refused. Any thread.
+/// C++ objects pass between them, so what both are made of must be of the same code, or the module is refused. Any
+/// thread.
 #include <client/pipeline/modules.h>
 
 namespace equistream {
 
-/// Throws InputError in one line where the module is not there or is another version's.
+/// Throws InputError in one line where the module is not there or of other code.
 RayModule load_ray_module();
 GlModule load_gl_module();
 
-/// What a module exports: equistream_client_module_NAME. The version must be that of the library that loads it.
+/// Of the code that the library and its modules share (CodeIdentity.cmake).
+const char* code_identity();
+
+/// What a module exports: equistream_client_module_NAME.
 template <typename Module>
 struct ExportedModule {
-    const char* version;
+    const char* code;
     Module functions;
 };
 
