@@ -86,7 +86,8 @@ std::string error_text(int code) {
 void silence_log() {
     static std::once_flag once;
     std::call_once(once, [] {
-        av_log_set_level(AV_LOG_QUIET);
+        if (av_log_get_level() == AV_LOG_INFO)
+            av_log_set_level(AV_LOG_QUIET);
         avformat_network_init();
     });
 }

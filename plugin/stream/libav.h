@@ -65,7 +65,8 @@ void forget_unknown_colours(AVFrame& frame);
 /// libav's sentence for an error code.
 std::string error_text(int code);
 
-/// libav and the encoders print what they think; whatever matters is thrown instead. Once per process.
+/// libav and the encoders print what they think; whatever matters is thrown instead. Once per process, whose log level
+/// it is: another than libav's default was chosen by a host, and stays.
 void silence_log();
 
 }  // namespace equistream::av

@@ -22,6 +22,8 @@
  * GL_ARB_shader_viewport_layer_array and GL_ARB_indirect_parameters. The client loads functions by libepoxy.
  * Ownership: the client copies texts; what a function gives out belongs to the client, where it does not say otherwise.
  * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
+ * Logs: the first client turns libav's log off in the whole process. A host that has set another level than libav's
+ * default, AV_LOG_INFO, keeps its own.
  */
 #include <equistream/abi_types.h>
 

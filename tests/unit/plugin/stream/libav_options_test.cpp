@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,18 @@ Muxer null_muxer() {
     video.codec_id = AV_CODEC_ID_RAWVIDEO;
     video.width = video.height = 16;
     return muxer;
+}
+
+/// In processes of their own, for it is done once.
+TEST(LibavLogDeathTest, IsSilencedUnlessTheHostChoseItsLevel) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    const auto silence = [](int level) {
+        av_log_set_level(level);
+        silence_log();
+        return av_log_get_level();
+    };
+    EXPECT_EXIT(std::exit(silence(AV_LOG_INFO) == AV_LOG_QUIET ? 0 : 1), testing::ExitedWithCode(0), "");
+    EXPECT_EXIT(std::exit(silence(AV_LOG_ERROR) == AV_LOG_ERROR ? 0 : 1), testing::ExitedWithCode(0), "");
 }
 
 TEST(LibavOptions, OnesThatWereTakenAreNoError) {
