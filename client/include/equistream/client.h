@@ -12,15 +12,16 @@
  * client.hpp wraps this for C++. docs/guide/show.md explains each step.
  *
  * Conventions: conventions.h. Lengths in metres, angles in radians, times in seconds. A camera looks along -z, +x is
- * right and +y is up. Pictures are sRGB, display-referred; the first row is the top one, and in framebuffers the top
- * one, as in OpenGL.
+ * right and +y is up. Quaternions have length 1 within 0.001, and no coordinate is beyond 1e9. Pictures are sRGB,
+ * display-referred. In memory the first row is the top one; in a framebuffer the last one is, y + height - 1.
  * Struct growth: a struct that the caller fills begins with its own size. Fields are only ever appended. Those that an
  * older caller does not know of are taken to be 0. Structs that a call takes two of do not grow.
  * Threading: a client is used by one thread at a time. es_client_now_s and es_client_send_head may be called by any
  * thread meanwhile. The client reads and decodes in a thread of its own. Work on pictures uses all cores.
  * OpenGL: with ES_BACKEND_OPENGL one context is current in every call, open and close too: OpenGL 4.5 core with
  * GL_ARB_shader_viewport_layer_array and GL_ARB_indirect_parameters. The client loads functions by libepoxy.
- * Ownership: the client copies texts; what a function gives out belongs to the client, where it does not say otherwise.
+ * Ownership: the client copies texts, which have 65,536 bytes at most. What a function gives out belongs to the client,
+ * where it does not say otherwise.
  * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
  * Logs: the first client turns libav's log off in the whole process. A host that has set another level than libav's
  * default, AV_LOG_INFO, keeps its own.
@@ -52,10 +53,10 @@ typedef struct es_client_settings {
     int32_t paused;      /* non-zero: begins with a still picture */
     int32_t loop;        /* non-zero: a recorded source starts again at its end */
     int32_t software;    /* non-zero: decoding never uses hardware */
-    /* Moving objects are shown at most so much later than in the newest frame that came, by their motion. 0: where that
-     * frame shows them. */
+    /* Moving objects are shown at most so much later than in the newest frame that came, by their motion: 0 to 1. 0:
+     * where that frame shows them. */
     double max_extrapolation_s;
-    double exposure_stops; /* of HDR streams */
+    double exposure_stops; /* -20 to 20, of an HDR stream; 0 for any other source */
 } es_client_settings;
 
 /* What was opened. */
@@ -73,7 +74,8 @@ typedef struct es_client_source {
     char engine[32];          /* that was chosen */
 } es_client_source;
 
-/* Angles from the middle of a view; left and down are negative, as in OpenXR. */
+/* Angles from the middle of a view, each within 85 degrees of it; left and down are negative, as in OpenXR. Right is
+ * above left by 0.001 at least, and up above down. */
 typedef struct es_field_of_view {
     double left, right, up, down;
 } es_field_of_view;
@@ -85,7 +87,7 @@ typedef struct es_eye_view {
 
 typedef struct es_client_request {
     size_t struct_size;
-    double display_s;      /* when it will be seen, on the clock of es_client_now_s; ascends */
+    double display_s;      /* when it will be seen, on the clock of es_client_now_s; ascends; 0 to 1e9 */
     es_pose head;          /* world from head, at that time */
     es_eye_view eyes[2];   /* left and right */
     int32_t width, height; /* most pixels that an eye's picture may have, 1 to 16,384 */
@@ -110,7 +112,7 @@ typedef enum es_origin {
 } es_origin;
 
 /* One eye's picture in the caller's memory. The caller gives planes of request.width x request.height pixels at least;
- * NULL: not wanted. Row strides in bytes; 0: rows follow each other without a space at request.width. */
+ * NULL: not wanted. Row strides are in bytes, a row at least; 0: rows of request.width follow each other. */
 typedef struct es_eye_image {
     size_t struct_size;
     es_pixel_format format;
@@ -118,8 +120,8 @@ typedef struct es_eye_image {
     size_t pixels_stride;
     uint8_t* origin; /* es_origin */
     size_t origin_stride;
-    float* depth_m; /* along each pixel's ray; +inf: nothing is there; NaN: not known */
-    size_t depth_stride;
+    float* depth_m;      /* along each pixel's ray; +inf: nothing is there; NaN: not known */
+    size_t depth_stride; /* a multiple of 4 */
     uint8_t* confidence; /* 255 times the probability that no channel is off by more than 10 of 255 */
     size_t confidence_stride;
     /* Filled: what the picture is of. Square pixels and whole ones: it may be a little larger than the field of view
@@ -144,13 +146,16 @@ typedef struct es_gl_target {
 } es_gl_target;
 
 /* The client's own textures of the last draw, arrays with a layer for each eye, rows downwards; 0: there is none. They
- * stay as they are until the next call. The part of each eye: columns from x on, rows from y on. */
+ * stay as they are until the next call. The host reads them, and neither writes to them nor deletes them. The part of
+ * each eye: columns from x on, rows from y on. */
 typedef struct es_gl_textures {
     size_t struct_size;
-    uint32_t colour;        /* GL_RGBA8 */
-    uint32_t origin;        /* GL_R8UI: es_origin */
-    uint32_t inverse_depth; /* times inverse_depth_scale: 1 / planar depth in metres; 0: infinitely far */
-    uint32_t confidence;    /* GL_R8 */
+    uint32_t colour; /* GL_RGBA8 */
+    uint32_t origin; /* GL_R8UI: es_origin */
+    /* GL_R32F, or with a scene GL_DEPTH_COMPONENT32F. Times inverse_depth_scale: 1 / planar depth in metres; 0:
+     * infinitely far; NaN: not known. */
+    uint32_t inverse_depth;
+    uint32_t confidence; /* GL_R8 */
     float inverse_depth_scale;
     int32_t x[2], y[2], width[2], height[2];
 } es_gl_textures;
@@ -205,10 +210,13 @@ ES_API double es_client_now_s(const es_client* client);
  * the next call goes on if it can. With either back end. */
 ES_API es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
                                   es_client_state* state, es_error* error);
-/* The same into framebuffers. ES_BACKEND_OPENGL only. Restored afterwards: framebuffers, program, vertex array,
- * viewport, scissor box, clip control, depth function, polygon mode, colour and depth masks, and what of depth test,
- * depth clamp, scissor, stencil, blending, culling and sRGB framebuffers was enabled. Not restored: bindings of
- * textures, samplers, images and of buffers to numbered binding points. */
+/* The same into framebuffers. ES_BACKEND_OPENGL only. Restored afterwards:
+ *   - framebuffers, program, vertex array, active texture, pixel buffers, pack and unpack alignment;
+ *   - viewport, scissor box, depth range, clip control, front face, polygon mode;
+ *   - depth function, colour and depth masks;
+ *   - what was enabled of blending, culling, depth clamp, depth test, dithering, logic operations, polygon offset,
+ *     primitive restart, rasterizer discard, scissor, sRGB framebuffers and stencil.
+ * Not restored: bindings of textures, samplers, images and of buffers to numbered binding points. */
 ES_API es_status es_client_draw(es_client* client, const es_client_request* request, es_gl_target targets[2],
                                 es_client_state* state, es_error* error);
 /* ES_BACKEND_OPENGL only, after es_client_draw. */
@@ -227,7 +235,7 @@ ES_API es_status es_client_seek(es_client* client, double time_s, es_error* erro
 ES_API es_status es_client_get_statistics(const es_client* client, es_client_statistics* statistics, es_error* error);
 
 /* Both eyes of an ordinary display: `eyes` get the field of view `fov_x_rad` wide with square pixels of width x height,
- * and poses ipd_m apart. */
+ * and poses ipd_m apart. The first is 0.001 to 2.96, which is 170 degrees; the second is 0 to 10. */
 ES_API es_status es_client_set_eyes(es_client_request* request, double fov_x_rad, double ipd_m, es_error* error);
 
 #ifdef __cplusplus
