@@ -29,6 +29,7 @@ int main(int argc, char** argv) try {
         double x = 0, y = 0;
         glfwGetCursorPos(window, &x, &y);
         request.head = turned(ahead, -x / width);
+        client.send_head(request.head);  // for a live server, which renders from there
         request.display_s = client.now_s();
         es_gl_target targets[2] = {{0, 0, 0, 0}, {0, 0, width, 0}};  // size, framebuffer, x, y
         client.draw(request, targets);

@@ -1,5 +1,5 @@
 /* What both eyes see of a stream's first frame, as PNG files, while the head turns by a degree a picture.
- *     cc write_pngs.c $(pkg-config --cflags --libs equistream-client libpng) -o write_pngs
+ *     cc write_pngs.c $(pkg-config --cflags --libs equistream-client libpng) -lm -o write_pngs
  *     ./write_pngs STREAM OUT_DIR PICTURES */
 #include <equistream/client.h>
 
