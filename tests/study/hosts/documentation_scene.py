@@ -28,6 +28,8 @@ from steps import Steps, machine, run_as_program, versions, write_whole  # noqa:
 SEEDS = (1, 2)
 FRAMES = 4
 FRAMES_PER_SECOND = 30
+# Name in the results -> method.
+SYSTEMS = {"surface": "eye-depth", "sphere": "rotation"}
 # Where the head is, what it looks at in the first and last frame; in the scene's own units, +Y up. `unit_m` makes a scene's size that of a room.
 SCENES = {
     "cbox": {"file": "cbox.xml", "unit_m": 1.25, "from": ((0.05, 0.3, 0.95), (0, -0.4, 0)), "to": ((0.13, 0.3, 0.9), (0, -0.4, 0)),
@@ -83,11 +85,11 @@ class Playback:
             result["renders"].append(self.render("sphere", seed, "--size", self.options.sphere_size, "--aovs", "depth"))
             result["renders"].append(self.render("truth", seed, "--camera", "perspective", "--eye", "both", "--aovs", "none", *view))
             self.steps.run(f"encode-{seed}", "encode", f"sphere-{seed}", "--out", f"sphere-{seed}.mp4", "--crf", 16, "--progress", "none")
-            for method in ("surface", "sphere"):
-                self.steps.run(f"play-{method}-{seed}", "play", f"sphere-{seed}.mp4", "--scene", f"sphere-{seed}/scene.json", "--method", method, *view,
-                               "--progress", "none", "--out", f"eyes-{method}-{seed}")
-        for method in ("surface", "sphere"):
-            result["systems"][method] = self.score(f"eyes-{method}", "--second", f"eyes-{method}-2", "truth-2")
+            for name, method in SYSTEMS.items():
+                self.steps.run(f"play-{name}-{seed}", "play", f"sphere-{seed}.mp4", "--scene", f"sphere-{seed}/scene.json", "--method", method, *view,
+                               "--progress", "none", "--out", f"eyes-{name}-{seed}")
+        for name in SYSTEMS:
+            result["systems"][name] = self.score(f"eyes-{name}", "--second", f"eyes-{name}-2", "truth-2")
         result["ceiling"] = self.score("truth", other="truth-2")
         write_whole(self.options.out / f"{self.name}.json", json.dumps(result, indent=1) + "\n")
         if self.scene["picture"]:

@@ -38,7 +38,7 @@ SYSTEMS = {
     "pece444-crf16": ("pece444", "h264", CRF),
     "hue": ("hue", "h264", None),
 }
-METHODS = ("gather", "mesh")
+METHODS = ("splat", "mesh")
 SCALES = ("linear", "display")
 
 

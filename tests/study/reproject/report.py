@@ -207,19 +207,20 @@ def speed(result):
 
 
 def depth_codes(found):
-    """Each depth code within its share of the colour's bits: what it costs and what the eye loses beside lossless depth."""
+    """Each depth code within its share of the colour's bits: what it costs and what the eye loses beside lossless depth; `-`: that method did not play it."""
+    methods = list(dict.fromkeys(method for result in found.values() for method in result["systems"][0]["scores"]))
     rows = []
     for scene, result in found.items():
         reference = result["systems"][0]["scores"]
         for system in result["systems"]:
             encoded = system["encoded"]
-            lost = [both_scales({scale: lead(reference[method]["noise_free"]["right"][scale], score["noise_free"]["right"][scale])
-                                 for scale in results.SCALES}) for method, score in system["scores"].items()]
+            lost = [both_scales({scale: lead(reference[method]["noise_free"]["right"][scale], system["scores"][method]["noise_free"]["right"][scale])
+                                 for scale in results.SCALES}) if method in reference else "-" for method in methods]
             crf = ", ".join("-" if record["crf"] is None else f"{record['crf']:g}" for record in encoded)
             within = [record["trial"]["pixels_within_budget"] for record in encoded if "trial" in record]
             rows.append([scene, system["system"], encoded[0]["code"], results.depth_codec(system, encoded[0]), "half" if encoded[0]["scale"] == 2 else "whole", crf,
                          cell(100 * sum(record["share"] for record in encoded) / len(encoded), 1), cell(100 * sum(within) / len(within), 1) if within else "-", *lost])
-    return table(["scene", "asked for", "code", "codec", "size", "depth's CRF by seed", "% of the colour's bits", "% of pixels within e", *(f"dB lost, {method}" for method in reference)], rows)
+    return table(["scene", "asked for", "code", "codec", "size", "depth's CRF by seed", "% of the colour's bits", "% of pixels within e", *(f"dB lost, {method}" for method in methods)], rows)
 
 
 class Pages:

@@ -111,6 +111,15 @@ class Tables(unittest.TestCase):
         self.assertEqual([results.depth_codec(asked, {"code": code}) for code in ("w8", "w10", "w12", "hue", "lossless")],
                          ["h264", "h264", "h265", "h265", "h265"])
 
+    def test_scenes_whose_depth_other_methods_played_share_a_table(self):
+        def scene(method):
+            both = {scale: figure(0.01) for scale in results.SCALES}
+            encoded = {"code": "w12", "codec": "h265", "scale": 1, "share": 0.1, "crf": None}
+            return {"systems": [{"system": "lossless", "codec": "h264", "encoded": [encoded], "scores": {method: {"noise_free": {"right": both}}}}]}
+        text = report.depth_codes({"old": scene("gather"), "new": scene("splat")})
+        self.assertEqual(row_of(text, "scene")[-2:], ["dB lost, gather", "dB lost, splat"])
+        self.assertEqual([row_of(text, name)[-2:] for name in ("old", "new")], [["0.00 (0.00)", "-"], ["-", "0.00 (0.00)"]])
+
     def test_a_bench_s_pictures_stand_beside_its_time(self):
         result = {"notes": ["2 processors; ratio = peer's time / ours", "fill/ours: 19 dB", "fill/telea: 15 dB"],
                   "figures": [{"name": "fill", "ms": 1.0, "ratio": 50.0, "peer": "telea"}, {"name": "rotate", "ms": 1.0, "ratio": None, "peer": "memcpy"}]}

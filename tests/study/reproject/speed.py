@@ -16,7 +16,7 @@ from renders import REPOSITORY  # noqa: E402
 from kept import result_text  # noqa: E402
 from steps import run_as_program, write_whole  # noqa: E402
 
-FIGURES = "^(rotate|two_eyes|fill_1080p|play|depth_|reliability|surface|splat|mesh|gather)"
+FIGURES = "^(rotate|two_eyes|fill_1080p|play|depth_|reliability|surface|splat|mesh)"
 
 
 def main():
