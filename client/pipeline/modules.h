@@ -18,7 +18,7 @@
 namespace equistream {
 
 // The pipeline's OpenGL back end as the client library takes it from its module. One context is current in
-// every call, the destructor's too. Drawing state that a host may rely on is restored; equistream/client.h lists it.
+// every call, the destructor's too. Its state comes back, but for what equistream/client.h lists.
 
 struct GlEyesSettings {
     const SceneDescription* scene = nullptr;  ///< whose geometry gives depth; null: the frame's own does

@@ -210,13 +210,9 @@ ES_API double es_client_now_s(const es_client* client);
  * the next call goes on if it can. With either back end. */
 ES_API es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
                                   es_client_state* state, es_error* error);
-/* The same into framebuffers. ES_BACKEND_OPENGL only. Restored afterwards:
- *   - framebuffers, program, vertex array, active texture, pixel buffers, pack and unpack alignment;
- *   - viewport, scissor box, depth range, clip control, front face, polygon mode;
- *   - depth function, colour and depth masks;
- *   - what was enabled of blending, culling, depth clamp, depth test, dithering, logic operations, polygon offset,
- *     primitive restart, rasterizer discard, scissor, sRGB framebuffers and stencil.
- * Not restored: bindings of textures, samplers, images and of buffers to numbered binding points. */
+/* The same into framebuffers. ES_BACKEND_OPENGL only. Targets are checked before anything is done. Every call leaves
+ * the context's state as it was, but for these bindings: of textures, samplers and images to their units, and of
+ * buffers to numbered binding points. Conditional rendering and transform feedback are off meanwhile. */
 ES_API es_status es_client_draw(es_client* client, const es_client_request* request, es_gl_target targets[2],
                                 es_client_state* state, es_error* error);
 /* ES_BACKEND_OPENGL only, after es_client_draw. */
