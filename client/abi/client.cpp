@@ -28,6 +28,13 @@ void require_pointer(const Pointer* pointer, const char* name) {
         throw InputError(expected_found(name, "a pointer", "NULL"));
 }
 
+/// Of a target's corner. No framebuffer is so large.
+void require_place(const std::string& field, int pixels) {
+    constexpr int farthest = 65536;
+    if (const auto mismatch = range_mismatch(pixels, -farthest, farthest))
+        throw InputError(expected_found(field, mismatch->expected, mismatch->found));
+}
+
 /// What was shown again because reading failed is said once it is shown.
 void tell(const SessionState& shown, es_client_state* state) {
     if (state != nullptr)
@@ -120,21 +127,21 @@ es_status es_client_draw(es_client* client, const es_client_request* request, es
         GlEyes& eyes = gl_eyes_of(*client);
         const std::size_t sizes[] = {sizeof(es_gl_target)};
         const SessionRequest checked = checked_request(request);
-        std::array<GlHostPlanes, 2> planes;
+        std::array<GlHostTarget, 2> to;
         for (std::size_t i = 0; i < 2; ++i) {
             const std::string name = "targets[" + std::to_string(i) + "]";
             const es_gl_target given = whole_struct(&targets[i], name.c_str(), sizes);
-            planes[i] = {given.origin, given.depth_m, given.confidence};
-            eyes.require_planes(planes[i], checked.width, checked.height, name);
+            require_place(name + ".x", given.x);
+            require_place(name + ".y", given.y);
+            to[i] = {given.framebuffer, given.x, given.y, given.origin, given.depth_m, given.confidence};
+            eyes.require_target(to[i], checked.width, checked.height, name);
         }
         const SessionState shown = client->session.draw(checked, client->view);
         client->is_drawn = true;
         for (int i = 0; i < 2; ++i) {
             const ViewPart& part = client->view.parts[std::size_t(i)];
+            eyes.write(i, part, to[std::size_t(i)]);
             es_gl_target& target = targets[i];
-            eyes.blit(i, part, target.framebuffer, target.x, target.y);
-            if (planes[std::size_t(i)].any())
-                eyes.write_planes(i, part, planes[std::size_t(i)]);
             target.width = part.width;
             target.height = part.height;
             target.fov = fov_of(part.fov);

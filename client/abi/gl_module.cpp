@@ -1,5 +1,6 @@
 /// OpenGL's module of libequistream_client: the viewer's renderer in a context of the host's.
 #include "host_gl_state.h"
+#include "host_gl_target.h"
 #include "module_loading.h"
 
 #include <client/gpu/context.h>
@@ -9,7 +10,6 @@
 
 #include <client/depth/gl/gl_depth.h>
 #include <equistream/error.h>
-#include <equistream/text.h>
 
 #include <cmath>
 #include <limits>
@@ -57,28 +57,36 @@ public:
         download_depth(eye, depth_m);
     }
 
-    void blit(int eye, const ViewPart& part, std::uint32_t framebuffer, int x, int y) override {
+    void require_target(const GlHostTarget& target, int width, int height, const std::string& name) const override {
+        gl::require_host_target(target, {width, height}, settings_.confidence, name);
+    }
+
+    void write(int eye, const ViewPart& part, const GlHostTarget& to) override {
         const gl::HostGlState kept;
+        blit(eye, part, to);
+        if (to.origin != 0 || to.depth_m != 0 || to.confidence != 0)
+            write_planes(eye, part, to);
+    }
+
+    GlEyesTextures textures() const override {
+        const gl::EyeDepth depth = renderer_.depth();
+        return {targets_.colour(), targets_.origin(), depth.texture, settings_.confidence ? renderer_.reliability() : 0,
+                depth.texture != 0 ? depth.scale : 0};
+    }
+
+private:
+    void blit(int eye, const ViewPart& part, const GlHostTarget& to) const {
         glDisable(GL_FRAMEBUFFER_SRGB);  // colours are encoded already
         glDisable(GL_SCISSOR_TEST);
         glNamedFramebufferTextureLayer(part_.name(), GL_COLOR_ATTACHMENT0, targets_.colour(), 0, eye);
         glNamedFramebufferReadBuffer(part_.name(), GL_COLOR_ATTACHMENT0);
         // Eyes' rows run down, a framebuffer's up.
-        glBlitNamedFramebuffer(part_.name(), framebuffer, part.left, part.top + part.height, part.left + part.width,
-                               part.top, x, y, x + part.width, y + part.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        glBlitNamedFramebuffer(part_.name(), to.framebuffer, part.left, part.top + part.height, part.left + part.width,
+                               part.top, to.x, to.y, to.x + part.width, to.y + part.height, GL_COLOR_BUFFER_BIT,
+                               GL_NEAREST);
     }
 
-    void require_planes(const GlHostPlanes& planes, int width, int height, const std::string& name) const override {
-        require_plane(planes.origin, {name + ".origin", "GL_R8UI", GL_R8UI}, {width, height});
-        require_plane(planes.depth_m, {name + ".depth_m", "GL_R32F", GL_R32F}, {width, height});
-        require_plane(planes.confidence, {name + ".confidence", "GL_R8", GL_R8}, {width, height});
-        if (planes.confidence != 0 && !settings_.confidence)
-            throw InputError(expected_found(name + ".confidence", "a client that was opened with confidence",
-                                            "one that was opened without"));
-    }
-
-    void write_planes(int eye, const ViewPart& part, const GlHostPlanes& to) override {
-        const gl::HostGlState kept;
+    void write_planes(int eye, const ViewPart& part, const GlHostTarget& to) {
         const PerspectiveCamera& camera = eyes_[std::size_t(eye)].camera;
         const gl::EyeDepth depth = renderer_.depth();
         if (!part_planes_)
@@ -99,41 +107,6 @@ public:
         for (const GLuint unit : {0u, 1u, 2u})
             glBindImageTexture(unit, 0, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R8);
         glMemoryBarrier(GL_ALL_BARRIER_BITS);
-    }
-
-    GlEyesTextures textures() const override {
-        const gl::EyeDepth depth = renderer_.depth();
-        return {targets_.colour(), targets_.origin(), depth.texture, settings_.confidence ? renderer_.reliability() : 0,
-                depth.texture != 0 ? depth.scale : 0};
-    }
-
-private:
-    struct PlaneFormat {
-        std::string name;
-        const char* format_name;
-        GLenum format;
-    };
-
-    static void require_plane(GLuint texture, const PlaneFormat& expected, gl::Size size) {
-        if (texture == 0)
-            return;
-        GLint format = 0, width = 0, height = 0, target = 0, is_immutable = 0;
-        if (glIsTexture(texture) == GL_TRUE) {
-            glGetTextureParameteriv(texture, GL_TEXTURE_TARGET, &target);
-            glGetTextureParameteriv(texture, GL_TEXTURE_IMMUTABLE_FORMAT, &is_immutable);
-            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
-            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_WIDTH, &width);
-            glGetTextureLevelParameteriv(texture, 0, GL_TEXTURE_HEIGHT, &height);
-        }
-        if (GLenum(format) != expected.format || GLenum(target) != GL_TEXTURE_2D || is_immutable == 0 ||
-            width < size.width || height < size.height)
-            throw InputError(expected_found(
-                expected.name,
-                std::string("a GL_TEXTURE_2D with immutable storage of ") + expected.format_name + ", " +
-                    std::to_string(size.width) + "x" + std::to_string(size.height) + " at least",
-                format == 0 ? std::string("none of that name")
-                            : formatted("one of target 0x%x, format 0x%x, ", unsigned(target), unsigned(format)) +
-                                  std::to_string(width) + "x" + std::to_string(height)));
     }
 
     void download_depth(int eye, FloatImage& depth_m) const {

@@ -37,10 +37,11 @@ struct GlEyesTextures {
     float inverse_depth_scale = 0;
 };
 
-/// Textures of a host, as in es_gl_target; 0: not wanted.
-struct GlHostPlanes {
+/// As es_gl_target. Textures may be 0: not wanted.
+struct GlHostTarget {
+    std::uint32_t framebuffer = 0;
+    int x = 0, y = 0;
     std::uint32_t origin = 0, depth_m = 0, confidence = 0;
-    bool any() const { return origin != 0 || depth_m != 0 || confidence != 0; }
 };
 
 class GlEyes {
@@ -53,12 +54,12 @@ public:
     virtual void render(std::span<const EyeView> eyes, double extrapolation_s) = 0;
     /// Of the last render. Waits for the GPU. `depth_m`: radial, NaN where it is not known.
     virtual void download(int eye, EyePicture& picture, FloatImage& depth_m) = 0;
-    /// Copies a part of an eye's picture, the right way up for a window, without another encoding.
-    virtual void blit(int eye, const ViewPart& part, std::uint32_t framebuffer, int x, int y) = 0;
-    /// Throws InputError where a texture has another format or fewer texels. `name` stands before what is said.
-    virtual void require_planes(const GlHostPlanes& planes, int width, int height, const std::string& name) const = 0;
-    /// Of a part of an eye, from the first texel on.
-    virtual void write_planes(int eye, const ViewPart& part, const GlHostPlanes& to) = 0;
+    /// Throws InputError where the framebuffer takes no colours, or a texture has another format or fewer texels.
+    /// `name` stands before what is said.
+    virtual void require_target(const GlHostTarget& target, int width, int height, const std::string& name) const = 0;
+    /// Copies a part of an eye's picture, the right way up for a window, without another encoding. What is known of its
+    /// pixels goes to the textures, from the first texel on.
+    virtual void write(int eye, const ViewPart& part, const GlHostTarget& to) = 0;
     virtual GlEyesTextures textures() const = 0;
 };
 

@@ -130,12 +130,12 @@ typedef struct es_eye_image {
     es_field_of_view fov;
 } es_eye_image;
 
-/* Where an eye's picture is drawn: a rectangle of the caller's framebuffer, colour attachment 0. What is known of its
- * pixels may go to the caller's textures. */
+/* Where an eye's picture is drawn: a rectangle of the caller's framebuffer, in all colour buffers that it draws to.
+ * None of them has an integer format. What is known of the pixels may go to the caller's textures. */
 typedef struct es_gl_target {
     size_t struct_size;
     uint32_t framebuffer;  /* 0: the window's */
-    int32_t x, y;          /* lower left corner */
+    int32_t x, y;          /* lower left corner, -65,536 to 65,536 */
     int32_t width, height; /* filled: pixels that were drawn */
     es_field_of_view fov;  /* filled: as in es_eye_image */
     /* The caller's textures for what is known of each pixel: GL_TEXTURE_2D with immutable storage of request.width x
