@@ -118,10 +118,8 @@ private:
             std::ranges::fill(depth_m.samples(), std::numeric_limits<float>::quiet_NaN());
             return;
         }
-        glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-        glPixelStorei(GL_PACK_ALIGNMENT, 4);
-        glGetTextureSubImage(depth.texture, 0, 0, 0, eye, camera.width, camera.height, 1, GL_RED, GL_FLOAT,
-                             GLsizei(depth_m.samples().size_bytes()), depth_m.samples().data());
+        gl::download(depth.texture, eye, {camera.width, camera.height}, {depth.format, GL_FLOAT, sizeof(float)},
+                     depth_m.samples().data(), sizeof(float) * std::size_t(camera.width));
         const double focal_px = camera.focal_px();
         for (int y = 0; y < camera.height; ++y)
             for (int x = 0; x < camera.width; ++x) {

@@ -136,7 +136,7 @@ EyeDepth EyeRenderer::depth() const {
 EyeDepth EyeRenderer::eyes_depth() const {
     if (!by_depth_)
         return {};
-    return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale()}
+    return geometry_ != nullptr ? EyeDepth{geometry_->pass.texture(), DepthPass::inverse_scale(), GL_DEPTH_COMPONENT}
                                 : finder_->engine->depth();
 }
 

@@ -15,6 +15,7 @@ inline constexpr int max_eyes = 2;
 struct EyeDepth {
     GLuint texture = 0;
     float scale = 1;
+    GLenum format = GL_RED;  ///< in which its samples come to memory: GL_DEPTH_COMPONENT of a depth buffer
 };
 
 class EyeTargets {
