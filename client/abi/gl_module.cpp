@@ -9,6 +9,7 @@
 #include <client/warp/gl/source_textures.h>
 
 #include <client/depth/gl/gl_depth.h>
+#include <equistream/colour.h>
 #include <equistream/error.h>
 
 #include <cmath>
@@ -25,8 +26,6 @@ class EyesOfRenderer : public GlEyes {
 public:
     explicit EyesOfRenderer(const GlEyesSettings& settings)
         : settings_(settings), renderer_(settings.scene, settings.box_radius_m, settings.fill, settings.engine) {
-        if (settings.hdr_display)
-            renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(*settings.hdr_display));
         GLuint names[2];
         glCreateFramebuffers(1, names);
         part_ = gl::Framebuffer(names[0]);
@@ -34,6 +33,8 @@ public:
 
     void show(std::shared_ptr<const ReceivedFrame> frame) override {
         const gl::HostGlState kept;
+        if (!has_hdr_display_ && gl::has_hdr(*frame))
+            make_hdr_display();
         renderer_.show(std::move(frame), times_);
     }
     bool has_depth() const override { return renderer_.has_depth(); }
@@ -109,6 +110,14 @@ private:
         glMemoryBarrier(GL_ALL_BARRIER_BITS);
     }
 
+    /// Once the first HDR frame comes: tracks need not say before that they are HDR.
+    void make_hdr_display() {
+        HdrDisplaySettings chosen;
+        chosen.exposure_stops = settings_.exposure_stops;
+        renderer_.show_pq_by(std::make_shared<gl::PqDisplay>(HdrDisplay(chosen)));
+        has_hdr_display_ = true;
+    }
+
     void download_depth(int eye, FloatImage& depth_m) const {
         const PerspectiveCamera& camera = eyes_[std::size_t(eye)].camera;
         if (depth_m.width() != camera.width || depth_m.height() != camera.height)
@@ -137,6 +146,7 @@ private:
     gl::Framebuffer part_;  ///< that one layer is read through
     std::optional<gl::Program> part_planes_;
     std::vector<EyeView> eyes_;
+    bool has_hdr_display_ = false;
 };
 
 std::unique_ptr<GlEyes> make_eyes(const GlEyesSettings& settings) {

@@ -2,8 +2,6 @@
 /// What the pipeline takes from Embree and from OpenGL, and its OpenGL back end.
 #include "covering_view.h"
 
-#include <equistream/colour.h>
-
 #include <client/depth/depth_source.h>
 #include <client/receive/receive.h>
 #include <client/reflections/specular.h>
@@ -28,7 +26,7 @@ struct GlEyesSettings {
     MirrorTreatment mirrors = MirrorTreatment::images;
     bool confidence = false;
     bool by_depth = true;
-    std::shared_ptr<const HdrDisplay> hdr_display;  ///< for HDR streams; null: this is none
+    double exposure_stops = 0;  ///< of HDR frames
 };
 
 /// As es_gl_textures.

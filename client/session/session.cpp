@@ -98,15 +98,14 @@ void Session::choose(const RayModule& ray, const GlModule& gl) {
                                             offer);
     engine_ = choice.method;
     if (gl.eyes != nullptr) {
-        gl_eyes_ = gl.eyes(
-            {.scene = scene_ ? &*scene_ : nullptr,
-             .box_radius_m = head_box_radius(first()),
-             .engine = engine_,
-             .fill = settings_.fill,
-             .mirrors = settings_.mirrors,
-             .confidence = settings_.confidence,
-             .by_depth = choice.depth != "none" || find_engine(engine_).finds_depth,
-             .hdr_display = loader_->has_transfer("smpte2084") ? display_of(settings_.exposure_stops) : nullptr});
+        gl_eyes_ = gl.eyes({.scene = scene_ ? &*scene_ : nullptr,
+                            .box_radius_m = head_box_radius(first()),
+                            .engine = engine_,
+                            .fill = settings_.fill,
+                            .mirrors = settings_.mirrors,
+                            .confidence = settings_.confidence,
+                            .by_depth = choice.depth != "none" || find_engine(engine_).finds_depth,
+                            .exposure_stops = settings_.exposure_stops});
         return;
     }
     if (scene_ && scene_->stands_for.empty() && ray.colour != nullptr &&

@@ -179,9 +179,7 @@ void Presenter::make_hdr_display() {
 
 /// Tracks that do not say that they are HDR may still turn out to be.
 void Presenter::show(SharedFrame frame) {
-    const auto is_hdr = [](const std::optional<ReceivedPicture>& picture) { return picture && !picture->pq.empty(); };
-    if (!exposure_stops_ &&
-        (!frame->main.pq.empty() || is_hdr(frame->hidden) || is_hdr(frame->small) || is_hdr(frame->patches)))
+    if (!exposure_stops_ && gl::has_hdr(*frame))
         make_hdr_display();
     renderer_.show(std::move(frame), times_);
 }

@@ -29,6 +29,12 @@ void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
 
 }  // namespace
 
+bool has_hdr(const ReceivedFrame& frame) {
+    const auto is_hdr = [](const std::optional<ReceivedPicture>& picture) { return picture && !picture->pq.empty(); };
+    return !frame.main.pq.empty() || is_hdr(frame.right) || is_hdr(frame.hidden) || is_hdr(frame.small) ||
+           is_hdr(frame.patches);
+}
+
 void FrameTextures::read_in_place(const std::shared_ptr<PictureBuffers>& buffers) {
     buffers_ = buffers;
     for (SourceTextures* textures : all_textures())

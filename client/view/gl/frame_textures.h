@@ -11,6 +11,9 @@
 
 namespace equistream::gl {
 
+/// Whether one of a frame's pictures is HDR: it needs a PqDisplay before it is uploaded.
+bool has_hdr(const ReceivedFrame& frame);
+
 /// A picture that was uploaded, and what it is of. `view`'s pixels are those of the frame.
 struct UploadedPicture {
     SourceView view;
