@@ -5,6 +5,7 @@
 
 #include <client/gpu/context.h>
 #include <client/gpu/program.h>
+#include <client/stages/stages.h>
 #include <client/view/gl/eye_renderer.h>
 #include <client/warp/gl/source_textures.h>
 
@@ -25,7 +26,8 @@ namespace {
 class EyesOfRenderer : public GlEyes {
 public:
     explicit EyesOfRenderer(const GlEyesSettings& settings)
-        : settings_(settings), renderer_(settings.scene, settings.box_radius_m, settings.fill, settings.engine) {
+        : settings_(settings), renderer_(settings.by_depth ? settings.scene : nullptr, settings.box_radius_m,
+                                         settings.fill, settings.engine) {
         GLuint names[2];
         glCreateFramebuffers(1, names);
         part_ = gl::Framebuffer(names[0]);
@@ -37,7 +39,6 @@ public:
             make_hdr_display();
         renderer_.show(std::move(frame), times_);
     }
-    bool has_depth() const override { return renderer_.has_depth(); }
     bool can_extrapolate() const override { return settings_.by_depth && renderer_.can_extrapolate(); }
 
     void render(std::span<const EyeView> eyes, double extrapolation_s) override {
@@ -152,6 +153,9 @@ private:
 std::unique_ptr<GlEyes> make_eyes(const GlEyesSettings& settings) {
     if (const std::string missing = gl::missing_requirement(); !missing.empty())
         throw InputError(expected_found("ES_BACKEND_OPENGL", "a current OpenGL context with " + missing, "another"));
+    if (settings.scene != nullptr && find_engine(settings.engine).finds_depth)
+        throw InputError(expected_found("engine", "eye-depth or rotation, with a scene and ES_BACKEND_OPENGL",
+                                        "'" + settings.engine + "'"));
     const gl::HostGlState kept;
     return std::make_unique<EyesOfRenderer>(settings);
 }

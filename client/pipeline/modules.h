@@ -46,7 +46,6 @@ class GlEyes {
 public:
     virtual ~GlEyes() = default;
     virtual void show(std::shared_ptr<const ReceivedFrame> frame) = 0;
-    virtual bool has_depth() const = 0;
     virtual bool can_extrapolate() const = 0;
     /// Two eyes of one size.
     virtual void render(std::span<const EyeView> eyes, double extrapolation_s) = 0;

@@ -120,7 +120,7 @@ void Session::choose(const RayModule& ray, const GlModule& gl) {
 }
 
 bool Session::has_depth() const {
-    return gl_eyes_ != nullptr ? gl_eyes_->has_depth() : find_engine(engine_).needs.any();
+    return find_engine(engine_).needs.any();
 }
 
 void Session::show(SharedFrame frame) {
