@@ -10,6 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 namespace equistream::test {
 
 inline double ball_and_wall(const glm::dvec3& o, const glm::dvec3& d) {
@@ -22,6 +25,24 @@ inline double wall_alone(const glm::dvec3& o, const glm::dvec3& d) {
 
 inline glm::dvec3 red_and_smooth(const glm::dvec3& p, double) {
     return glm::length(p - glm::dvec3(0, 0, -1.2)) < 0.31 ? glm::dvec3(1, 0, 0) : smooth(p, 1.5);
+}
+
+/// The ball and the wall as triangles.
+inline void write_model(const std::filesystem::path& file, int steps = 90) {
+    std::ofstream obj(file);
+    obj << "o ball\n";
+    for (int j = 0; j <= steps; ++j)
+        for (int i = 0; i <= 2 * steps; ++i) {
+            const double longitude = pi * i / steps, latitude = pi * j / steps;
+            obj << "v " << 0.3 * std::sin(latitude) * std::cos(longitude) << ' ' << 0.3 * std::cos(latitude) << ' '
+                << -1.2 + 0.3 * std::sin(latitude) * std::sin(longitude) << '\n';
+        }
+    for (int j = 0; j < steps; ++j)
+        for (int i = 0; i < 2 * steps; ++i) {
+            const int row = 2 * steps + 1, a = 1 + j * row + i;
+            obj << "f " << a << ' ' << a + 1 << ' ' << a + row + 1 << ' ' << a + row << '\n';
+        }
+    obj << "o wall\nv -60 -60 -3\nv 60 -60 -3\nv 60 60 -3\nv -60 60 -3\nf -4 -3 -2 -1\n";
 }
 
 inline std::int64_t pixels_of(const Gaps& gaps) {

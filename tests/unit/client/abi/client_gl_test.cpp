@@ -1,25 +1,25 @@
-/// The same client in a context of the test's own: it shows what the CPU shows, and leaves the context as it was.
-#include "client_folder.h"
+/// The same client in a context of the test's own: it shows what the CPU shows.
+#include "gl_clients.h"
 
-#include <client/gpu/context.h>
-#include <client/gpu/objects.h>
-
-#include <cmath>
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace equistream::test {
 namespace {
 
-class GlClients : public ClientFolder {
-protected:
-    const std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
-
-    static double psnr_db(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
-        double sum = 0;
-        for (std::size_t i = 0; i < a.size(); ++i)
-            sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
-        return 10 * std::log10(255.0 * 255.0 / (sum / double(a.size()) + 1e-9));
+int other_depths(const ClientPicture& found, const ClientPicture& expected) {
+    int others = 0;
+    for (std::size_t p = 0; p < found.depth_m.size(); ++p) {
+        const float want = expected.depth_m[p], have = found.depth_m[p];
+        others += found.origin[p] == ES_ORIGIN_SOURCE && expected.origin[p] == ES_ORIGIN_SOURCE && have != want &&
+                  !(std::abs(have - want) < 1e-3f * want);
     }
-};
+    return others;
+}
 
 TEST_F(GlClients, ShowWhatTheCpuShows) {
     Client cpu(settings()), drawn(settings(ES_BACKEND_OPENGL));
@@ -33,51 +33,105 @@ TEST_F(GlClients, ShowWhatTheCpuShows) {
         SCOPED_TRACE(i);
         ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
         EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), 45);
-        int other_origins = 0, other_depths = 0;
-        for (std::size_t p = 0; p < found[i].origin.size(); ++p) {
+        int other_origins = 0;
+        for (std::size_t p = 0; p < found[i].origin.size(); ++p)
             other_origins += found[i].origin[p] != expected[i].origin[p];
-            const float want = expected[i].depth_m[p];
-            other_depths += found[i].origin[p] == ES_ORIGIN_SOURCE && expected[i].origin[p] == ES_ORIGIN_SOURCE &&
-                            !(std::abs(found[i].depth_m[p] - want) < 1e-3f * want);
-        }
         EXPECT_LT(other_origins, 0.002 * double(found[i].origin.size()));
-        EXPECT_LT(other_depths, 0.002 * double(found[i].origin.size()));
+        EXPECT_LT(other_depths(found[i], expected[i]), 0.002 * double(found[i].origin.size()));
     }
 }
 
-TEST_F(GlClients, DrawIntoAFramebufferTheRightWayUp) {
-    Client client(settings(ES_BACKEND_OPENGL));
-    const int width = 160, height = 100;
-    const es_client_request request = client.request(width, height, pi / 2);
-    ClientPicture eyes[2];
-    client.render(request, eyes);
-    const gl::Texture texture = gl::make_texture({2 * width + 7, height + 5}, GL_RGBA8);
-    GLuint framebuffer = 0;
-    glCreateFramebuffers(1, &framebuffer);
-    const gl::Framebuffer owned(framebuffer);
-    glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, texture.name(), 0);
-    es_gl_target targets[2] = {{0, framebuffer, 3, 5, 0, 0, {}, 0, 0, 0},
-                               {0, framebuffer, width + 7, 5, 0, 0, {}, 0, 0, 0}};
-    client.draw(request, targets);
-    EXPECT_EQ(targets[0].width, width);
-    EXPECT_EQ(targets[1].height, height);
-    std::vector<std::uint8_t> pixels(4 * std::size_t(2 * width + 7) * std::size_t(height + 5));
-    glGetTextureImage(texture.name(), 0, GL_RGBA, GL_UNSIGNED_BYTE, GLsizei(pixels.size()), pixels.data());
-    for (int i = 0; i < 2; ++i)
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                for (int c = 0; c < 4; ++c) {
-                    const int column = x + (i == 0 ? 3 : width + 7), row = 5 + height - 1 - y;
-                    ASSERT_EQ(pixels[4 * (std::size_t(row) * (2 * width + 7) + std::size_t(column)) + std::size_t(c)],
-                              eyes[i].rgba[4 * (std::size_t(y) * width + std::size_t(x)) + std::size_t(c)]);
-                }
-    const es_gl_textures textures = client.textures();
-    EXPECT_NE(textures.colour, 0u);
-    EXPECT_NE(textures.inverse_depth, 0u);
-    EXPECT_EQ(textures.width[1], width);
+/// The one casts rays, the other draws. The second head looks along the wall and past its end; memory is used again.
+TEST_F(GlClients, ShowWhatTheCpuShowsOfAScene) {
+    const std::string scene = write_scene();
+    es_client_settings of_cpu = settings(), of_gl = settings(ES_BACKEND_OPENGL);
+    of_cpu.scene = of_gl.scene = scene.c_str();
+    Client cpu(of_cpu), drawn(of_gl);
+    EXPECT_EQ(std::string(drawn.source().engine), "eye-depth");
+    EXPECT_TRUE(drawn.source().has_depth);
+    es_client_request request = cpu.request(320, 200, pi / 2);
+    std::ptrdiff_t endless = 0;
+    for (const double yaw_rad : {0.0, 1.2}) {
+        SCOPED_TRACE(yaw_rad);
+        request.head.orientation_wxyz[0] = std::cos(yaw_rad / 2);
+        request.head.orientation_wxyz[2] = std::sin(yaw_rad / 2);
+        ClientPicture expected[2], found[2];
+        cpu.render(request, expected);
+        drawn.render(request, found);
+        for (int i = 0; i < 2; ++i) {
+            SCOPED_TRACE(i);
+            ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
+            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), 35);
+            EXPECT_LT(other_depths(found[i], expected[i]), 0.005 * double(found[i].origin.size()));
+            EXPECT_LT(*std::ranges::min_element(found[i].depth_m), 5);
+            EXPECT_GT(*std::ranges::min_element(found[i].depth_m), 0.5f);
+            endless += std::ranges::count(found[i].depth_m, std::numeric_limits<float>::infinity());
+        }
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    }
+    EXPECT_GT(endless, 0);
 }
 
-TEST_F(GlClients, WritesWhatIsKnownOfEachPixelIntoTheHostsTextures) {
+TEST_F(GlClients, ShowWhatTheCpuShowsInOddSizes) {
+    Client cpu(settings()), drawn(settings(ES_BACKEND_OPENGL));
+    for (const auto& [width, height] : {std::pair(161, 97), {47, 131}, {1, 1}}) {
+        SCOPED_TRACE(width);
+        const es_client_request request = cpu.request(width, height, pi / 2);
+        ClientPicture expected[2], found[2];
+        cpu.render(request, expected);
+        drawn.render(request, found);
+        for (int i = 0; i < 2; ++i) {
+            SCOPED_TRACE(i);
+            ASSERT_EQ(found[i].width, expected[i].width);
+            ASSERT_EQ(found[i].height, expected[i].height);
+            EXPECT_LE(found[i].width, width);
+            EXPECT_LE(found[i].height, height);
+            EXPECT_GE(found[i].width, std::max(1, width - 2));
+            EXPECT_GE(found[i].height, std::max(1, height - 2));
+            if (width == 1)
+                continue;  // a single pixel may lie on either side of an edge
+            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), 38);
+        }
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    }
+}
+
+/// Fields of view as a headset has them, in rectangles as large as was asked for, side by side.
+TEST_F(GlClients, DrawTheRightWayUpAndNotBesideTheirRectangles) {
+    Client client(settings(ES_BACKEND_OPENGL));
+    const int width = 161, height = 99, border = 3;
+    const HostPicture host({2 * width + 2 * border, height + 2 * border});
+    for (const bool is_symmetric : {true, false}) {
+        SCOPED_TRACE(is_symmetric);
+        es_client_request request = client.request(width, height, pi / 2);
+        if (!is_symmetric) {
+            request.eyes[0].fov = {-0.9, 0.6, 0.5, -0.7};
+            request.eyes[1].fov = {-0.6, 0.9, 0.5, -0.7};
+        }
+        ClientPicture eyes[2];
+        client.render(request, eyes);
+        host.clear();
+        std::vector<std::uint8_t> expected = host.pixels();
+        es_gl_target targets[2] = {host.at(border, border), host.at(border + width, border)};
+        client.draw(request, targets);
+        for (int i = 0; i < 2; ++i) {
+            ASSERT_LE(eyes[i].width, width);
+            ASSERT_LE(eyes[i].height, height);
+            EXPECT_EQ(targets[i].width, eyes[i].width);
+            EXPECT_EQ(targets[i].height, eyes[i].height);
+            EXPECT_EQ(targets[i].fov.left, eyes[i].fov.left);
+            host.draw_into(expected, eyes[i], targets[i].x, targets[i].y);
+        }
+        EXPECT_TRUE(host.pixels() == expected);
+        const es_gl_textures textures = client.textures();
+        EXPECT_NE(textures.colour, 0u);
+        EXPECT_NE(textures.inverse_depth, 0u);
+        EXPECT_EQ(textures.width[1], eyes[1].width);
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    }
+}
+
+TEST_F(GlClients, WriteWhatIsKnownOfEachPixelIntoTheHostsTextures) {
     es_client_settings wanted = settings(ES_BACKEND_OPENGL);
     wanted.confidence = 1;
     Client client(wanted);
@@ -85,15 +139,11 @@ TEST_F(GlClients, WritesWhatIsKnownOfEachPixelIntoTheHostsTextures) {
     const es_client_request request = client.request(width, height, pi / 2);
     ClientPicture eyes[2];
     client.render(request, eyes);
-    const gl::Texture colour = gl::make_texture({width, height}, GL_RGBA8);
-    GLuint framebuffer = 0;
-    glCreateFramebuffers(1, &framebuffer);
-    const gl::Framebuffer owned(framebuffer);
-    glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, colour.name(), 0);
+    const HostPicture host({width, height});
     const gl::Size size{width + 3, height + 1};
     const gl::Texture origin = gl::make_texture(size, GL_R8UI), depth_m = gl::make_texture(size, GL_R32F),
                       confidence = gl::make_texture(size, GL_R8);
-    es_gl_target targets[2] = {{0, framebuffer, 0, 0, 0, 0, {}, 0, 0, 0}, {0, framebuffer, 0, 0, 0, 0, {}, 0, 0, 0}};
+    es_gl_target targets[2] = {host.at(0, 0), host.at(0, 0)};
     targets[1].origin = origin.name();
     targets[1].depth_m = depth_m.name();
     targets[1].confidence = confidence.name();
@@ -116,71 +166,40 @@ TEST_F(GlClients, WritesWhatIsKnownOfEachPixelIntoTheHostsTextures) {
                                          : depths[at] == want || std::abs(depths[at] - want) < 1e-5f * want)
                 << x << ", " << y << ": " << depths[at] << ", expected " << want;
         }
-    targets[0].depth_m = origin.name();
-    try {
-        client.draw(request, targets);
-        FAIL();
-    } catch (const ClientError& problem) {
-        const std::string expected =
-            "targets[0].depth_m: expected a GL_TEXTURE_2D with immutable storage of GL_R32F, 160x100";
-        EXPECT_NE(std::string(problem.what()).find(expected), std::string::npos) << problem.what();
-    }
 }
 
-TEST_F(GlClients, LeaveTheHostsStateAsItWas) {
-    Client client(settings(ES_BACKEND_OPENGL));
-    const es_client_request request = client.request(160, 100, pi / 2);
-    const gl::Texture texture = gl::make_texture({160, 100}, GL_RGBA8);
-    GLuint names[2];
-    glCreateFramebuffers(2, names);
-    const gl::Framebuffer target(names[0]), bound(names[1]);
-    glNamedFramebufferTexture(names[0], GL_COLOR_ATTACHMENT0, texture.name(), 0);
-    glNamedFramebufferTexture(names[1], GL_COLOR_ATTACHMENT0, texture.name(), 0);
-    GLuint array = 0;
-    glCreateVertexArrays(1, &array);
-    const gl::VertexArray vertices(array);
-    const auto prepare = [&] {
-        glBindFramebuffer(GL_FRAMEBUFFER, names[1]);
-        glBindVertexArray(array);
-        glViewport(1, 2, 33, 44);
-        glScissor(3, 4, 55, 66);
-        for (const GLenum on : {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_FRAMEBUFFER_SRGB})
-            glEnable(on);
-        glDepthFunc(GL_GEQUAL);
-        glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
-        glColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
-        glDepthMask(GL_FALSE);
-        glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-        glActiveTexture(GL_TEXTURE5);
-    };
-    const auto state = [] {
-        std::vector<GLint> all;
-        for (const GLenum what :
-             {GL_DRAW_FRAMEBUFFER_BINDING, GL_READ_FRAMEBUFFER_BINDING, GL_VERTEX_ARRAY_BINDING, GL_VIEWPORT,
-              GL_SCISSOR_BOX, GL_DEPTH_FUNC, GL_CLIP_ORIGIN, GL_CLIP_DEPTH_MODE, GL_COLOR_WRITEMASK, GL_DEPTH_WRITEMASK,
-              GL_POLYGON_MODE, GL_ACTIVE_TEXTURE, GL_CURRENT_PROGRAM}) {
-            std::array<GLint, 4> values{-1, -1, -1, -1};
-            glGetIntegerv(what, values.data());
-            all.insert(all.end(), values.begin(), values.end());
+TEST_F(GlClients, HaveDepthWhereTheCpuHas) {
+    for (const char* const engine : {"rotation", "proxy-sphere", "mesh"}) {
+        SCOPED_TRACE(engine);
+        es_client_settings of_cpu = settings(), of_gl = settings(ES_BACKEND_OPENGL);
+        of_cpu.engine = of_gl.engine = engine;
+        EXPECT_EQ(Client(of_gl).source().has_depth, Client(of_cpu).source().has_depth);
+    }
+    const std::string scene = write_scene();
+    es_client_settings turned = settings(ES_BACKEND_OPENGL);
+    turned.scene = scene.c_str();
+    turned.engine = "rotation";
+    EXPECT_FALSE(Client(turned).source().has_depth);
+}
+
+TEST_F(GlClients, RefuseEnginesThatTheyDoNotHave) {
+    const auto complaint = [&](const char* scene, const char* engine) -> std::string {
+        es_client_settings wanted = settings(ES_BACKEND_OPENGL);
+        wanted.scene = scene;
+        wanted.engine = engine;
+        try {
+            const Client client(wanted);
+        } catch (const ClientError& problem) {
+            EXPECT_TRUE(problem.is_input);
+            return problem.what();
         }
-        for (const GLenum what : {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_FRAMEBUFFER_SRGB,
-                                  GL_STENCIL_TEST, GL_DEPTH_CLAMP})
-            all.push_back(glIsEnabled(what));
-        return all;
+        return "nothing was refused";
     };
-    es_gl_target targets[2] = {{0, names[0], 0, 0, 0, 0, {}, 0, 0, 0}, {0, names[0], 0, 0, 0, 0, {}, 0, 0, 0}};
-    prepare();
-    const std::vector<GLint> before = state();
-    client.draw(request, targets);
-    EXPECT_EQ(state(), before);
-    ClientPicture eyes[2];
-    client.render(request, eyes);
-    EXPECT_EQ(state(), before);
-    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
-    // What a masked colour would have left black is there.
-    std::vector<std::uint8_t> pixels(4 * 160 * 100);
-    glGetTextureImage(texture.name(), 0, GL_RGBA, GL_UNSIGNED_BYTE, GLsizei(pixels.size()), pixels.data());
-    EXPECT_EQ(pixels[3], 255);
+    const std::string scene = write_scene();
+    for (const std::string engine : {"mesh", "mesh-plain", "splat", "proxy-sphere"})
+        EXPECT_EQ(complaint(scene.c_str(), engine.c_str()),
+                  "engine: expected eye-depth or rotation, with a scene and ES_BACKEND_OPENGL, found '" + engine + "'");
+    EXPECT_NE(complaint(nullptr, "splat").find("expected what OpenGL has, found 'splat'"), std::string::npos);
 }
 
 }  // namespace

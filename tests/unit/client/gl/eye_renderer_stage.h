@@ -14,30 +14,11 @@
 #include <tests/unit/scenes/generate/scratch_folder.h>
 
 #include <array>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 
 namespace equistream::test {
-
-/// The ball and the wall of fill_scene.h as triangles.
-inline void write_model(const std::filesystem::path& file, int steps = 90) {
-    std::ofstream obj(file);
-    obj << "o ball\n";
-    for (int j = 0; j <= steps; ++j)
-        for (int i = 0; i <= 2 * steps; ++i) {
-            const double longitude = pi * i / steps, latitude = pi * j / steps;
-            obj << "v " << 0.3 * std::sin(latitude) * std::cos(longitude) << ' ' << 0.3 * std::cos(latitude) << ' '
-                << -1.2 + 0.3 * std::sin(latitude) * std::sin(longitude) << '\n';
-        }
-    for (int j = 0; j < steps; ++j)
-        for (int i = 0; i < 2 * steps; ++i) {
-            const int row = 2 * steps + 1, a = 1 + j * row + i;
-            obj << "f " << a << ' ' << a + 1 << ' ' << a + row + 1 << ' ' << a + row << '\n';
-        }
-    obj << "o wall\nv -60 -60 -3\nv 60 -60 -3\nv 60 60 -3\nv -60 60 -3\nf -4 -3 -2 -1\n";
-}
 
 inline ReceivedPicture picture_of(const Rendered& rendered) {
     ReceivedPicture picture;
