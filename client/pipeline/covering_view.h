@@ -35,4 +35,8 @@ struct CoveringView {
 /// between -85 and 85 degrees where they are used.
 CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, ViewSize most);
 
+/// The same with as many pixels as leave neither part larger than `room`. The middle lies within a pixel where a side
+/// of `room` is odd. Throws WorkError where no view fits.
+CoveringView fitted_view(const std::array<FieldOfView, 2>& eyes, ViewSize room, ViewSize most);
+
 }  // namespace equistream

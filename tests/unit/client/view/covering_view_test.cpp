@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -67,6 +68,56 @@ TEST(CoveringView, HasPixelsWhateverTheAngles) {
             EXPECT_GE(part.width, 1);
             EXPECT_GE(part.height, 1);
         }
+    }
+}
+
+/// Edges that lie within pixels cost a pixel at most.
+TEST(FittedView, FillsTheRoomAndHoldsNoMore) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> angle(0.2, 1.1);
+    std::uniform_int_distribution<int> side(1, 400);
+    for (int k = 0; k < 1000; ++k) {
+        std::array<FieldOfView, 2> eyes;
+        for (FieldOfView& eye : eyes)
+            eye = {-angle(random), angle(random), angle(random), -angle(random)};
+        const ViewSize room{side(random), side(random)};
+        SCOPED_TRACE(testing::Message() << k << ": " << room.width << "x" << room.height);
+        const CoveringView view = fitted_view(eyes, room, plenty);
+        expect_covers(eyes, view);
+        const auto [left, right] = view.parts;
+        const int width = std::max(left.width, right.width), height = std::max(left.height, right.height);
+        EXPECT_LE(width, room.width);
+        EXPECT_LE(height, room.height);
+        EXPECT_TRUE(width >= room.width - 1 || height >= room.height - 1) << width << "x" << height;
+    }
+}
+
+TEST(FittedView, HasAllPixelsOfSymmetricEyes) {
+    for (const auto& [width, height] : {std::pair{640, 480}, {641, 481}, {640, 481}, {641, 480}, {2, 1}, {1, 1}}) {
+        SCOPED_TRACE(testing::Message() << width << "x" << height);
+        const double up_rad = std::atan(std::tan(0.8) * height / width);
+        const FieldOfView eye{-0.8, 0.8, up_rad, -up_rad};
+        const CoveringView view = fitted_view({eye, eye}, {width, height}, plenty);
+        EXPECT_NEAR(view.camera.fov_x_rad, 1.6, 1e-12);
+        for (const ViewPart& part : view.parts) {
+            EXPECT_EQ(part.left, 0);
+            EXPECT_EQ(part.top, 0);
+            EXPECT_EQ(part.width, width);
+            EXPECT_EQ(part.height, height);
+        }
+    }
+}
+
+/// As many columns as the narrow eye could have would be thousands of the wide one's.
+TEST(FittedView, HoldsEyesThatAreMostUnequal) {
+    const FieldOfView narrow{-0.0005, 0.0005, 0.0005, -0.0005}, wide{-1.48, 1.48, 1.48, -1.48};
+    for (const std::array<FieldOfView, 2>& eyes : {std::array{narrow, wide}, {wide, narrow}}) {
+        const CoveringView view = fitted_view(eyes, {100, 100}, max_covering_view);
+        for (const ViewPart& part : view.parts) {
+            EXPECT_LE(part.width, 100);
+            EXPECT_LE(part.height, 100);
+        }
+        EXPECT_EQ(std::max(view.parts[0].width, view.parts[1].width), 100);
     }
 }
 
