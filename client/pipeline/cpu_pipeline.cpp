@@ -159,6 +159,7 @@ void CpuPipeline::cast_patches(const ReceivedPicture& patches, FloatImage& depth
 }
 
 void CpuPipeline::find_depths(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right) {
+    require_tagged_sizes(frame);
     PipelineTimes ignored;
     if (takes_depth())
         set_frame_time(frame);
@@ -199,6 +200,7 @@ void CpuPipeline::judge(const ReceivedFrame& frame, PipelineEye& left, PipelineE
 
 void CpuPipeline::render(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                          PipelineTimes& times) {
+    require_tagged_sizes(frame);
     times = {};
     auto start = Clock::now();
     if (takes_depth())

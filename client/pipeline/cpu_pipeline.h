@@ -71,7 +71,8 @@ public:
     /// moves, or where no depth says what they pass in front of. `has_scene`: depth of any time and view can be cast.
     double extrapolation_s(const ReceivedFrame& frame, const PipelineEye& left, const PipelineEye& right,
                            double wanted_s, bool has_scene) const;
-    /// Fills both eyes' pictures, which keep their memory from the frame before.
+    /// Fills both eyes' pictures, which keep their memory from the frame before. Throws WorkError where a picture has
+    /// another size than it is tagged with, and where depth did not come that nothing else gives.
     void render(const ReceivedFrame& frame, PipelineEye& left, PipelineEye& right, double extrapolation_s,
                 PipelineTimes& times);
     /// Depth alone, as render would find it: what remember() keeps with a frame.

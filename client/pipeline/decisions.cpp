@@ -2,8 +2,11 @@
 
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
+#include <equistream/text.h>
 
 #include <client/stages/stages.h>
+
+#include <utility>
 
 namespace equistream {
 
@@ -45,12 +48,34 @@ bool leaves_head_box(const Pose& eye, const FrameInfo& source) {
     return glm::distance(eye.position_m, source.camera_pose.position_m) > head_box_radius(source) + rounding_m;
 }
 
-void require_tagged_size(const ReceivedPicture& picture, const std::string& source) {
-    const int width = width_of(picture.info.camera), height = height_of(picture.info.camera);
-    if (picture.width() != width || picture.height() != height)
-        throw WorkError(expected_found(source + ": frame " + std::to_string(picture.info.index),
-                                       std::to_string(width) + "x" + std::to_string(height) + " as its tag says",
-                                       std::to_string(picture.width()) + "x" + std::to_string(picture.height())));
+namespace {
+
+void require_tagged_size(const ReceivedPicture& picture, const char* track) {
+    const int width = picture_width(picture.info), height = picture_height(picture.info);
+    const auto require = [&](const char* what, int found_width, int found_height) {
+        if (found_width != width || found_height != height)
+            throw WorkError(expected_found("frame " + std::to_string(picture.info.index) + ", " + track,
+                                           what + (" of " + size_text(width, height)) + ", as it is tagged",
+                                           size_text(found_width, found_height)));
+    };
+    require("a picture", picture.width(), picture.height());
+    for (const auto& [what, plane] : {std::pair("depth", &picture.depth_m),
+                                      {"mirrors", &picture.specular},
+                                      {"depth of mirrored images", &picture.virtual_depth_m}})
+        if (!plane->empty())
+            require(what, plane->width(), plane->height());
+}
+
+}  // namespace
+
+void require_tagged_sizes(const ReceivedFrame& frame) {
+    require_tagged_size(frame.main, "main");
+    for (const auto& [picture, track] : {std::pair(&frame.right, "right eye"),
+                                         {&frame.hidden, "hidden"},
+                                         {&frame.small, "small"},
+                                         {&frame.patches, "patches"}})
+        if (*picture)
+            require_tagged_size(**picture, track);
 }
 
 namespace {

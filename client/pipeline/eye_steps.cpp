@@ -38,19 +38,6 @@ ImageView<const float> view_of(const FloatImage& image) {
     return image.empty() ? ImageView<const float>{} : image.view();
 }
 
-/// Patches are drawn from wherever the atlas says: its slots and the pictures must be what they say they are.
-void require_whole(const ReceivedPicture& picture, const std::string& what, int width, int height) {
-    const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
-    const std::string where = "frame " + std::to_string(picture.info.index) + ": " + what;
-    if (picture.width() != width || picture.height() != height)
-        throw WorkError(
-            expected_found(where, size(width, height) + " as its tag says", size(picture.width(), picture.height())));
-    const FloatImage& depth_m = picture.depth_m;
-    if (!depth_m.empty() && (depth_m.width() != width || depth_m.height() != height))
-        throw WorkError(
-            expected_found(where, "depth of " + size(width, height), size(depth_m.width(), depth_m.height())));
-}
-
 }  // namespace
 
 bool has_pass(const FillChain& chain, std::string_view name) {
@@ -83,16 +70,12 @@ void FrameFill::set_frame(const ReceivedFrame& frame, const SourceDepths& depths
     patches_.reset();
     if (frame.small)
         small_ = source_view(*frame.small, depths.small);
-    if (frame.hidden) {
-        require_whole(*frame.hidden, "hidden", width_of(frame.hidden->info.camera),
-                      height_of(frame.hidden->info.camera));
+    if (frame.hidden)
         hidden_ = source_view(*frame.hidden, frame.hidden->depth_m);
-    }
     if (frame.patches && frame.patches->info.patches) {
         const PatchAtlas& atlas = *frame.patches->info.patches;
         if (const auto problem = patch_atlas_problem(atlas))
             throw WorkError("frame " + std::to_string(frame.main.info.index) + ": patches: " + *problem);
-        require_whole(*frame.patches, "patches", atlas.width(), atlas.height());
         patches_ = {.rgb = frame.patches->rgb.view(),
                     .yuv = frame.patches->yuv.planes,
                     .depth_m = view_of(frame.patches->depth_m.empty() ? depths.patches : frame.patches->depth_m),

@@ -73,7 +73,7 @@ public:
         SourceView main;
         double time_s = 0;
     };
-    /// Takes what there is of a frame, borrowed until the next one.
+    /// Takes what there is of a frame, borrowed until the next one. Pictures have the sizes that they are tagged with.
     void set_frame(const ReceivedFrame& frame, const SourceDepths& depths, const Shown& shown);
     FilledCounts fill(const EyeView& eye, EyePicture& picture) const { return fill_gaps(chain_, eye, picture); }
     /// Keeps a frame's main picture for the frames to come, where a fill pass asks for it; `depths` gets the memory of

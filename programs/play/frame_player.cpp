@@ -179,9 +179,6 @@ std::array<double, 2> FramePlayer::decoding_ms(const ReceivedFrame& frame) const
 }
 
 void FramePlayer::play(const ReceivedFrame& frame, PlayedFrame& played, const RefreshMoment* refresh) {
-    require_tagged_size(frame.main, settings_.source);
-    if (frame.small)
-        require_tagged_size(*frame.small, settings_.source);
     set_eyes(frame, played, refresh);
     FrameFigures& figures = played.figures;
     figures = {};
