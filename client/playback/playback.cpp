@@ -14,6 +14,9 @@ constexpr double longest_step_s = 0.25;
 /// Clocks and frame times are sums of doubles.
 constexpr double same_time_s = 1e-6;
 
+/// Of the time between two frames: a frame that comes so little before the time that is sought is the one.
+constexpr double same_frame = 0.01;
+
 /// Time constant with which the path's delay is followed, as the clock follows the play-out delay.
 constexpr double settle_s = MediaClockOptions{}.settle_s;
 
@@ -46,7 +49,8 @@ void Playback::play() {
 void Playback::seek(double time_s) {
     const FrameInfo& first = loader_.first();
     time_s_ = std::max(time_s, first.time_s);
-    loader_.seek(first.index + std::int64_t(std::llround((time_s_ - first.time_s) * first.frames_per_second)));
+    const double frames = (time_s_ - first.time_s) * first.frames_per_second;
+    loader_.seek(first.index + std::int64_t(std::ceil(frames - same_frame)));
     forget_reel();
 }
 

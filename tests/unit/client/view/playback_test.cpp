@@ -182,6 +182,16 @@ TEST_F(RecordedPlayback, PausesStepsAndJumps) {
     EXPECT_TRUE(watch(playback, [](const Refresh& refresh) { return refresh.is_over; }).back().is_over);
 }
 
+TEST_F(RecordedPlayback, JumpsToTheFirstFrameThatIsNotBeforeATime) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader, true);
+    for (const auto& [sought, expected] : {std::pair{5.4, 6}, {5.6, 6}, {6.0, 6}, {2 + 1e-6, 2}, {2 - 1e-6, 2}}) {
+        playback.seek(sought * interval_s);
+        watch(playback, [&](const Refresh&) { return !playback.is_moving(); });
+        EXPECT_EQ(shown_, expected) << sought;
+    }
+}
+
 TEST_F(RecordedPlayback, AFailureComesAfterWhatCouldBeReadAndPauses) {
     std::ofstream(folder / "centre" / frame_file_name(3)) << "no picture";
     FrameLoader loader(folder.string(), {});
