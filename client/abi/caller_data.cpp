@@ -158,13 +158,16 @@ SessionRequest checked_request(const es_client_request* request) {
     return checked;
 }
 
+void require_exact_size(const std::string& name, std::size_t expected, std::size_t found) {
+    if (found != expected)
+        throw InputError(expected_found(name + ".struct_size", std::to_string(expected), std::to_string(found)));
+}
+
 void require_images(std::span<const es_eye_image, 2> images, const SessionRequest& request) {
     for (std::size_t i = 0; i < images.size(); ++i) {
         const es_eye_image& image = images[i];
-        const std::string field = "images[" + std::to_string(i) + "].";
-        if (image.struct_size < sizeof(es_eye_image))
-            throw InputError(expected_found(field + "struct_size", "at least " + std::to_string(sizeof(es_eye_image)),
-                                            std::to_string(image.struct_size)));
+        const std::string name = "images[" + std::to_string(i) + "]", field = name + ".";
+        require_exact_size(name, sizeof image, image.struct_size);
         int format = 0;
         std::memcpy(&format, &image.format, sizeof format);
         if (format != ES_RGBA8 && format != ES_RGBA_HALF)

@@ -14,8 +14,7 @@ struct es_client {
     es_client(const SessionSettings& settings, const RayModule& ray, const GlModule& gl) : session(settings, ray, gl) {}
 
     Session session;
-    CoveringView view;  ///< of the last draw
-    bool is_drawn = false;
+    bool has_pictures = false;  ///< of the session's view, whole
 };
 
 namespace {
@@ -35,7 +34,12 @@ void require_place(const std::string& field, int pixels) {
         throw InputError(expected_found(field, mismatch->expected, mismatch->found));
 }
 
-/// What was shown again because reading failed is said once it is shown.
+void require_state(const es_client_state* state) {
+    if (state != nullptr)
+        require_struct(state, "es_client_state");
+}
+
+/// Why the frame before is shown is said once it is shown.
 void tell(const SessionState& shown, es_client_state* state) {
     if (state != nullptr)
         fill_struct(state, "es_client_state", static_cast<const es_client_state&>(shown));
@@ -111,10 +115,13 @@ es_status es_client_render(es_client* client, const es_client_request* request, 
         require_pointer(images, "images");
         const SessionRequest checked = checked_request(request);
         require_images(std::span<const es_eye_image, 2>(images, 2), checked);
-        const SessionPictures* pictures = nullptr;
-        const SessionState shown = client->session.render(checked, pictures);
+        require_state(state);
+        client->has_pictures = false;
+        const SessionState shown = client->session.render(checked);
+        client->has_pictures = true;
+        const SessionPictures& pictures = client->session.pictures();
         for (std::size_t i = 0; i < 2; ++i)
-            write_image(pictures->eyes[i], pictures->view.parts[i], checked, images[i]);
+            write_image(pictures.eyes[i], pictures.view.parts[i], checked, images[i]);
         tell(shown, state);
     });
 }
@@ -125,21 +132,23 @@ es_status es_client_draw(es_client* client, const es_client_request* request, es
         require_pointer(client, "client");
         require_pointer(targets, "targets");
         GlEyes& eyes = gl_eyes_of(*client);
-        const std::size_t sizes[] = {sizeof(es_gl_target)};
         const SessionRequest checked = checked_request(request);
         std::array<GlHostTarget, 2> to;
         for (std::size_t i = 0; i < 2; ++i) {
             const std::string name = "targets[" + std::to_string(i) + "]";
-            const es_gl_target given = whole_struct(&targets[i], name.c_str(), sizes);
+            const es_gl_target& given = targets[i];
+            require_exact_size(name, sizeof given, given.struct_size);
             require_place(name + ".x", given.x);
             require_place(name + ".y", given.y);
             to[i] = {given.framebuffer, given.x, given.y, given.origin, given.depth_m, given.confidence};
             eyes.require_target(to[i], checked.width, checked.height, name);
         }
-        const SessionState shown = client->session.draw(checked, client->view);
-        client->is_drawn = true;
+        require_state(state);
+        client->has_pictures = false;
+        const SessionState shown = client->session.draw(checked);
+        client->has_pictures = true;
         for (int i = 0; i < 2; ++i) {
-            const ViewPart& part = client->view.parts[std::size_t(i)];
+            const ViewPart& part = client->session.view().parts[std::size_t(i)];
             eyes.write(i, part, to[std::size_t(i)]);
             es_gl_target& target = targets[i];
             target.width = part.width;
@@ -153,8 +162,9 @@ es_status es_client_draw(es_client* client, const es_client_request* request, es
 es_status es_client_get_textures(es_client* client, es_gl_textures* textures, es_error* error) {
     return guarded(error, [&] {
         require_pointer(client, "client");
+        require_struct(textures, "es_gl_textures");
         const GlEyesTextures names = gl_eyes_of(*client).textures();
-        if (!client->is_drawn)
+        if (!client->has_pictures)
             throw InputError(expected_found("client", "one that has drawn", "one that has not"));
         es_gl_textures filled{.struct_size = 0,
                               .colour = names.colour,
@@ -167,7 +177,7 @@ es_status es_client_get_textures(es_client* client, es_gl_textures* textures, es
                               .width = {},
                               .height = {}};
         for (int i = 0; i < 2; ++i) {
-            const ViewPart& part = client->view.parts[std::size_t(i)];
+            const ViewPart& part = client->session.view().parts[std::size_t(i)];
             filled.x[i] = part.left;
             filled.y[i] = part.top;
             filled.width[i] = part.width;

@@ -64,11 +64,13 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
     options.first_frame_limit_s = first_frame_limit_s;
     loader_ = std::make_unique<FrameLoader>(settings.source, std::move(options));
     playback_ = std::make_unique<Playback>(*loader_, settings.paused);
-    shown_ = playback_->refresh(loader_->now_s()).frame;
+    display_s_ = loader_->now_s();
+    shown_ = playback_->refresh(display_s_).frame;
     if (shown_ == nullptr)
         throw WorkError(expected_found(settings.source, "a first frame", "none"));
     choose(ray, gl);
     show(shown_);
+    count_shown();
 }
 
 Session::~Session() = default;
@@ -111,18 +113,24 @@ void Session::choose(const RayModule& ray, const GlModule& gl) {
     if (scene_ && scene_->stands_for.empty() && ray.colour != nullptr &&
         std::ranges::count(parse_fills(settings_.fill), &find_fill("geometry")) > 0)
         cpu_.use(ray.colour(*scene_));
-    cpu_.use({.engine = engine_,
-              .by_depth = choice.depth != "none",
-              .fill = settings_.fill,
-              .mirrors = settings_.mirrors,
-              .reliability = settings_.confidence});
+    by_depth_ = choice.depth != "none";
+    cpu_.use(ways());
     cpu_.use(make_depth(choice.depth, scene_ ? &*scene_ : nullptr, first(), {ray, gl.depth}));
+}
+
+PipelineWays Session::ways() const {
+    return {.engine = lacks_depth_ ? "rotation" : engine_,
+            .by_depth = by_depth_ && !lacks_depth_,
+            .fill = settings_.fill,
+            .mirrors = settings_.mirrors,
+            .reliability = settings_.confidence};
 }
 
 bool Session::has_depth() const {
     return find_engine(engine_).needs.any();
 }
 
+/// Where this throws, the frame before stays.
 void Session::show(SharedFrame frame) {
     if (gl_eyes_ != nullptr)
         gl_eyes_->show(frame);
@@ -131,6 +139,9 @@ void Session::show(SharedFrame frame) {
     is_rendered_ = false;
     shown_ = std::move(frame);
     shown_time_s_ = shown_->main.info.time_s;
+}
+
+void Session::count_shown() {
     decode_ms_ += shown_->main.decode_ms;
     ++statistics_.frames_shown;
 }
@@ -141,24 +152,29 @@ es_pose pose_of(const Pose& pose) {
     return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
 }
 
-SessionState Session::advance(double display_s) {
-    SessionState state{};
+bool Session::begins_anew() const {
+    return settings_.loop && !playback_->is_live() && !playback_->is_paused();
+}
+
+/// Shows what is due. Returns why that cannot be; empty: it can.
+std::string Session::advance(double display_s) {
+    display_s_ = std::max(display_s_, display_s);
     try {
-        Playback::Moment moment = playback_->refresh(display_s);
-        if (moment.frame) {
+        Playback::Moment moment = playback_->refresh(display_s_);
+        if (moment.is_over && begins_anew())
+            playback_->seek(first().time_s);
+        else
+            is_over_ = moment.is_over || (is_over_ && !moment.frame);
+        if (moment.frame)
             show(std::move(moment.frame));
-            state.is_new = true;
-            is_over_ = false;
-        }
-        if (moment.is_over) {
-            is_over_ = true;
-            if (settings_.loop && !playback_->is_live() && !playback_->is_paused())
-                playback_->seek(first().time_s);
-        }
     } catch (const std::exception& problem) {
-        state.problem = problem.what();
-        playback_->pause();
+        return problem.what();
     }
+    return {};
+}
+
+SessionState Session::shown_state() const {
+    SessionState state{};
     state.frame = shown_->main.info.index;
     state.time_s = playback_->time_s();
     state.head = pose_of(shown_->main.info.head);
@@ -172,19 +188,10 @@ SessionState Session::advance(double display_s) {
 }
 
 std::array<EyeView, 2> Session::set_views(const SessionRequest& request, SessionState& state) {
-    double across = 0, down = 0;
-    for (const SessionEye& eye : request.eyes) {
-        across = std::max(across, std::tan(eye.fov.right_rad) - std::tan(eye.fov.left_rad));
-        down = std::max(down, std::tan(eye.fov.up_rad) - std::tan(eye.fov.down_rad));
-    }
-    // As many columns as fit, of the left eye's field of view: the limit of rows counts too.
-    const double left = std::tan(request.eyes[0].fov.right_rad) - std::tan(request.eyes[0].fov.left_rad);
-    const double focal_px = std::min(request.width / across, request.height / down);
-    pictures_.view = covering_view({request.eyes[0].fov, request.eyes[1].fov},
-                                   std::max(1, int(std::floor(focal_px * left + 1e-6))), max_covering_view);
+    view_ = fitted_view({request.eyes[0].fov, request.eyes[1].fov}, {request.width, request.height}, max_covering_view);
     std::array<EyeView, 2> eyes;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
-        eyes[i] = {pictures_.view.camera, composed(request.head, request.eyes[i].in_head)};
+        eyes[i] = {view_.camera, composed(request.head, request.eyes[i].in_head)};
         state.is_outside_box =
             state.is_outside_box || (shown_->posed && leaves_head_box(eyes[i].pose, shown_->main.info));
     }
@@ -192,10 +199,18 @@ std::array<EyeView, 2> Session::set_views(const SessionRequest& request, Session
 }
 
 double Session::wanted_extrapolation_s() const {
-    return settings_.max_extrapolation_s > 0 ? playback_->extrapolation_s(settings_.max_extrapolation_s) : 0;
+    return std::min(settings_.max_extrapolation_s, playback_->extrapolation_s(settings_.max_extrapolation_s));
+}
+
+/// Eyes of a frame whose depth is lost turn in it and do not move, as in ordinary video.
+void Session::choose_ways_of_frame() {
+    const bool lacks = find_engine(engine_).needs.any() && !scene_ && shown_->main.depth_m.empty();
+    if (std::exchange(lacks_depth_, lacks) != lacks)
+        cpu_.use(ways());
 }
 
 void Session::render_cpu(const std::array<EyeView, 2>& views, SessionState& state) {
+    choose_ways_of_frame();
     PipelineEye &left = pictures_.eyes[0], &right = pictures_.eyes[1];
     for (std::size_t i = 0; i < views.size(); ++i) {
         pictures_.eyes[i].camera = views[i].camera;
@@ -212,48 +227,84 @@ void Session::render_gl(const std::array<EyeView, 2>& views, SessionState& state
     gl_eyes_->render(views, state.extrapolation_s);
 }
 
-SessionState Session::render(const SessionRequest& request, const SessionPictures*& pictures) {
-    SessionState state = advance(request.display_s);
-    const auto start = Clock::now();
+SessionState Session::render_shown(const SessionRequest& request) {
+    SessionState state = shown_state();
     const std::array<EyeView, 2> views = set_views(request, state);
-    if (gl_eyes_ == nullptr) {
-        render_cpu(views, state);
-    } else {
+    if (gl_eyes_ != nullptr)
         render_gl(views, state);
-        for (int i = 0; i < 2; ++i) {
-            PipelineEye& eye = pictures_.eyes[std::size_t(i)];
-            eye.camera = views[std::size_t(i)].camera;
-            gl_eyes_->download(i, eye.picture, eye.depth_m);
+    else
+        render_cpu(views, state);
+    return state;
+}
+
+/// Of what is due, or where that fails of the frame before.
+SessionState Session::render_due(const SessionRequest& request) {
+    const SharedFrame before = shown_;
+    std::string problem = advance(request.display_s);
+    const auto start = Clock::now();
+    SessionState state;
+    try {
+        state = render_shown(request);
+    } catch (const std::exception& failure) {
+        if (shown_ == before)
+            throw;
+        problem = failure.what();
+        show(before);
+        state = render_shown(request);
+    }
+    state.problem = std::move(problem);
+    state.is_new = shown_ != before;
+    if (state.is_new)
+        count_shown();
+    render_ms_ += milliseconds_since(start);
+    ++statistics_.pictures_rendered;
+    return state;
+}
+
+SessionState Session::render(const SessionRequest& request) {
+    pictures_.view = {};
+    SessionState state = render_due(request);
+    if (gl_eyes_ != nullptr)
+        download();
+    pictures_.view = view_;
+    return state;
+}
+
+void Session::download() {
+    const auto start = Clock::now();
+    for (int i = 0; i < 2; ++i) {
+        PipelineEye& eye = pictures_.eyes[std::size_t(i)];
+        eye.camera = view_.camera;
+        gl_eyes_->download(i, eye.picture, eye.depth_m);
+    }
+    render_ms_ += milliseconds_since(start);
+}
+
+/// What was handed out of the last pictures in memory.
+void Session::judge(es_client_statistics& all) const {
+    std::int64_t pixels = 0, seen = 0, trusted = 0;
+    for (std::size_t i = 0; i < pictures_.eyes.size(); ++i) {
+        const ViewPart& part = pictures_.view.parts[i];
+        const EyePicture& picture = pictures_.eyes[i].picture;
+        pixels += std::int64_t{part.width} * part.height;
+        for (int y = part.top; y < part.top + part.height; ++y) {
+            const std::uint8_t* origins = picture.origin.pixel(part.left, y);
+            seen += std::count(origins, origins + part.width, std::uint8_t(PixelOrigin::source));
+            if (!settings_.confidence)
+                continue;
+            const std::uint8_t* samples = picture.reliability.pixel(part.left, y);
+            trusted = std::accumulate(samples, samples + part.width, trusted);
         }
     }
-    render_ms_ += milliseconds_since(start);
-    ++statistics_.pictures_rendered;
-    judge();
-    pictures = &pictures_;
-    return state;
+    if (pixels == 0)
+        return;
+    all.gaps = double(pixels - seen) / double(pixels);
+    all.mean_confidence = double(trusted) / (255.0 * double(pixels));
 }
 
-SessionState Session::draw(const SessionRequest& request, CoveringView& view) {
-    SessionState state = advance(request.display_s);
-    const auto start = Clock::now();
-    render_gl(set_views(request, state), state);
-    view = pictures_.view;
-    render_ms_ += milliseconds_since(start);
-    ++statistics_.pictures_rendered;
-    return state;
-}
-
-void Session::judge() {
-    double confidence = 0, not_seen = 0, pixels = 0;
-    for (const PipelineEye& eye : pictures_.eyes) {
-        const auto origins = eye.picture.origin.samples();
-        const auto samples = eye.picture.reliability.samples();
-        pixels += double(origins.size());
-        not_seen += double(origins.size()) - double(eye.picture.count(PixelOrigin::source));
-        confidence += std::accumulate(samples.begin(), samples.end(), 0.0) / 255;
-    }
-    statistics_.gaps = not_seen / pixels;
-    statistics_.mean_confidence = settings_.confidence ? confidence / pixels : 0;
+void Session::play() {
+    is_over_ = false;
+    playback_->play();
 }
 
 void Session::seek(double time_s) {
@@ -275,6 +326,7 @@ es_client_statistics Session::statistics() const {
     all.reconnections = received.reconnections;
     all.decode_ms = decode_ms_ / double(std::max<std::int64_t>(1, all.frames_shown));
     all.render_ms = render_ms_ / double(std::max<std::int64_t>(1, all.pictures_rendered));
+    judge(all);
     return all;
 }
 

@@ -38,7 +38,7 @@ struct SessionRequest {
 
 /// What is shown now.
 struct SessionState : es_client_state {
-    std::string problem;  ///< why reading failed; empty: it did not
+    std::string problem;  ///< why that is not what was due; empty: it is
 };
 
 es_pose pose_of(const Pose& pose);
@@ -65,14 +65,16 @@ public:
     bool has_depth() const;
     const std::string& engine() const { return engine_; }
 
-    /// Into memory. The pictures stay until the next call.
-    SessionState render(const SessionRequest& request, const SessionPictures*& pictures);
+    /// Into memory. Both of these throw where nothing can be rendered, not even the frame before.
+    SessionState render(const SessionRequest& request);
     /// Into the back end's textures.
-    SessionState draw(const SessionRequest& request, CoveringView& view);
-    GlEyes* gl_eyes() { return gl_eyes_.get(); }  ///< null: the CPU renders
+    SessionState draw(const SessionRequest& request) { return render_due(request); }
+    const SessionPictures& pictures() const { return pictures_; }  ///< of the last render
+    const CoveringView& view() const { return view_; }             ///< of the last render or draw
+    GlEyes* gl_eyes() { return gl_eyes_.get(); }                   ///< null: the CPU renders
 
     void pause() { playback_->pause(); }
-    void play() { playback_->play(); }
+    void play();
     void seek(double time_s);
     /// Any thread. Whether it was sent.
     bool send_head(const Pose& head);
@@ -81,13 +83,21 @@ public:
 private:
     void check_stages(bool by_gl);
     void choose(const RayModule& ray, const GlModule& gl);
+    PipelineWays ways() const;
     void show(SharedFrame frame);
-    SessionState advance(double display_s);
+    void count_shown();
+    std::string advance(double display_s);
+    bool begins_anew() const;
+    SessionState shown_state() const;
+    SessionState render_due(const SessionRequest& request);
+    SessionState render_shown(const SessionRequest& request);
     double wanted_extrapolation_s() const;
+    void choose_ways_of_frame();
     void render_cpu(const std::array<EyeView, 2>& eyes, SessionState& state);
     void render_gl(const std::array<EyeView, 2>& eyes, SessionState& state);
     std::array<EyeView, 2> set_views(const SessionRequest& request, SessionState& state);
-    void judge();
+    void download();
+    void judge(es_client_statistics& all) const;
 
     SessionSettings settings_;
     std::optional<SceneDescription> scene_;
@@ -98,10 +108,13 @@ private:
     SharedFrame shown_;
     std::atomic<double> shown_time_s_ = 0;
     CpuPipeline cpu_;
-    std::unique_ptr<GlEyes> gl_eyes_;  ///< null: the CPU renders
+    bool by_depth_ = false, lacks_depth_ = false;  ///< of the CPU: of the source, and that the frame came without
+    std::unique_ptr<GlEyes> gl_eyes_;              ///< null: the CPU renders
+    CoveringView view_;
     SessionPictures pictures_;
     es_client_statistics statistics_{};
     double decode_ms_ = 0, render_ms_ = 0;  ///< sums
+    double display_s_ = 0;                  ///< the latest so far
     bool is_over_ = false, is_rendered_ = false;
 };
 

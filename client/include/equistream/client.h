@@ -89,7 +89,9 @@ typedef struct es_eye_view {
 
 typedef struct es_client_request {
     size_t struct_size;
-    double display_s;      /* when it will be seen, on the clock of es_client_now_s; ascends; 0 to 1e9 */
+    /* When it will be seen, on the clock of es_client_now_s, 0 to 1e9. It ascends: one before the last counts as the
+     * last. */
+    double display_s;
     es_pose head;          /* world from head, at that time */
     es_eye_view eyes[2];   /* left and right */
     int32_t width, height; /* most pixels that an eye's picture may have, 1 to 16,384 */
@@ -126,8 +128,8 @@ typedef struct es_eye_image {
     size_t depth_stride; /* a multiple of 4 */
     uint8_t* confidence; /* 255 times the probability that no channel is off by more than 10 of 255 */
     size_t confidence_stride;
-    /* Filled: what the picture is of. Square pixels and whole ones: it may be a little larger than the field of view
-     * that was asked for, and then has fewer pixels than there is room for. */
+    /* Filled: what the picture is of. Square pixels and whole ones: it may show a little more than the field of view
+     * that was asked for. It never has more pixels than there is room for. */
     int32_t width, height;
     es_field_of_view fov;
 } es_eye_image;
@@ -147,9 +149,9 @@ typedef struct es_gl_target {
     uint32_t confidence; /* GL_R8; needs a client that was opened with confidence */
 } es_gl_target;
 
-/* The client's own textures of the last draw, arrays with a layer for each eye, rows downwards; 0: there is none. They
- * stay as they are until the next call. The host reads them, and neither writes to them nor deletes them. The part of
- * each eye: columns from x on, rows from y on. */
+/* The client's own textures of the last draw or render, arrays with a layer for each eye, rows downwards; 0: there is
+ * none. They stay as they are until the next call. The host reads them, and neither writes to them nor deletes them.
+ * The part of each eye: columns from x on, rows from y on. */
 typedef struct es_gl_textures {
     size_t struct_size;
     uint32_t colour; /* GL_RGBA8 */
@@ -184,9 +186,11 @@ typedef struct es_client_statistics {
     int64_t frames_received, frames_shown, pictures_rendered; /* since it was opened; a picture has both eyes */
     int64_t bytes_received;                                   /* of frames that came whole */
     int64_t reconnections;
-    double decode_ms, render_ms; /* means: a frame's, both eyes' */
-    double mean_confidence;      /* of the last picture, 0 to 1; 0 where it was not asked for */
-    double gaps;                 /* of the last picture in memory: share of pixels that the source did not see */
+    /* Means: a frame's, both eyes'. Of es_client_draw the time to give OpenGL its commands, not the GPU's. */
+    double decode_ms, render_ms;
+    /* Of the last picture of es_client_render, as it was handed out. es_client_draw leaves both as they are. */
+    double mean_confidence; /* 0 to 1; 0 where it was not asked for */
+    double gaps;            /* share of pixels that the source did not see */
 } es_client_statistics;
 
 typedef struct es_client es_client;
@@ -208,8 +212,10 @@ ES_API es_status es_client_get_source(const es_client* client, es_client_source*
 ES_API double es_client_now_s(const es_client* client);
 
 /* Takes the frame that is due at the request's time, and renders what both eyes see of it into memory. `images`: left
- * and right. `state` may be NULL. Where reading has failed the frame before is shown again and the status is ES_FAILED;
- * the next call goes on if it can. With either back end. */
+ * and right. `state` may be NULL. With either back end.
+ * ES_FAILED says why that frame cannot be shown. The frame before is shown again, and `images` and `state` are filled.
+ * Where not even that can be rendered they stay as they were. The next call goes on with the next frame. But where a
+ * recorded source cannot be read the client is paused: es_client_seek beyond that place and es_client_play go on. */
 ES_API es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
                                   es_client_state* state, es_error* error);
 /* The same into framebuffers. ES_BACKEND_OPENGL only. Targets are checked before anything is done. Every call leaves
@@ -217,7 +223,7 @@ ES_API es_status es_client_render(es_client* client, const es_client_request* re
  * buffers to numbered binding points. Conditional rendering and transform feedback are off meanwhile. */
 ES_API es_status es_client_draw(es_client* client, const es_client_request* request, es_gl_target targets[2],
                                 es_client_state* state, es_error* error);
-/* ES_BACKEND_OPENGL only, after es_client_draw. */
+/* ES_BACKEND_OPENGL only, after es_client_draw or es_client_render. */
 ES_API es_status es_client_get_textures(es_client* client, es_gl_textures* textures, es_error* error);
 
 /* Where the head is now, in the world, for a server that renders from there. At most 30 of these a second are sent, and
