@@ -32,7 +32,12 @@ int main(int argc, char** argv) try {
         client.send_head(request.head);  // for a live server, which renders from there
         request.display_s = client.now_s();
         es_gl_target targets[2] = {{0, 0, 0, 0}, {0, 0, width, 0}};  // size, framebuffer, x, y
-        client.draw(request, targets);
+        try {
+            client.draw(request, targets);
+        } catch (const equistream::ClientError& problem) {
+            if (!problem.shown) throw;
+            std::fprintf(stderr, "window: %s\n", problem.what());  // the frame before is shown
+        }
         glfwSwapBuffers(window);
         glfwPollEvents();
     }

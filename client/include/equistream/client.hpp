@@ -5,6 +5,7 @@
 #include <equistream/client.h>
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,12 +13,14 @@
 
 namespace equistream {
 
-/// What a call of the library said. `is_input`: an argument was wrong, and nothing was done.
+/// What a call of the library said. `is_input`: an argument was wrong, and nothing was done. `shown`: of a render or
+/// draw that could not show what was due, but did show the frame before.
 class ClientError : public std::runtime_error {
 public:
-    ClientError(es_status status, const es_error& error)
-        : std::runtime_error(error.text), is_input(status == ES_BAD_INPUT) {}
+    ClientError(es_status status, const es_error& error, std::optional<es_client_state> state = std::nullopt)
+        : std::runtime_error(error.text), is_input(status == ES_BAD_INPUT), shown(state) {}
     const bool is_input;
+    const std::optional<es_client_state> shown;
 };
 
 /// Settings with their size and version set; all else is as es_client_settings takes 0 to be.
@@ -75,37 +78,34 @@ public:
         return request;
     }
 
+    /// Where this throws, `eyes` are what ClientError::shown tells of; without that they are empty.
     es_client_state render(const es_client_request& request, ClientPicture (&eyes)[2]) {
         es_eye_image images[2] = {};
-        const std::size_t pixels = std::size_t(request.width) * std::size_t(request.height);
+        const std::size_t pixels = pixels_of(request);
         for (int i = 0; i < 2; ++i) {
             eyes[i].rgba.resize(4 * pixels);
             eyes[i].origin.resize(pixels);
             eyes[i].depth_m.resize(pixels);
             eyes[i].confidence.resize(pixels);
-            images[i].struct_size = sizeof images[i];
             images[i].pixels = eyes[i].rgba.data();
             images[i].origin = eyes[i].origin.data();
             images[i].depth_m = eyes[i].depth_m.data();
             images[i].confidence = eyes[i].confidence.data();
         }
-        const es_client_state state = render(request, images);
+        const Shown shown = render_into(request, images);
         for (int i = 0; i < 2; ++i)
             keep(images[i], request.width, eyes[i]);
-        return state;
+        return shown.checked();
     }
     /// Whoever has memory already renders into it.
     es_client_state render(const es_client_request& request, es_eye_image (&images)[2]) {
-        es_client_state state = empty<es_client_state>();
-        check([&](es_error* error) { return es_client_render(client_, &request, images, &state, error); });
-        return state;
+        return render_into(request, images).checked();
     }
     es_client_state draw(const es_client_request& request, es_gl_target (&targets)[2]) {
-        for (es_gl_target& target : targets)
-            target.struct_size = sizeof target;
-        es_client_state state = empty<es_client_state>();
-        check([&](es_error* error) { return es_client_draw(client_, &request, targets, &state, error); });
-        return state;
+        const Shown shown = shown_in(targets, [&](es_client_state* state, es_error* error) {
+            return es_client_draw(client_, &request, targets, state, error);
+        });
+        return shown.checked();
     }
     es_gl_textures textures() { return filled<es_gl_textures>(es_client_get_textures); }
 
@@ -120,6 +120,45 @@ public:
     es_client_statistics statistics() const { return filled<es_client_statistics>(es_client_get_statistics); }
 
 private:
+    /// What became of a render or draw.
+    struct Shown {
+        es_status status = ES_OK;
+        es_error error{};
+        es_client_state state = empty<es_client_state>();
+        bool is_there = false;  ///< pictures, and `state`
+
+        es_client_state checked() const {
+            if (status != ES_OK)
+                throw ClientError(status, error, is_there ? std::optional(state) : std::nullopt);
+            return state;
+        }
+    };
+
+    Shown render_into(const es_client_request& request, es_eye_image (&images)[2]) {
+        return shown_in(images, [&](es_client_state* state, es_error* error) {
+            return es_client_render(client_, &request, images, state, error);
+        });
+    }
+    /// A picture that was made has a width.
+    template <typename Picture, typename Call>
+    static Shown shown_in(Picture (&eyes)[2], Call call) {
+        for (Picture& eye : eyes) {
+            eye.struct_size = sizeof eye;
+            eye.width = eye.height = 0;
+        }
+        Shown shown;
+        shown.status = call(&shown.state, &shown.error);
+        shown.is_there = eyes[0].width > 0;
+        return shown;
+    }
+    /// 0 of a size that the library refuses.
+    static std::size_t pixels_of(const es_client_request& request) {
+        constexpr int max_side = 16384;
+        const auto is_side = [](int side) { return side >= 1 && side <= max_side; };
+        if (!is_side(request.width) || !is_side(request.height))
+            return 0;
+        return std::size_t(request.width) * std::size_t(request.height);
+    }
     template <typename Call>
     static void check(Call call) {
         es_error error;
@@ -139,7 +178,7 @@ private:
         check([&](es_error* error) { return get(client_, &answer, error); });
         return answer;
     }
-    /// Rows follow each other at the picture's own width.
+    /// Rows follow each other at the picture's own width, which is the smaller one.
     template <typename Sample>
     static void pack(std::vector<Sample>& samples, int of_row, int to_row, int rows) {
         for (int y = 1; y < rows; ++y)
