@@ -94,8 +94,8 @@ TEST_F(Clients, FieldsOfViewNeedNotBeSymmetric) {
     ClientPicture eyes[2];
     client.render(request, eyes);
     for (const ClientPicture& eye : eyes) {
-        EXPECT_LE(eye.width, 301);
-        EXPECT_LE(eye.height, 301);
+        EXPECT_LE(eye.width, 300);
+        EXPECT_LE(eye.height, 300);
         EXPECT_GT(std::max(eye.width, eye.height), 296);
         const double pixel = (std::tan(eye.fov.right) - std::tan(eye.fov.left)) / eye.width;
         EXPECT_NEAR((std::tan(eye.fov.up) - std::tan(eye.fov.down)) / eye.height, pixel, 1e-9) << "square";
@@ -259,6 +259,8 @@ TEST_F(ClientSettings, RequestsThatAreWrongAreRefusedAndChangeNothing) {
     EXPECT_EQ(refused([](auto& r) { r.eyes[0].fov.up = std::numeric_limits<double>::infinity(); }).substr(0, 12),
               "eyes[0].fov:");
     EXPECT_EQ(refused([](auto& r) { r.width = 0; }), "width: expected 1 to 16384, found 0");
+    EXPECT_EQ(refused([](auto& r) { r.width = -1; }), "width: expected 1 to 16384, found -1");
+    EXPECT_EQ(refused([](auto& r) { r.height = INT32_MAX; }), "height: expected 1 to 16384, found 2147483647");
     EXPECT_EQ(refused([](auto& r) { r.display_s = -1; }).substr(0, 10), "display_s:");
     EXPECT_EQ(client.statistics().pictures_rendered, 0);
 }

@@ -1,0 +1,140 @@
+/// Clients of sources that are damaged, and of callers whose time goes back: they show what they can, and go on.
+#include "client_folder.h"
+#include "watched_client.h"
+
+#include <algorithm>
+#include <fstream>
+
+namespace equistream::test {
+namespace {
+
+class ClientFailures : public testing::Test {
+protected:
+    const synthetic::Folder folder;
+    const std::string file = folder / "a.nut";
+    const es_client_settings settings = client_settings(file.c_str());
+};
+
+/// Looked up by its tag it would be read beyond its end.
+TEST_F(ClientFailures, APictureOfAnotherSizeThanItIsTaggedWithIsPassedOver) {
+    write_with(file, {.other_size = {3}});
+    WatchedClient watched(settings);
+    expect_all_but_one_frame(watched, 3,
+                             "frame 3, main: expected a picture of 384x256, as it is tagged, found 192x128");
+}
+
+TEST_F(ClientFailures, AFirstPictureOfAnotherSizeLeavesNothingToShow) {
+    write_with(file, {.other_size = {0}});
+    es_client_settings still = settings;
+    still.paused = 1;
+    WatchedClient watched(still);
+    ClientPicture eyes[2];
+    try {
+        watched.client.render(watched.request, eyes);
+        ADD_FAILURE() << "would be read beyond its end";
+    } catch (const ClientError& error) {
+        EXPECT_NE(std::string(error.what()).find("frame 0, main"), std::string::npos) << error.what();
+        EXPECT_FALSE(error.is_input);
+        EXPECT_FALSE(error.shown) << "there is no frame before";
+        EXPECT_EQ(eyes[0].width, 0);
+        EXPECT_TRUE(eyes[0].rgba.empty());
+    }
+}
+
+/// As with OpenGL.
+TEST_F(ClientFailures, WithoutItsDepthAFrameIsTurnedAlone) {
+    write_with(file, {.lost_depth = {3}});
+    WatchedClient watched(settings);
+    EXPECT_EQ(std::string(watched.client.source().engine), "mesh");
+    const auto seen = watched.watch([&](const Look& look) {
+        EXPECT_EQ(look.problem, "");
+        const bool knows_depth = std::ranges::any_of(watched.eyes[0].depth_m, [](float r) { return r > 0; });
+        EXPECT_EQ(knows_depth, look.state.frame != 3) << look.state.frame;
+        EXPECT_TRUE(watched.sees_floor());
+        return look.state.is_over != 0;
+    });
+    EXPECT_EQ(frames_of(seen).size(), std::size_t(pictures));
+}
+
+/// Frames of a second each: they are not extrapolated for that long.
+TEST_F(ClientFailures, MovingObjectsAreExtrapolatedAsFarAsTheyMayBe) {
+    StreamWriter writer(file, settings_of(Codec::h264, DepthCodeId::w10));
+    for (std::int64_t index = 0; index < pictures; ++index) {
+        FrameInfo colour = info_of(index), depth = info_of(index, DepthCodeId::w10);
+        colour.time_s = depth.time_s = double(index);
+        colour.frames_per_second = depth.frames_per_second = 1;
+        MovingRegion& ball = colour.moving.emplace_back();
+        ball.motion.twist.velocity_m_s = {0.1, 0, 0};
+        ball.near_m = 0.7f;
+        ball.far_m = 0.8f;
+        ball.runs = {{48, 50, 70}};
+        writer.write(TrackRole::main, synthetic::picture(width, height, index).view(), colour);
+        writer.write_depth(TrackRole::depth, depth_of(index).view(), depth);
+    }
+    writer.finish();
+    constexpr double limit_s = 0.001;
+    es_client_settings limited = settings;
+    limited.max_extrapolation_s = limit_s;
+    WatchedClient watched(limited);
+    double longest_s = 0;
+    for (int i = 0; i < 30; ++i)
+        longest_s = std::max(longest_s, watched.look().state.extrapolation_s);
+    EXPECT_NEAR(longest_s, limit_s, 1e-12);
+}
+
+class FolderClients : public ClientFolder {
+protected:
+    es_client_settings playing() {
+        es_client_settings s = settings();
+        s.paused = 0;
+        return s;
+    }
+};
+
+TEST_F(FolderClients, PauseWhereReadingFailedAndGoOnBeyondIt) {
+    std::ofstream(folder / "centre" / frame_file_name(1)) << "no picture";
+    WatchedClient watched(playing());
+    const auto seen = watched.watch([](const Look& look) { return !look.problem.empty(); });
+    EXPECT_NE(seen.back().problem.find(frame_file_name(1)), std::string::npos) << seen.back().problem;
+    EXPECT_EQ(seen.back().state.frame, 0);
+    EXPECT_TRUE(seen.back().state.is_paused);
+    EXPECT_EQ(watched.eyes[0].width, watched.request.width);
+    const Look again = watched.look();
+    EXPECT_EQ(again.problem, "") << "is said once";
+    EXPECT_TRUE(again.state.is_paused);
+    watched.client.seek(2 / 30.0);
+    watched.client.play();
+    EXPECT_EQ(watched.watch_all().back().state.frame, 2);
+}
+
+TEST_F(FolderClients, ThatBeginAgainAreNeverOver) {
+    es_client_settings looping = playing();
+    looping.loop = 1;
+    WatchedClient watched(looping);
+    bool was_at_end = false;
+    watched.watch([&](const Look& look) {
+        EXPECT_FALSE(look.state.is_over);
+        was_at_end = was_at_end || look.state.frame == frame_count - 1;
+        return was_at_end && look.state.frame == 0;
+    });
+}
+
+TEST_F(FolderClients, SeekTheFirstFrameThatIsNotBeforeATime) {
+    WatchedClient watched(settings());
+    watched.client.seek(0.4 / 30);
+    EXPECT_EQ(watched.watch([](const Look& look) { return look.state.is_new != 0; }).back().state.frame, 1);
+}
+
+/// A display time before the last one counts as the last one.
+TEST_F(FolderClients, GoOnWhereTheirCallersTimeGoesBack) {
+    WatchedClient watched(settings());
+    watched.request.display_s = 1;
+    const double before_s = watched.look(0).state.time_s;
+    watched.client.play();
+    watched.look(-1);
+    EXPECT_EQ(watched.look(1).state.time_s, before_s);
+    EXPECT_GT(watched.look(0.01).state.time_s, before_s);
+}
+
+}  // namespace
+}  // namespace equistream::test
