@@ -33,6 +33,11 @@ public:
         part_ = gl::Framebuffer(names[0]);
     }
 
+    /// To delete a buffer takes away the binding that the host has at its target.
+    ~EyesOfRenderer() override { at_end_.emplace(); }
+    EyesOfRenderer(const EyesOfRenderer&) = delete;
+    EyesOfRenderer& operator=(const EyesOfRenderer&) = delete;
+
     void show(std::shared_ptr<const ReceivedFrame> frame) override {
         const gl::HostGlState kept;
         if (!has_hdr_display_ && gl::has_hdr(*frame))
@@ -140,6 +145,7 @@ private:
             }
     }
 
+    std::optional<gl::HostGlState> at_end_;  ///< goes last
     GlEyesSettings settings_;
     gl::EyeRenderer renderer_;
     gl::EyeTargets targets_;

@@ -34,9 +34,10 @@ extern "C" {
 
 #define ES_CLIENT_ABI_VERSION 1u
 
-/* Who makes the eyes' pictures. Both show the same but for rounding. ES_BACKEND_OPENGL has no engine splat and no fill
- * passes small-wide, geometry and spread. With a scene its engines are eye-depth and rotation. What it does not have is
- * refused when a client is opened. */
+/* Who makes the eyes' pictures. Without a scene both show the same but for rounding. With one they also differ at
+ * silhouettes, by up to a pixel of the source: the one casts depth, the other draws it. ES_BACKEND_OPENGL has no engine
+ * splat and no fill passes small-wide, geometry and spread. With a scene its engines are eye-depth and rotation. What
+ * it does not have is refused when a client is opened. */
 typedef enum es_backend { ES_BACKEND_CPU = 0, ES_BACKEND_OPENGL = 1 } es_backend;
 
 typedef struct es_client_settings {

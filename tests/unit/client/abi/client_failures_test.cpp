@@ -11,7 +11,7 @@ namespace {
 class ClientFailures : public testing::Test {
 protected:
     const synthetic::Folder folder;
-    const std::string file = folder / "a.nut";
+    const std::string file = folder / "a.mkv";
     const es_client_settings settings = client_settings(file.c_str());
 };
 

@@ -41,7 +41,8 @@ TEST_F(GlClients, ShowWhatTheCpuShows) {
     }
 }
 
-/// The one casts rays, the other draws. The second head looks along the wall and past its end; memory is used again.
+/// The one casts rays, the other draws: of a source as coarse as this one, silhouettes differ by up to a pixel of it. The
+/// second head looks along the wall and past its end; memory is used again.
 TEST_F(GlClients, ShowWhatTheCpuShowsOfAScene) {
     const std::string scene = write_scene();
     es_client_settings of_cpu = settings(), of_gl = settings(ES_BACKEND_OPENGL);
@@ -61,7 +62,7 @@ TEST_F(GlClients, ShowWhatTheCpuShowsOfAScene) {
         for (int i = 0; i < 2; ++i) {
             SCOPED_TRACE(i);
             ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
-            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), 35);
+            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), 33);
             EXPECT_LT(other_depths(found[i], expected[i]), 0.005 * double(found[i].origin.size()));
             EXPECT_LT(*std::ranges::min_element(found[i].depth_m), 5);
             EXPECT_GT(*std::ranges::min_element(found[i].depth_m), 0.5f);
@@ -196,10 +197,11 @@ TEST_F(GlClients, RefuseEnginesThatTheyDoNotHave) {
         return "nothing was refused";
     };
     const std::string scene = write_scene();
-    for (const std::string engine : {"mesh", "mesh-plain", "splat", "proxy-sphere"})
+    for (const std::string engine : {"mesh", "mesh-plain", "proxy-sphere"})
         EXPECT_EQ(complaint(scene.c_str(), engine.c_str()),
                   "engine: expected eye-depth or rotation, with a scene and ES_BACKEND_OPENGL, found '" + engine + "'");
-    EXPECT_NE(complaint(nullptr, "splat").find("expected what OpenGL has, found 'splat'"), std::string::npos);
+    for (const char* const with : {static_cast<const char*>(nullptr), scene.c_str()})
+        EXPECT_NE(complaint(with, "splat").find("expected what OpenGL has, found 'splat'"), std::string::npos);
 }
 
 }  // namespace
