@@ -41,8 +41,8 @@ TEST_F(GlClients, ShowWhatTheCpuShows) {
     }
 }
 
-/// The one casts rays, the other draws: of a source as coarse as this one, silhouettes differ by up to a pixel of it. The
-/// second head looks along the wall and past its end; memory is used again.
+/// The one casts rays, the other draws: of a source as coarse as this one, silhouettes differ by up to a pixel of it.
+/// The second head looks along the wall and past its end; memory is used again.
 TEST_F(GlClients, ShowWhatTheCpuShowsOfAScene) {
     const std::string scene = write_scene();
     es_client_settings of_cpu = settings(), of_gl = settings(ES_BACKEND_OPENGL);
