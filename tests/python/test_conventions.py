@@ -75,7 +75,7 @@ def test_paths(tmp_path):
     lambda: es.EquirectCamera(4, 2).pixels(3.0), lambda: es.frame_info(es.EquirectCamera(4, 2), eye="middle"),
     lambda: es.frame_info(es.EquirectCamera(4, 2), index=-1), lambda: es.frame_info(es.EquirectCamera(4, 2), exposure=0),
     lambda: es.frame_info(es.EquirectCamera(4, 2), scene="x" * 300), lambda: es.frame_info(es.EquirectCamera(4, 2), colour="red"),
-    lambda: es.PosePath([(1, es.Pose()), (0, es.Pose())]), lambda: es.to_display(np.zeros((4, 4, 3)), exposure=-1),
+    lambda: es.PosePath([]), lambda: es.PosePath([(1, es.Pose()), (0, es.Pose())]), lambda: es.to_display(np.zeros((4, 4, 3)), exposure=-1),
     lambda: es.to_display(np.zeros((4, 4, 7))), lambda: es.quantise_8bit(np.zeros((0, 4, 3), np.float32)), lambda: es.DisplayTransform("nonsense")])
 def test_bad_arguments_are_told_in_one_line(make):
     with pytest.raises(es.InputError) as caught:

@@ -1,10 +1,12 @@
 """Streams and feeds: pictures, tags, ends, Ctrl-C, and threads."""
 
+import concurrent.futures
 import gc
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 
 import equistream as es
@@ -132,6 +134,27 @@ def test_a_second_thread_is_refused(tmp_path):
     reader = es.open_stream(make_long_video(tmp_path))
     problems = refusals_of_four_threads(lambda: list(reader))
     assert any("one thread at a time" in p for p in problems)
+
+
+def test_another_thread_may_ask_what_there_is(tmp_path):
+    """As a display of progress does, while the next picture is read without Python's lock."""
+    reader = es.open_stream(make_long_video(tmp_path))
+    seen, done = [0], threading.Event()
+
+    def look():
+        while not done.is_set():
+            seen.append(reader.tracks[0]["pictures"])
+            assert reader.container and reader.truncation == ""
+
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        looking = pool.submit(look)
+        try:
+            for count, _ in enumerate(reader, 1):
+                assert reader.tracks[0]["pictures"] == count
+        finally:
+            done.set()
+        looking.result()
+    assert count == 90 and seen == sorted(seen) and seen[-1] <= 90
 
 
 def make_long_video(folder):

@@ -161,6 +161,8 @@ void bind_frames(nb::module_& m) {
         .def(
             "__init__",
             [](PosePath* self, const std::vector<std::pair<double, Pose>>& keys) {
+                if (keys.empty())
+                    throw InputError(expected_found("PosePath", "at least one key", "none"));
                 std::vector<PosePath::Key> list;
                 for (const auto& [time_s, pose] : keys)
                     list.push_back({time_s, pose});

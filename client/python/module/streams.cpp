@@ -30,9 +30,9 @@ nb::object next_picture(StreamReader& reader) {
     return found;
 }
 
-nb::list tracks_of(const StreamReader& reader) {
+nb::list tracks_of(const std::vector<StreamTrackSummary>& summaries) {
     nb::list tracks;
-    for (const StreamTrackSummary& track : reader.tracks()) {
+    for (const StreamTrackSummary& track : summaries) {
         nb::dict row;
         row["role"] = track_name(track.role);
         row["name"] = track.name;
@@ -51,6 +51,7 @@ nb::list tracks_of(const StreamReader& reader) {
 }
 
 /// One reader, one thread at a time: Python's own lock is given up while it works, so another thread could come in.
+/// What other threads may ask meanwhile is copied after each picture, with the lock held.
 class Stream {
 public:
     explicit Stream(const std::string& source) {
@@ -58,19 +59,28 @@ public:
             reader_ = std::make_unique<StreamReader>(
                 source, StreamReadOptions{.rgb = true, .pq = true, .interrupted = waiting_.question()});
         });
+        container_ = reader_->container();
+        tracks_ = reader_->tracks();
     }
     nb::object next() {
         nb::object picture;
-        waiting_.run([&] { picture = next_picture(*reader_); });
+        waiting_.run([&] {
+            picture = next_picture(*reader_);
+            const nb::gil_scoped_acquire acquire;
+            tracks_ = reader_->tracks();
+            truncation_ = reader_->truncation();
+        });
         return picture;
     }
-    nb::list tracks() const { return tracks_of(*reader_); }
-    std::string container() const { return reader_->container(); }
-    std::string truncation() const { return reader_->truncation(); }
+    nb::list tracks() const { return tracks_of(tracks_); }
+    std::string container() const { return container_; }
+    std::string truncation() const { return truncation_; }
 
 private:
     Waiting waiting_{"stream"};
     std::unique_ptr<StreamReader> reader_;
+    std::vector<StreamTrackSummary> tracks_;
+    std::string container_, truncation_;
 };
 
 nb::object picture_of(ReceivedPicture&& picture) {
@@ -118,16 +128,18 @@ public:
         waiting_.run([&] {
             std::optional<ReceivedFrame> frame = feed_->next();
             const nb::gil_scoped_acquire acquire;
+            truncation_ = feed_->truncation();
             if (frame)
                 found = frame_of(std::move(*frame));
         });
         return found;
     }
-    std::string truncation() const { return feed_->truncation(); }
+    std::string truncation() const { return truncation_; }
 
 private:
     Waiting waiting_{"stream"};
     std::unique_ptr<FrameFeed> feed_;
+    std::string truncation_;  ///< as of the last next(), as in Stream
 };
 
 }  // namespace
