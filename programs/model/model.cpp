@@ -5,14 +5,14 @@
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
+#include <programs/cli/paths.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
 #include <cstdio>
+#include <fstream>
 
 namespace {
 
@@ -41,10 +41,28 @@ void require_writable(const std::filesystem::path& file) {
                  file.string());
     cli::require(is_utf8(file.filename().string()), "--out " + file.string(), "a name in UTF-8, as its JSON needs",
                  "other bytes");
-    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    cli::require_writable_file(file);
+}
+
+std::filesystem::path geometry_beside(std::filesystem::path description) {
+    return description.replace_extension(".glb");
+}
+
+bool describes_client_model(const std::filesystem::path& file) {
+    std::ifstream text(file);
+    const nlohmann::json description = nlohmann::json::parse(text, nullptr, false);
+    return description.is_object() && description.contains("stands_for");
+}
+
+/// Neither what is read here nor another scene makes way: an earlier model of a client's alone does.
+void require_replaceable(const std::filesystem::path& file, const SceneDescription& scene) {
+    const std::filesystem::path geometry = geometry_beside(file);
+    for (const std::filesystem::path& target : {file, geometry})
+        cli::require_not_read("--out", target, {scene.file, scene.model});
     std::error_code error;
-    cli::require(std::filesystem::is_directory(folder, error) && access(folder.c_str(), W_OK | X_OK) == 0,
-                 "--out " + file.string(), "a folder that can be written to", folder.string());
+    for (const std::filesystem::path& target : {file, geometry})
+        cli::require(!std::filesystem::exists(target, error) || describes_client_model(file), "--out " + file.string(),
+                     "a new name, or a client's model to replace", target.string());
 }
 
 ClientModelOptions complete(const Arguments& r) {
@@ -67,9 +85,9 @@ ClientModelOptions complete(const Arguments& r) {
 }
 
 /// Of the geometry beside the description.
-std::uintmax_t bytes_beside(std::filesystem::path description) {
+std::uintmax_t bytes_beside(const std::filesystem::path& description) {
     std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(description.replace_extension(".glb"), error);
+    const std::uintmax_t bytes = std::filesystem::file_size(geometry_beside(description), error);
     return error ? 0 : bytes;
 }
 
@@ -140,6 +158,7 @@ void run(const Arguments& request) {
     const auto start = Clock::now();
     const SceneDescription scene = load_scene(request.scene);
     cli::require(scene.stands_for.empty(), request.scene.string(), "a scene", "a client's model of one");
+    require_replaceable(request.out, scene);
     const SceneModel geometry = load_model(scene, {.shading = false});
     for (const std::string& note : geometry.notes)
         std::fprintf(stderr, "equistream model: %s\n", note.c_str());
