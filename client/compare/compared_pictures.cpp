@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -79,22 +78,34 @@ std::vector<std::string> choose_eyes(const PairingOptions& options) {
     return eyes;
 }
 
-std::vector<std::int64_t> choose_frames(const PairingOptions& options, const std::vector<Side>& sides) {
-    std::vector<std::int64_t> wanted = sides.front().frames;
-    if (options.first_frame) {
-        wanted.resize(static_cast<std::size_t>(*options.last_frame - *options.first_frame + 1));
-        std::iota(wanted.begin(), wanted.end(), *options.first_frame);
+void require_frame(const std::vector<Side>& sides, std::int64_t frame) {
+    for (const Side& side : sides)
+        if (!side.holds(frame))
+            throw InputError(expected_found(side.file(frame).string(), "a frame to compare", "no such file"));
+}
+
+/// A range may be far longer than what is there: it is followed to the first frame that a side lacks.
+std::vector<std::int64_t> frames_of_range(std::int64_t first, std::int64_t last, const std::vector<Side>& sides) {
+    std::vector<std::int64_t> frames;
+    for (std::int64_t frame = first; frame <= last; ++frame) {
+        require_frame(sides, frame);
+        frames.push_back(frame);
     }
-    for (const Side& side : sides) {
-        for (const std::int64_t frame : wanted)
-            if (!side.holds(frame))
-                throw InputError(expected_found(side.file(frame).string(), "a frame to compare", "no such file"));
-        if (!options.first_frame && side.frames.size() != wanted.size())
+    return frames;
+}
+
+std::vector<std::int64_t> choose_frames(const PairingOptions& options, const std::vector<Side>& sides) {
+    if (options.first_frame)
+        return frames_of_range(*options.first_frame, *options.last_frame, sides);
+    const std::vector<std::int64_t>& wanted = sides.front().frames;
+    for (const std::int64_t frame : wanted)
+        require_frame(sides, frame);
+    for (const Side& side : sides)
+        if (side.frames.size() != wanted.size())
             throw InputError(expected_found(side.place.string(),
                                             "the " + std::to_string(wanted.size()) + " frames of " +
                                                 sides.front().place.string() + " (or give --frames)",
                                             std::to_string(side.frames.size()) + " frames"));
-    }
     return wanted;
 }
 

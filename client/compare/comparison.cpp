@@ -36,21 +36,39 @@ LongitudeLatitudeRange sphere_range(const ScoredPicture& picture) {
     return camera->range;
 }
 
-void write_difference(const PicturePair& pair, const std::string& eye, const std::filesystem::path& folder,
-                      ImageView<const std::uint8_t> picture, ImageView<const std::uint8_t> truth) {
+std::filesystem::path difference_file(const PicturePair& pair, const std::string& eye,
+                                      const std::filesystem::path& folder) {
+    const std::string name =
+        pair.frame ? frame_file_name(*pair.frame, "png") : pair.picture.stem().string() + ".difference.png";
+    return (eye == "view" ? folder : folder / eye) / name;
+}
+
+/// Difference pictures have the names of frames: among those that are compared they would take their places.
+void require_apart(const EyePairs& eye, const std::filesystem::path& folder) {
+    for (const PicturePair& pair : eye.pairs) {
+        const std::filesystem::path file = difference_file(pair, eye.eye, folder);
+        for (const auto& input : {pair.picture, pair.truth, pair.second_picture, pair.second_truth, pair.gaps}) {
+            std::error_code error;  // what is not there is not compared
+            if (pair.frame ? std::filesystem::equivalent(file.parent_path(), input.parent_path(), error)
+                           : std::filesystem::equivalent(file, input, error))
+                throw InputError(expected_found("--difference " + folder.string(),
+                                                "a folder apart from what is compared", input.string()));
+        }
+    }
+}
+
+void write_difference(const std::filesystem::path& file, ImageView<const std::uint8_t> picture,
+                      ImageView<const std::uint8_t> truth) {
     ByteImage difference(picture.width, picture.height, 3);
     for (int y = 0; y < picture.height; ++y)
         for (int i = 0; i < 3 * picture.width; ++i)
             difference.pixel(0, y)[i] = static_cast<std::uint8_t>(
                 std::min(255, difference_gain * std::abs(picture.row(y)[i] - truth.row(y)[i])));
-    const std::string name =
-        pair.frame ? frame_file_name(*pair.frame, "png") : pair.picture.stem().string() + ".difference.png";
-    const std::filesystem::path place = eye == "view" ? folder : folder / eye;
     std::error_code error;
-    std::filesystem::create_directories(place, error);
+    std::filesystem::create_directories(file.parent_path(), error);
     if (error)
-        throw WorkError(place.string() + ": cannot be made: " + error.message());
-    write_picture(place / name, difference.view());
+        throw WorkError(file.parent_path().string() + ": cannot be made: " + error.message());
+    write_picture(file, difference.view());
 }
 
 struct BothBlocks {
@@ -133,7 +151,7 @@ private:
                 structural_similarity(picture, truth, mask.empty() ? ImageView<const std::uint8_t>{} : mask.view());
         }
         if (!options_.difference_folder.empty())
-            write_difference(pair, eye_.eye, options_.difference_folder, picture, truth);
+            write_difference(difference_file(pair, eye_.eye, options_.difference_folder), picture, truth);
         return score;
     }
 
@@ -180,6 +198,8 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     for (const PicturePair& pair : eye.pairs)
         if (!pair.second_picture.empty())
             require_other_files(pair);
+    if (!options.difference_folder.empty())
+        require_apart(eye, options.difference_folder);
     const PairMeasurement measurement(eye, options);
     std::vector<FrameSums> frames(eye.pairs.size());
     Histograms histograms;

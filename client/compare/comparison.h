@@ -54,7 +54,7 @@ struct EyeScore {
 
 /// Measures one eye; frames run in parallel. `done` is told after each frame, from any thread.
 /// Throws InputError for pictures that cannot be read or whose sizes differ, and for a second run that shares pictures,
-/// seed or noise with the first.
+/// seed or noise with the first. So does a difference folder that would take the compared pictures' places.
 EyeScore compare_eye(const EyePairs& pairs, const ComparisonOptions& options, const std::function<void()>& done = {});
 
 }  // namespace equistream

@@ -184,6 +184,23 @@ TEST_F(Comparison, DifferencePicturesAreAmplified) {
     EXPECT_EQ(difference.pixel(0, 0)[0], 5 * difference_gain);
 }
 
+TEST_F(Comparison, DifferencePicturesTakeNoComparedOnesPlaces) {
+    fs::create_directories(root_ / "a/left"), fs::create_directories(root_ / "t/left");
+    EyePairs pairs = pair_of(make_png("a/left/frame.0003.png", 10), make_png("t/left/frame.0003.png", 15));
+    pairs.eye = "left";
+    pairs.pairs[0].frame = 3;
+    fs::create_directory_symlink(root_ / "t", root_ / "link");
+    ComparisonOptions options;
+    for (const char* folder : {"a", "t", "link"}) {
+        options.difference_folder = root_ / folder;
+        EXPECT_NE(error_of(pairs, options).find("a folder apart from what is compared"), std::string::npos) << folder;
+    }
+    EXPECT_EQ(read_picture(pairs.pairs[0].picture).pixel(0, 0)[0], 10);
+    EXPECT_EQ(read_picture(pairs.pairs[0].truth).pixel(0, 0)[0], 15);
+    options.difference_folder = root_;
+    EXPECT_EQ(error_of(pair_of(make_png("a.png", 10), make_png("t.png", 15)), options), "") << "files have other names";
+}
+
 }  // namespace
 
 namespace {
@@ -265,6 +282,8 @@ TEST_F(PicturePairs, FrameRangeSelects) {
     EXPECT_EQ(pair_pictures(pairing).at(0).pairs.size(), 3u);
     pairing.last_frame = 4;
     EXPECT_NE(error_of(pairing), "");
+    pairing.last_frame = std::int64_t{1} << 60;  // more than any memory holds
+    EXPECT_NE(error_of(pairing).find("frame.0004.png: expected a frame to compare"), std::string::npos);
 }
 
 TEST_F(PicturePairs, WhatIsMissingIsNamed) {
