@@ -4,9 +4,12 @@
 #include <equistream/json_text.h>
 #include <equistream/sequence.h>
 #include <equistream/text.h>
+#include <programs/cli/paths.h>
 #include <programs/cli/program.h>
 #include <programs/cli/provenance.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 
@@ -60,6 +63,21 @@ void complete(Arguments& arguments) {
         arguments.pairing.gaps = arguments.gaps;
     if (const auto& exposure = arguments.comparison.exposure)
         cli::require(*exposure > 0, "--exposure", "a number above 0", std::to_string(*exposure));
+    if (!arguments.out.empty())
+        cli::require_writable_file(arguments.out);
+}
+
+bool is_linear(const PicturePair& pair) {
+    return std::ranges::any_of(std::array{&pair.picture, &pair.truth, &pair.second_picture, &pair.second_truth},
+                               [](const std::filesystem::path* file) { return file->extension() == ".exr"; });
+}
+
+/// PNG is what a display was sent: no exposure and no view make it another.
+void require_use_of_display(const CLI::App& app, const std::vector<EyePairs>& eyes) {
+    const bool any_linear =
+        std::ranges::any_of(eyes, [](const EyePairs& eye) { return std::ranges::any_of(eye.pairs, is_linear); });
+    for (const char* option : {"--exposure", "--view"})
+        cli::require(any_linear || app.count(option) == 0, option, "an EXR among the pictures", "PNG alone");
 }
 
 nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeScore>& scores) {
@@ -76,9 +94,10 @@ nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeS
     return json;
 }
 
-void compare(Arguments& arguments) {
+void compare(Arguments& arguments, const CLI::App& app) {
     complete(arguments);
     const std::vector<EyePairs> eyes = pair_pictures(arguments.pairing);
+    require_use_of_display(app, eyes);
     std::size_t pictures = 0;
     for (const EyePairs& eye : eyes)
         pictures += eye.pairs.size();
@@ -90,12 +109,13 @@ void compare(Arguments& arguments) {
             scores.push_back(compare_eye(eye, arguments.comparison, [&] { progress.set(++done); }));
     }
     const std::string json = json_text(report(arguments, scores), 2) + "\n";
-    if (!arguments.out.empty())
-        write_file_atomically(arguments.out, json);
     if (arguments.json)
         std::fputs(json.c_str(), stdout);
     else
         std::fputs(comparison_table(scores, arguments.comparison).c_str(), stdout);
+    // What was measured is told first: a full disk must not cost it.
+    if (!arguments.out.empty())
+        write_file_atomically(arguments.out, json);
 }
 
 std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
@@ -120,7 +140,7 @@ std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& ar
     app.add_option("--out", arguments->out, "Write the report to this JSON file too");
     cli::add_json_flag(app, arguments->json);
     cli::add_progress_option(app, arguments->progress);
-    return [arguments] { compare(*arguments); };
+    return [arguments, &app] { compare(*arguments, app); };
 }
 
 }  // namespace
