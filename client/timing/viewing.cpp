@@ -1,6 +1,7 @@
 #include "viewing.h"
 
 #include <equistream/conventions.h>
+#include <equistream/error.h>
 #include <equistream/text.h>
 
 #include <nlohmann/json.hpp>
@@ -16,6 +17,10 @@ namespace {
 /// The head has been watched for so long when the first frame is sent.
 constexpr double watched_before_s = 0.2;
 constexpr double same_time_s = 1e-9;
+/// Times of frames that refreshes can be counted by.
+constexpr double farthest_s = 1e10;
+/// No path of a head is longer, so that a longer step is damage: every refresh in it would be shown.
+constexpr double longest_step_s = 86400;
 
 using Json = nlohmann::ordered_json;
 
@@ -56,7 +61,19 @@ bool ViewingSimulation::needs_frame() const {
     return !ended_ && (sent_ == 0 || network_.earliest_arrival_s(last_sent_s_) <= next_made_s());
 }
 
+void ViewingSimulation::require_next_time(const ServedFrame& frame) const {
+    const std::string place = formatted("frame %lld", static_cast<long long>(frame.number));
+    if (!(std::abs(frame.frame_time_s) <= farthest_s))
+        throw InputError(expected_found(place, formatted("a time from %g to %g s", -farthest_s, farthest_s),
+                                        formatted("%.17g s", frame.frame_time_s)));
+    const double step_s = frame.frame_time_s - last_sent_s_;
+    if (sent_ > 0 && !(step_s >= 0 && step_s <= longest_step_s))
+        throw InputError(expected_found(place, "a time at most a day after that of the frame before, not before it",
+                                        formatted("%.17g s after %.17g s", frame.frame_time_s, last_sent_s_)));
+}
+
 void ViewingSimulation::send(const ServedFrame& frame, Payload payload) {
+    require_next_time(frame);
     if (sent_ == 0) {
         refresh_ = std::int64_t(std::ceil(frame.frame_time_s * options_.refresh_hz - same_time_s));
         tracked_ = std::int64_t(std::ceil((next_made_s() - watched_before_s) * options_.tracker_hz));

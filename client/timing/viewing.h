@@ -111,7 +111,8 @@ public:
 
     /// Whether a frame that was not sent yet might be there for the next refresh.
     bool needs_frame() const;
-    /// In the order of their times.
+    /// In the order of their times. Throws InputError for a time before the last one, more than a day after it, or
+    /// beyond 1e10 s.
     void send(const ServedFrame& frame, Payload payload);
     /// There are no more.
     void end() { ended_ = true; }
@@ -133,6 +134,7 @@ private:
     double display_s() const { return double(refresh_) / options_.refresh_hz; }
     /// When the next refresh is made.
     double next_made_s() const { return display_s() - options_.photon_s; }
+    void require_next_time(const ServedFrame& frame) const;
     void deliver_until(double time_s);
     ViewedRefresh begin_refresh();
     void show(const MediaTime& time, ViewedRefresh& refresh);

@@ -1,6 +1,7 @@
 #include "head_motion.h"
 
 #include <client/timing/viewing.h>
+#include <equistream/error.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -250,6 +251,29 @@ TEST(Viewing, IsTheSameEveryTime) {
     NetworkConditions other = network;
     other.seed = 4;
     EXPECT_NE(json(network), json(other));
+}
+
+/// Each would be shown at every refresh up to the damaged time, or counted beyond what a number holds.
+TEST(Viewing, DamagedTimesAreRefused) {
+    for (const double damaged_s : {1e9, 86401.0, -0.01, std::nan("")}) {
+        std::vector<ServedFrame> frames = served(3, steady_head);
+        frames[1].frame_time_s = damaged_s;
+        EXPECT_THROW(simulate_viewing(frames, steady_head, {}), InputError) << damaged_s;
+    }
+    for (const double damaged_s : {1e300, -1e11}) {
+        std::vector<ServedFrame> frames = served(1, steady_head);
+        frames[0].frame_time_s = damaged_s;
+        EXPECT_THROW(simulate_viewing(frames, steady_head, {}), InputError) << damaged_s;
+    }
+}
+
+TEST(Viewing, EpochSecondsAndFramesOfOneTimeAreShown) {
+    const double began_s = 1.7e9;
+    std::vector<ServedFrame> frames = served(3, steady_head);
+    for (ServedFrame& frame : frames)
+        frame.frame_time_s += began_s;
+    frames[1].frame_time_s = began_s;
+    EXPECT_EQ(simulate_viewing(frames, steady_head, {}).report.frames_sent, 3);
 }
 
 TEST(ViewingReport, SumsUpByHand) {
