@@ -2,6 +2,7 @@
 
 #include <equistream/aov.h>
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 
@@ -255,16 +256,17 @@ std::vector<std::string> stems_of(const std::map<Pattern, Numbered>& sets) {
 
 FileSets find_files(const std::vector<std::string>& sources) {
     std::map<Pattern, Numbered> sets;
+    const std::string expected = "a folder, a file, or a pattern such as shot.####.exr";
     for (const std::string& source : sources) {
         std::vector<fs::path> files{source};
-        if (fs::is_directory(source))
+        const fs::file_type type = type_of(source, expected);
+        if (type == fs::file_type::directory)
             files = files_in(source);
         else if (fs::path(source).filename().string().find('#') != std::string::npos) {
             add_pattern(source, sets);
             continue;
-        } else if (!fs::exists(source))
-            throw InputError(
-                expected_found(source, "a folder, a file, or a pattern such as shot.####.exr", "no such file"));
+        } else if (type == fs::file_type::not_found)
+            throw InputError(expected_found(source, expected, "no such file"));
         if (files.empty())
             throw InputError(expected_found(source, "EXR files", "none"));
         for (const fs::path& file : files) {

@@ -182,11 +182,13 @@ void Source::make_io() {
 Source::Source(const std::string& name, const StreamReadOptions& options, const Patience& patience)
     : options_(options), patience_(patience), is_watched_(is_server(name) && !options.read) {
     av::silence_log();
-    const bool url = is_url(name);
-    if (!url && !std::filesystem::exists(name))
-        throw InputError(name + ": no such file");
-    if (!url && std::filesystem::is_directory(name))
-        throw InputError(expected_found(name, "a video file", "a folder"));
+    if (!is_url(name)) {
+        const std::filesystem::file_type type = type_of(name, "a video file");
+        if (type == std::filesystem::file_type::not_found)
+            throw InputError(name + ": no such file");
+        if (type == std::filesystem::file_type::directory)
+            throw InputError(expected_found(name, "a video file", "a folder"));
+    }
     open(name);
 }
 

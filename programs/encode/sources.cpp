@@ -108,9 +108,11 @@ FillTracks parse_fill_tracks(const std::string& list) {
 }
 
 Sources find_sources(const SourceRequest& request) {
-    if (!fs::is_directory(request.folder))
-        throw InputError(expected_found(request.folder.string(), "a folder of frames",
-                                        fs::exists(request.folder) ? found_kind(request.folder, "a file") : "nothing"));
+    const fs::file_type type = type_of(request.folder, "a folder of frames");
+    if (type != fs::file_type::directory)
+        throw InputError(
+            expected_found(request.folder.string(), "a folder of frames",
+                           type == fs::file_type::not_found ? "nothing" : found_kind(request.folder, "a file")));
     if (request.packing != StereoPacking::none)
         return find_both_eyes(request);
     Sources sources;

@@ -1,13 +1,26 @@
 #pragma once
 /// What a file is that was given in place of another: for messages that name the command that takes it.
+#include "error.h"
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace equistream {
+
+/// What a name leads to; not_found where there is nothing. Throws InputError where that cannot be told: a folder on the
+/// way may be closed, links may lead in a circle.
+inline std::filesystem::file_type type_of(const std::filesystem::path& name, const std::string& expected) {
+    std::error_code error;
+    const std::filesystem::file_type type = std::filesystem::status(name, error).type();
+    if (type == std::filesystem::file_type::none)
+        throw InputError(expected_found(name.string(), expected, error.message()));
+    return type;
+}
 
 enum class FileKind { unknown, folder, video, exr, picture, model, description, mitsuba_xml, table };
 
