@@ -114,6 +114,7 @@ void print_json(const Arguments& a, const files::ImportPlan& plan) {
 
 void run(Arguments& a, const CLI::App& app) {
     complete(a, app);
+    const cli::ProgressStyle style = cli::parse_progress(a.progress);
     files::ImportPlan plan = files::make_plan(a.settings);
     if (!a.json)
         std::fputs(plan.table().c_str(), stdout);
@@ -123,7 +124,7 @@ void run(Arguments& a, const CLI::App& app) {
     const std::size_t known_notes = plan.notes.size();
     const double total = double(plan.files.frames.size() * plan.views.size());
     {
-        cli::Progress progress("import", total, cli::parse_progress(a.progress));
+        cli::Progress progress("import", total, style);
         files::run_import(a.settings, plan, [&](std::size_t done, std::int64_t index) {
             progress.step(double(done), "frame " + std::to_string(index));
         });
