@@ -2,9 +2,11 @@
 #include "describe.h"
 
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/json_text.h>
 #include <equistream/stream.h>
 #include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
 
 #include <cstdio>
 
@@ -13,7 +15,7 @@ namespace equistream {
 namespace {
 
 struct Options {
-    std::string source;
+    std::string command, source;
     bool json = false;
     bool frames = false;
     std::filesystem::path pictures;
@@ -23,20 +25,31 @@ struct Options {
 void require_readable(const std::string& source) {
     if (is_url(source))
         return;
-    if (!std::filesystem::exists(source))
+    const std::string expected = "a file, a folder or a URL";
+    const std::filesystem::file_type type = type_of(source, expected);
+    if (type == std::filesystem::file_type::not_found)
         throw InputError(source + ": no such file or folder");
-    if (!std::filesystem::is_regular_file(source) && !std::filesystem::is_directory(source))
-        throw InputError(expected_found(source, "a file, a folder or a URL",
-                                        "a named pipe or a device (info pipe:0 reads standard input)"));
+    if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::directory)
+        throw InputError(
+            expected_found(source, expected, "a named pipe or a device (info pipe:0 reads standard input)"));
 }
 
 Description describe(const Options& options) {
     const bool url = is_url(options.source);
-    if (!url && std::filesystem::is_directory(options.source))
+    std::error_code error;
+    if (!url && std::filesystem::is_directory(options.source, error))
         return describe_folder(options.source, {options.frames});
     if (!url && is_exr(options.source))
         return describe_exr(options.source);
     return describe_stream(options.source, {options.frames});
+}
+
+std::string report(const Options& options, const Description& description) {
+    if (!options.json)
+        return description.text;
+    nlohmann::ordered_json json = cli::provenance(options.command);
+    json.update(nlohmann::ordered_json(description.json));
+    return json_text(json, 2) + "\n";
 }
 
 std::function<void()> set_up(CLI::App& app, Options& options) {
@@ -50,7 +63,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         if (!options.pictures.empty())
             write_pictures(options.source, options.pictures);
         const Description description = describe(options);
-        std::fputs(options.json ? (json_text(description.json, 2) + "\n").c_str() : description.text.c_str(), stdout);
+        std::fputs(report(options, description).c_str(), stdout);
         // A file that was cut is explained; a server that failed in the middle has failed here too.
         if (!is_url(options.source))
             return;
@@ -65,6 +78,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     equistream::Options options;
+    options.command = equistream::cli::quoted_command(argc, argv);
     return equistream::cli::run_program(
         argc, argv,
         {"info", "Explain a stream, an EXR frame or a folder of frames", "equistream info sponza.mkv --frames"},

@@ -4,6 +4,7 @@
 #include <equistream/error.h>
 #include <equistream/json_text.h>
 #include <programs/cli/program.h>
+#include <programs/cli/provenance.h>
 #include <scenes/generate/generate.h>
 #include <scenes/mitsuba/convert.h>
 #include <scenes/mitsuba/old_scene.h>
@@ -24,12 +25,12 @@ struct GenerateArguments {
 };
 
 struct InfoArguments {
-    std::string scene;
+    std::string command, scene;
     bool json = false;
 };
 
 struct ConvertArguments {
-    std::string scene, out;
+    std::string command, scene, out;
     std::string camera = "perspective";
     std::string size;
     bool json = false;
@@ -67,11 +68,17 @@ void generate(const GenerateArguments& arguments) {
     print(description.string() + ": " + std::to_string(scene.model.triangle_count()) + " triangles\n");
 }
 
+void print_json(const std::string& command, const nlohmann::ordered_json& report) {
+    nlohmann::ordered_json json = cli::provenance(command);
+    json.update(report);
+    print(json_text(json, 2) + "\n");
+}
+
 /// Of a scene in Mitsuba's XML: what keeps Mitsuba 3 from reading it.
 void info_of_xml(const InfoArguments& arguments) {
     const std::vector<std::string> changes = mitsuba_xml::changes_for_mitsuba3(arguments.scene);
     if (arguments.json)
-        return print(json_text(nlohmann::json{{"must_change", changes}}, 2) + "\n");
+        return print_json(arguments.command, {{"must_change", changes}});
     for (const std::string& change : changes)
         print(change + "\n");
     print(changes.empty() ? arguments.scene + ": nothing of Mitsuba 0.6; render --host mitsuba renders it\n"
@@ -86,14 +93,16 @@ void info(const InfoArguments& arguments) {
     for (const std::string& note : model.notes)
         std::fprintf(stderr, "equistream scene: %s\n", note.c_str());
     const SceneSummary summary = summarise(model, scene);
-    print(arguments.json ? summary_json(summary) : summary_text(summary));
+    if (arguments.json)
+        return print_json(arguments.command, summary_json(summary));
+    print(summary_text(summary));
 }
 
 void placements(const std::string& scene) {
     print(placements_json(load_model(load_scene(scene))));
 }
 
-void print_json(const MitsubaReport& report, const std::vector<std::string>& notes) {
+nlohmann::ordered_json as_json(const MitsubaReport& report, const std::vector<std::string>& notes) {
     nlohmann::ordered_json json;
     json["triangles"] = report.triangles;
     json["shapes"] = report.shapes;
@@ -102,7 +111,7 @@ void print_json(const MitsubaReport& report, const std::vector<std::string>& not
     json["images"] = report.images;
     json["bytes"] = report.bytes;
     json["notes"] = notes;
-    print(json_text(json, 2) + "\n");
+    return json;
 }
 
 void convert(const ConvertArguments& arguments) {
@@ -122,7 +131,7 @@ void convert(const ConvertArguments& arguments) {
     std::vector<std::string> notes = model.notes;
     notes.insert(notes.end(), report.notes.begin(), report.notes.end());
     if (arguments.json)
-        return print_json(report, notes);
+        return print_json(arguments.command, as_json(report, notes));
     for (const std::string& note : notes)
         std::fprintf(stderr, "note: %s\n", note.c_str());
     std::printf("%s: %llu triangles, %zu shapes, %zu instances of %zu groups, %zu images, %.1f MB\n",
@@ -159,9 +168,10 @@ CLI::App* add_convert_command(CLI::App& app, const std::shared_ptr<ConvertArgume
     return command;
 }
 
-std::function<void()> set_up(CLI::App& app) {
+std::function<void()> set_up(CLI::App& app, const std::string& command) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
+    informing->command = command;
     CLI::App* generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
     generate_command->footer("Example:\n  equistream scene generate pavilion --out scenes");
     generate_command->add_option("NAME", generating->name, "which one (--list shows them)");
@@ -181,6 +191,7 @@ std::function<void()> set_up(CLI::App& app) {
         ->required();
     cli::add_json_flag(*info_command, informing->json);
     auto converting = std::make_shared<ConvertArguments>();
+    converting->command = command;
     CLI::App* convert_command = add_convert_command(app, converting);
     auto placing = std::make_shared<std::string>();
     CLI::App* placements_command =
@@ -204,9 +215,10 @@ std::function<void()> set_up(CLI::App& app) {
 }  // namespace equistream
 
 int main(int argc, char** argv) {
+    const std::string command = equistream::cli::quoted_command(argc, argv);
     return equistream::cli::run_program(argc, argv,
                                         {"scene",
                                          "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
                                          "equistream scene generate pavilion --out scenes"},
-                                        equistream::set_up);
+                                        [&](CLI::App& app) { return equistream::set_up(app, command); });
 }

@@ -175,7 +175,7 @@ std::string summary_text(const SceneSummary& s) {
     return text;
 }
 
-std::string summary_json(const SceneSummary& s) {
+nlohmann::ordered_json summary_json(const SceneSummary& s) {
     const auto vector = [](const glm::dvec3& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
     nlohmann::ordered_json json;
     json["scene"] = s.name;
@@ -203,7 +203,7 @@ std::string summary_json(const SceneSummary& s) {
     json["box_radius_m"] = s.box_radius_m;
     json["sphere_width"] = s.sphere_width;
     json["depth_levels"] = finite_or_null(s.depth_levels);
-    return json_text(json, 2) + "\n";
+    return json;
 }
 
 namespace {

@@ -2,6 +2,8 @@
 /// Figures of a scene: what it costs and what the bound (bound.h) asks of a sphere rendered in it.
 #include <scenes/library/scene.h>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <string>
 
 namespace equistream {
@@ -33,7 +35,7 @@ struct SceneSummary {
 SceneSummary summarise(const SceneModel& model, const SceneDescription& scene);
 
 std::string summary_text(const SceneSummary& summary);
-std::string summary_json(const SceneSummary& summary);
+nlohmann::ordered_json summary_json(const SceneSummary& summary);
 
 // Which nodes a scene's model has and where its instances stand, as JSON: what a renderer in another process needs to
 // move objects and to number surfaces as ours does.
