@@ -5,6 +5,7 @@
 #include <programs/cli/stage_names.h>
 
 #include <equistream/error.h>
+#include <equistream/file_kind.h>
 #include <equistream/json_text.h>
 #include <equistream/text.h>
 
@@ -72,7 +73,8 @@ void choose_video(Arguments& arguments, const CLI::App& app) {
     if (std::ranges::find(video_extensions, out.extension()) == video_extensions.end())
         return;
     const std::string option = "--out " + out.string();
-    require(!std::filesystem::is_directory(out), option, "the name of a video", "a folder of this name");
+    require(type_of(out, "the name of a video") != std::filesystem::file_type::directory, option, "the name of a video",
+            "a folder of this name");
     settings.out_is_video = true;
     if (app.count("--layout") == 0)
         arguments.layout = app.count("--anaglyph") > 0 ? "anaglyph" : "sbs";
@@ -88,8 +90,10 @@ constexpr double longest_extrapolation_s = 1;
 void choose_refreshes(Arguments& arguments, const CLI::App& app) {
     play::Settings& settings = arguments.settings;
     settings.conditions = parse_network(settings.network, "--network");
-    if (app.count("--refresh") == 0 && app.count("--network") == 0)
+    if (app.count("--refresh") == 0 && app.count("--network") == 0) {
+        require(app.count("--carry") == 0, "--carry", "--refresh or --network beside it", "neither");
         return;
+    }
     require(arguments.refresh_hz >= 1 && arguments.refresh_hz <= 1000, "--refresh", "1 to 1000 Hz",
             in_words(arguments.refresh_hz));
     require(!settings.head.empty(), app.count("--refresh") > 0 ? "--refresh" : "--network",

@@ -2,20 +2,16 @@
 
 #include "frame_player.h"
 #include "head_steering.h"
-#include "view_writer.h"
+#include "outputs.h"
 
 #include <client/stages/stages.h>
 #include <client/timing/viewing.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <equistream/json_text.h>
-#include <equistream/locks.h>
-#include <equistream/picture.h>
-#include <equistream/sequence.h>
 
 #include <algorithm>
 #include <atomic>
-#include <fstream>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -23,101 +19,6 @@
 namespace equistream::play {
 
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
-/// What was not asked for.
-bool is_default(const Json& setting) {
-    return setting.is_null() || setting == "";
-}
-
-/// Views of other settings stay, unless they may be overwritten: the report beside them says what theirs were.
-void require_own_views(const Settings& settings) {
-    const fs::path file = settings.out / "report.json";
-    if (settings.overwrite || !fs::exists(file))
-        return;
-    std::ifstream text(file);
-    const Json report = Json::parse(text, nullptr, false);
-    const auto refuse = [&](const std::string& expected, const std::string& found) {
-        throw InputError(expected_found(file.string(), expected, found) + "; choose another folder or --overwrite");
-    };
-    if (!report.is_object() || !report.contains("settings") || !report["settings"].is_object())
-        refuse("the report of play", "another file");
-    const Json now = settings_json(settings);
-    for (const auto& [name, before] : report["settings"].items())
-        if (name != "repeat" && now.contains(name) && json_text(now[name]) != json_text(before))
-            refuse(is_default(before) ? "the default " + name + " as of the views there"
-                                      : name + " " + json_text(before) + " as of the views there",
-                   is_default(now[name]) ? "the default" : json_text(now[name]));
-}
-
-/// Views of an earlier run make way, so that a folder never holds a mixture; rendered frames are never touched.
-void clear_views(const Settings& settings) {
-    const fs::path& out = settings.out;
-    for (const char* view : {".", "centre", "small", "left", "right"})
-        if (const fs::path manifest = (out / view / "manifest.json").lexically_normal(); fs::exists(manifest))
-            throw InputError(
-                expected_found("--out " + out.string(), "a folder without rendered frames", manifest.string()));
-    require_own_views(settings);
-    for (const fs::path& folder : {out / "left", out / "right", out / "both", out / "gaps" / "left",
-                                   out / "gaps" / "right", out / "reliability" / "left", out / "reliability" / "right"})
-        for (const char* extension : {"png", "exr"})
-            if (fs::is_directory(folder))
-                for (const std::int64_t index : list_frames(folder, extension))
-                    fs::remove(folder / frame_file_name(index, extension));
-    for (const char* file : {"left.mp4", "right.mp4", "both.mp4", "report.json"})
-        if (fs::exists(out / file))
-            fs::remove(out / file);
-}
-
-/// Every file of a run.
-class Outputs {
-public:
-    explicit Outputs(const Settings& settings) : out_(settings.out), is_video_(settings.out_is_video) {
-        if (!is_video_)
-            prepare_folder(settings);
-        eyes_.emplace(settings);
-    }
-
-    void write(const PlayedFrame& frame) {
-        eyes_->write({frame.left.picture, frame.left.depth_view(), frame.left.info},
-                     {frame.right.picture, frame.right.depth_view(), frame.right.info});
-        if (is_video_)
-            return;
-        const std::string name = frame_file_name(frame.left.info.index, "png");
-        for (const auto& [eye, played] : {std::pair{"left", &frame.left}, {"right", &frame.right}}) {
-            write_picture(out_ / "gaps" / eye / name, played->gaps.view());
-            if (!played->picture.reliability.empty())
-                write_picture(out_ / "reliability" / eye / name, played->picture.reliability.view());
-        }
-    }
-    void finish() { eyes_->finish(); }
-    /// Beside the views; one video has none.
-    void write_report(const Report& report) const {
-        if (!is_video_)
-            write_file_atomically(out_ / "report.json", json_text(report.json(), 1) + "\n");
-    }
-    std::int64_t bytes() const { return eyes_->bytes(); }
-
-private:
-    void prepare_folder(const Settings& settings) {
-        const fs::path& out = out_;
-        require_writable_folder(out);
-        lock_.emplace(out);
-        clear_views(settings);
-        for (const char* eye : {"left", "right"}) {
-            require_writable_folder(out / "gaps" / eye);
-            if (settings.reliability)
-                require_writable_folder(out / "reliability" / eye);
-        }
-    }
-
-    fs::path out_;
-    bool is_video_;
-    std::optional<FolderLock> lock_;  // two runs would leave a mixture
-    std::optional<EyesWriter> eyes_;
-};
 
 /// The way that uses most of all that there may be, as far as the settings tell before the source is opened.
 Plan widest_plan(const Settings& settings) {
@@ -169,7 +70,7 @@ public:
                 feed_->truncation().empty() ? "none" : feed_->truncation()));
         player_->prepare(first_->frame, report_);
         if (settings.method == "auto")
-            second_ = read();
+            read_second();
         player_->settle(first_->frame, second_ ? &second_->frame : nullptr, report_);
         left_out_ = unneeded_roles({.engine = report_.method,
                                     .depth = report_.depth,
@@ -225,11 +126,22 @@ private:
         return Incoming{std::move(*frame), bytes - std::exchange(read_bytes_, bytes)};
     }
 
+    /// Where it cannot be read, the first is played before that is told.
+    void read_second() {
+        try {
+            second_ = read();
+        } catch (...) {
+            second_problem_ = std::current_exception();
+        }
+    }
+
     /// The next one to be played.
     std::optional<Incoming> next() {
         for (std::optional<Incoming>* waiting : {&first_, &second_})
             if (*waiting)
                 return std::exchange(*waiting, std::nullopt);
+        if (second_problem_)
+            std::rethrow_exception(std::exchange(second_problem_, nullptr));
         return read();
     }
 
@@ -336,6 +248,7 @@ private:
     std::unique_ptr<Outputs> outputs_;
     std::int64_t read_bytes_ = 0;
     std::optional<Incoming> first_, second_;      ///< as far as they were read before the first is played
+    std::exception_ptr second_problem_;           ///< what kept the second from being read
     std::unique_ptr<ViewingSimulation> viewing_;  ///< where there are refreshes
 };
 

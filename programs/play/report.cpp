@@ -131,6 +131,18 @@ Json changes_json(const std::vector<Change>& changes) {
     return json;
 }
 
+Json hdr_display_json(const HdrDisplaySettings& display) {
+    return {{"ocio", display.config},
+            {"display", display.display},
+            {"view_transform", display.view},
+            {"exposure", display.exposure_stops}};
+}
+
+/// Null: all there are.
+Json frames_json(const cli::FrameRange& frames) {
+    return frames.last < Settings{}.frames.last ? Json({frames.first, frames.last}) : Json();
+}
+
 }  // namespace
 
 Json settings_json(const Settings& settings) {
@@ -147,13 +159,24 @@ Json settings_json(const Settings& settings) {
     json["carry_s"] = settings.extrapolation_limit_s;
     json["format"] = format_names[std::size_t(settings.format)];
     json["layout"] = layout_names[std::size_t(settings.layout)];
+    json["anaglyph"] = settings.anaglyph != nullptr ? Json(settings.anaglyph->name) : Json();
+    json["hdr_display"] = settings.hdr_display ? hdr_display_json(settings.hdr_display->settings()) : Json();
+    json["frames"] = frames_json(settings.frames);
+    const bool by_budget = settings.method == "auto";
+    json["budget_ms"] = by_budget ? Json(settings.budget_ms) : Json();
+    json["rechoose"] = by_budget ? Json(settings.rechoose) : Json();
+    return json;
+}
+
+Json begun_report_json(const Settings& settings) {
+    Json json = cli::provenance(settings.command);
+    json["versions"] = {{"equistream", json["version"]}, {"embree", EQUISTREAM_EMBREE_VERSION}};
+    json["settings"] = settings_json(settings);
     return json;
 }
 
 Json Report::json() const {
-    Json json = cli::provenance(settings.command);
-    json["versions"] = {{"equistream", json["version"]}, {"embree", EQUISTREAM_EMBREE_VERSION}};
-    json["settings"] = settings_json(settings);
+    Json json = begun_report_json(settings);
     if (source && source->samples_per_pixel > 0)
         json["source"] = {{"seed", source->seed}, {"samples_per_pixel", source->samples_per_pixel}};
     json["method"] = method;

@@ -39,6 +39,8 @@ struct FrameFigures {
 
 /// What decides the views, as report.json keeps it.
 nlohmann::ordered_json settings_json(const Settings& settings);
+/// What can be said before the first view.
+nlohmann::ordered_json begun_report_json(const Settings& settings);
 
 struct Report {
     Settings settings;
