@@ -1,0 +1,174 @@
+"""What is there already is kept: no command writes over what it reads, nor over work of other settings.
+
+usage: kept_test.py BIN_DIR   (the folder of the built programs)
+"""
+
+import pathlib
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from commands import BIN, Commands, contents, run
+
+PLAY = ["--method", "rotation", "--size", "64x36"]
+QUICK = ["--rays", 20000, "--visibility-rays", 20000, "--quantile", 0.9]
+
+
+class Models(Commands):
+    def setUp(self):
+        super().setUp()
+        self.scenes = self.out / "scenes"
+        shutil.copytree(self.scene.parent, self.scenes)
+        self.description = self.scenes / "motion.json"
+
+    def assert_kept(self, out, *mentions):
+        before = contents(self.scenes)
+        self.refused(["model", self.description, *QUICK, "--out", out], f"--out {out}", *mentions)
+        self.assertEqual(contents(self.scenes), before)
+
+    def test_a_scene_is_not_replaced_by_its_model(self):
+        self.assert_kept(self.description, "expected another place than what is read, found", self.description)
+        link = self.out / "link.json"
+        link.symlink_to(self.description)
+        self.assert_kept(link, "expected another place than what is read")
+
+    def test_geometry_is_not_replaced_under_another_name(self):
+        (self.scenes / "again.glb").hardlink_to(self.scenes / "motion.glb")
+        before = contents(self.scenes)
+        self.refused(["model", self.description, *QUICK, "--out", self.scenes / "again.json"], "expected another place than what is read", "motion.glb")
+        self.assertEqual(contents(self.scenes), before)
+
+    def test_another_scene_is_not_replaced(self):
+        self.done("scene", "generate", "orientation", "--out", self.scenes)
+        self.assert_kept(self.scenes / "orientation.json", "a client's model to replace", "orientation.json")
+
+    def test_geometry_that_no_model_names_is_not_replaced(self):
+        (self.scenes / "alone.glb").write_bytes(b"somebody's")
+        self.assert_kept(self.scenes / "alone.json", "a client's model to replace", "alone.glb")
+
+    def test_an_earlier_model_is_replaced(self):
+        for _ in range(2):
+            self.done("model", self.description, *QUICK, "--out", self.out / "model.json")
+
+
+class Views(Commands):
+    def play(self, out, *options, source=None):
+        return ["play", source or self.frames, *PLAY, *options, "--out", out]
+
+    def encoded(self, name, *options):
+        stream = self.out / name
+        stream.parent.mkdir(exist_ok=True)
+        self.done("encode", self.frames, "--preset", "ultrafast", *options, "--out", stream)
+        return stream
+
+    def test_a_stream_is_not_replaced_by_its_views(self):
+        walk = self.encoded("walk.mkv")
+        part = walk.rename(self.out / "cut.mkv.part")
+        shutil.copyfile(part, walk)
+        both = self.encoded("eyes/both.mp4")
+        before = contents(self.out)
+        for words in (self.play(walk, source=walk), self.play(self.out / "cut.mkv", source=part),
+                      self.play(both.parent, "--format", "mp4", "--layout", "sbs", source=both)):
+            self.refused(words, "expected another place than what is read, found")
+            self.assertEqual(contents(self.out), before)
+
+    def test_frames_without_a_manifest_are_not_replaced_by_their_views(self):
+        frames = self.out / "frames"
+        shutil.copytree(self.frames / "centre", frames / "left", ignore=shutil.ignore_patterns("manifest.json"))
+        before = contents(frames)
+        for source in (frames, frames / "left"):
+            self.refused(self.play(frames, "--overwrite", source=source), "expected another place than what is read")
+            self.assertEqual(contents(frames), before)
+
+    def assert_kept(self, views, other, *mentions):
+        before = contents(views)
+        self.refused(other, *mentions, "choose another folder or --overwrite")
+        self.assertEqual(contents(views), before)
+        self.done(*other, "--overwrite")
+
+    def test_views_of_other_frames_stay(self):
+        views = self.out / "views"
+        self.done(*self.play(views, "--frames", "0-1"))
+        self.assert_kept(views, self.play(views, "--frames", "2-3"), "expected frames [0,1] as of the views there, found [2,3]")
+        self.assert_kept(views, self.play(views), "expected frames [2,3] as of the views there, found the default")
+
+    def test_views_for_other_glasses_stay(self):
+        views = self.out / "views"
+        self.done(*self.play(views, "--layout", "anaglyph", "--anaglyph", "grey"))
+        self.assert_kept(views, self.play(views, "--layout", "anaglyph"), 'expected anaglyph "grey" as of the views there')
+
+    def test_views_of_another_exposure_stay(self):
+        stream, views = self.encoded("hdr.mp4", "--transfer", "pq", "--fill", "none"), self.out / "views"
+        self.done(*self.play(views, source=stream))
+        self.assert_kept(views, self.play(views, "--exposure", "-1", source=stream), "expected the default hdr_display as of the views there")
+        self.assert_kept(views, self.play(views, "--exposure", "-2", source=stream), '"exposure":-1.0')
+
+    def test_views_of_another_choice_by_time_stay(self):
+        views = self.out / "views"
+        auto = ["play", self.frames, "--method", "auto", "--size", "32x32", "--frames", "0-1", "--out", views]
+        self.done(*auto, "--budget-ms", 1000)
+        self.assert_kept(views, [*auto, "--budget-ms", 2000], "expected budget_ms 1000.0 as of the views there")
+        self.assert_kept(views, [*auto, "--budget-ms", 2000, "--rechoose", "off"], "expected rechoose true as of the views there")
+
+    def test_views_without_a_report_stay(self):
+        views = self.out / "views"
+        self.done(*self.play(views))
+        (views / "report.json").unlink()
+        self.assert_kept(views, self.play(views), f"{views}: expected a report.json that says what its views are of")
+
+    def kill_while_playing(self, views):
+        process = subprocess.Popen([BIN / "equistream", *map(str, self.play(views, "--repeat", 3000))], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while not list(views.glob("left/frame.*.png")):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+
+    def test_a_killed_run_is_made_anew_by_the_same_command_alone(self):
+        views = self.out / "views"
+        self.kill_while_playing(views)
+        self.assert_kept(views, self.play(views, "--fill", "none"), 'found "none"')
+        shutil.rmtree(views)
+        self.kill_while_playing(views)
+        self.done(*self.play(views))
+        self.assertEqual(len(list(views.glob("left/frame.*.png"))), 6)
+
+    def test_a_first_frame_is_played_although_the_second_is_damaged(self):
+        frames = self.out / "frames"
+        shutil.copytree(self.frames, frames)
+        second = frames / "centre" / "frame.0001.exr"
+        second.write_bytes(second.read_bytes()[: second.stat().st_size // 2])
+        self.refused(["play", frames, "--method", "auto", "--budget-ms", 1000, "--size", "32x32", "--out", self.out / "views"], second, code=1)
+        self.assertEqual([path.name for path in (self.out / "views/left").iterdir()], ["frame.0000.png"])
+
+
+class Scores(Commands):
+    def setUp(self):
+        super().setUp()
+        self.views = self.out / "views"
+        self.done("play", self.frames, *PLAY, "--frames", "0-1", "--out", self.views)
+
+    def test_difference_pictures_take_no_compared_ones_places(self):
+        truth = self.out / "truth"
+        shutil.copytree(self.views, truth)
+        before = contents(self.out)
+        for folder in (self.views, truth, self.views / "gaps"):
+            self.refused(["compare", self.views, truth, "--gaps", self.views / "gaps", "--difference", folder],
+                         f"--difference {folder}: expected a folder apart from what is compared")
+            self.assertEqual(contents(self.out), before)
+        self.done("compare", self.views, truth, "--difference", self.out / "difference")
+
+    def test_scores_that_cannot_be_written_are_told(self):
+        picture = self.views / "left" / "frame.0000.png"
+        words = ["compare", picture, picture, "--metrics", "psnr", "--out"]
+        self.refused([*words, self.out / "none" / "score.json"], "expected a folder that can be written to")
+        self.refused([*words, self.out], "expected the name of a file, found a folder of this name")
+        longest = self.out / ("x" * 255)  # there is no room for a name while it is written
+        self.assertIn("identical", self.refused([*words, longest], longest.name[:50], code=1))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
