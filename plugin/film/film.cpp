@@ -148,7 +148,16 @@ std::uint32_t* Film::id_target(const std::string& name) {
     return found == ids_.end() || whole_.contains(name) ? nullptr : found->second.samples().data();
 }
 
+/// Where pixels may be holes, those that a host answers for are none.
+void Film::mark_answered(const TilePixels& pixels) {
+    for (std::uint32_t i = 0; i < pixels.count() && has_holes_; ++i) {
+        const glm::ivec2 at = pixels.at(i);
+        *answered_.pixel(at.x, at.y) = 1;
+    }
+}
+
 void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
+    mark_answered(pixels);
     static constexpr es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
     // Calls `put(surface, pixel's centre, samples)` for each pixel, unless nobody wants the plane of tiles.
     const auto fill = [&](auto* plane, int channels, const auto& put) {
@@ -200,6 +209,7 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     if (progress.colour_passes >= samples_per_pixel_)
         return false;
     ++progress.colour_passes;
+    mark_answered(pixels);
     const auto add = [&](float* sum, int x, int y) {
         if (!is_finite(rgba, 4))
             ++*left_out_.pixel(x, y);
@@ -209,11 +219,9 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
         rgba += 4;
     };
     const es_tile& tile = pixels.tile;
-    if (pixels.listed != nullptr || has_holes_) {
+    if (pixels.listed != nullptr) {
         for (std::uint32_t i = 0; i < pixels.count(); ++i) {
             const glm::ivec2 at = pixels.at(i);
-            if (has_holes_)
-                *answered_.pixel(at.x, at.y) = 1;
             add(radiance_sum_.pixel(at.x, at.y), at.x, at.y);
         }
         return true;
@@ -276,11 +284,12 @@ std::int64_t Film::left_out_samples() const {
     return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
+/// Of what tiles filled: a plane that was handed over whole says itself where nothing is.
 void Film::leave_holes() {
-    FloatImage& colour = real_.at("colour");
-    pad_colour(colour, answered_, closes_);
+    if (!whole_.contains("colour"))
+        pad_colour(real_.at("colour"), answered_, closes_);
     const auto depth = real_.find("depth");
-    if (depth == real_.end())
+    if (depth == real_.end() || whole_.contains("depth"))
         return;
     const auto answered = answered_.samples();
     for (std::size_t pixel = 0; pixel < answered.size(); ++pixel)

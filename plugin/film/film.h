@@ -72,7 +72,7 @@ public:
     /// Colour samples that were not finite, of tiles only.
     std::int64_t left_out_samples() const;
     /// Moves the planes into `frame`, averaging colour. In holes alpha is 0, depth NaN and colour extrapolated from
-    /// around them.
+    /// around them, but for planes that were handed over whole.
     void finish(Frame& frame);
 
 private:
@@ -82,6 +82,7 @@ private:
     };
     es_tile tile(std::uint32_t id) const;
     void start_film();
+    void mark_answered(const TilePixels& pixels);
     FloatImage averaged_colour() const;
     void leave_holes();
     float* real_target(const std::string& name);

@@ -194,6 +194,47 @@ TEST_F(HiddenLayerTest, AFlatViewHasOneToo) {
     EXPECT_LT(found, 96 * 96 / 4);
 }
 
+TEST_F(HiddenLayerTest, WholePlanesStayAsTheyAre) {
+    const std::size_t rows = 180, pixels = 360 * rows;
+    const std::vector<float> colour(4 * pixels, 0.5f), depth(pixels, 3);
+    es_sequence* sequence = open();
+    const auto put = [](es_frame* frame, const char* name, std::int32_t channels, const std::vector<float>& samples) {
+        es_plane plane{};
+        plane.struct_size = sizeof plane;
+        plane.name = name;
+        plane.type = ES_FLOAT32;
+        plane.channels = channels;
+        plane.data = samples.data();
+        plane.row_stride_bytes = samples.size() / rows * sizeof(float);
+        es_error error{};
+        EXPECT_EQ(es_frame_put_plane(frame, &plane, &error), ES_OK) << error.text;
+    };
+    const auto expect_all = [](const FloatImage& image, float value) {
+        for (const float sample : image.samples())
+            ASSERT_EQ(sample, value);
+    };
+    es_frame* whole = begin(sequence, at(0));
+    put(whole, "colour", 4, colour);
+    put(whole, "depth", 1, depth);
+    end(whole);
+    const Frame first = read_exr(output + "/" + frame_file_name(0));
+    expect_all(first.planes.at("colour"), 0.5f);
+    expect_all(first.planes.at("depth"), 3);
+
+    es_frame* only_colour = begin(sequence, at(1));
+    fill(only_colour, surface_of, colour_of);
+    put(only_colour, "colour", 4, colour);
+    end(only_colour);
+    es_sequence_close(sequence);
+    const Frame second = read_exr(output + "/" + frame_file_name(1));
+    expect_all(second.planes.at("colour"), 0.5f);
+    int holes = 0;
+    for (const float z : second.planes.at("depth").samples())
+        holes += std::isnan(z);
+    EXPECT_GT(holes, 0);
+    EXPECT_LT(holes, static_cast<int>(pixels));
+}
+
 TEST_F(HiddenLayerTest, OtherLayersFramesAreNotAddedTo) {
     es_sequence_close(open());
     settings.layer = ES_LAYER_FIRST;
