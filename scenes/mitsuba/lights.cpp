@@ -98,6 +98,8 @@ void add_emitter(pugi::xml_node shape, const Material& material, const std::stri
 
 /// Counts on a grid: no point of it may lie in two triangles.
 bool maps_one_to_one(const Mesh& mesh) {
+    if (mesh.uvs.empty())
+        return false;
     constexpr int side = 512;
     std::vector<std::uint8_t> taken(static_cast<std::size_t>(side) * side, 0);
     for (const glm::vec2& uv : mesh.uvs)

@@ -54,6 +54,9 @@ TEST(TexturedLight, IsSampledOnlyWhereItsMapIsOneToOne) {
     Mesh twice = two_triangles({0, 0}, {1, 1});
     twice.triangles.push_back({0, 1, 3});
     EXPECT_FALSE(maps_one_to_one(twice));
+    Mesh without = two_triangles({0, 0}, {1, 1});
+    without.uvs.clear();
+    EXPECT_FALSE(maps_one_to_one(without));
 }
 
 }  // namespace
