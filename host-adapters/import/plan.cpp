@@ -146,6 +146,9 @@ private:
                     expected_found("--depth planar", "a perspective camera", "a sphere, which has no axis"));
             c.depth = DepthKind::radial;  // Cycles measures panoramas along the ray
         }
+        if (c.depth == DepthKind::position && c.name == "equistream")
+            throw InputError(expected_found("--depth position", "a source whose depth is a layer of points",
+                                            "frames of our own, whose depth is distance"));
         // Of Mitsuba's sensors ours alone is a sphere, and it measures from its centre unless it is told otherwise.
         if (sphere && !settings_.overrides.near_plane_m)
             c.near_plane_m = 0;

@@ -434,6 +434,7 @@ class Import(unittest.TestCase):
         self.assert_refused([good, "--channels", "depth=R+G", *out], "1 channels", "2")
         self.assert_refused([good, "--backward", "sideways", *out], "sideways", "to-previous")
         self.assert_refused([good, "--depth", "planar", *out], "planar", "sphere")
+        self.assert_refused([self.sphere[0], "--depth", "position", *out], "position", "our own")
         self.assert_refused([good, "--camera", "perspective", *out], "--fov")
         self.assert_refused([good, "--range", "1,2", *out], "--range")
         self.assert_refused([good, "--colour-space", "cmyk", *out], "cmyk")
