@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -156,16 +157,19 @@ private:
         bool fits = true;
         double left_rad = 0, moved_rad = 0;
         for (const MotionNeighbour& neighbour : planes_.neighbours) {
-            fitted.movements.push_back(movement_of(piece, neighbour));
+            const std::vector<Pixel> known = known_of(piece, neighbour);
+            if (known.empty())
+                return;
+            fitted.movements.push_back(movement_of(known, neighbour));
             std::size_t within = 0;
-            for (const Pixel p : piece) {
+            for (const Pixel p : known) {
                 const Observation o = at(p, neighbour);
                 const double angle = angle_left_rad(o.point, fitted.movements.back(), offset_m(neighbour));
                 within += angle <= tolerance_rad(neighbour);
                 left_rad += angle;
                 moved_rad += glm::length(o.moved);
             }
-            fits = fits && double(within) >= fitted_share * double(piece.size());
+            fits = fits && double(within) >= fitted_share * double(known.size());
         }
         if (!fits && piece.size() >= smallest_halved)
             return halve(std::move(piece));
@@ -182,6 +186,13 @@ private:
         fitted_.push_back(fitted);
     }
 
+    std::vector<Pixel> known_of(const std::vector<Pixel>& piece, const MotionNeighbour& neighbour) const {
+        std::vector<Pixel> known;
+        std::ranges::copy_if(piece, std::back_inserter(known), [&](Pixel p) { return at(p, neighbour).known; });
+        return known;
+    }
+
+    /// The neighbour shows all pixels of the piece.
     RigidTransform movement_of(const std::vector<Pixel>& piece, const MotionNeighbour& neighbour) const {
         std::vector<SeenPoint> points;
         const std::size_t stride = (piece.size() + fitted_points - 1) / fitted_points;
@@ -265,6 +276,8 @@ private:
                     if (!moves({x, y}))
                         continue;
                     const Observation o = at({x, y}, neighbour);
+                    if (!o.known)
+                        continue;
                     const int region = region_of({x, y});
                     const double moved = glm::length(o.moved);
                     const double left =

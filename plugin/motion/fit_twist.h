@@ -9,8 +9,8 @@ namespace equistream {
 
 /// A surface point and the direction in which it is seen later; both along the world's axes.
 struct SeenPoint {
-    glm::dvec3 at_m;  ///< from the first camera's centre
-    glm::dvec3 seen;  ///< unit, from the second camera's centre
+    glm::dvec3 at_m{0, 0, 0};   ///< from the first camera's centre
+    glm::dvec3 seen{0, 0, -1};  ///< unit, from the second camera's centre
 };
 
 /// `offset_m` is where the second camera is, from the first. What points hardly tell (how far along the rays few of

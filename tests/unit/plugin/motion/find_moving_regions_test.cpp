@@ -186,6 +186,32 @@ TEST(FindMovingRegions, TheBoundDecidesWhatIsWorthSaying) {
     EXPECT_EQ(found(4), 1u);
 }
 
+TEST(FindMovingRegions, PixelsThatOneNeighbourDoesNotShowAreFittedByTheOthers) {
+    const std::vector<Ball> balls = {spinning};
+    Picture p = look(balls, {-frame_s, frame_s});
+    int hidden = 0;
+    for (int y = 0; y < 240; ++y)
+        for (int x = 0; x < 480; x += 3)
+            if (*p.id.pixel(x, y) == 2) {
+                p.neighbours[1].motion_px.pixel(x, y)[0] = NAN;
+                ++hidden;
+            }
+    ASSERT_GT(hidden, 300);
+    const FoundMotion found = find_moving_regions(p.planes(true));
+    ASSERT_EQ(found.regions.size(), 1u);
+    EXPECT_LE(carry(p, found, balls, extrapolation_horizon_s).max_rad, budget_rad);
+    EXPECT_LE(found.p95_error_rad, budget_rad);
+}
+
+TEST(FindMovingRegions, NothingIsSaidOfWhatANeighbourDoesNotShowAtAll) {
+    Picture p = look({spinning}, {-frame_s, frame_s});
+    for (int y = 0; y < 240; ++y)
+        for (int x = 0; x < 480; ++x)
+            if (*p.id.pixel(x, y) == 2)
+                p.neighbours[1].motion_px.pixel(x, y)[0] = NAN;
+    EXPECT_TRUE(find_moving_regions(p.planes(true)).regions.empty());
+}
+
 TEST(FindMovingRegions, ABodyThatBendsBecomesParts) {
     const Ball bending{{0.3, 0.4, -1.8}, 0.5, [](glm::dvec3 p, double t) {
                            return p + t * glm::dvec3(0.5 * std::sin(6 * p.y), 0.4 * std::cos(5 * p.x), 0);
