@@ -24,9 +24,14 @@ void SequenceRenderer::run() {
         std::fprintf(stderr, "equistream render: %lld of %lld frames are finished and kept\n",
                      static_cast<long long>(report_.frames_kept), static_cast<long long>(frames_in_all()));
     const auto start = Clock::now();
-    for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
-        require_uninterrupted();
-        render_index(index);
+    try {
+        for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
+            stop_if_interrupted();
+            render_index(index);
+        }
+    } catch (...) {
+        keep_if_finished();
+        throw;
     }
     start_writing();
     finish_writing();
@@ -58,6 +63,12 @@ void SequenceRenderer::require_uninterrupted() const {
                         std::to_string(frames_in_all()) + " frames are finished; the same command goes on there");
 }
 
+void SequenceRenderer::stop_if_interrupted() {
+    if (job_.interrupted)
+        keep_if_finished();
+    require_uninterrupted();
+}
+
 void SequenceRenderer::render_index(std::int64_t index) {
     bool moved = false;
     for (const Stream& stream : job_.streams) {
@@ -86,9 +97,9 @@ void SequenceRenderer::render_frame(const Stream& stream, std::int64_t index) {
     start_writing();
     host_.render(task);
     finish_writing();
-    require_uninterrupted();
     rendered_ = std::move(frame);
     note_ = stream.settings.name + " frame " + std::to_string(index);
+    stop_if_interrupted();
 }
 
 /// Of a stream of patches: what its slots show in this frame.
@@ -118,6 +129,16 @@ void SequenceRenderer::finish_writing() {
     std::exchange(writing_, std::nullopt)->get();
     ++report_.frames_rendered;
     progress_.step(static_cast<double>(paths_), note_);
+}
+
+/// Before the render ends early. A frame that was stopped before its last tile is refused, and left out.
+void SequenceRenderer::keep_if_finished() {
+    try {
+        start_writing();
+        finish_writing();
+    } catch (const WorkError&) {
+        // What ends the render is told in its place.
+    }
 }
 
 namespace {

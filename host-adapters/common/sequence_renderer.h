@@ -52,11 +52,13 @@ private:
     std::int64_t frames_in_all() const;
     std::uint64_t count_paths();
     void require_uninterrupted() const;
+    void stop_if_interrupted();
     void render_index(std::int64_t index);
     void render_frame(const Stream& stream, std::int64_t index);
     std::vector<PatchAtlas::Slot> plan(const Stream& stream, const FrameTask& task);
     void start_writing();
     void finish_writing();
+    void keep_if_finished();
 
     const SequenceJob job_;
     RenderHost& host_;
@@ -64,7 +66,7 @@ private:
     std::optional<FramePatches> patches_;
     std::atomic<std::uint64_t> paths_ = 0;
     cli::Progress progress_;
-    FramePointer rendered_;  // filled, not yet being written
+    FramePointer rendered_;  // filled, or stopped while it was; not yet being written
     std::optional<std::future<void>> writing_;
     std::string note_;  // of the frame that is written next
 };

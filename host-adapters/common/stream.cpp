@@ -194,8 +194,12 @@ std::optional<PatchAtlas> FramePatches::atlas_before(std::int64_t index) const {
     const std::filesystem::path file = options_.out / "patches" / frame_file_name(index - 1);
     if (!std::filesystem::exists(file))
         return std::nullopt;
-    const std::optional<PatchAtlas> before = read_exr_info(file).patches;
-    return before && same_layout(*before, empty_atlas(settings_)) ? before : std::nullopt;
+    try {
+        const std::optional<PatchAtlas> before = read_exr_info(file).patches;
+        return before && same_layout(*before, empty_atlas(settings_)) ? before : std::nullopt;
+    } catch (const InputError&) {
+        return std::nullopt;  // a copy that was cut
+    }
 }
 
 PatchPlan FramePatches::plan(RenderHost& host, const FrameTask& task) {

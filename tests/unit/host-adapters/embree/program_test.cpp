@@ -145,6 +145,13 @@ TEST_F(RenderProgram, PatchesAreAStreamLikeOthersAndGoOnWithTheirSlots) {
     const Frame b = read_exr(folder_ / "resumed/patches/frame.0002.exr");
     EXPECT_EQ(a.info.patches->slots, b.info.patches->slots);
     EXPECT_TRUE(std::ranges::equal(a.planes.at("colour").samples(), b.planes.at("colour").samples()));
+    // A frame before that was cut is as good as none.
+    fs::resize_file(folder_ / "resumed/patches/frame.0001.exr", 100);
+    fs::remove(folder_ / "resumed/centre/frame.0002.exr");
+    fs::remove(folder_ / "resumed/patches/frame.0002.exr");
+    const Outcome cut = run_few("--frames 2 " + out("resumed"));
+    EXPECT_EQ(cut.exit_code, 0) << cut.error;
+    EXPECT_TRUE(fs::exists(folder_ / "resumed/patches/frame.0002.exr"));
 
     const auto refused = [&](const std::string& more) { return run_line(command(more + out("refused"))).error; };
     EXPECT_EQ(
