@@ -88,9 +88,11 @@ void AtomicFile::write_at(const void* data, std::size_t bytes, std::uint64_t off
     }
 }
 
-void AtomicFile::commit() {
+void AtomicFile::commit(const std::function<void()>& before_it_appears) {
     if (fsync(descriptor_) != 0)
         fail("cannot be written", errno);
+    if (before_it_appears)
+        before_it_appears();
     if (rename(aside_.c_str(), file_.c_str()) != 0)
         fail("cannot be put in place", errno);
     close(std::exchange(descriptor_, -1));

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <string>
@@ -24,8 +25,8 @@ public:
     AtomicFile& operator=(const AtomicFile&) = delete;
 
     void write_at(const void* data, std::size_t bytes, std::uint64_t offset);
-    /// Syncs, renames to the final name, syncs the folder.
-    void commit();
+    /// Syncs, calls `before_it_appears`, renames to the final name, syncs the folder.
+    void commit(const std::function<void()>& before_it_appears = {});
 
 private:
     [[noreturn]] void fail(const char* what, int error_number) const;

@@ -267,7 +267,7 @@ std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, co
         for (std::size_t i = 0; i < parts.size(); ++i)
             bad_pixels += write_part(session, parts[i], static_cast<int>(i), frame.info);
     }
-    aside.commit();
+    aside.commit(options.before_it_appears);
     return bad_pixels;
 }
 

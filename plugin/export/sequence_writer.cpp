@@ -140,12 +140,14 @@ bool SequenceWriter::keeps_frame(std::int64_t index) const {
 }
 
 void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {
-    make_way_for(frame.info);
     write_exr(settings_.folder / frame_file_name(frame.info.index), frame,
-              {.single_part = settings_.single_part, .left_out_samples = left_out_samples});
+              {.single_part = settings_.single_part, .left_out_samples = left_out_samples, .before_it_appears = [&] {
+                   make_way_for(frame.info);
+               }});
 }
 
-/// Before the frame appears, so that a folder with frames always says where its path begins.
+/// Once the frame can no longer fail, so that nothing is lost for it; before it appears, so that a folder with frames
+/// always says where its path begins.
 void SequenceWriter::make_way_for(const FrameInfo& info) {
     for (const std::int64_t index : std::exchange(outdated_, {}))
         std::filesystem::remove(settings_.folder / frame_file_name(index));

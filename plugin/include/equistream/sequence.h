@@ -6,6 +6,7 @@
 #include <equistream/frame.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,8 @@ namespace equistream {
 
 struct ExrWriteOptions {
     bool single_part = false;  ///< one part with plain channel "Z" besides, for readers that know only the first part
-    std::int64_t left_out_samples = 0;  ///< colour samples that were not finite; above 0: noted in the file
+    std::int64_t left_out_samples = 0;          ///< colour samples that were not finite; above 0: noted in the file
+    std::function<void()> before_it_appears{};  ///< called once the file is whole and safe beside its name
 };
 
 /// Writes `frame` to `file` atomically. Colour is clamped to the half range; NaN becomes 0 and is counted.
