@@ -175,8 +175,13 @@ std::string read_fingerprint(const JsonReader& json) {
 }
 
 std::string read_name(const JsonReader& json, const fs::path& file) {
-    if (!json.has("name"))
-        return file.stem().string().substr(0, name_limit_bytes);
+    if (!json.has("name")) {
+        // As a manifest holds it, with which it is compared.
+        std::string stem = json_name(file.stem().string());
+        while (stem.size() > name_limit_bytes || !is_utf8(stem))
+            stem.pop_back();
+        return stem;
+    }
     std::string name = json["name"].text();
     if (name.size() > name_limit_bytes)
         json["name"].fail("at most 255 bytes");

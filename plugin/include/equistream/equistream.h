@@ -48,8 +48,8 @@ typedef struct es_sequence_settings {
     double exposure;
     const char* output_dir;  /* the sequence's folder, made if missing */
     const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none" */
-    const char* scene_name;  /* for the record; at most 255 bytes */
-    const char* host_name;   /* renderer, version and build: no other adds to its frames; at most 255 bytes */
+    const char* scene_name;  /* for the record; UTF-8, at most 255 bytes */
+    const char* host_name;   /* renderer, version and build: no other adds to its frames; as long at most */
     const char* command;     /* for the manifest; may be NULL */
     const char* fingerprint; /* what else decides the pixels (a hash of the scene, say); may be NULL */
     int32_t overwrite;       /* non-zero: finished frames are rendered again; zero: they are kept (resume) */

@@ -13,6 +13,11 @@ std::string json_text(const Json& json, int indent = -1) {
     return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
+/// What is read back of it.
+inline std::string json_name(const std::string& text) {
+    return nlohmann::json::parse(json_text(nlohmann::json(text))).get<std::string>();
+}
+
 /// Whether JSON holds all of it.
 inline bool is_utf8(const std::string& text) {
     try {

@@ -112,6 +112,38 @@ TEST_F(AbiSequence, other_settings_are_refused_and_named) {
     EXPECT_EQ(file_bytes(output + "/frame.0000.exr"), before);
 }
 
+TEST_F(AbiSequence, overwriting_takes_nothing_for_a_frame_that_cannot_be_written) {
+    es_sequence* sequence = open();
+    render(sequence, 3);
+    render(sequence, 4);
+    es_sequence_close(sequence);
+    const std::string manifest = file_bytes(output + "/manifest.json");
+    settings.seed = 12;
+    settings.overwrite = 1;
+    sequence = open();
+    const std::filesystem::path aside = output + "/.frame.0003.exr.aside";
+    std::filesystem::create_symlink("elsewhere", aside);
+    es_frame* frame = begin(sequence, at(3));
+    fill(frame, miss, black);
+    es_error error{};
+    EXPECT_EQ(es_frame_end(frame, &error), ES_FAILED) << error.text;
+    EXPECT_EQ(list_frames(output), (std::vector<std::int64_t>{3, 4}));
+    EXPECT_EQ(file_bytes(output + "/manifest.json"), manifest);
+    std::filesystem::remove(aside);
+    render(sequence, 3);
+    es_sequence_close(sequence);
+    EXPECT_EQ(list_frames(output), (std::vector<std::int64_t>{3}));
+}
+
+TEST_F(AbiSequence, names_that_a_manifest_cannot_hold_are_refused) {
+    settings.scene_name = "caf\xe9";
+    EXPECT_EQ(refusal(), "scene_name: expected UTF-8, found \"caf\xef\xbf\xbd\"");
+    settings.scene_name = "caf\xc3\xa9";
+    settings.command = "render caf\xe9.json";
+    es_sequence_close(open());
+    es_sequence_close(open());
+}
+
 TEST_F(AbiSequence, frames_and_manifest_name_the_geometry) {
     settings.geometry_fingerprint = "g1";
     es_sequence* sequence = open();
@@ -219,7 +251,7 @@ TEST_F(AbiSequence, a_frame_that_cannot_be_written_is_a_failure) {
     std::filesystem::remove_all(output);
     es_error error{};
     EXPECT_EQ(es_frame_end(frame, &error), ES_FAILED);
-    EXPECT_EQ(std::string(error.text), output + "/manifest.json: cannot be written: No such file or directory");
+    EXPECT_EQ(std::string(error.text), output + "/frame.0000.exr: cannot be written: No such file or directory");
     es_sequence_close(sequence);
 }
 
