@@ -52,8 +52,20 @@ std::unordered_map<std::uint32_t, std::size_t> moving_objects(const SceneModel& 
     return entry_of_object;
 }
 
+/// Flat parts of what moves are refused: renderers invert the transforms of all that does.
+void require_volume(const SceneModel& model, const SceneDescription& scene,
+                    const std::vector<std::uint32_t>& mover_of_object) {
+    for (const Instance& instance : model.instances) {
+        const std::uint32_t mover = mover_of_object[instance.object];
+        if (mover != no_index && !std::isnormal(glm::determinant(glm::mat3(instance.world_from_object))))
+            throw InputError(expected_found(
+                scene.file.string(), "nodes of some volume below \"" + model.objects[mover].name + "\", which moves",
+                "\"" + model.objects[instance.object].name + "\""));
+    }
+}
+
 /// For each object the nearest of it and its parents that moves by itself; no_index where none does.
-std::vector<std::uint32_t> movers(const SceneModel& model,
+std::vector<std::uint32_t> movers(const SceneModel& model, const SceneDescription& scene,
                                   const std::unordered_map<std::uint32_t, std::size_t>& moving) {
     constexpr std::uint32_t unknown = no_index - 1;
     std::vector<std::uint32_t> mover_of_object(model.objects.size(), unknown);
@@ -76,6 +88,7 @@ std::vector<std::uint32_t> movers(const SceneModel& model,
             mover_of_object[one] = mover;
         chain.clear();
     }
+    require_volume(model, scene, mover_of_object);
     return mover_of_object;
 }
 
@@ -86,7 +99,7 @@ std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const 
     std::vector<std::uint32_t> instances;
     if (moving.empty())
         return instances;
-    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
+    const std::vector<std::uint32_t> mover_of_object = movers(model, scene, moving);
     for (std::uint32_t i = 0; i < model.instances.size(); ++i)
         if (mover_of_object[model.instances[i].object] != no_index)
             instances.push_back(i);
@@ -101,7 +114,7 @@ MovedInstances::MovedInstances(const SceneModel& model, const SceneDescription& 
         place_of_mover[object] = movers_.size();
         movers_.push_back({scene.moving[entry].path, scale_of(rest), glm::inverse(rest)});
     }
-    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
+    const std::vector<std::uint32_t> mover_of_object = movers(model, scene, moving);
     for (const Instance& instance : model.instances) {
         const std::uint32_t mover = mover_of_object[instance.object];
         if (mover != no_index)

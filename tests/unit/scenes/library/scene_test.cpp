@@ -127,6 +127,18 @@ TEST_F(SceneTest, ManyPartsOfAMovingObjectTakeNoTime) {
     EXPECT_EQ(placed.back()[3].x, 1);
 }
 
+TEST_F(SceneTest, AFilesNameInOtherBytesIsTakenAsAManifestHoldsIt) {
+    write("model.glb", GltfBuilder::triangle().glb());
+    const auto name_of = [&](const std::string& file) {
+        const std::string text =
+            R"({"model": "model.glb", "camera": {"keys": [{"time_s": 0, "position_m": [0, 0, 0]}]}})";
+        return load_scene(write(file + ".json", text)).name;
+    };
+    EXPECT_EQ(name_of("caf\xc3\xa9"), "caf\xc3\xa9");
+    EXPECT_EQ(name_of("caf\xe9"), "caf\xef\xbf\xbd");
+    EXPECT_EQ(name_of(std::string(250, '\xe9')).size(), 255u) << "85 times three bytes";
+}
+
 TEST_F(SceneTest, RatesThatNoRenderTakesAreRefused) {
     const std::string rest =
         ", \"model\": \"model.glb\", \"camera\": {\"keys\": [{\"time_s\": 0, \"position_m\": [0,0,0]}]}}";
@@ -308,6 +320,11 @@ TEST_F(SceneTest, MovingObjectsReplaceRotationAndTranslationAndKeepScale) {
     expect_at(0, {0, 1, 0}, {5, 2, 0});
     expect_at(1, {0, 0, 0}, {7, 0, 0});
     expect_at(2, {0, 0, 0}, {5, 0, 0});
+    SceneModel flat = model;
+    flat.instances[1].world_from_object[1] = glm::vec4(0);
+    const std::string refusal = input_error([&] { find_moving_instances(flat, scene); });
+    expect_contains(refusal, "expected nodes of some volume below \"train\", which moves, found \"wagon\"");
+    EXPECT_EQ(input_error([&] { instance_transforms(flat, scene, 0); }), refusal);
     scene.moving[0].object = "ship";
     expect_contains(input_error([&] { instance_transforms(model, scene, 0); }), "\"ship\"");
 }
