@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <utility>
 
 namespace equistream {
@@ -95,6 +96,8 @@ private:
     void begin_material(const ObjLine& line) {
         if (line.rest.empty())
             return skip(line, "newmtl without a name");
+        if (materials_.size() >= material_limit)
+            throw InputError(expected_found(lines_.where(line.number), "at most 2^16 materials", "more"));
         materials_.emplace_back();
         materials_.back().file = file_;
         materials_.back().line = line.number;
@@ -105,6 +108,8 @@ private:
         ObjTexture texture = parse_texture(line.rest);
         if (texture.name.empty())
             return skip(line, line.keyword + " without a file");
+        if (texture.is_beyond)
+            notes_.add(lines_.where(line.number), "a number of " + line.keyword + " is none: left out");
         materials_.back().line_of[statement.spelling] = line.number;
         materials_.back().textures[statement.spelling] = std::move(texture);
     }
@@ -132,7 +137,8 @@ private:
                 break;
             if (word == "-halo")
                 continue;
-            if (!obj_number(word))
+            const auto number = obj_number(word);
+            if (!number || !std::isfinite(static_cast<float>(*number)))
                 return {};
             words.push_back(word.front() == '+' ? word.substr(1) : word);
         }

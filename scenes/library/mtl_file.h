@@ -42,6 +42,9 @@ struct MtlMaterial {
     std::string where(const std::string& statement) const { return file + ":" + std::to_string(line_of.at(statement)); }
 };
 
+/// Of one model, however many files they are in.
+inline constexpr std::size_t material_limit = std::size_t{1} << 16;
+
 /// Materials in the file's order. Statements that cannot be read are left out with a note.
 std::vector<MtlMaterial> read_mtl(const std::filesystem::path& file, ObjNotes& notes);
 

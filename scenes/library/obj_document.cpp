@@ -266,9 +266,15 @@ private:
         const auto files = find_material_files(path_.parent_path(), names);
         if (files.empty())
             notes_.add(where(), "no material file \"" + names + "\": left out");
-        for (const auto& file : files)
+        for (const auto& file : files) {
+            std::error_code error;
+            if (!material_files_.insert(std::filesystem::canonical(file, error)).second)
+                continue;
             for (MtlMaterial& material : read_mtl(file, notes_))
                 out_.materials.push_back(std::move(material));
+            if (out_.materials.size() > material_limit)
+                throw InputError(expected_found(where(), "at most 2^16 materials in all files", "more"));
+        }
     }
 
     /// From numbers of names to indices into the materials; the first of a name counts.
@@ -309,6 +315,7 @@ private:
     std::map<std::string, std::size_t> material_of_name_;
     std::vector<std::pair<std::string, std::string>> used_names_;  ///< name, where it is first used
     std::set<std::string> material_names_;                         ///< of mtllib statements
+    std::set<std::filesystem::path> material_files_;               ///< that have been read
     std::size_t corner_count_ = 0;
     std::vector<std::array<int, 3>> face_;  ///< of the face being read: what its corners say
     std::vector<ObjCorner> corners_;        ///< what they mean

@@ -141,10 +141,12 @@ ObjTexture parse_texture(const std::string& statement) {
             at = after;
             if (word == "-clamp")
                 texture.clamp = value == "on";
-            if (number && i < 2 && word == "-s")
-                texture.scale[i] = static_cast<float>(*number);
-            if (number && i < 2 && word == "-o")
-                texture.offset[i] = static_cast<float>(*number);
+            if (!number || i >= 2 || (word != "-s" && word != "-o"))
+                continue;
+            if (const auto single = static_cast<float>(*number); std::isfinite(single))
+                (word == "-s" ? texture.scale : texture.offset)[i] = single;
+            else
+                texture.is_beyond = true;
         }
     }
 }

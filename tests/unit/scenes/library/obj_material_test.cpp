@@ -170,9 +170,44 @@ TEST_F(ObjMaterial, MaterialFilesWithBlanksAndInPlural) {
     expect_contains(two.notes.at(0), "b.mtl:3: a second material of the name \"b\" is not used");
 }
 
+TEST_F(ObjMaterial, NumbersOfATextureThatAreNoneAsFloatsAreLeftOut) {
+    save_png("tiles.png");
+    const SceneModel model = load("newmtl m\nmap_Kd -s 1e39 1 -o 0 -1e39 tiles.png\n");
+    ASSERT_EQ(model.notes.size(), 1u);
+    expect_contains(model.notes[0], "m.mtl:2: a number of map_Kd is none: left out");
+    EXPECT_EQ(model.meshes[0].uvs, load("newmtl m\nmap_Kd tiles.png\n").meshes[0].uvs);
+}
+
+TEST_F(ObjMaterial, AMaterialFileIsReadOnceHoweverOftenItIsNamed) {
+    write("m.mtl", "newmtl m\nKd 1 0 0\nnewmtl n\n");
+    std::string names;
+    for (int i = 0; i < 1000; ++i)
+        names += i % 2 == 0 ? " m.mtl" : " ./M.MTL";
+    const SceneModel model = load_model(
+        write("model.obj", "mtllib" + names + "\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"));
+    EXPECT_EQ(model.materials.size(), 3u) << "m, n and that of faces without one";
+    EXPECT_TRUE(model.notes.empty());
+}
+
+TEST_F(ObjMaterial, TooManyMaterialsAreRefused) {
+    std::string half;
+    for (int i = 0; i < 40000; ++i)
+        half += "newmtl m\n";
+    write("a.mtl", half);
+    write("b.mtl", half);
+    const auto error = [&](const std::string& names) {
+        return input_error([&] { load_model(write("model.obj", "v 0 0 0\nmtllib " + names + "\n")); });
+    };
+    expect_contains(error("a.mtl b.mtl"), "model.obj:2: expected at most 2^16 materials in all files, found more");
+    write("c.mtl", half + half);
+    expect_contains(error("c.mtl"), "c.mtl:65537: expected at most 2^16 materials, found more");
+}
+
 TEST_F(ObjMaterial, BadStatementsAreNotes) {
     expect_contains(note("Kd red\n"), "m.mtl:2: expected numbers after Kd, found \"red\": not used");
     expect_contains(note("Ns 1e999\n"), "m.mtl:2: expected numbers after Ns");
+    expect_contains(note("Ke 1e39 0 0\n"), "m.mtl:2: expected numbers after Ke, found \"1e39 0 0\": not used");
+    expect_contains(note("Kd 1e39\nd 0\n"), "m.mtl:2: expected numbers after Kd");
     expect_contains(note("shader x\n"), "m.mtl:2: an unknown statement, shader: not used");
     expect_contains(note("map_Kd -clamp on\n"), "m.mtl:2: map_Kd without a file: not used");
     EXPECT_EQ(load("Kd 1 1 1\nnewmtl m\nKd 0.5\n").notes.size(), 1u) << "a statement before newmtl";
