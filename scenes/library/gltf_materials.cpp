@@ -1,6 +1,8 @@
 #include "gltf_document.h"
 #include "model.h"
 
+#include <plugin/pictures/encoded_image.h>
+
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -32,6 +34,15 @@ glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwis
     if (values.size() < 3)
         return otherwise;
     return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
+}
+
+/// A file may name one image thousands of times, and each has a copy.
+constexpr std::uint64_t image_memory_limit = std::uint64_t{1} << 32;
+
+void require_memory(std::uint64_t bytes, const std::string& file, const std::string& what) {
+    if (bytes > image_memory_limit)
+        throw InputError(expected_found(file, what + " of at most 4 GiB in all",
+                                        formatted("%.2f GiB", std::ldexp(static_cast<double>(bytes), -30))));
 }
 
 /// Reflects 99.6 %.
@@ -176,7 +187,16 @@ private:
         return entry->second;
     }
 
+    void require_textures_memory() const {
+        std::uint64_t bytes = 0;
+        for (const tinygltf::Texture& texture : document_.json().textures)
+            if (texture.source >= 0)
+                bytes += document_.image(texture.source).size();
+        require_memory(bytes, document_.file(), "textures");
+    }
+
     void read_textures() {
+        require_textures_memory();
         const auto& all = document_.json().textures;
         for (std::size_t i = 0; i < all.size(); ++i) {
             const std::string where = document_.where("texture", i);
@@ -225,7 +245,29 @@ private:
         return mask;
     }
 
+    /// Each texture, factor and cutoff has a mask of its own.
+    void require_masks_memory() const {
+        std::map<int, std::uint64_t> pixels_of_image;
+        std::uint64_t bytes = 0;
+        for (const MaskSource& source : mask_sources_) {
+            if (source.texture < 0)
+                continue;
+            const auto index = static_cast<std::size_t>(source.texture);
+            const int image = document_.json().textures[index].source;
+            const auto [entry, added] = pixels_of_image.try_emplace(image, 0);
+            if (added) {
+                const EncodedImage encoded(document_.image(image), {}, document_.where("texture", index));
+                if (encoded.alpha_channel() >= 0)
+                    entry->second =
+                        static_cast<std::uint64_t>(encoded.width()) * static_cast<std::uint64_t>(encoded.height());
+            }
+            bytes += entry->second;
+        }
+        require_memory(bytes, document_.file(), "masks");
+    }
+
     void decode_masks() {
+        require_masks_memory();
         out_.alpha_masks.resize(mask_sources_.size());
         tbb::parallel_for(std::size_t{0}, mask_sources_.size(),
                           [this](std::size_t i) { out_.alpha_masks[i] = decode_mask(mask_sources_[i]); });

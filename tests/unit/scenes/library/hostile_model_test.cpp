@@ -156,6 +156,26 @@ TEST_F(HostileModelTest, DamagedMask) {
     EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << "libpng's own line";
 }
 
+TEST_F(HostileModelTest, OneImageAsThousandsOfTexturesAndMasks) {
+    constexpr int count = 4100;
+    GltfBuilder builder = GltfBuilder::triangle();
+    const std::string megabyte(1 << 20, '\0');
+    builder.json["images"] = {{{"bufferView", builder.view(megabyte)}, {"mimeType", "image/png"}}};
+    for (int i = 0; i < count; ++i)
+        builder.json["textures"].push_back({{"source", 0}});
+    expect_contains(refusal(builder), "expected textures of at most 4 GiB in all, found 4.00");
+
+    builder = GltfBuilder::triangle();
+    const std::string png = png_rgba(1024, 1024, std::vector<std::uint8_t>(4 << 20));
+    builder.json["images"] = {{{"bufferView", builder.view(png)}, {"mimeType", "image/png"}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    for (int i = 0; i < count; ++i)
+        builder.json["materials"].push_back({{"alphaMode", "MASK"},
+                                             {"alphaCutoff", (i + 1.0) / count},
+                                             {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+    expect_contains(refusal(builder), "expected masks of at most 4 GiB in all, found 4.00");
+}
+
 /// Random damage to a whole file: loads or is refused, but never crashes, hangs or eats memory.
 TEST_F(HostileModelTest, RandomDamage) {
     const std::string whole = GltfBuilder::triangle().glb();
