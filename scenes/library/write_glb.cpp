@@ -223,7 +223,15 @@ std::string glb_bytes(const SceneModel& model) {
     tinygltf::TinyGLTF writer;
     if (!writer.WriteGltfSceneToStream(&builder.result(), stream, false, true) || !stream)
         throw WorkError("a glTF model could not be serialised");
-    return std::move(stream).str();
+    std::string bytes = std::move(stream).str();
+    require_glb_size(bytes.size());
+    return bytes;
+}
+
+void require_glb_size(std::uint64_t bytes) {
+    if (bytes > std::numeric_limits<std::uint32_t>::max())
+        throw WorkError("a model of " + std::to_string(bytes) +
+                        " bytes does not fit into a GLB file, which ends at 4 GiB");
 }
 
 void write_glb(const std::filesystem::path& file, const SceneModel& model) {

@@ -192,5 +192,10 @@ TEST(Summary, PathOfTheMotionRoom) {
     EXPECT_EQ(room.moving_objects, 2u);
 }
 
+TEST(GlbSize, WhatItsLengthsCannotSayIsRefused) {
+    EXPECT_NO_THROW(require_glb_size(0xffffffff));
+    EXPECT_THROW(require_glb_size(std::uint64_t{1} << 32), WorkError);
+}
+
 }  // namespace
 }  // namespace equistream
