@@ -103,7 +103,7 @@ AssetFolder::~AssetFolder() {
     if (kept_ || !lock_)
         return;
     fs::remove_all(placed_ ? folder_ : aside_, error);
-    if (placed_ && fs::exists(earlier_, error))
+    if (fs::exists(earlier_, error) && !fs::exists(folder_, error))
         fs::rename(earlier_, folder_, error);
 }
 

@@ -1,4 +1,5 @@
 /// What the conversion to Mitsuba XML computes itself; what Mitsuba makes of the files is tests/hosts's.
+#include <scenes/mitsuba/asset_folder.h>
 #include <scenes/mitsuba/lights.h>
 #include <scenes/mitsuba/materials.h>
 #include <scenes/mitsuba/old_scene.h>
@@ -61,6 +62,32 @@ TEST(TexturedLight, IsSampledOnlyWhereItsMapIsOneToOne) {
 
 }  // namespace
 }  // namespace equistream::mitsuba_xml
+
+// What an earlier conversion wrote.
+
+namespace equistream::test {
+namespace {
+
+class Assets : public TemporaryFolder {};
+
+TEST_F(Assets, ThoseOfAnEarlierConversionComeBackWhateverFails) {
+    const std::filesystem::path mesh = write("scene.files/mesh.ply", "earlier");
+    {
+        mitsuba_xml::AssetFolder assets(folder_ / "scene.xml", true);
+        assets.place();
+        EXPECT_FALSE(std::filesystem::exists(mesh));
+    }
+    EXPECT_TRUE(std::filesystem::exists(mesh)) << "after the folder was put in its place";
+    {
+        mitsuba_xml::AssetFolder assets(folder_ / "scene.xml", true);
+        std::filesystem::remove_all(folder_ / ".scene.files.aside");
+        EXPECT_THROW(assets.place(), WorkError);
+    }
+    EXPECT_TRUE(std::filesystem::exists(mesh)) << "after it could not be put there";
+}
+
+}  // namespace
+}  // namespace equistream::test
 
 // What must change in scenes of Mitsuba 0.6.
 
