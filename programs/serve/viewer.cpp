@@ -74,6 +74,7 @@ void Viewer::send_due() {
             wait_for(*portion.again_s);
         return;
     }
+    due_.cancel();
     block_due_s_ = portion.due_s;
     sends_ = true;
     write(0, portion.bytes);
@@ -82,8 +83,8 @@ void Viewer::send_due() {
 void Viewer::wait_for(double time_s) {
     due_.expires_at(start_ + in_clock(time_s));
     due_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-        if (!error && !self->is_gone_)
-            self->send_due();
+        if (!error)
+            self->wake();
     });
 }
 

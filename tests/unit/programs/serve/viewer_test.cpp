@@ -1,0 +1,72 @@
+/// A viewer that reads slowly gets every block whole, whatever else happens meanwhile.
+#include <programs/serve/viewer.h>
+
+#include <asio/buffer.hpp>
+#include <asio/io_context.hpp>
+#include <asio/read.hpp>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace equistream::serve {
+namespace {
+
+constexpr int blocks = 64;
+
+/// Nothing at first but a time to ask again; from then on block after block, each of one letter.
+class Letters : public Feed {
+public:
+    explicit Letters(double again_s) : again_s_(again_s) {}
+    Portion next(std::span<char> block, double elapsed_s) override {
+        if (std::exchange(is_first_, false))
+            return {.again_s = again_s_};
+        if (given_ == blocks)
+            return {.ended = true};
+        std::ranges::fill(block, letter(given_++));
+        return {.bytes = block.size(), .due_s = elapsed_s};
+    }
+    static char letter(int block) { return char('a' + block % 26); }
+
+private:
+    double again_s_;
+    bool is_first_ = true;
+    int given_ = 0;
+};
+
+TEST(Viewers, GetWholeBlocksWhereATimeComesWhileOneIsSent) {
+    constexpr std::size_t block_bytes = 1 << 16;
+    asio::io_context io;
+    asio::ip::tcp::acceptor acceptor(io, asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+    asio::ip::tcp::socket reader(io), served(io);
+    reader.connect(acceptor.local_endpoint());
+    acceptor.accept(served);
+    served.set_option(asio::socket_base::send_buffer_size(4096));
+
+    std::string how;
+    const auto viewer = std::make_shared<Viewer>(std::move(served), std::make_unique<Letters>(0.2), 60);
+    viewer->start([&](const std::string& as, const std::string&) { how = as; });
+    viewer->wake();
+    io.run_for(std::chrono::milliseconds(500));  // nobody reads: a block is on its way when the time comes
+
+    std::string got(blocks * block_bytes + 1, '\0');
+    std::thread reading([&] {
+        asio::error_code end;
+        got.resize(asio::read(reader, asio::buffer(got), end));
+        reader.close();
+    });
+    io.run_for(std::chrono::seconds(60));
+    reading.join();
+    ASSERT_EQ(got.size(), blocks * block_bytes);
+    for (int block = 0; block < blocks; ++block) {
+        const auto text = std::string_view(got).substr(std::size_t(block) * block_bytes, block_bytes);
+        EXPECT_EQ(text.find_first_not_of(Letters::letter(block)), std::string_view::npos) << block;
+    }
+    EXPECT_EQ(how, "has all");
+}
+
+}  // namespace
+}  // namespace equistream::serve
