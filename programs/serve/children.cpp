@@ -89,6 +89,18 @@ pid_t spawn(const std::string& program, std::string name, const std::vector<std:
     return child;
 }
 
+/// Waits until the child has ended, and returns its status. One that takes too long is killed.
+int status_at_end(pid_t child) {
+    const auto limit = std::chrono::steady_clock::now() + time_to_end;
+    int status = 0;
+    while (waitpid(child, &status, WNOHANG) == 0) {
+        if (std::chrono::steady_clock::now() > limit)
+            kill(child, SIGKILL);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return status;
+}
+
 /// Null: it has done what it should. What a child fails for it has said itself.
 std::exception_ptr problem_of(const std::string& program, int status) {
     if (WIFSIGNALED(status))
@@ -149,12 +161,8 @@ RenderChild::RenderChild(asio::io_context& io, const std::string& program, const
 
 RenderChild::~RenderChild() {
     end();
-    const auto limit = std::chrono::steady_clock::now() + time_to_end;
-    while (process_ > 0 && waitpid(process_, nullptr, WNOHANG) != process_) {
-        if (std::chrono::steady_clock::now() > limit)
-            kill(process_, SIGKILL);
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    if (process_ > 0)
+        status_at_end(process_);
 }
 
 void RenderChild::listen() {
@@ -162,8 +170,10 @@ void RenderChild::listen() {
                            [this](const asio::error_code& error, std::size_t count) {
                                if (is_told_to_end_)
                                    return;
-                               if (error)
+                               if (error == asio::error::eof)
                                    return hear_end();
+                               if (error)
+                                   return hear_nonsense(error);
                                const std::string line = read_.substr(0, count);
                                read_.erase(0, count);
                                hear(line);
@@ -194,11 +204,16 @@ void RenderChild::hear(const std::string& line) {
 
 /// It has closed its output, and so is about to end.
 void RenderChild::hear_end() {
-    int status = 0;
-    if (waitpid(std::exchange(process_, 0), &status, 0) < 0)
-        status = 0;
-    const auto problem = problem_of(program_, status);
+    const auto problem = problem_of(program_, status_at_end(std::exchange(process_, 0)));
     events_.failed(problem ? problem : std::make_exception_ptr(WorkError(program_ + ": has ended by itself")));
+}
+
+/// It may go on for ever: whoever hears of it ends it.
+void RenderChild::hear_nonsense(const asio::error_code& error) {
+    const bool too_long = error == asio::error::not_found;
+    events_.failed(std::make_exception_ptr(
+        WorkError(expected_found(program_, "answers of at most " + std::to_string(longest_line) + " bytes",
+                                 too_long ? "a longer one" : error.message()))));
 }
 
 void RenderChild::order(const FrameOrder& order) {

@@ -39,7 +39,7 @@ public:
     struct Events {
         std::function<void(double frames_per_second)> ready;
         std::function<void(const RenderedFrame&)> rendered;
-        /// It has ended without being told to: what to throw.
+        /// It has ended without being told to, or says what cannot be understood: what to throw.
         std::function<void(std::exception_ptr)> failed;
     };
 
@@ -60,6 +60,7 @@ private:
     void listen();
     void hear(const std::string& line);
     void hear_end();
+    void hear_nonsense(const asio::error_code& error);
 
     std::string program_;
     asio::posix::stream_descriptor orders_, answers_;
