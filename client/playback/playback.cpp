@@ -136,6 +136,8 @@ void Playback::begin_at_next() {
 Playback::Moment Playback::refresh_recorded(bool ended, double elapsed_s) {
     if (stepping_ && waiting_.empty())
         return ended ? finish() : Moment{};
+    if (over_ && !clock_runs_)  // a jump beyond the last frame
+        return {};
     if (stepping_) {
         begin_at_next();
     } else {

@@ -178,8 +178,16 @@ TEST_F(RecordedPlayback, PausesStepsAndJumps) {
                       all.insert(all.begin(), frame_count - 1);
                   return all;
               }()));
+}
+
+TEST_F(RecordedPlayback, BehindTheLastFrameThereIsNothingToShow) {
+    FrameLoader loader(folder.string(), {});
+    Playback playback(loader);
     playback.seek(100);
     EXPECT_TRUE(watch(playback, [](const Refresh& refresh) { return refresh.is_over; }).back().is_over);
+    for (int i = 1; i < 5; ++i)
+        EXPECT_FALSE(playback.refresh(now_s_ + i * refresh_s).is_over) << "said once";
+    EXPECT_EQ(playback.time_s(), 100);
 }
 
 TEST_F(RecordedPlayback, JumpsToTheFirstFrameThatIsNotBeforeATime) {
