@@ -98,9 +98,10 @@ void FrameLoader::deliver(ReceivedFrame frame) {
     const FrameInfo& info = frame.main.info;
     const FrameStamp stamp{info.index, info.time_s, info.head, now_s()};
     reel_->writable() = {std::make_shared<const ReceivedFrame>(std::move(frame)), feed_->fraction_done().value_or(0)};
-    reel_->deliver(stamp);
+    const Delivery delivery = reel_->deliver(stamp);
     newest_ = stamp.number;
-    ++ahead_;
+    if (delivery != Delivery::doubled && delivery != Delivery::too_old)  // else nobody ever passes it
+        ++ahead_;
     ++figures_.frames;
     count_bytes();
 }

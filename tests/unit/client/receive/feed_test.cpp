@@ -75,6 +75,19 @@ TEST_F(Feeds, AFolderGivesMainAndSmallOfEachFrame) {
     EXPECT_EQ(feed->tracks()[1].pictures, 2);
 }
 
+TEST_F(Feeds, ARenamedFrameIsTheOneThatItsNameSays) {
+    write_frame("centre", 2, 32, 16, 0.1f);
+    for (const std::int64_t copy : {4, 5})
+        fs::copy_file(folder / "centre" / frame_file_name(2), folder / "centre" / frame_file_name(copy));
+    const auto feed = open_feed(folder.string());
+    for (const std::int64_t index : {2, 4, 5}) {
+        const auto frame = feed->next();
+        ASSERT_TRUE(frame);
+        EXPECT_EQ(frame->main.info.index, index);
+        EXPECT_NEAR(frame->main.info.time_s, double(index) / 30, 1e-9);
+    }
+}
+
 TEST_F(Feeds, AFrameOfAnotherSizeIsNamed) {
     write_frame("centre", 0, 32, 16, 0.1f);
     write_frame("centre", 1, 16, 8, 0.1f);
