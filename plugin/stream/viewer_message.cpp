@@ -31,10 +31,17 @@ static_assert(sizeof(PoseBody) == 64);
 
 constexpr double longest_off_unit = 1e-6;
 
+/// Eyes are beside the head, and must lie within the limit too.
+constexpr double max_head_coordinate_m = max_coordinate_m - max_ipd_m;
+
+bool leaves_room_for_eyes(const glm::dvec3& head_m) {
+    return glm::all(glm::lessThanEqual(glm::abs(head_m), glm::dvec3(max_head_coordinate_m)));
+}
+
 std::optional<ViewerPose> pose_of(const PoseBody& body) {
     ViewerPose pose{body[0], {{body[1], body[2], body[3]}, {body[4], body[5], body[6], body[7]}}};
     const bool finite = std::ranges::all_of(body, [](double value) { return std::isfinite(value); });
-    if (!finite || !is_position(pose.head.position_m) ||
+    if (!finite || !leaves_room_for_eyes(pose.head.position_m) ||
         !(std::abs(glm::length(pose.head.orientation) - 1) <= longest_off_unit))
         return std::nullopt;
     return pose;

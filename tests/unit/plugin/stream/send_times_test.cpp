@@ -149,7 +149,8 @@ TEST(ViewerMessage, NoNumberThatIsNonePasses) {
         std::size_t field;
         double value;
     };
-    for (const Change& change : {Change{0, nan}, {1, nan}, {2, inf}, {3, -2e9}, {4, nan}, {4, 0.6}, {5, 0.5001}}) {
+    for (const Change& change :
+         {Change{0, nan}, {1, nan}, {2, inf}, {3, -2e9}, {3, 1e9}, {4, nan}, {4, 0.6}, {5, 0.5001}}) {
         Bytes bytes = encode_viewer_pose(some_pose(1));
         put(bytes, 12 + 8 * change.field, change.value);
         ViewerMessageReader reader;
