@@ -115,6 +115,8 @@ Output::Output(const std::string& target, std::optional<StreamTap> tap) : target
         make_io();
         return;
     }
+    if (tap_ && is_url(target))
+        throw InputError(expected_found(target, "a file, beside what is tapped", "an address"));
     if (is_url(target)) {
         const int code = avio_open2(&io_, target.c_str(), AVIO_FLAG_WRITE, nullptr, nullptr);
         if (code < 0)

@@ -6,6 +6,7 @@
 
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
+#include <equistream/stream.h>
 #include <equistream/text.h>
 
 #include <programs/cli/commands.h>
@@ -285,8 +286,9 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     cli::require(settings.spheres_per_s >= slowest && settings.spheres_per_s <= quickest, "--rate", "0.01 to 1000",
                  in_words(settings.spheres_per_s));
     settings.coding.depth = cli::parse_word("--depth", options.depth, std::array{"auto", "none"}) == 0;
-    cli::require(settings.coding.out.empty() || settings.coding.out.ends_with(".mkv"), "--out", "a name ending in .mkv",
-                 "'" + settings.coding.out + "'");
+    const std::string& out = settings.coding.out;
+    cli::require(out.empty() || (out.ends_with(".mkv") && !is_url(out)), "--out", "a file's name ending in .mkv",
+                 "'" + out + "'");
     StreamSettings coding;
     coding.crf = settings.coding.crf;
     coding.preset = settings.coding.preset;
