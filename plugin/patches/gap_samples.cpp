@@ -142,6 +142,8 @@ SurfacePoint DepthSphere::point(int x, int y) const {
 
 glm::dvec3 DepthSphere::plane(int x, int y) const {
     const double here = inverse(depth_m_.pixel(x, y)[0]);
+    if (camera_.height < 2)  // no second row to lay a plane through
+        return here * direction(x, y);
     const auto at = [&](int column, int row) { return inverse(depth_m_.pixel(wrapped_column(column), row)[0]); };
     const double left = at(x - 1, y), right = at(x + 1, y);
     const int dx = std::abs(left - here) < std::abs(right - here) ? -1 : 1;

@@ -3,6 +3,7 @@
 #include <equistream/patches.h>
 
 #include <plugin/patches/block_choice.h>
+#include <plugin/patches/gap_samples.h>
 #include <plugin/patches/planner.h>
 
 #include <gtest/gtest.h>
@@ -113,6 +114,13 @@ Uncovered look_around(const PatchAtlas& atlas, unsigned seed) {
         }
     }
     return found;
+}
+
+TEST(DepthSpheres, ASphereOfOneRowHasPlanesThatFaceIt) {
+    DepthSphere sphere({8, 1, {}}, glm::dvec3(0));
+    std::ranges::fill(sphere.depth_m().samples(), 2.0f);
+    for (int x = 0; x < 8; ++x)
+        EXPECT_EQ(sphere.plane(x, 0), 0.5 * sphere.direction(x, 0)) << x;
 }
 
 TEST(PatchPlan, BlocksAreAsSmallAsTheAtlasAllows) {
