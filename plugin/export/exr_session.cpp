@@ -169,7 +169,8 @@ void ExrSession::error_callback(exr_const_context_t context, exr_result_t, const
 }
 
 void ExrSession::open_descriptor() {
-    descriptor_ = open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+    // A pipe that nobody writes must not be waited for.
+    descriptor_ = open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (descriptor_ < 0)
         throw InputError(expected_found(file_.string(), "an EXR frame", std::strerror(errno)));
     struct stat status {};

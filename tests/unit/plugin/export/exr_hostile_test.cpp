@@ -12,6 +12,7 @@
 #include <random>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 namespace equistream::testing {
 namespace {
@@ -31,6 +32,12 @@ protected:
         }
     }
 };
+
+TEST_F(ExrHostile, a_pipe_is_not_waited_for) {
+    const auto pipe = folder / "pipe.exr";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_FALSE(reads(pipe));
+}
 
 TEST_F(ExrHostile, truncated_at_every_step) {
     const auto whole = folder / "whole.exr";

@@ -4,7 +4,6 @@
 #include <equistream/send_times.h>
 
 #include <nlohmann/json.hpp>
-#include <sys/stat.h>
 
 namespace equistream::test {
 namespace {
@@ -104,11 +103,12 @@ TEST_F(Serving, AFolderIsEncodedFirst) {
 }
 
 TEST_F(Serving, ASignalEndsTheEncodingToo) {
-    render("r/centre", 64, 64, 0, 2);
-    ASSERT_EQ(mkfifo(path("r/centre/frame.0003.exr").c_str(), 0600), 0) << "a frame that never comes";
+    render("r/centre", 512, 256, 0, 0);
+    for (int index = 1; index < 1000; ++index)  // much to do, before which the signal comes
+        fs::create_symlink("frame.0000.exr", folder / "r/centre" / frame_file_name(index));
     fs::create_directories(folder / "tmp");
     setenv("TMPDIR", path("tmp").c_str(), 1);
-    Server server(arguments("r"), place());
+    Server server(arguments("r", {"--", "--preset", "veryslow"}), place());
     unsetenv("TMPDIR");
     ASSERT_TRUE(comes_true([&] { return !fs::is_empty(folder / "tmp"); }));
     EXPECT_EQ(server.end_by(SIGTERM), 0) << server.log();
