@@ -6,14 +6,12 @@
 #include <equistream/json_text.h>
 #include <equistream/text.h>
 
-#include <cmath>
 #include <cstring>
 
 namespace equistream {
 namespace {
 
 constexpr std::uint32_t max_samples = 1u << 20;
-constexpr std::int64_t max_frame_index = 999999999;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -204,9 +202,8 @@ FrameSettings checked_settings(const es_frame_settings* settings) {
     const es_frame_settings s = whole_struct(settings, "es_frame_settings", frame_settings_sizes);
     require(s.index >= 0 && s.index <= max_frame_index, "index", "0 to " + std::to_string(max_frame_index),
             std::to_string(s.index));
-    require(std::isfinite(s.time_s), "time_s", "a finite time", in_words(s.time_s));
     return {s.index,
-            s.time_s,
+            checked_number("time_s", s.time_s, -max_time_s, max_time_s),
             checked_pose("head_previous", s.head_previous),
             checked_pose("head", s.head),
             checked_pose("head_next", s.head_next),

@@ -181,8 +181,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
         in.refuse("equistream:version", std::to_string(format_version), std::to_string(version));
     constexpr double huge = std::numeric_limits<double>::max();
     FrameInfo info;
-    info.index = in.decimal<std::int64_t>("equistream:frame");
-    info.time_s = in.number("equistream:time", -huge, huge);
+    info.index = in.frame_index("equistream:frame");
+    info.time_s = in.number("equistream:time", -max_time_s, max_time_s);
     info.frames_per_second = in.number("equistream:fps", 1e-6, 1e6);
     if (has_patches(in)) {
         info.patches = read_patches(in, width, height);

@@ -119,6 +119,12 @@ public:
             refuse(name, "a whole number", "\"" + digits.substr(0, 40) + "\"");
         return value;
     }
+    std::int64_t frame_index(const char* name) const {
+        const auto value = decimal<std::int64_t>(name);
+        if (value < 0 || value > max_frame_index)
+            refuse(name, "0 to " + std::to_string(max_frame_index), std::to_string(value));
+        return value;
+    }
     template <std::size_t N>
     int choice(const char* name, const char* const (&names)[N]) const {
         const std::string word = text(name);

@@ -22,6 +22,8 @@ using nlohmann::json;
 constexpr const char* format_name = "equistream sequence";
 constexpr int format_version = 1;
 constexpr std::uintmax_t max_manifest_bytes = 1 << 20;
+/// What is quoted in a complaint is written by recursion.
+constexpr int nesting_limit = 32;
 
 /// A JSON object that is read key by key; every complaint names the file and the key.
 class Section {
@@ -196,8 +198,8 @@ Manifest from_json(const json& document, const std::string& where) {
     FrameInfo& info = manifest.shared;
     const Section first = in.section("first_frame");
     info.camera = camera_from_json(in.section("camera"));
-    info.index = first.whole<std::int64_t>("index", 0, std::numeric_limits<std::int64_t>::max());
-    info.time_s = first.number("time_s");
+    info.index = first.whole<std::int64_t>("index", 0, max_frame_index);
+    info.time_s = first.number("time_s", -max_time_s, max_time_s);
     info.camera_pose = pose_from_json(first.section("camera_pose"));
     info.head = pose_from_json(first.section("head"));
     info.frames_per_second = in.number("frames_per_second", 1e-6, 1e6);
@@ -277,7 +279,12 @@ Manifest read_manifest(const std::filesystem::path& folder) {
     const std::string text = read_text(file);
     json document;
     try {
-        document = json::parse(text);
+        document = json::parse(text, [&](int depth, json::parse_event_t, const json&) {
+            if (depth > nesting_limit)
+                throw InputError(expected_found(
+                    file.string(), "at most " + std::to_string(nesting_limit) + " levels of nesting", "more"));
+            return true;
+        });
     } catch (const json::parse_error& error) {
         throw InputError(
             expected_found(file.string() + ": byte " + std::to_string(error.byte), "JSON", "a syntax error"));

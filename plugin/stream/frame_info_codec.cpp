@@ -256,7 +256,8 @@ TaggedFrameInfo read_fields(Reader& in) {
     tagged.position.ordinal = in.get<std::uint32_t>();
     tagged.position.count = in.get<std::uint32_t>();
     info.index = in.get<std::int64_t>();
-    info.time_s = in.get_finite("time");
+    require("frame index", range_mismatch(static_cast<double>(info.index), 0, max_frame_index));
+    info.time_s = in.get_number("time", -max_time_s, max_time_s);
     info.frames_per_second = in.get_number("frames per second", 1e-6, 1e6);
     std::array<double, 4> numbers;
     for (double& number : numbers)

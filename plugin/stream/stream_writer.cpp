@@ -1,6 +1,7 @@
 #include "output.h"
 #include "track_encoder.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
@@ -56,6 +57,11 @@ void tag_as_stereo(AVStream& stream, StereoPacking packing) {
         throw std::bad_alloc();
     stereo->type = packing == StereoPacking::top_bottom ? AV_STEREO3D_TOPBOTTOM : AV_STEREO3D_SIDEBYSIDE;
     add_side_data(stream, AV_PKT_DATA_STEREO3D, stereo, sizeof *stereo);
+}
+
+void require(const std::string& what, const std::optional<Mismatch>& mismatch) {
+    if (mismatch)
+        throw InputError(expected_found(what, mismatch->expected, mismatch->found));
 }
 
 void check_fits(const std::string& target, const Container& container, const StreamSettings& settings) {
@@ -243,6 +249,8 @@ WrittenTrack& StreamWriter::State::start_picture(TrackRole role, const FrameInfo
         throw WorkError(expected_found(target + ": " + track_name(role),
                                        is_depth(role) ? "a depth code and its range" : "colours, without a depth code",
                                        info.depth_code ? depth_code_name(info.depth_code->code) : "none"));
+    require(target + ": frame number", range_mismatch(static_cast<double>(info.index), 0, max_frame_index));
+    require(target + ": frame time", range_mismatch(info.time_s, -max_time_s, max_time_s));
     if (!first_index)
         first_index = info.index;
     if (info.index < track.last_index.value_or(*first_index - 1) + 1)

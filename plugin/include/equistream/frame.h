@@ -18,6 +18,11 @@ namespace equistream {
 /// Of the encoders' constant rate factor, which is an average quantiser (QP).
 inline constexpr int worst_crf = 51;
 
+/// The largest number of a frame; the least is 0.
+inline constexpr std::int64_t max_frame_index = 999999999;
+/// The largest absolute value of a frame's time. Seconds since 1970 lie well within it.
+inline constexpr double max_time_s = 1e10;
+
 /// Everything a client must know to use a frame. Travels in EXR attributes and inside the coded picture.
 struct FrameInfo {
     std::int64_t index = 0;

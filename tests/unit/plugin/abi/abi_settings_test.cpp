@@ -172,7 +172,7 @@ TEST_F(AbiSettings, frame_settings) {
     expect(at(-1), "index: expected 0 to 999999999, found -1");
     es_frame_settings when = at(0);
     when.time_s = std::nan("");
-    expect(when, "time_s: expected a finite time, found nan");
+    expect(when, "time_s: expected a number from -1e+10 to 1e+10, found nan");
     when = at(0);
     when.head.position_m[1] = std::nan("");
     expect(when, "head.position_m: expected coordinates from -1e9 to 1e9 metres, found 0 nan 0");

@@ -138,6 +138,9 @@ TEST_F(ExrHostile, poses_and_cameras_beyond_the_limits_are_refused_by_name) {
                   info.head.orientation = {2, 0, 0, 0};
               }),
               at + "headOrientation: expected a unit quaternion w x y z, found length 2");
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.index = -1; }), at + "frame: expected 0 to 999999999, found -1");
+    EXPECT_EQ(refusal([](FrameInfo& info) { info.time_s = 1e11; }),
+              at + "time: expected a number from -1e+10 to 1e+10, found 1e+11");
     EXPECT_EQ(refusal([](FrameInfo& info) { info.ipd_m = 1e19; }),
               at + "ipd: expected a number from 0 to 10, found 1e+19");
     EXPECT_EQ(refusal([](FrameInfo& info) { info.head_radius_m = 5000; }),

@@ -159,11 +159,24 @@ TEST_F(ManifestFile, wrong_values_are_named) {
     EXPECT_EQ(with("\"ipd_m\": 0.0631", "\"ipd_m\": 1e19"),
               file + ": ipd_m: expected a number from 0 to 10, found 1e+19");
     EXPECT_EQ(with("-5.0", "1e19").find(file + ": first_frame: head: position_m: expected coordinates"), 0u);
+    const std::string time = "\"time_s\": ";
+    EXPECT_EQ(with(time, time + "1e11, \"other\": "),
+              file + ": first_frame: time_s: expected a number from -1e+10 to 1e+10, found 100000000000.0");
     const std::string latitudes = "\"latitudes_rad\": ";
     EXPECT_EQ(with(latitudes, latitudes + "[0, 1e-9], \"others\": ")
                   .find(file + ": camera: latitudes_rad: expected an ascending range in radians, 0.001 to"),
               0u);
     EXPECT_EQ(with("\"seed\": ", "\"sead\": "), file + ": expected key \"seed\", found none");
+}
+
+TEST_F(ManifestFile, nesting_is_bounded) {
+    write_manifest(folder, example());
+    std::string text = file_bytes(folder / "manifest.json");
+    const std::string key = "\"seed\": ";
+    const std::size_t half = 400000;
+    text.insert(text.find(key) + key.size(), std::string(half, '[') + std::string(half, ']') + ", \"other\": ");
+    put_bytes(folder / "manifest.json", text);
+    EXPECT_EQ(refusal(), (folder / "manifest.json").string() + ": expected at most 32 levels of nesting, found more");
 }
 
 TEST(FrameNames, are_padded_and_listed_in_order) {

@@ -36,8 +36,8 @@ PatchAtlas full_atlas() {
 
 FrameInfo full_info() {
     FrameInfo info;
-    info.index = -3;
-    info.time_s = 4.0 / 30;
+    info.index = max_frame_index;
+    info.time_s = 1.8e9 + 4.0 / 30;
     info.frames_per_second = 29.97;
     info.camera = EquirectCamera{960, 480, {-2.5, 3.0, -0.7, 1.1}};
     info.camera_pose = {{0.1, -2.25, 1e-9}, glm::normalize(glm::dquat(0.5, -0.1, 0.7, 0.2))};
@@ -97,7 +97,7 @@ TEST(FrameInfoPayload, HasTheDocumentedLayout) {
     EXPECT_EQ(payload[22], 2);                        // eye right
     EXPECT_EQ(payload[24] + 256 * payload[25], 960);  // width
     EXPECT_EQ(payload[32], 17);                       // ordinal
-    EXPECT_EQ(payload[40], 0xfd);                     // index -3
+    EXPECT_EQ(payload[40], 0xff);                     // index 0x3b9ac9ff
     EXPECT_EQ(payload.size(), header_bytes + 224 + 1 + full_info().scene.size() + 1 + 255 + 1 + 16 + depth_code_bytes);
 }
 
@@ -266,7 +266,11 @@ TEST(FrameInfoPayload, HostileValuesAreErrors) {
     damaged_by(23, std::uint8_t{2});                           // lock
     damaged_by(24, std::uint32_t{max_image_side + 1});         // width
     damaged_by(28, std::uint32_t{0xffffffff});                 // height
+    damaged_by(40, std::int64_t{-1});                          // index
+    damaged_by(40, std::int64_t{1000000000});                  // the same
     damaged_by(48, nan);                                       // time
+    damaged_by(48, -1.01e10);                                  // the same
+    damaged_by(48, 1e300);                                     // the same
     damaged_by(56, 0.0);                                       // frames per second
     damaged_by(64, 3.5);                                       // longitude range backward
     damaged_by(64, 3.0 - 1e-9);                                // of almost nothing

@@ -346,8 +346,26 @@ TEST(StreamFaults, TwoWritersNeverMixInOneFile) {
     write_one(third);
 }
 
+TEST(StreamFaults, WhatReadersTakeForDamageIsNotWritten) {
+    synthetic::Folder folder;
+    StreamWriter writer((folder / "a.mkv").string(), synthetic::small_stream(Codec::h264, false).settings);
+    const ByteImage picture = synthetic::picture(192, 96, 0);
+    FrameInfo info = synthetic::info(192, 96, max_frame_index + 1);
+    EXPECT_THROW(writer.write(TrackRole::main, picture.view(), info), InputError);
+    info = synthetic::info(192, 96, 0);
+    info.time_s = 1e11;
+    EXPECT_THROW(writer.write(TrackRole::main, picture.view(), info), InputError);
+}
+
 TEST(StreamFaults, AnUnwritableFolderIsAnInputError) {
     EXPECT_THROW(StreamWriter("/proc/a.mkv", synthetic::small_stream(Codec::h264, false).settings), InputError);
+}
+
+/// libav would send it, and whoever taps would get nothing.
+TEST(StreamFaults, AnAddressIsNotTapped) {
+    const auto settings = synthetic::small_stream(Codec::h264, false).settings;
+    EXPECT_THROW(StreamWriter("udp://127.0.0.1:9/a.ts", settings, StreamTap{.take = [](auto) {}, .alone = false}),
+                 InputError);
 }
 
 TEST(StreamFaults, APipeCarriesTheBytesOfTheFile) {
