@@ -162,6 +162,8 @@ bool Source::is_to_give_up() {
 int Source::read_bytes(void* self, std::uint8_t* bytes, int size) {
     auto& source = *static_cast<Source*>(self);
     try {  // nothing may be thrown through libav
+        if (source.pipe_)
+            return source.pipe_->read({bytes, std::size_t(size)}, [&] { return source.is_to_give_up(); });
         const std::size_t count = source.options_.read({bytes, std::size_t(size)});
         return count == 0 ? AVERROR_EOF : int(count);
     } catch (const std::exception& error) {
@@ -205,7 +207,9 @@ void Source::open(const std::string& name) {
     format_.reset(opened);
     opening_ = opened;
     opened->interrupt_callback = {answer_interrupt, this};
-    if (options_.read) {
+    if (!options_.read)
+        pipe_ = Pipe::open(name);
+    if (options_.read || pipe_) {
         make_io();
         opened->pb = io_.get();
     }

@@ -1,6 +1,7 @@
 #pragma once
 /// Opening what is to be read: a file or URL, treated as hostile.
 #include "libav.h"
+#include "pipe.h"
 
 #include <equistream/elapsed.h>
 #include <equistream/stream.h>
@@ -45,7 +46,9 @@ private:
             avio_context_free(&io);
         }
     };
-    std::unique_ptr<AVIOContext, FreeIo> io_;  ///< where bytes are read by a function; outlives the demuxer
+    std::unique_ptr<Pipe> pipe_;  ///< null: it is none, or is read by a function
+    std::unique_ptr<AVIOContext, FreeIo>
+        io_;  ///< where bytes are read by a function or from a pipe; outlives the demuxer
     av::Demuxer format_;
     const StreamReadOptions& options_;
     Patience patience_;

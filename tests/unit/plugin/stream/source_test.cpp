@@ -1,10 +1,13 @@
-/// Addresses that libav opens: a server that does not answer, or says nothing, is given up in time.
+/// What libav reads: a server that does not answer, or says nothing, is given up in time, and a silent pipe when asked.
 #include <plugin/stream/source.h>
 #include <tests/unit/silent_server.h>
 
 #include "synthetic.h"
 
 #include <equistream/error.h>
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
@@ -27,6 +30,11 @@ std::string refusal(const std::string& address, const StreamReadOptions& options
     return {};
 }
 
+std::string bytes_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
 TEST(Sources, AServerThatDoesNotAnswerIsGivenUp) {
     SilentServer server(0);
     server.fill_up(0);
@@ -41,8 +49,7 @@ TEST(Sources, AServerThatSaysNothingIsGivenUp) {
 TEST(Sources, AServerThatFallsSilentIsGivenUp) {
     const synthetic::Folder folder;
     synthetic::write(folder / "a.mkv", synthetic::small_stream(Codec::h264, false));
-    std::ifstream in(folder / "a.mkv", std::ios::binary);
-    const std::string stream{std::istreambuf_iterator<char>(in), {}};
+    const std::string stream = bytes_of(folder / "a.mkv");
     SilentServer server;
     std::thread sending([&] { server.send(stream.substr(0, stream.size() - 50)); });
     const StreamReadOptions options;
@@ -52,6 +59,41 @@ TEST(Sources, AServerThatFallsSilentIsGivenUp) {
     while (source.begin_waiting(), av_read_frame(source.get(), packet.get()) >= 0)
         av_packet_unref(packet.get());
     EXPECT_EQ(source.problem(), "the server sent nothing for 0.2 s");
+}
+
+TEST(Sources, ASilentPipeIsLeftWhenThatIsAsked) {
+    const synthetic::Folder folder;
+    const std::string named = (folder / "a.mkv").string();
+    ASSERT_EQ(mkfifo(named.c_str(), 0600), 0);
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    for (const std::string& name : {named, "pipe:" + std::to_string(ends[0])}) {
+        const auto start = Clock::now();
+        const StreamReadOptions options{.interrupted = [&] { return seconds_since(start) > 0.2; }};
+        EXPECT_THROW(Source(name, options), InputError);
+        EXPECT_LT(seconds_since(start), 5) << name;
+    }
+    close(ends[0]);
+    close(ends[1]);
+}
+
+TEST(Sources, ANamedPipeGivesWhatIsWrittenIntoItInParts) {
+    const synthetic::Folder folder;
+    const synthetic::Made made = synthetic::small_stream(Codec::h264, false);
+    synthetic::write(folder / "a.mkv", made);
+    const std::string stream = bytes_of(folder / "a.mkv"), named = (folder / "pipe.mkv").string();
+    ASSERT_EQ(mkfifo(named.c_str(), 0600), 0);
+    std::thread writing([&] {
+        std::ofstream out(named, std::ios::binary);
+        for (std::size_t at = 0; at < stream.size(); at += 5000) {
+            out << stream.substr(at, 5000) << std::flush;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    });
+    StreamReader reader(named);
+    EXPECT_EQ(synthetic::read_all(reader).size(), std::size_t(made.pictures));
+    EXPECT_EQ(reader.truncation(), "");
+    writing.join();
 }
 
 TEST(Sources, WhatAReadingFunctionThrowsIsTheReason) {

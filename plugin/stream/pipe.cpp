@@ -1,0 +1,71 @@
+#include "pipe.h"
+
+#include "libav.h"
+
+#include <equistream/error.h>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <string_view>
+
+namespace equistream {
+
+namespace {
+
+constexpr std::string_view scheme = "pipe:";
+constexpr int between_questions_ms = 50;
+
+/// As libav takes it: what is no number is standard input.
+int descriptor_of(std::string_view digits) {
+    int number = STDIN_FILENO;
+    const char* const end = digits.data() + digits.size();
+    const auto [stop, problem] = std::from_chars(digits.data(), end, number);
+    return problem == std::errc() && stop == end ? number : STDIN_FILENO;
+}
+
+bool is_named_pipe(const std::string& name) {
+    struct stat status;
+    return stat(name.c_str(), &status) == 0 && S_ISFIFO(status.st_mode);
+}
+
+}  // namespace
+
+std::unique_ptr<Pipe> Pipe::open(const std::string& name) {
+    if (name.starts_with(scheme))
+        return std::unique_ptr<Pipe>(new Pipe(descriptor_of(std::string_view(name).substr(scheme.size())), false));
+    if (!is_named_pipe(name))
+        return nullptr;
+    const int descriptor = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor < 0)
+        throw InputError(expected_found(name, "a pipe that can be read", std::strerror(errno)));
+    return std::unique_ptr<Pipe>(new Pipe(descriptor, true));
+}
+
+Pipe::~Pipe() {
+    if (is_ours_)
+        close(descriptor_);
+}
+
+int Pipe::read(std::span<std::uint8_t> bytes, const std::function<bool()>& interrupted) const {
+    for (;;) {
+        if (interrupted())
+            return AVERROR_EXIT;
+        // Without a writer so far a pipe is silent, and not at its end.
+        pollfd waited_for{descriptor_, POLLIN, 0};
+        if (poll(&waited_for, 1, between_questions_ms) == 0)
+            continue;
+        const ssize_t count = ::read(descriptor_, bytes.data(), bytes.size());
+        if (count >= 0)
+            return count == 0 ? AVERROR_EOF : static_cast<int>(count);
+        if (errno != EINTR && errno != EAGAIN)
+            return AVERROR(errno);
+    }
+}
+
+}  // namespace equistream
