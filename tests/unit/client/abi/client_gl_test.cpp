@@ -1,5 +1,6 @@
 /// The same client in a context of the test's own: it shows what the CPU shows.
 #include "gl_clients.h"
+#include "watched_client.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -202,6 +203,32 @@ TEST_F(GlClients, RefuseEnginesThatTheyDoNotHave) {
                   "engine: expected eye-depth or rotation, with a scene and ES_BACKEND_OPENGL, found '" + engine + "'");
     for (const char* const with : {static_cast<const char*>(nullptr), scene.c_str()})
         EXPECT_NE(complaint(with, "splat").find("expected what OpenGL has, found 'splat'"), std::string::npos);
+}
+
+TEST_F(GlClients, TexturesAreOfTheLastPicturesDrawnOrRendered) {
+    Client client(settings(ES_BACKEND_OPENGL));
+    EXPECT_THROW(client.textures(), ClientError);
+    const HostPicture host({330, 100});
+    es_gl_target targets[2] = {host.at(0, 0), host.at(165, 0)};
+    client.draw(client.request(161, 99, pi / 2), targets);
+    EXPECT_EQ(client.textures().width[0], 161) << "odd sizes are whole";
+    ClientPicture eyes[2];
+    client.render(client.request(80, 50, pi / 2), eyes);
+    const es_gl_textures rendered = client.textures();
+    GLint drawn_columns = 0;
+    glGetTextureLevelParameteriv(rendered.colour, 0, GL_TEXTURE_WIDTH, &drawn_columns);
+    EXPECT_EQ(drawn_columns, 80);
+    EXPECT_EQ(rendered.width[0], 80);
+    EXPECT_EQ(rendered.height[1], 50);
+}
+
+TEST_F(GlClients, PassOverAPictureOfAnotherSizeThanItIsTaggedWith) {
+    const synthetic::Folder streams;
+    const std::string file = streams / "a.nut";
+    write_with(file, {.other_size = {3}});
+    WatchedClient watched(client_settings(file.c_str(), ES_BACKEND_OPENGL));
+    expect_all_but_one_frame(watched, 3,
+                             "frame 3, main: expected a picture of 384x256, as it is tagged, found 192x128");
 }
 
 }  // namespace

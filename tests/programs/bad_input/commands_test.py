@@ -1,19 +1,59 @@
-"""What is there already is kept: no command writes over what it reads, nor over work of other settings.
+"""Commands as a person runs them: what is there already is kept, options that could do nothing are refused, paths that cannot be
+looked at are bad input, and reports say whose they are.
 
-usage: kept_test.py BIN_DIR   (the folder of the built programs)
+usage: commands_test.py BIN_DIR   (the folder of the built programs)
 """
 
+import json
 import pathlib
 import shutil
 import signal
 import subprocess
+import sys
+import tempfile
 import time
 import unittest
 
-from commands import BIN, Commands, contents, run
-
 PLAY = ["--method", "rotation", "--size", "64x36"]
 QUICK = ["--rays", 20000, "--visibility-rays", 20000, "--quantile", 0.9]
+BIN = pathlib.Path(sys.argv.pop(1))
+
+
+def run(*words):
+    return subprocess.run([BIN / "equistream", *map(str, words)], capture_output=True, text=True, timeout=120)
+
+
+def contents(folder):
+    """Bytes of every file below a folder."""
+    return {path: path.read_bytes() for path in pathlib.Path(folder).rglob("*") if path.is_file()}
+
+
+class Commands(unittest.TestCase):
+    """`scene` is a scene's description, `frames` are six small frames of it, and `out` is each test's own folder."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="equistream_commands_"))
+        cls.addClassCleanup(shutil.rmtree, cls.root, ignore_errors=True)
+        cls.scene, cls.frames = cls.root / "scene" / "motion.json", cls.root / "frames"
+        cls.done("scene", "generate", "motion", "--out", cls.scene.parent)
+        cls.done("render", cls.scene, "--frames", "0-5", "--size", "128x64", "--spp", 2, "--aovs", "depth", "--out", cls.frames)
+
+    def setUp(self):
+        self.out = pathlib.Path(tempfile.mkdtemp(dir=self.root))
+
+    @staticmethod
+    def done(*words):
+        result = run(*words)
+        assert result.returncode == 0, result.stderr
+        return result.stdout
+
+    def refused(self, words, *mentions, code=2):
+        result = run(*words)
+        self.assertEqual((result.returncode, len(result.stderr.splitlines())), (code, 1), result.stderr)
+        for mention in mentions:
+            self.assertIn(str(mention), result.stderr)
+        return result.stdout
 
 
 class Models(Commands):
@@ -168,6 +208,49 @@ class Scores(Commands):
         self.refused([*words, self.out], "expected the name of a file, found a folder of this name")
         longest = self.out / ("x" * 255)  # there is no room for a name while it is written
         self.assertIn("identical", self.refused([*words, longest], longest.name[:50], code=1))
+
+
+class Options(Commands):
+    def test_pictures_of_a_display_have_no_exposure_and_no_view(self):
+        self.done("play", self.frames, *PLAY, "--frames", 0, "--out", self.out / "views")
+        picture, frame = self.out / "views/left/frame.0000.png", self.frames / "centre/frame.0000.exr"
+        for option, value in (("--exposure", 4), ("--view", "Un-tone-mapped")):
+            self.refused(["compare", picture, picture, option, value], f"{option}: expected an EXR among the pictures, found PNG alone")
+            self.done("compare", frame, frame, "--metrics", "psnr", option, value)
+
+    def test_nothing_is_carried_on_without_refreshes(self):
+        for value in (0, 7):
+            self.refused(["play", self.frames, *PLAY, "--frames", 0, "--carry", value, "--out", self.out / "views"],
+                         "--carry: expected --refresh or --network beside it, found neither")
+
+    def test_a_dry_run_knows_its_options(self):
+        self.refused(["import", self.frames / "centre", "--dry-run", "--progress", "bogus"], "--progress", "bogus")
+
+    def test_paths_that_cannot_be_looked_at(self):
+        circle, long = self.out / "circle", self.out / ("x" * 300)
+        circle.symlink_to(circle)
+        for path, why in ((circle, "symbolic links"), (long, "name too long")):
+            for words in (["info", path], ["import", path, "--dry-run"], ["play", self.frames, *PLAY, "--frames", 0, "--out", path / "a.mp4"],
+                          ["play", path, *PLAY, "--frames", 0, "--out", self.out / "views"], ["encode", path, "--out", self.out / "a.mkv"]):
+                self.refused(words, "expected ", why)
+
+
+class Reports(Commands):
+    def assert_names_its_making(self, *words):
+        report = json.loads(self.done(*words))
+        self.assertTrue(report["command"].startswith("equistream " + " ".join(words[:1])), report["command"])
+        self.assertTrue(report["version"] and report["machine"]["cpu"] and report["machine"]["threads"] >= 1, words)
+        return report
+
+    def test_what_info_says(self):
+        for source, kind in ((self.frames, "render"), (self.frames / "centre/frame.0000.exr", "exr")):
+            self.assertEqual(self.assert_names_its_making("info", source, "--json")["kind"], kind)
+
+    def test_what_scene_says(self):
+        self.assertEqual(self.assert_names_its_making("scene", "info", self.scene, "--json")["scene"], "motion")
+        xml = self.out / "motion.xml"
+        self.assertGreater(self.assert_names_its_making("scene", "convert", self.scene, xml, "--json")["triangles"], 0)
+        self.assertEqual(self.assert_names_its_making("scene", "info", xml, "--json")["must_change"], [])
 
 
 if __name__ == "__main__":

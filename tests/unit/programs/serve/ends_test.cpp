@@ -1,5 +1,9 @@
-/// A viewer that reads slowly gets every block whole, whatever else happens meanwhile.
+/// A viewer that reads slowly gets every block whole. A renderer that does not do what it should, played by a shell, is
+/// heard of in time and ended.
+#include <programs/serve/children.h>
 #include <programs/serve/viewer.h>
+
+#include <equistream/elapsed.h>
 
 #include <asio/buffer.hpp>
 #include <asio/io_context.hpp>
@@ -8,6 +12,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <string>
 #include <thread>
 #include <utility>
@@ -66,6 +71,39 @@ TEST(Viewers, GetWholeBlocksWhereATimeComesWhileOneIsSent) {
         EXPECT_EQ(text.find_first_not_of(Letters::letter(block)), std::string_view::npos) << block;
     }
     EXPECT_EQ(how, "has all");
+}
+
+/// What such a script fails for.
+std::string failure_of(const std::string& script) {
+    asio::io_context io;
+    std::exception_ptr problem;
+    const RenderChild child(io, "/bin/sh", {"-c", script},
+                            {[](double) {}, [](const RenderedFrame&) {}, [&](std::exception_ptr p) { problem = p; }});
+    io.run_for(std::chrono::seconds(60));
+    if (!problem)
+        return "none";
+    try {
+        std::rethrow_exception(problem);
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
+TEST(RenderChildren, AnAnswerWithoutEndIsNotWaitedFor) {
+    const auto start = Clock::now();
+    EXPECT_EQ(failure_of("head -c 70000 /dev/zero | tr '\\0' x; exec sleep 1000"),
+              "/bin/sh: expected answers of at most 65536 bytes, found a longer one");
+    EXPECT_LT(seconds_since(start), 50);
+}
+
+TEST(RenderChildren, OneThatFallsSilentAndDoesNotEndIsKilled) {
+    const auto start = Clock::now();
+    EXPECT_EQ(failure_of("exec sleep 1000 >/dev/null"), "/bin/sh: was ended by signal 9");
+    EXPECT_LT(seconds_since(start), 50);
+}
+
+TEST(RenderChildren, OneThatEndsByItselfSaysNoMore) {
+    EXPECT_EQ(failure_of("exit 0"), "/bin/sh: has ended by itself");
 }
 
 }  // namespace
