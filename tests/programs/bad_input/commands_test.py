@@ -14,7 +14,7 @@ import tempfile
 import time
 import unittest
 
-PLAY = ["--method", "rotation", "--size", "64x36"]
+PLAY = ["--method", "rotation", "--size", "64x64"]
 QUICK = ["--rays", 20000, "--visibility-rays", 20000, "--quantile", 0.9]
 BIN = pathlib.Path(sys.argv.pop(1))
 
