@@ -102,7 +102,7 @@ class Budget(unittest.TestCase):
 
         def play(budget_ms, *options):
             table = PROGRAMS.run("play", frames, "--scene", self.scene, "--head", head, "--ipd", 0, "--method", "auto", "--budget-ms",
-                                 budget_ms, "--size", "320x180", "--out", self.root / "again", *options)
+                                 budget_ms, "--size", "320x180", "--overwrite", "--out", self.root / "again", *options)
             return json.loads((self.root / "again/report.json").read_text()), table
 
         report, _ = play(1e6, "--rechoose", "off")
