@@ -30,8 +30,6 @@ pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)
 pkg_check_modules(ocio REQUIRED IMPORTED_TARGET OpenColorIO)
 pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavcodec libavformat libavutil libswscale)
 pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
-# Each file of vector code is compiled once for each instruction set. Processors with SSSE3 and no SSE4 are older than 2008.
-target_compile_definitions(PkgConfig::hwy INTERFACE HWY_DISABLED_TARGETS=HWY_SSSE3)
 pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET stb)
 pkg_check_modules(epoxy REQUIRED IMPORTED_TARGET epoxy)

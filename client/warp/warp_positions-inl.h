@@ -79,7 +79,7 @@ HWY_INLINE hn::Vec<hn::RepartitionToWide<hn::RebindToSigned<Tag>>> weighted_pair
     return hwy::HWY_NAMESPACE::Vec512<std::int16_t>{_mm512_maddubs_epi16(weights.raw, samples.raw)};
 #elif HWY_TARGET == HWY_AVX2
     return hwy::HWY_NAMESPACE::Vec256<std::int16_t>{_mm256_maddubs_epi16(weights.raw, samples.raw)};
-#elif HWY_TARGET == HWY_SSE4
+#elif HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
     return hwy::HWY_NAMESPACE::Vec128<std::int16_t>{_mm_maddubs_epi16(weights.raw, samples.raw)};
 #else
     const hn::RepartitionToWide<hn::RebindToSigned<Tag>> wide;

@@ -58,7 +58,7 @@ int Pipe::read(std::span<std::uint8_t> bytes, const std::function<bool()>& inter
             return AVERROR_EXIT;
         // Without a writer so far a pipe is silent, and not at its end.
         pollfd waited_for{descriptor_, POLLIN, 0};
-        if (poll(&waited_for, 1, between_questions_ms) == 0)
+        if (poll(&waited_for, 1, between_questions_ms) <= 0)
             continue;
         const ssize_t count = ::read(descriptor_, bytes.data(), bytes.size());
         if (count >= 0)

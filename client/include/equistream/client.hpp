@@ -78,7 +78,7 @@ public:
         return request;
     }
 
-    /// Where this throws, `eyes` are what ClientError::shown tells of; without that they are empty.
+    /// Where this throws, `eyes` hold the pictures that ClientError::shown describes. Without it they are empty.
     es_client_state render(const es_client_request& request, ClientPicture (&eyes)[2]) {
         es_eye_image images[2] = {};
         const std::size_t pixels = pixels_of(request);

@@ -11,7 +11,7 @@ namespace equistream::test {
 inline std::vector<std::int64_t> targets_here() {
     std::vector<std::int64_t> targets = {HWY_EMU128};
     hwy::SetSupportedTargetsForTest(0);
-    for (const std::int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_NEON})
+    for (const std::int64_t target : {HWY_SSSE3, HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_NEON})
         if ((hwy::SupportedTargets() & target) != 0)
             targets.push_back(target);
     return targets;
