@@ -22,20 +22,6 @@ int other_depths(const ClientPicture& found, const ClientPicture& expected) {
     return others;
 }
 
-/// What both render for a request, compared eye by eye.
-template <typename Compare>
-void expect_alike(Client& cpu, Client& drawn, const es_client_request& request, double least_psnr_db, Compare compare) {
-    ClientPicture expected[2], found[2];
-    cpu.render(request, expected);
-    drawn.render(request, found);
-    for (int i = 0; i < 2; ++i) {
-        SCOPED_TRACE(i);
-        ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
-        EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), least_psnr_db);
-        compare(found[i], expected[i]);
-    }
-}
-
 TEST_F(GlClients, ShowWhatTheCpuShows) {
     Client cpu(settings()), drawn(settings(ES_BACKEND_OPENGL));
     EXPECT_EQ(std::string(drawn.source().engine), "mesh");

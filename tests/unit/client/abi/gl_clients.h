@@ -34,6 +34,21 @@ protected:
             sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
         return 10 * std::log10(255.0 * 255.0 / (sum / double(a.size()) + 1e-9));
     }
+
+    /// What both render for a request, compared eye by eye.
+    template <typename Compare>
+    void expect_alike(Client& cpu, Client& drawn, const es_client_request& request, double least_psnr_db,
+                      Compare compare) {
+        ClientPicture expected[2], found[2];
+        cpu.render(request, expected);
+        drawn.render(request, found);
+        for (int i = 0; i < 2; ++i) {
+            SCOPED_TRACE(i);
+            ASSERT_EQ(found[i].rgba.size(), expected[i].rgba.size());
+            EXPECT_GT(psnr_db(found[i].rgba, expected[i].rgba), least_psnr_db);
+            compare(found[i], expected[i]);
+        }
+    }
 };
 
 inline gl::Framebuffer empty_framebuffer() {
