@@ -1,5 +1,6 @@
 #pragma once
-/// How a plugin tells Mitsuba of its variants: those that CMake asked for (EQUISTREAM_SCALAR_RGB and so on).
+/// How a plugin tells Mitsuba of its variants: those that CMake asked for (EQUISTREAM_SCALAR_RGB and so on). They may be
+/// compiled in one file or in several; registration.cpp lists what all of them registered.
 #include "version_check.h"
 
 #include <mitsuba/core/object.h>
@@ -71,9 +72,15 @@ void register_variants(std::string_view name, mitsuba::PluginRegisterFn tell) {
 #endif
 }
 
+using RegisterVariants = void (*)(std::string_view name, mitsuba::PluginRegisterFn tell);
+
+/// Calls this when Mitsuba loads the plugin. For objects of static storage duration.
+struct Registration {
+    explicit Registration(RegisterVariants register_them);
+};
+
 }  // namespace equistream::mitsuba_host
 
 #define EQUISTREAM_EXPORT_PLUGIN(Name)                                                                                 \
-    extern "C" MI_EXPORT void init_plugin(std::string_view name, mitsuba::PluginRegisterFn tell) {                     \
-        equistream::mitsuba_host::register_variants<Name>(name, tell);                                                 \
-    }
+    static const equistream::mitsuba_host::Registration registration(                                                  \
+        &equistream::mitsuba_host::register_variants<Name>);
