@@ -29,16 +29,26 @@ void require_within(GLenum limit, std::int64_t wanted, const std::string& what) 
                                        std::to_string(wanted)));
 }
 
-/// After storage was asked for.
-void require_memory(const std::string& what) {
+/// Takes all that are pending. Whether one says that there is no memory.
+bool take_errors() {
     constexpr int max_flags = 8;
+    bool no_memory = false;
     for (int i = 0; i < max_flags; ++i) {
         const GLenum error = glGetError();
         if (error == GL_NO_ERROR)
-            return;
-        if (error == GL_OUT_OF_MEMORY)
-            throw WorkError("OpenGL: the driver has no memory for " + what);
+            break;
+        no_memory = no_memory || error == GL_OUT_OF_MEMORY;
     }
+    return no_memory;
+}
+
+/// `ask` asks for its storage. Errors from before that are somebody else's.
+template <typename Ask>
+void require_memory(const std::string& what, const Ask& ask) {
+    take_errors();
+    ask();
+    if (take_errors())
+        throw WorkError("OpenGL: the driver has no memory for " + what);
 }
 
 void require_size(Size size, int layers) {
@@ -57,8 +67,9 @@ Buffer make_buffer(const void* content, std::size_t bytes, GLbitfield flags) {
     glCreateBuffers(1, &name);
     Buffer buffer(name);
     // A buffer of nothing is an error of use; one byte is not.
-    glNamedBufferStorage(name, bytes == 0 ? 1 : GLsizeiptr(bytes), bytes == 0 ? nullptr : content, flags);
-    require_memory("a buffer of " + std::to_string(bytes) + " bytes");
+    require_memory("a buffer of " + std::to_string(bytes) + " bytes", [&] {
+        glNamedBufferStorage(name, bytes == 0 ? 1 : GLsizeiptr(bytes), bytes == 0 ? nullptr : content, flags);
+    });
     return buffer;
 }
 
@@ -73,16 +84,15 @@ std::int64_t max_storage_bytes() {
 Texture make_texture(Size size, GLenum format) {
     require_size(size, 1);
     Texture texture = make(GL_TEXTURE_2D);
-    glTextureStorage2D(texture.name(), 1, format, size.width, size.height);
-    require_memory(in_words(size, 1));
+    require_memory(in_words(size, 1), [&] { glTextureStorage2D(texture.name(), 1, format, size.width, size.height); });
     return texture;
 }
 
 Texture make_layered_texture(Size size, int layers, GLenum format, int levels) {
     require_size(size, layers);
     Texture texture = make(GL_TEXTURE_2D_ARRAY);
-    glTextureStorage3D(texture.name(), levels, format, size.width, size.height, layers);
-    require_memory(in_words(size, layers));
+    require_memory(in_words(size, layers),
+                   [&] { glTextureStorage3D(texture.name(), levels, format, size.width, size.height, layers); });
     return texture;
 }
 

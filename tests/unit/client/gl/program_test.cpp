@@ -97,6 +97,17 @@ TEST_F(GlProgram, StorageThatThereIsNoMemoryForIsSaidInOneLine) {
     EXPECT_EQ(buffer, "OpenGL: the driver has no memory for a buffer of 100 bytes");
 }
 
+/// A host's, from before.
+TEST_F(GlProgram, AnErrorThatIsPendingIsNotOfTheStorage) {
+    glGetError();
+    static int pending = 1;
+    static decltype(epoxy_glGetError) original;
+    original =
+        std::exchange(epoxy_glGetError, [] { return pending-- > 0 ? GLenum(GL_OUT_OF_MEMORY) : GLenum(GL_NO_ERROR); });
+    EXPECT_NO_THROW(gl::make_texture({16, 8}, GL_R8));
+    epoxy_glGetError = original;
+}
+
 /// Rows may be farther apart than they are long.
 TEST_F(GlProgram, DownloadsKeepToTheirRows) {
     const std::array<std::uint8_t, 6> content = {1, 2, 3, 4, 5, 6};
