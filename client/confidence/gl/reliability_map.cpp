@@ -70,13 +70,15 @@ ReliabilityMap::ReliabilityMap()
 void ReliabilityMap::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eyes_)
         return;
-    size_ = targets.size();
+    size_ = {};  // what fails half-way is begun anew
     eyes_ = targets.eyes();
-    surroundings_ = make_layered_texture(size_, eyes_, GL_RGBA8UI);
-    rows_ = make_layered_texture(size_, eyes_, GL_RG16UI);
-    column_steps_ = make_layered_texture(size_, eyes_, GL_R8UI);
-    fill_depth_ = make_layered_texture(size_, eyes_, GL_R8UI);
-    reliability_ = make_layered_texture(size_, eyes_, GL_R8);
+    const auto layers = [&](GLenum format) { return make_layered_texture(targets.size(), eyes_, format); };
+    surroundings_ = layers(GL_RGBA8UI);
+    rows_ = layers(GL_RG16UI);
+    column_steps_ = layers(GL_R8UI);
+    fill_depth_ = layers(GL_R8UI);
+    reliability_ = layers(GL_R8);
+    size_ = targets.size();
 }
 
 void ReliabilityMap::set_numbers(const SourceView& source, const JudgedEyes& judged,

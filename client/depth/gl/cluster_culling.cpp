@@ -26,9 +26,11 @@ int side_for(int texels) {
 DepthPyramid::DepthPyramid(std::span<const std::string> defines) : program_("depth_pyramid.glsl", defines) {}
 
 void DepthPyramid::size_for(Size size, int layers) {
-    size_ = {side_for(size.width), side_for(size.height)};
-    level_count_ = std::bit_width(unsigned(std::max(size_.width, size_.height)));
-    levels_ = make_layered_texture(size_, layers, GL_R32F, level_count_);
+    const Size texels{side_for(size.width), side_for(size.height)};
+    const int level_count = std::bit_width(unsigned(std::max(texels.width, texels.height)));
+    levels_ = make_layered_texture(texels, layers, GL_R32F, level_count);
+    size_ = texels;
+    level_count_ = level_count;
 }
 
 void DepthPyramid::build(const Texture& depth, int layers) const {
@@ -72,14 +74,17 @@ ClusterCulling::ClusterCulling(const SceneGeometry& geometry)
       seen_by_(make_buffer_of(std::span<const std::uint32_t>(std::vector<std::uint32_t>(geometry.item_count(), 0)))) {}
 
 void ClusterCulling::size_for(Size size, int layers) {
-    pyramid_.size_for(size, layers);
     if (layers == layers_)
-        return;
+        return pyramid_.size_for(size, layers);
     // In both rounds together an item is drawn once a view.
     const std::size_t most = std::size_t(geometry_.item_count()) * std::size_t(layers);
-    records_ = make_buffer(most * record_bytes, 0);
-    opaque_commands_ = make_buffer(max_rounds * most * sizeof(Command), 0);
-    masked_commands_ = make_buffer(geometry_.has_masks() ? max_rounds * most * sizeof(Command) : 0, 0);
+    Buffer records = make_buffer(most * record_bytes, 0),
+           opaque_commands = make_buffer(max_rounds * most * sizeof(Command), 0),
+           masked_commands = make_buffer(geometry_.has_masks() ? max_rounds * most * sizeof(Command) : 0, 0);
+    pyramid_.size_for(size, layers);
+    records_ = std::move(records);
+    opaque_commands_ = std::move(opaque_commands);
+    masked_commands_ = std::move(masked_commands);
     layers_ = layers;
 }
 

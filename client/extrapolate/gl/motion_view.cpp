@@ -11,9 +11,9 @@ void MotionView::find(const SourceView& source, const PictureExtrapolator& extra
     assert(!eyes.empty());
     const Size size{eyes.front().camera.width, eyes.front().camera.height};
     if (!(size == size_) || int(eyes.size()) != eyes_) {
+        motion_ = make_layered_texture(size, int(eyes.size()), GL_RGBA16F);
         size_ = size;
         eyes_ = int(eyes.size());
-        motion_ = make_layered_texture(size_, eyes_, GL_RGBA16F);
     }
     blocks_.set(source, eyes);
     extrapolator.bind();

@@ -59,7 +59,7 @@ void PictureExtrapolator::set_picture(const FrameInfo& info) {
 void PictureExtrapolator::size_for(Size size) {
     if (size == size_)
         return;
-    size_ = size;
+    size_ = {};  // what fails half-way is begun anew
     map_ = make_texture(size, GL_R8UI);
     extrapolated_map_ = make_texture(size, GL_R8UI);
     candidates_ = make_texture(size, GL_R32UI);
@@ -68,6 +68,7 @@ void PictureExtrapolator::size_for(Size size) {
     tile_count_ = std::size_t((size.width + group_width - 1) / group_width) *
                   std::size_t((size.height + group_height - 1) / group_height);
     tiles_ = make_buffer(sizeof(TilesHead) + 2 * tile_count_ * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
+    size_ = size;
 }
 
 void PictureExtrapolator::run_over_pieces(const Program& program) const {
@@ -97,8 +98,9 @@ void PictureExtrapolator::mark() {
                 pieces_.emplace_back(GLuint(run.row) << 16 | GLuint(begin),
                                      GLuint(k + 1) << 8 | GLuint(std::min(piece_pixels, run.end - begin)));
     if (pieces_.size() > piece_room_ || piece_room_ == 0) {
-        piece_room_ = std::max<std::size_t>(1, 2 * pieces_.size());
-        piece_buffer_ = make_buffer(piece_room_ * sizeof(glm::uvec2), GL_DYNAMIC_STORAGE_BIT);
+        const std::size_t room = std::max<std::size_t>(1, 2 * pieces_.size());
+        piece_buffer_ = make_buffer(room * sizeof(glm::uvec2), GL_DYNAMIC_STORAGE_BIT);
+        piece_room_ = room;
     }
     glNamedBufferSubData(piece_buffer_.name(), 0, GLsizeiptr(pieces_.size() * sizeof(glm::uvec2)), pieces_.data());
     const GLuint none = 0;

@@ -38,9 +38,9 @@ FoundDepth::FoundDepth()
 void FoundDepth::size_for(const EyeTargets& targets) {
     if (targets.size() == size_ && targets.eyes() == eyes_)
         return;
+    keys_ = make_layered_texture(targets.size(), targets.eyes(), GL_R32I);
     size_ = targets.size();
     eyes_ = targets.eyes();
-    keys_ = make_layered_texture(size_, eyes_, GL_R32I);
     const GLint none = std::numeric_limits<GLint>::min();
     glClearTexImage(keys_.name(), 0, GL_RED_INTEGER, GL_INT, &none);
 }

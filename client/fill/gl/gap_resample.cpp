@@ -56,6 +56,7 @@ void GapTiles::size_for(const EyeTargets& targets) {
                                        "eyes of up to " + std::to_string(4 * std::size_t(max_groups)) +
                                            " squares of 8x8 pixels, as the driver has work groups",
                                        std::to_string(tiles)));
+    grid_ = {};  // what fails half-way is begun anew
     states_ = make_buffer(tiles * sizeof(GLuint), 0);
     lists_ = make_buffer(sizeof(ListsHead) + lists * tiles * sizeof(GLuint), GL_DYNAMIC_STORAGE_BIT);
     grid_ = grid;
@@ -122,9 +123,9 @@ GLuint GapMirrors::find(const SpecularSource& teller, const GapTargets& to) {
     if (!teller.tells())
         return 0;
     if (!(to.targets.size() == size_ && to.targets.eyes() == eyes_)) {
+        image_behind_ = make_layered_texture(to.targets.size(), to.targets.eyes(), GL_R32F);
         size_ = to.targets.size();
         eyes_ = to.targets.eyes();
-        image_behind_ = make_layered_texture(size_, eyes_, GL_R32F);
     }
     blocks_.set(teller.view, to.eyes);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, teller.textures.grid());

@@ -32,6 +32,7 @@ PushPull::PushPull()
 void PushPull::size_for(Size tiles, int eyes) {
     if (tiles == tiles_ && eyes == eyes_)
         return;
+    tiles_ = {};  // what fails half-way is begun anew
     levels_.clear();
     const auto add = [&](int columns, int rows, int tile_shift) {
         levels_.push_back({{columns, rows, tile_shift}, make_layered_texture({columns, rows}, 2 * eyes, GL_RGBA32F)});

@@ -14,6 +14,7 @@ void SpecularTextures::size_for(Size size, bool has_mask) {
     has_mask_ = has_mask;
     if (!has_mask || size == size_)
         return;
+    size_ = {};  // what fails half-way is begun anew
     mask_ = make_texture(size, GL_R32F);
     virtual_depth_ = make_texture(size, GL_R32F);
     size_ = size;

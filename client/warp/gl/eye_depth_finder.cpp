@@ -55,8 +55,8 @@ void SourceBlocks::size_for(const Camera& camera) {
     const Size grid{(columns + side - 1) / side, (rows + side - 1) / side};
     if (grid == grid_)
         return;
-    grid_ = grid;
     blocks_ = make_buffer(std::size_t(grid.width) * std::size_t(grid.height) * sizeof(SourceBlock), 0);
+    grid_ = grid;
 }
 
 void SourceBlocks::find() const {

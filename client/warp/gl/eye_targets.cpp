@@ -12,6 +12,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace equistream::gl {
 
@@ -20,11 +21,12 @@ void EyeTargets::size_for(const PerspectiveCamera& camera, int eyes) {
     const Size size{camera.width, camera.height};
     if (size == size_ && eyes == eyes_)
         return;
+    Texture colour = make_layered_texture(size, eyes, GL_RGBA8), origin = make_layered_texture(size, eyes, GL_R8UI);
+    framebuffer_ = make_framebuffer(std::array{colour.name(), origin.name()}, 0);
+    colour_ = std::move(colour);
+    origin_ = std::move(origin);
     size_ = size;
     eyes_ = eyes;
-    colour_ = make_layered_texture(size, eyes, GL_RGBA8);
-    origin_ = make_layered_texture(size, eyes, GL_R8UI);
-    framebuffer_ = make_framebuffer(std::array{colour_.name(), origin_.name()}, 0);
 }
 
 void EyeTargets::download(int eye, EyePicture& picture) const {

@@ -130,8 +130,9 @@ void MeshDepth::make_room(Room room) {
 }
 
 void MeshDepth::size_for_eyes(Size size, int eyes) {
-    if (size_for(size, eyes))
+    if (size_for(size, eyes) && framebuffer_)
         return;
+    framebuffer_ = {};  // what fails half-way is begun anew
     depth_buffer_ = make_layered_texture(size, eyes, GL_DEPTH_COMPONENT32F);
     framebuffer_ = make_framebuffer(std::array{depth().texture}, depth_buffer_.name());
 }

@@ -45,6 +45,23 @@ private:
     static inline decltype(epoxy_glCompileShader) compile_ = nullptr;
 };
 
+/// While it lives the driver has memory for so many more textures and buffers. One at a time.
+class NoMemory {
+public:
+    explicit NoMemory(int more = 0) {
+        calls_ = 2 * more + 1;  // errors are asked for before storage and after it
+        original_ = std::exchange(epoxy_glGetError,
+                                  [] { return calls_-- > 0 ? GLenum(GL_NO_ERROR) : GLenum(GL_OUT_OF_MEMORY); });
+    }
+    ~NoMemory() { epoxy_glGetError = original_; }
+    NoMemory(const NoMemory&) = delete;
+    NoMemory& operator=(const NoMemory&) = delete;
+
+private:
+    static inline int calls_ = 0;
+    static inline decltype(epoxy_glGetError) original_ = nullptr;
+};
+
 // How much work passes were given by the GPU itself.
 
 /// Work groups that indirect passes had while it lives. One at a time.
