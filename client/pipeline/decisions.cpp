@@ -2,11 +2,8 @@
 
 #include <equistream/depth_code.h>
 #include <equistream/error.h>
-#include <equistream/text.h>
 
 #include <client/stages/stages.h>
-
-#include <utility>
 
 namespace equistream {
 
@@ -46,36 +43,6 @@ ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optio
 bool leaves_head_box(const Pose& eye, const FrameInfo& source) {
     constexpr double rounding_m = 1e-6;  // eyes at rest lie on the ball
     return glm::distance(eye.position_m, source.camera_pose.position_m) > head_box_radius(source) + rounding_m;
-}
-
-namespace {
-
-void require_tagged_size(const ReceivedPicture& picture, const char* track) {
-    const int width = picture_width(picture.info), height = picture_height(picture.info);
-    const auto require = [&](const char* what, int found_width, int found_height) {
-        if (found_width != width || found_height != height)
-            throw WorkError(expected_found("frame " + std::to_string(picture.info.index) + ", " + track,
-                                           what + (" of " + size_text(width, height)) + ", as it is tagged",
-                                           size_text(found_width, found_height)));
-    };
-    require("a picture", picture.width(), picture.height());
-    for (const auto& [what, plane] : {std::pair("depth", &picture.depth_m),
-                                      {"mirrors", &picture.specular},
-                                      {"depth of mirrored images", &picture.virtual_depth_m}})
-        if (!plane->empty())
-            require(what, plane->width(), plane->height());
-}
-
-}  // namespace
-
-void require_tagged_sizes(const ReceivedFrame& frame) {
-    require_tagged_size(frame.main, "main");
-    for (const auto& [picture, track] : {std::pair(&frame.right, "right eye"),
-                                         {&frame.hidden, "hidden"},
-                                         {&frame.small, "small"},
-                                         {&frame.patches, "patches"}})
-        if (*picture)
-            require_tagged_size(**picture, track);
 }
 
 namespace {
@@ -123,8 +90,8 @@ std::string default_depth(const DepthOffer& offer) {
 InputError missing_eyes_depth(const DepthWish& wish, const DepthOffer& offer, const DepthChoice& choice) {
     const std::string method = wish.method_option + " " + choice.method;
     const bool can_ask = !wish.depth_option.empty();
-    if (choice.depth == "exact" && offer.folder)
-        return InputError(expected_found(can_ask ? wish.depth_option + " exact" : method,
+    if (can_ask && choice.depth == "exact" && offer.folder)
+        return InputError(expected_found(wish.depth_option + " exact",
                                          wish.scene_option + ", or a rendered depth plane of this very " +
                                              (offer.eye_without_plane == Eye::left ? "left" : "right") +
                                              " eye's view beside " + wish.source,

@@ -43,9 +43,6 @@ ReliabilityOptions confidence_options(double depth_tolerance_w, const std::optio
 /// Whether an eye is outside the head box that the source was rendered for.
 bool leaves_head_box(const Pose& eye, const FrameInfo& source);
 
-/// Throws WorkError where a picture or a plane of it has another size than its tag says, by which it is looked up.
-void require_tagged_sizes(const ReceivedFrame& frame);
-
 // Which engine and whose depth eyes are made by, from what was asked for and what there is (docs/guide/play.md, "Which
 // method").
 

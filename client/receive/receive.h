@@ -82,6 +82,9 @@ struct FeedTrack {
     std::int64_t bytes = 0;
 };
 
+/// Throws WorkError where a picture or a plane of it has another size than its tag says, by which it is looked up.
+void require_tagged_sizes(const ReceivedFrame& frame);
+
 class FrameFeed {
 public:
     virtual ~FrameFeed() = default;

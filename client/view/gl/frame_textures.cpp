@@ -1,26 +1,10 @@
 #include "frame_textures.h"
 
-#include <equistream/error.h>
-#include <equistream/text.h>
-
 #include <utility>
 
 namespace equistream::gl {
 
 namespace {
-
-/// Shaders fetch by what tags say.
-void require_tagged_size(const ReceivedPicture& picture, const char* track) {
-    const int width = picture_width(picture.info), height = picture_height(picture.info);
-    const auto is_whole = [&](const FloatImage& plane) {
-        return plane.empty() || (plane.width() == width && plane.height() == height);
-    };
-    if (picture.width() != width || picture.height() != height || !is_whole(picture.depth_m) ||
-        !is_whole(picture.specular) || !is_whole(picture.virtual_depth_m))
-        throw WorkError(expected_found(formatted("frame %lld, %s", static_cast<long long>(picture.info.index), track),
-                                       formatted("a picture of %dx%d, as it is tagged", width, height),
-                                       formatted("%dx%d", picture.width(), picture.height())));
-}
 
 void upload_picture(const ReceivedPicture& picture, UploadedPicture& to) {
     to.view = source_view(picture, picture.depth_m);
@@ -52,13 +36,7 @@ void FrameTextures::show_again() {
 }
 
 void FrameTextures::upload(std::shared_ptr<const ReceivedFrame> frame) {
-    require_tagged_size(frame->main, "main");
-    for (const auto& [picture, track] : {std::pair(&frame->right, "right eye"),
-                                         {&frame->hidden, "hidden"},
-                                         {&frame->small, "small"},
-                                         {&frame->patches, "patches"}})
-        if (*picture)
-            require_tagged_size(**picture, track);
+    require_tagged_sizes(*frame);  // shaders fetch by what tags say
     if (buffers_)
         buffers_->provide();
     frame_ = std::move(frame);

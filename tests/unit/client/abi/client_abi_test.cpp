@@ -196,8 +196,9 @@ TEST_F(ClientSettings, ThatAreWrongAreRefusedByName) {
 /// Of fields, not of the programs' options by which the same stages are chosen.
 TEST_F(ClientSettings, StagesThatCannotBeHadAreRefusedByName) {
     expect([](auto& s) { s.engine = "eye-depth"; },
-           "engine eye-depth: expected a scene, or a rendered depth plane of this very left eye's view beside " +
-               folder.string() + ", found neither");
+           "engine eye-depth: expected a scene, for the eyes' own depth, which no stream has (mesh and splat need "
+           "none), found " +
+               folder.string() + ", a folder of rendered frames");
     expect(
         [](auto& s) {
             s.backend = ES_BACKEND_OPENGL;
