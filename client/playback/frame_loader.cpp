@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 namespace equistream {
@@ -27,18 +28,37 @@ FrameLoader::FrameLoader(std::string source, FeedOptions options)
     : source_(std::move(source)), options_(std::move(options)), reel_(std::make_shared<FrameReel>(ring_options)) {
     options_.interrupted = [this] {
         const std::lock_guard lock(mutex_);
-        return stopping_;
+        return stopping_ || (!is_open_ && is_late());
     };
     feed_ = open_feed(source_, options_);
-    std::optional<ReceivedFrame> frame = feed_->next();
-    if (!frame)
-        throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
+    ReceivedFrame frame = first_sound_frame();
+    {
+        const std::lock_guard lock(mutex_);
+        is_open_ = true;
+    }
     is_live_ = feed_->is_live();
     transfers_ = feed_->transfers();
-    first_ = frame->main.info;
+    if (!is_live_)  // to jump may take longer
+        options_.first_frame_limit_s = std::numeric_limits<double>::infinity();
+    first_ = frame.main.info;
     wanted_first_ = first_.index;
-    deliver(std::move(*frame));
+    deliver(std::move(frame));
     thread_ = std::thread([this] { run(); });
+}
+
+/// Those before it cannot be shown, and their tags say nothing of the source.
+ReceivedFrame FrameLoader::first_sound_frame() {
+    std::string problem;
+    while (std::optional<ReceivedFrame> frame = feed_->next())
+        try {
+            require_tagged_sizes(*frame);
+            return std::move(*frame);
+        } catch (const WorkError& unsound) {
+            problem = source_ + ": " + unsound.what();
+        }
+    if (!problem.empty())
+        throw WorkError(problem);
+    throw InputError(expected_found(source_, "frames", feed_->truncation().empty() ? "none" : feed_->truncation()));
 }
 
 FrameLoader::~FrameLoader() {

@@ -43,8 +43,10 @@ struct LoaderFigures {
 
 class FrameLoader {
 public:
-    /// Opens the source and waits for its first frame, which is in the reel then. Throws InputError as open_feed does,
-    /// and where there is none. `options` without frames_ahead, first_frame and interrupted.
+    /// Opens the source and waits for its first frame, which is in the reel then. Frames of other sizes than they are
+    /// tagged with are passed over until then. Throws InputError as open_feed does, and where there is none; WorkError
+    /// where none is left. What limits the first frame limits no jump of a recorded source. `options` without
+    /// frames_ahead, first_frame and interrupted.
     FrameLoader(std::string source, FeedOptions options);
     ~FrameLoader();
     FrameLoader(const FrameLoader&) = delete;
@@ -72,6 +74,8 @@ public:
     void rethrow() const;
 
 private:
+    ReceivedFrame first_sound_frame();
+    bool is_late() const { return seconds_since(began_) > options_.first_frame_limit_s; }
     void run();
     bool may_read() const;
     void read(std::unique_lock<std::mutex>& lock);
@@ -100,7 +104,7 @@ private:
     LoaderFigures figures_;
     std::int64_t feed_bytes_ = 0;  ///< of figures_.bytes, what this feed_ gave
     std::string truncation_;
-    bool ended_ = false, stopping_ = false;
+    bool is_open_ = false, ended_ = false, stopping_ = false;
     std::exception_ptr failure_;
     std::thread thread_;
 };
