@@ -28,9 +28,9 @@ public:
     explicit EyesOfRenderer(const GlEyesSettings& settings)
         : settings_(settings), renderer_(settings.by_depth ? settings.scene : nullptr, settings.box_radius_m,
                                          settings.fill, settings.engine) {
-        GLuint names[2];
-        glCreateFramebuffers(1, names);
-        part_ = gl::Framebuffer(names[0]);
+        GLuint name = 0;
+        glCreateFramebuffers(1, &name);
+        part_ = gl::Framebuffer(name);
     }
 
     /// To delete a buffer takes away the binding that the host has at its target.
@@ -44,9 +44,8 @@ public:
             make_hdr_display();
         renderer_.show(std::move(frame), times_);
     }
-    bool can_extrapolate() const override { return settings_.by_depth && renderer_.can_extrapolate(); }
 
-    void render(std::span<const EyeView> eyes, double extrapolation_s) override {
+    double render(std::span<const EyeView> eyes, double extrapolation_s) override {
         const gl::HostGlState kept;
         eyes_.assign(eyes.begin(), eyes.end());
         renderer_.extrapolate(extrapolation_s);
@@ -54,6 +53,7 @@ public:
         renderer_.draw(
             {.surface = settings_.by_depth, .reliability = settings_.confidence, .mirrors = settings_.mirrors},
             targets_, times_);
+        return renderer_.extrapolated_s();
     }
 
     void download(int eye, EyePicture& picture, FloatImage& depth_m) override {

@@ -108,7 +108,8 @@ void FrameFill::take_over(FrameFill& before) {
 }
 
 void FrameFill::remember(std::shared_ptr<const ReceivedPicture> main, SourceDepths& depths) {
-    if (!has_earlier_pass_ || depths.main.empty())
+    const bool is_kept = !earlier_.empty() && earlier_.front().picture == main;  // it was shown once more
+    if (!has_earlier_pass_ || depths.main.empty() || is_kept)
         return;
     earlier_.push_front({std::move(main), std::exchange(depths.main, {})});
     if (earlier_.size() <= kept_frames)

@@ -46,9 +46,8 @@ class GlEyes {
 public:
     virtual ~GlEyes() = default;
     virtual void show(std::shared_ptr<const ReceivedFrame> frame) = 0;
-    virtual bool can_extrapolate() const = 0;
-    /// Two eyes of one size.
-    virtual void render(std::span<const EyeView> eyes, double extrapolation_s) = 0;
+    /// Two eyes of one size. Returns by how much moving objects are shown later: as wanted, or 0 where that cannot be.
+    virtual double render(std::span<const EyeView> eyes, double extrapolation_s) = 0;
     /// Of the last render. Waits for the GPU. `depth_m`: radial, NaN where it is not known.
     virtual void download(int eye, EyePicture& picture, FloatImage& depth_m) = 0;
     /// Throws InputError where the framebuffer takes no colours, or a texture has another format or fewer texels.

@@ -63,6 +63,7 @@ void Playback::forget_reel() {
     behind_s_ = 0;
     stepping_ = true;
     shown_number_ = -1;
+    shown_s_ = 0;
 }
 
 void Playback::take_arrivals() {

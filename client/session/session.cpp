@@ -71,6 +71,7 @@ Session::Session(const SessionSettings& settings, const RayModule& ray, const Gl
     choose(ray, gl);
     show(shown_);
     count_shown();
+    rendered_ = shown_;
 }
 
 Session::~Session() = default;
@@ -199,7 +200,10 @@ std::array<EyeView, 2> Session::set_views(const SessionRequest& request, Session
 }
 
 double Session::wanted_extrapolation_s() const {
-    return std::min(settings_.max_extrapolation_s, playback_->extrapolation_s(settings_.max_extrapolation_s));
+    // Where the frame that was given last cannot be shown, an earlier one stands for it.
+    const double before_s = std::max(0.0, playback_->shown_s() - shown_->main.info.time_s);
+    return std::min(settings_.max_extrapolation_s,
+                    playback_->extrapolation_s(settings_.max_extrapolation_s) + before_s);
 }
 
 /// Eyes of a frame whose depth is lost turn in it and do not move, as in ordinary video.
@@ -223,8 +227,7 @@ void Session::render_cpu(const std::array<EyeView, 2>& views, SessionState& stat
 }
 
 void Session::render_gl(const std::array<EyeView, 2>& views, SessionState& state) {
-    state.extrapolation_s = gl_eyes_->can_extrapolate() ? wanted_extrapolation_s() : 0;
-    gl_eyes_->render(views, state.extrapolation_s);
+    state.extrapolation_s = gl_eyes_->render(views, wanted_extrapolation_s());
 }
 
 SessionState Session::render_shown(const SessionRequest& request) {
@@ -237,23 +240,28 @@ SessionState Session::render_shown(const SessionRequest& request) {
     return state;
 }
 
-/// Of what is due, or where that fails of the frame before.
+/// Of what is due, or where that fails of the frame before. Where both fail, what is due is tried again next time.
 SessionState Session::render_due(const SessionRequest& request) {
-    const SharedFrame before = shown_;
     std::string problem = advance(request.display_s);
     const auto start = Clock::now();
     SessionState state;
     try {
         state = render_shown(request);
     } catch (const std::exception& failure) {
-        if (shown_ == before)
+        if (shown_ == rendered_)
             throw;
         problem = failure.what();
-        show(before);
-        state = render_shown(request);
+        const SharedFrame due = shown_;
+        show(rendered_);
+        try {
+            state = render_shown(request);
+        } catch (...) {
+            show(due);
+            throw;
+        }
     }
     state.problem = std::move(problem);
-    state.is_new = shown_ != before;
+    state.is_new = std::exchange(rendered_, shown_) != shown_;
     if (state.is_new)
         count_shown();
     render_ms_ += milliseconds_since(start);

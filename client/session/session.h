@@ -105,11 +105,12 @@ private:
     PoseSender poses_;
     std::unique_ptr<FrameLoader> loader_;
     std::unique_ptr<Playback> playback_;
-    SharedFrame shown_;
+    SharedFrame shown_, rendered_;  ///< now; at the last call that rendered, at first the first one
     std::atomic<double> shown_time_s_ = 0;
     CpuPipeline cpu_;
-    bool by_depth_ = false, lacks_depth_ = false;  ///< of the CPU: of the source, and that the frame came without
-    std::unique_ptr<GlEyes> gl_eyes_;              ///< null: the CPU renders
+    bool by_depth_ = false;            ///< the CPU takes the source's depth
+    bool lacks_depth_ = false;         ///< the shown frame's depth is missing
+    std::unique_ptr<GlEyes> gl_eyes_;  ///< null: the CPU renders
     CoveringView view_;
     SessionPictures pictures_;
     es_client_statistics statistics_{};

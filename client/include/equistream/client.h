@@ -19,7 +19,8 @@
  * Threading: a client is used by one thread at a time. es_client_now_s and es_client_send_head may be called by any
  * thread meanwhile. The client reads and decodes in a thread of its own. Work on pictures uses all cores.
  * OpenGL: with ES_BACKEND_OPENGL one context is current in every call, open and close too: OpenGL 4.5 core with
- * GL_ARB_shader_viewport_layer_array and GL_ARB_indirect_parameters. The client loads functions by libepoxy.
+ * GL_ARB_shader_viewport_layer_array and GL_ARB_indirect_parameters. The client loads functions by libepoxy. It takes
+ * the context's pending errors: a host that looks for its own asks before it calls.
  * Ownership: the client copies texts, which have 65,536 bytes at most. What a function gives out belongs to the client,
  * where it does not say otherwise.
  * Errors: nothing throws, exits or prints. Calls that can fail take an optional es_error, filled on failure.
@@ -201,9 +202,10 @@ ES_API uint32_t es_client_abi_version(void);
 /* Such as "0.1.0"; static storage. */
 ES_API const char* es_client_version(void);
 
-/* Opens a source and waits for its first frame, for 60 s at most. A server is given up sooner: after 10 s without a
- * connection, 30 s without a first byte, or 10 s without another. How long its name is looked up is the system's
- * choice. Checks every setting. The caller closes *client. */
+/* Opens a source and waits for its first frame, for 60 s at most. Frames of other sizes than they are tagged with are
+ * passed over until then. A server is given up sooner: after 10 s without a connection, 30 s without a first byte, or
+ * 10 s without another. How long its name is looked up is the system's choice. Checks every setting. The caller closes
+ * *client. */
 ES_API es_status es_client_open(const es_client_settings* settings, es_client** client, es_error* error);
 /* Ends reading and frees the client. NULL is allowed. */
 ES_API void es_client_close(es_client* client);
@@ -215,8 +217,9 @@ ES_API double es_client_now_s(const es_client* client);
 /* Takes the frame that is due at the request's time, and renders what both eyes see of it into memory. `images`: left
  * and right. `state` may be NULL. With either back end.
  * ES_FAILED says why that frame cannot be shown. The frame before is shown again, and `images` and `state` are filled.
- * Where not even that can be rendered they stay as they were. The next call goes on with the next frame. But where a
- * recorded source cannot be read the client is paused: es_client_seek beyond that place and es_client_play go on. */
+ * The next call goes on with the next frame. Where not even the frame before can be rendered, both stay as they were.
+ * Then the next call tries what was due once more. But where a recorded source cannot be read the client is paused:
+ * es_client_seek beyond that place and es_client_play go on. */
 ES_API es_status es_client_render(es_client* client, const es_client_request* request, es_eye_image images[2],
                                   es_client_state* state, es_error* error);
 /* The same into framebuffers. ES_BACKEND_OPENGL only. Targets are checked before anything is done. Every call leaves

@@ -73,9 +73,9 @@ void EyeRenderer::show(std::shared_ptr<const ReceivedFrame> frame, StageTimes& t
     const bool is_first = frames_[current_].frame() == nullptr;
     const std::size_t next = is_first ? current_ : 1 - current_;
     frames_[next].upload(std::move(frame));
+    specular_[next].upload(frames_[next].main().view);
     current_ = next;
     extrapolation_s_ = 0;
-    specular_[current_].upload(current().main().view);
     if (geometry_ != nullptr) {
         geometry_->has_whole_depth = geometry_->has_small_depth = false;
         geometry_->set_time(this->frame().main.info.time_s);
@@ -193,7 +193,7 @@ void EyeRenderer::find_depths_apart() {
         geometry_->draw_whole(current().main());
         geometry_->has_whole_depth = true;
     }
-    geometry_->set_time(frame_s + extrapolation_s_);
+    geometry_->set_time(frame_s + extrapolated_s());
     std::vector<DepthViewpoint>& views = geometry_->views;
     views.clear();
     for (const EyeView& eye : eyes_)

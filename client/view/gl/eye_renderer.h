@@ -81,6 +81,8 @@ public:
     void extrapolate(double seconds) { extrapolation_s_ = seconds; }
     /// Whether that changes anything: the frame says what moves, and has depth, or the scene moves it too.
     bool can_extrapolate() const;
+    /// By how much it is since the last look(); 0: it is shown as it came.
+    double extrapolated_s() const { return is_extrapolated_ ? extrapolation_s_ : 0; }
     /// FrameTextures', of frames that are shown from now on.
     void read_in_place(const std::shared_ptr<PictureBuffers>& buffers);
     /// How HDR frames come to the display; before the first one. Null is no display.

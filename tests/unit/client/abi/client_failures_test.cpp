@@ -23,22 +23,44 @@ TEST_F(ClientFailures, APictureOfAnotherSizeThanItIsTaggedWithIsPassedOver) {
                              "frame 3, main: expected a picture of 384x256, as it is tagged, found 192x128");
 }
 
-TEST_F(ClientFailures, AFirstPictureOfAnotherSizeLeavesNothingToShow) {
-    write_with(file, {.other_size = {0}});
+TEST_F(ClientFailures, TheFirstPictureOfTheSizeItIsTaggedWithIsTheFirst) {
+    write_with(file, {.other_size = {0, 1}});
     es_client_settings still = settings;
     still.paused = 1;
     WatchedClient watched(still);
-    ClientPicture eyes[2];
+    EXPECT_EQ(watched.client.source().width, width);
+    const Look look = watched.look();
+    EXPECT_EQ(look.problem, "");
+    EXPECT_EQ(look.state.frame, 2);
+    EXPECT_TRUE(watched.sees_floor());
+}
+
+TEST_F(ClientFailures, PicturesOfOtherSizesAloneAreRefused) {
+    write_with(file, {.other_size = {0, 1, 2, 3, 4, 5, 6, 7}});
     try {
-        watched.client.render(watched.request, eyes);
-        ADD_FAILURE() << "would be read beyond its end";
+        const Client client(settings);
+        ADD_FAILURE() << "would be read beyond their ends";
     } catch (const ClientError& error) {
-        EXPECT_NE(std::string(error.what()).find("frame 0, main"), std::string::npos) << error.what();
+        EXPECT_EQ(error.what(),
+                  file + ": frame 7, main: expected a picture of 384x256, as it is tagged, found 192x128");
         EXPECT_FALSE(error.is_input);
-        EXPECT_FALSE(error.shown) << "there is no frame before";
-        EXPECT_EQ(eyes[0].width, 0);
-        EXPECT_TRUE(eyes[0].rgba.empty());
     }
+}
+
+/// The frame before stands for it as of the time that is shown.
+TEST_F(ClientFailures, WhatMovesDoesNotJumpBackWhereAFrameCannotBeShown) {
+    write_with(file, {.other_size = {3}, .has_motion = true});
+    es_client_settings extrapolating = settings;
+    extrapolating.max_extrapolation_s = 1;
+    WatchedClient watched(extrapolating);
+    double longest_s = 0;
+    watched.watch([&](const Look& look) {
+        const double expected_s = std::max(0.0, look.state.time_s - double(look.state.frame) / 30);
+        EXPECT_NEAR(look.state.extrapolation_s, expected_s, 1e-9) << look.state.frame;
+        longest_s = std::max(longest_s, look.state.extrapolation_s);
+        return look.state.is_over != 0;
+    });
+    EXPECT_GT(longest_s, 1.2 / 30);
 }
 
 /// As with OpenGL.
@@ -63,11 +85,7 @@ TEST_F(ClientFailures, MovingObjectsAreExtrapolatedAsFarAsTheyMayBe) {
         FrameInfo colour = info_of(index), depth = info_of(index, DepthCodeId::w10);
         colour.time_s = depth.time_s = double(index);
         colour.frames_per_second = depth.frames_per_second = 1;
-        MovingRegion& ball = colour.moving.emplace_back();
-        ball.motion.twist.velocity_m_s = {0.1, 0, 0};
-        ball.near_m = 0.7f;
-        ball.far_m = 0.8f;
-        ball.runs = {{48, 50, 70}};
+        set_in_motion(colour);
         writer.write(TrackRole::main, synthetic::picture(width, height, index).view(), colour);
         writer.write_depth(TrackRole::depth, depth_of(index).view(), depth);
     }

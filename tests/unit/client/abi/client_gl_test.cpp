@@ -2,6 +2,8 @@
 #include "gl_clients.h"
 #include "watched_client.h"
 
+#include <tests/unit/client/gl/made_objects.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <limits>
@@ -217,6 +219,40 @@ TEST_F(GlClients, PassOverAPictureOfAnotherSizeThanItIsTaggedWith) {
     WatchedClient watched(client_settings(file.c_str(), ES_BACKEND_OPENGL));
     expect_all_but_one_frame(watched, 3,
                              "frame 3, main: expected a picture of 384x256, as it is tagged, found 192x128");
+}
+
+TEST_F(GlClients, BeginWithTheFirstPictureOfTheSizeItIsTaggedWith) {
+    const synthetic::Folder streams;
+    const std::string file = streams / "a.nut";
+    write_with(file, {.other_size = {0}});
+    WatchedClient watched(client_settings(file.c_str(), ES_BACKEND_OPENGL));
+    const Look look = watched.look(0);
+    EXPECT_EQ(look.problem, "");
+    EXPECT_EQ(look.state.frame, 1);
+}
+
+TEST_F(GlClients, ShowWhatWasDueOnceItCanBeDrawn) {
+    es_client_settings playing = settings(ES_BACKEND_OPENGL);
+    playing.paused = 0;
+    WatchedClient watched(playing);
+    watched.watch([](const Look& look) { return look.state.frame == 1; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the last is read meanwhile
+    const double display_s = watched.request.display_s;
+    watched.request = watched.client.request(80, 60, pi / 2);
+    watched.request.display_s = display_s + 0.06;
+    try {
+        const NoMemory none;
+        watched.client.render(watched.request, watched.eyes);
+        ADD_FAILURE() << "drawn without memory";
+    } catch (const ClientError& problem) {
+        EXPECT_NE(std::string(problem.what()).find("no memory"), std::string::npos) << problem.what();
+        EXPECT_FALSE(problem.shown) << "neither can the frame before be drawn";
+    }
+    const Look look = watched.look(0);
+    EXPECT_EQ(look.problem, "");
+    EXPECT_EQ(look.state.frame, 2);
+    EXPECT_TRUE(look.state.is_new);
+    EXPECT_EQ(watched.eyes[1].width, 80);
 }
 
 }  // namespace

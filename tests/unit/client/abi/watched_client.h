@@ -18,7 +18,16 @@ namespace equistream::test {
 struct Faults {
     std::set<std::int64_t> other_size{};  ///< tagged with twice their width and height
     std::set<std::int64_t> lost_depth{};
+    bool has_motion = false;  ///< something moves by itself
 };
+
+inline void set_in_motion(FrameInfo& info) {
+    MovingRegion& ball = info.moving.emplace_back();
+    ball.motion.twist.velocity_m_s = {0.1, 0, 0};
+    ball.near_m = 0.7f;
+    ball.far_m = 0.8f;
+    ball.runs = {{48, 50, 70}};
+}
 
 inline void write_with(const std::string& file, const Faults& faults) {
     StreamWriter writer(file, settings_of(Codec::h264, DepthCodeId::w10));
@@ -26,6 +35,8 @@ inline void write_with(const std::string& file, const Faults& faults) {
         FrameInfo colour = info_of(index), depth = info_of(index, DepthCodeId::w10);
         if (faults.other_size.contains(index))
             colour.camera = depth.camera = EquirectCamera{2 * width, 2 * height, {}};
+        if (faults.has_motion)
+            set_in_motion(colour);
         writer.write(TrackRole::main, synthetic::picture(width, height, index).view(), colour);
         if (!faults.lost_depth.contains(index))
             writer.write_depth(TrackRole::depth, depth_of(index).view(), depth);

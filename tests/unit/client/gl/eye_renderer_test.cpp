@@ -246,9 +246,62 @@ TEST_F(GlEyeRenderer, CarriesNothingOnForAnEyeAtTheSource) {
             renderer.look(eyes, true, times);
             renderer.draw({}, targets, times);
             targets.download(0, pictures[std::size_t(later)]);
+            EXPECT_EQ(renderer.extrapolated_s(), later && !at_source ? 0.1 : 0);
         }
         EXPECT_EQ(psnr_db(pictures[0].rgba, pictures[1].rgba) > 100, at_source);
     }
+}
+
+/// Whatever there is no memory for at a size: once there is, all is drawn.
+TEST_F(GlEyeRenderer, DrawsAllOnceThereIsMemoryForIt) {
+    gl::StageTimes times;
+    gl::EyeTargets targets;
+    gl::EyeRenderer renderer(nullptr, 0.1);
+    for (const int index : {0, 1})
+        renderer.show(make_moving_frame(index, flat, Mirror::wall, true), times);
+    const auto seen = [&](int width, int height) {
+        auto eyes = eyes_at({{0.01, 0.005, 0.01}, {1, 0, 0, 0}});
+        for (EyeView& eye : eyes)
+            eye.camera = {width, height, pi / 2};
+        renderer.look(eyes, true, times);
+        renderer.draw({.reliability = true, .motion = true}, targets, times);
+        EyePicture picture;
+        targets.download(1, picture);
+        renderer.download_reliability(1, picture);
+        return picture;
+    };
+    const EyePicture expected = seen(160, 100);
+    int failures = 0;
+    for (bool has_enough = false; !has_enough;) {
+        seen(150, 90);
+        try {
+            const NoMemory none(failures);
+            seen(160, 100);
+            has_enough = true;
+        } catch (const WorkError&) {
+            SCOPED_TRACE(++failures);
+            expect_same(seen(160, 100), expected, Limits{});
+        }
+    }
+    EXPECT_GT(failures, 15);
+}
+
+/// Of another frame that there is no memory for.
+TEST_F(GlEyeRenderer, KeepsTheFrameBefore) {
+    gl::StageTimes times;
+    gl::EyeRenderer renderer(nullptr, 0.1);
+    renderer.show(make_frame(0, flat, true), times);
+    auto next = std::make_shared<ReceivedFrame>(*make_frame(1, flat, true));
+    next->hidden.reset();
+    next->patches.reset();
+    // Three textures of pictures, and two of mirrors.
+    for (int tries = 0; tries < 2; ++tries) {
+        const NoMemory none(2);
+        EXPECT_THROW(renderer.show(next, times), WorkError);
+        EXPECT_EQ(renderer.frame().main.info.index, 0);
+    }
+    renderer.show(next, times);
+    EXPECT_EQ(renderer.frame().main.info.index, 1);
 }
 
 /// Where something moves a mesh is built anew, and nowhere else.
