@@ -14,7 +14,7 @@ struct es_client {
     es_client(const SessionSettings& settings, const RayModule& ray, const GlModule& gl) : session(settings, ray, gl) {}
 
     Session session;
-    bool has_pictures = false;  ///< of the session's view, whole
+    bool has_pictures = false;  ///< the last render or draw made both pictures
 };
 
 namespace {

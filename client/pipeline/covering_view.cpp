@@ -1,9 +1,7 @@
 #include "covering_view.h"
 
-#include <equistream/error.h>
-#include <equistream/text.h>
-
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace equistream {
@@ -80,8 +78,8 @@ bool fits(const CoveringView& view, ViewSize room) {
         view.parts, [&](const ViewPart& part) { return part.width <= room.width && part.height <= room.height; });
 }
 
-/// With which `side` pixels hold a field of view wherever its edges lie: they have a pixel to spare, or hold all of the
-/// symmetric view.
+/// The focal length at which `side` pixels always suffice. Either one pixel is spare, or they hold the whole symmetric
+/// view.
 double sure_focal_px(int side, double across, double reach) {
     return std::max((side - 1) / across, 0.5 * side / reach);
 }
@@ -106,9 +104,7 @@ CoveringView fitted_view(const std::array<FieldOfView, 2>& eyes, ViewSize room, 
     focal_px = std::min({focal_px, sure_focal_px(room.width, extent.width, extent.reach_x),
                          sure_focal_px(room.height, extent.height, extent.reach_y)});
     view = view_of(eyes, focal_px, odd, most);
-    if (!fits(view, room))
-        throw WorkError(expected_found("eyes' fields of view", "ones that fit " + size_text(room.width, room.height),
-                                       "larger ones"));
+    assert(fits(view, room));
     return view;
 }
 

@@ -36,7 +36,7 @@ struct CoveringView {
 CoveringView covering_view(const std::array<FieldOfView, 2>& eyes, int columns, ViewSize most);
 
 /// The same with as many pixels as leave neither part larger than `room`. The middle lies within a pixel where a side
-/// of `room` is odd. Throws WorkError where no view fits.
+/// of `room` is odd.
 CoveringView fitted_view(const std::array<FieldOfView, 2>& eyes, ViewSize room, ViewSize most);
 
 }  // namespace equistream
