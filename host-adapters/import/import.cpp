@@ -3,6 +3,7 @@
 #include <equistream/aov.h>
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
+#include <equistream/json_text.h>
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 
@@ -55,7 +56,8 @@ private:
         manifest.shared.eye = view_.eye;
         manifest.shared.camera = plan_.camera;
         manifest.shared.frames_per_second = plan_.frames_per_second;
-        manifest.shared.host = quotable("imported" + (plan_.software.empty() ? "" : ", " + plan_.software), 200);
+        manifest.shared.host = as_json_holds(
+            quotable("imported" + (plan_.software.empty() ? "" : ", " + plan_.software), 200), max_name_bytes);
         for (const MappedPlane& plane : view_.map.planes)
             manifest.planes.push_back(plane.plane);
         manifest.command = settings_.command;
@@ -219,8 +221,14 @@ void add_pattern(const fs::path& source, std::map<Pattern, Numbered>& sets) {
         const char* first = found.data() + pattern.before.size();
         const char* last = found.data() + found.size() - pattern.behind.size();
         std::int64_t index = 0;
-        if (const auto end_of_number = std::from_chars(first, last, index); end_of_number.ptr == last && index >= 0)
-            frames[index] = file;
+        const auto [end_of_number, error] = std::from_chars(first, last, index);
+        if (end_of_number != last || index < 0)
+            continue;
+        if (error != std::errc() || index > max_frame_index)
+            throw InputError(expected_found(file.string(),
+                                            "a frame's number from 0 to " + std::to_string(max_frame_index),
+                                            std::string(first, last)));
+        frames[index] = file;
     }
     if (frames.empty())
         throw InputError(expected_found(source.string(), "files by this pattern", "none"));

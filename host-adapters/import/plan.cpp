@@ -1,6 +1,7 @@
 #include "import.h"
 
 #include <equistream/aov.h>
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
 #include <equistream/text.h>
 
@@ -162,6 +163,10 @@ private:
             settings_.frames_per_second ? "--fps"
             : of_file                   ? "attribute"
                                         : "the default; --fps tells it");
+        const std::int64_t last = plan_.files.frames.back().index;
+        if (const auto mismatch = range_mismatch(double(last) / plan_.frames_per_second, -max_time_s, max_time_s))
+            throw InputError(expected_found("time of frame " + std::to_string(last) + " in seconds", mismatch->expected,
+                                            mismatch->found));
     }
 
     void choose_poses() {

@@ -3,7 +3,6 @@
 #include <equistream/aov_groups.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/json_text.h>
 #include <equistream/text.h>
 
 #include <cstring>
@@ -41,13 +40,6 @@ std::string checked_text(const char* field, const char* text, std::size_t longes
     const std::string value = text == nullptr ? "" : text;
     require(value.size() <= longest, field, "at most " + std::to_string(longest) + " bytes",
             std::to_string(value.size()));
-    return value;
-}
-
-/// Of what a manifest holds and a resumed sequence is compared with.
-std::string checked_name(const char* field, const char* text) {
-    const std::string value = checked_text(field, text, 255);
-    require(is_utf8(value), field, "UTF-8", "\"" + json_name(value) + "\"");
     return value;
 }
 
@@ -178,9 +170,9 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.exposure = checked_number("exposure", s.exposure, 1e-12, 1e12);
     info.seed = s.seed;
     info.samples_per_pixel = s.spp;
-    info.scene = checked_name("scene_name", s.scene_name);
-    info.host = checked_name("host_name", s.host_name);
-    info.geometry_fingerprint = checked_name("geometry_fingerprint", s.geometry_fingerprint);
+    info.scene = checked_text("scene_name", s.scene_name, max_name_bytes);
+    info.host = checked_text("host_name", s.host_name, max_name_bytes);
+    info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, max_name_bytes);
     info.patches = checked_atlas(s, checked);
     const std::string layer = checked_tile_settings(settings).hidden_layer ? " hidden layer" : "";
     checked.manifest.fingerprint =

@@ -1,6 +1,8 @@
 #include "frame_json.h"
 
+#include <equistream/camera_limits.h>
 #include <equistream/error.h>
+#include <equistream/json_text.h>
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 
@@ -80,7 +82,29 @@ std::optional<std::string> difference(const Manifest& expected, const Manifest& 
     return std::nullopt;
 }
 
+namespace {
+
+void require_utf8(const FrameInfo& shared) {
+    for (const auto& [name, value] : {std::pair("scene_name", &shared.scene), std::pair("host_name", &shared.host),
+                                      std::pair("geometry_fingerprint", &shared.geometry_fingerprint)})
+        if (!is_utf8(*value))
+            throw InputError(
+                expected_found(name, "UTF-8, as a manifest holds it", "\"" + as_json_holds(*value) + "\""));
+}
+
+/// Readers refuse what lies beyond.
+void require_readable(const std::string& file, const FrameInfo& info) {
+    for (const auto& [what, mismatch] :
+         {std::pair(": frame number", range_mismatch(static_cast<double>(info.index), 0, max_frame_index)),
+          std::pair(": frame time", range_mismatch(info.time_s, -max_time_s, max_time_s))})
+        if (mismatch)
+            throw InputError(expected_found(file + what, mismatch->expected, mismatch->found));
+}
+
+}  // namespace
+
 SequenceWriter::SequenceWriter(SequenceSettings settings) : settings_(std::move(settings)) {
+    require_utf8(settings_.manifest.shared);
     make_folder();
     lock_.emplace(settings_.folder);
     adopt_or_refuse();
@@ -140,17 +164,19 @@ bool SequenceWriter::keeps_frame(std::int64_t index) const {
 }
 
 void SequenceWriter::write(const Frame& frame, std::int64_t left_out_samples) {
-    write_exr(settings_.folder / frame_file_name(frame.info.index), frame,
+    const std::filesystem::path file = settings_.folder / frame_file_name(frame.info.index);
+    require_readable(file.string(), frame.info);
+    write_exr(file, frame,
               {.single_part = settings_.single_part, .left_out_samples = left_out_samples, .before_it_appears = [&] {
                    make_way_for(frame.info);
                }});
 }
 
-/// Once the frame can no longer fail, so that nothing is lost for it; before it appears, so that a folder with frames
-/// always says where its path begins.
+/// Once the frame is written aside: only its renaming can fail then. Before that, so that a folder with frames always
+/// says where its path begins.
 void SequenceWriter::make_way_for(const FrameInfo& info) {
-    for (const std::int64_t index : std::exchange(outdated_, {}))
-        std::filesystem::remove(settings_.folder / frame_file_name(index));
+    for (; !outdated_.empty(); outdated_.pop_back())  // after a failure the next frame goes on here
+        std::filesystem::remove(settings_.folder / frame_file_name(outdated_.back()));
     if (!knows_first_frame_ || info.index < settings_.manifest.shared.index) {
         set_first_frame(info);
         knows_first_frame_ = true;

@@ -7,6 +7,7 @@
 #include <equistream/conventions.h>
 #include <equistream/error.h>
 #include <equistream/file_kind.h>
+#include <equistream/frame.h>
 #include <equistream/json_text.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -23,7 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t description_size_limit = 16 << 20;
-constexpr std::size_t name_limit_bytes = 255;
 
 double radians(double degrees) {
     return degrees * pi / 180;
@@ -175,15 +175,10 @@ std::string read_fingerprint(const JsonReader& json) {
 }
 
 std::string read_name(const JsonReader& json, const fs::path& file) {
-    if (!json.has("name")) {
-        // As a manifest holds it, with which it is compared.
-        std::string stem = json_name(file.stem().string());
-        while (stem.size() > name_limit_bytes || !is_utf8(stem))
-            stem.pop_back();
-        return stem;
-    }
+    if (!json.has("name"))
+        return scene_name_of(file);
     std::string name = json["name"].text();
-    if (name.size() > name_limit_bytes)
+    if (name.size() > max_name_bytes)
         json["name"].fail("at most 255 bytes");
     return name;
 }
@@ -217,6 +212,10 @@ void require_description(const fs::path& file) {
 }
 
 }  // namespace
+
+std::string scene_name_of(const fs::path& file) {
+    return as_json_holds(file.stem().string(), max_name_bytes);
+}
 
 SceneDescription load_scene(const fs::path& file) {
     require_description(file);

@@ -98,6 +98,9 @@ struct SceneDescription {
     const std::string& depth_of_geometry() const { return stands_for.empty() ? geometry_fingerprint : stands_for; }
 };
 
+/// What a scene is called that has no name: its file's, as a manifest holds it.
+std::string scene_name_of(const std::filesystem::path& file);
+
 /// Reads and checks a description. If the model is nowhere to be found the error lists the places looked in.
 SceneDescription load_scene(const std::filesystem::path& file);
 

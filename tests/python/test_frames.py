@@ -84,6 +84,12 @@ def test_bad_frames_are_told_in_one_line(frame, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_times_that_no_file_holds_are_refused():
+    info = es.frame_info(es.EquirectCamera(8, 4))
+    with pytest.raises(es.InputError, match="time_s: expected a number from -1e.10 to 1e.10"):
+        info.time_s = 1e11
+
+
 def test_errors_of_files(file, tmp_path):
     with pytest.raises(es.InputError, match="nowhere.exr"):
         es.read_frame(tmp_path / "nowhere.exr")

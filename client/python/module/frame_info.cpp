@@ -14,13 +14,10 @@
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
-#include <limits>
 
 namespace equistream::python {
 
 namespace {
-
-constexpr double huge = std::numeric_limits<double>::max();
 
 /// Refuses what no file could hold, with the field's name.
 void set_number(double& field, const char* name, double value, std::pair<double, double> range) {
@@ -32,7 +29,7 @@ void set_number(double& field, const char* name, double value, std::pair<double,
 }
 
 void set_text(std::string& field, const char* name, const std::string& value) {
-    if (value.size() > 255)
+    if (value.size() > max_name_bytes)
         throw InputError(
             expected_found(std::string("FrameInfo: ") + name, "at most 255 bytes", std::to_string(value.size())));
     field = value;
@@ -105,11 +102,11 @@ void bind_frame_info(nb::module_& m) {
             "index", [](const FrameInfo& i) { return i.index; },
             [](FrameInfo& i, std::int64_t v) {
                 double checked = 0;
-                set_number(checked, "index", double(v), {0, 999999999});
+                set_number(checked, "index", double(v), {0, max_frame_index});
                 i.index = v;
             },
             "Number of the frame, from 0.");
-    number("time_s", &FrameInfo::time_s, {-huge, huge}, "Seconds.");
+    number("time_s", &FrameInfo::time_s, {-max_time_s, max_time_s}, "Seconds.");
     number("frames_per_second", &FrameInfo::frames_per_second, {0.001, 1000}, "Frames a second.");
     info.def_rw("camera", &FrameInfo::camera, "EquirectCamera or PerspectiveCamera.")
         .def_rw("camera_pose", &FrameInfo::camera_pose, "World from camera, at this frame.")

@@ -214,7 +214,7 @@ XmlScene::XmlScene(const LoadContext& context) : out_(context.options.out), ipd_
                      (up.size() > 1 ? up : "+" + up).c_str());
     world_ = WorldMap::with_up(up, context.host.unit_m);
     description_.file = request.xml;
-    description_.name = request.xml.stem().string().substr(0, 255);
+    description_.name = scene_name_of(request.xml);
     description_.head_radius_m = context.host.head_radius_m;
     description_.camera_path = PosePath({{0, world_.pose(sensor.to_world)}}, request.xml.string());
     if (sensor.count == 0 && context.options.path.empty())

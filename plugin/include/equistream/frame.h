@@ -22,6 +22,8 @@ inline constexpr int worst_crf = 51;
 inline constexpr std::int64_t max_frame_index = 999999999;
 /// The largest absolute value of a frame's time. Seconds since 1970 lie well within it.
 inline constexpr double max_time_s = 1e10;
+/// The longest name of a scene, a host or a geometry. Sequences want UTF-8: a manifest could not hold other bytes.
+inline constexpr std::size_t max_name_bytes = 255;
 
 /// Everything a client must know to use a frame. Travels in EXR attributes and inside the coded picture.
 struct FrameInfo {
@@ -38,9 +40,9 @@ struct FrameInfo {
     double exposure = 1;       ///< factor on scene-referred radiance before the display transform
     std::uint64_t seed = 0;
     std::uint32_t samples_per_pixel = 0;
-    std::string scene;  ///< the scene's name; at most 255 bytes
-    std::string host;   ///< renderer name and version; at most 255 bytes
-    /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said. At most 255 bytes.
+    std::string scene;  ///< the scene's name; at most max_name_bytes
+    std::string host;   ///< renderer name and version; at most max_name_bytes
+    /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said.
     std::string geometry_fingerprint;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;

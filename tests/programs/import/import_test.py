@@ -3,6 +3,7 @@
 usage: import_test.py BIN_DIR   (the folder of the built programs)
 """
 
+import os
 import pathlib
 import shutil
 import subprocess
@@ -447,6 +448,16 @@ class Import(unittest.TestCase):
         scaled = self.work / "scaled.0000.exr"
         write(scaled, {c: frame[c] for c in "RGB"}, {"worldToCamera": np.eye(4, dtype=np.float32) * 2})
         self.assert_refused([scaled, *out], "worldToCamera")
+        out = ["--out", self.work / "untouched"]
+        for number in ("20240501120000", "1" * 30):
+            dated = self.work / number / f"shot.{number}.exr"
+            dated.parent.mkdir()
+            shutil.copy(good, dated)
+            self.assert_refused([dated.parent / "shot.####.exr", *out], dated.name, "from 0 to 999999999", number)
+        late = shutil.copy(good, self.work / "late.999999999.exr")
+        self.assert_refused([late, "--fps", 0.001, *out], "time of frame 999999999", "1e+10")
+        self.assert_refused([good, "--name", os.fsdecode(b"caf\xe9"), *out], "scene_name", "UTF-8")
+        self.assertFalse((self.work / "untouched" / "centre").exists())
 
     def test_hostile_files(self):
         good = self.work / "a.0000.exr"

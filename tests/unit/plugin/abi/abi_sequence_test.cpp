@@ -137,7 +137,7 @@ TEST_F(AbiSequence, overwriting_takes_nothing_for_a_frame_that_cannot_be_written
 
 TEST_F(AbiSequence, names_that_a_manifest_cannot_hold_are_refused) {
     settings.scene_name = "caf\xe9";
-    EXPECT_EQ(refusal(), "scene_name: expected UTF-8, found \"caf\xef\xbf\xbd\"");
+    EXPECT_EQ(refusal(), "scene_name: expected UTF-8, as a manifest holds it, found \"caf\xef\xbf\xbd\"");
     settings.scene_name = "caf\xc3\xa9";
     settings.command = "render caf\xe9.json";
     es_sequence_close(open());

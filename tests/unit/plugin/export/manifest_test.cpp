@@ -3,6 +3,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/error.h>
 #include <equistream/locks.h>
+#include <equistream/sequence_writer.h>
 
 #include <tests/comma_locale.h>
 #include <tests/unit/atlas_fixture.h>
@@ -182,6 +183,73 @@ TEST_F(ManifestFile, nesting_is_bounded) {
 TEST(FrameNames, are_padded_and_listed_in_order) {
     EXPECT_EQ(frame_file_name(7), "frame.0007.exr");
     EXPECT_EQ(frame_file_name(123456, "png"), "frame.123456.png");
+}
+
+class SequenceWriting : public FolderTest {
+protected:
+    SequenceSettings settings() const {
+        SequenceSettings settings;
+        settings.folder = folder / "out";
+        settings.manifest.shared = test_info(4, 4);
+        settings.manifest.fingerprint = "1";
+        return settings;
+    }
+    template <typename Work>
+    static std::string refusal(const Work& work) {
+        try {
+            work();
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+};
+
+TEST_F(SequenceWriting, names_that_a_manifest_cannot_hold_are_refused) {
+    for (const auto& [name, field] :
+         {std::pair("scene_name", &FrameInfo::scene), std::pair("host_name", &FrameInfo::host),
+          std::pair("geometry_fingerprint", &FrameInfo::geometry_fingerprint)}) {
+        SequenceSettings wrong = settings();
+        wrong.manifest.shared.*field = "caf\xe9";
+        EXPECT_EQ(refusal([&] { SequenceWriter{wrong}; }),
+                  std::string(name) + ": expected UTF-8, as a manifest holds it, found \"caf\xef\xbf\xbd\"");
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST_F(SequenceWriting, what_readers_refuse_is_not_written) {
+    SequenceWriter writer(settings());
+    Frame frame = test_frame(4, 4);
+    frame.info.index = max_frame_index + 1;
+    EXPECT_EQ(refusal([&] { writer.write(frame); }), (folder / "out/frame.1000000000.exr").string() +
+                                                         ": frame number: expected a number from 0 to 999999999, " +
+                                                         "found 1e+09");
+    frame.info.index = 1;
+    frame.info.time_s = 1e11;
+    EXPECT_EQ(refusal([&] { writer.write(frame); }),
+              (folder / "out/frame.0001.exr").string() +
+                  ": frame time: expected a number from -1e+10 to 1e+10, found 1e+11");
+    EXPECT_TRUE(list_frames(folder / "out").empty());
+    frame.info.time_s = 1;
+    writer.write(frame);
+    EXPECT_EQ(read_manifest(folder / "out").shared.index, 1);
+}
+
+TEST_F(SequenceWriting, frames_of_other_settings_go_although_one_could_not_be_removed_at_first) {
+    for (const int index : {1, 2, 3})
+        std::filesystem::create_directories(folder / "out" / frame_file_name(index));
+    const std::filesystem::path stuck = folder / "out" / frame_file_name(2) / "something";
+    put_bytes(stuck, "");
+    SequenceSettings overwriting = settings();
+    overwriting.overwrite = true;
+    SequenceWriter writer(overwriting);
+    Frame frame = test_frame(4, 4);
+    frame.info.index = 7;
+    EXPECT_THROW(writer.write(frame), std::exception);
+    EXPECT_EQ(list_frames(folder / "out"), (std::vector<std::int64_t>{1, 2}));
+    std::filesystem::remove(stuck);
+    writer.write(frame);
+    EXPECT_EQ(list_frames(folder / "out"), std::vector<std::int64_t>{7});
 }
 
 class FrameList : public FolderTest {};

@@ -136,6 +136,7 @@ TEST_F(SceneTest, AFilesNameInOtherBytesIsTakenAsAManifestHoldsIt) {
     };
     EXPECT_EQ(name_of("caf\xc3\xa9"), "caf\xc3\xa9");
     EXPECT_EQ(name_of("caf\xe9"), "caf\xef\xbf\xbd");
+    EXPECT_EQ(scene_name_of("rooms/caf\xe9.xml"), "caf\xef\xbf\xbd") << "as scenes in XML are named";
     EXPECT_EQ(name_of(std::string(250, '\xe9')).size(), 255u) << "85 times three bytes";
 }
 
