@@ -49,12 +49,12 @@ typedef struct es_sequence_settings {
     const char* output_dir;  /* the sequence's folder, made if missing */
     const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none" */
     const char* scene_name;  /* for the record; UTF-8, at most 255 bytes */
-    const char* host_name;   /* renderer, version and build: no other adds to its frames; as long at most */
+    const char* host_name;   /* renderer, version, build: no other adds to its frames; UTF-8, at most 255 bytes */
     const char* command;     /* for the manifest; may be NULL */
     const char* fingerprint; /* what else decides the pixels (a hash of the scene, say); may be NULL */
     int32_t overwrite;       /* non-zero: finished frames are rendered again; zero: they are kept (resume) */
     int32_t single_part;     /* non-zero: EXR with one part and a plain Z besides */
-    /* Names the geometry alone, at most 255 bytes: a client refuses another one's. May be NULL. */
+    /* Names the geometry alone: a client refuses another one's. UTF-8, at most 255 bytes; may be NULL. */
     const char* geometry_fingerprint;
     es_layer layer;
     int32_t tile_side; /* pixels that a tile is wide and high at most, 1 to 32,768; 0: 32 */
@@ -74,8 +74,8 @@ typedef struct es_patch {
 
 typedef struct es_frame_settings {
     size_t struct_size;
-    int64_t index;
-    double time_s;
+    int64_t index;                          /* 0 to 999,999,999 */
+    double time_s;                          /* from -1e10 to 1e10 */
     es_pose head_previous, head, head_next; /* a missing neighbour: repeat `head` (zero camera motion) */
     const es_patch* patches;                /* of an atlas: its slots, row by row; borrowed until the call returns */
     size_t patch_count;
