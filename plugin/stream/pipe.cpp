@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 namespace equistream {
@@ -21,12 +22,19 @@ namespace {
 constexpr std::string_view scheme = "pipe:";
 constexpr int between_questions_ms = 50;
 
-/// As libav takes it: what is no number is standard input.
-int descriptor_of(std::string_view digits) {
-    int number = STDIN_FILENO;
+std::optional<int> whole_number(std::string_view digits) {
+    int number = 0;
     const char* const end = digits.data() + digits.size();
     const auto [stop, problem] = std::from_chars(digits.data(), end, number);
-    return problem == std::errc() && stop == end ? number : STDIN_FILENO;
+    return problem == std::errc() && stop == end ? std::optional(number) : std::nullopt;
+}
+
+/// A pipe that is opened once more does not tell that its writer has gone: such names mean what is open already.
+std::optional<int> descriptor_named(std::string_view name) {
+    if (name == "/dev/stdin")
+        return STDIN_FILENO;
+    constexpr std::string_view folder = "/dev/fd/";
+    return name.starts_with(folder) ? whole_number(name.substr(folder.size())) : std::nullopt;
 }
 
 bool is_named_pipe(const std::string& name) {
@@ -37,11 +45,18 @@ bool is_named_pipe(const std::string& name) {
 }  // namespace
 
 std::unique_ptr<Pipe> Pipe::open(const std::string& name) {
-    if (name.starts_with(scheme))
-        return std::unique_ptr<Pipe>(new Pipe(descriptor_of(std::string_view(name).substr(scheme.size())), false));
+    if (name.starts_with(scheme)) {
+        // As libav takes it: what is no number is standard input.
+        const int number = whole_number(std::string_view(name).substr(scheme.size())).value_or(STDIN_FILENO);
+        if (number < 0)
+            throw InputError(expected_found(name, "the number of an open descriptor", std::to_string(number)));
+        return std::unique_ptr<Pipe>(new Pipe(number, false));
+    }
     if (!is_named_pipe(name))
         return nullptr;
-    const int descriptor = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const std::optional<int> number = descriptor_named(name);
+    const int descriptor =
+        number ? fcntl(*number, F_DUPFD_CLOEXEC, 0) : ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (descriptor < 0)
         throw InputError(expected_found(name, "a pipe that can be read", std::strerror(errno)));
     return std::unique_ptr<Pipe>(new Pipe(descriptor, true));

@@ -77,6 +77,20 @@ TEST(Sources, ASilentPipeIsLeftWhenThatIsAsked) {
     close(ends[1]);
 }
 
+TEST(Sources, APipeThatIsOpenAlreadyEndsWhenItsWriterHasGone) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    close(ends[1]);
+    const std::string number = std::to_string(ends[0]);
+    for (const std::string& name : {"pipe:" + number, "/dev/fd/" + number, std::string("pipe:-1")}) {
+        const auto start = Clock::now();
+        const StreamReadOptions options{.interrupted = [&] { return seconds_since(start) > 5; }};
+        EXPECT_THROW(Source(name, options), InputError);
+        EXPECT_LT(seconds_since(start), 5) << name;
+    }
+    close(ends[0]);
+}
+
 TEST(Sources, ANamedPipeGivesWhatIsWrittenIntoItInParts) {
     const synthetic::Folder folder;
     const synthetic::Made made = synthetic::small_stream(Codec::h264, false);
