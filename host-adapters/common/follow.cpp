@@ -19,7 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t highest_frame = 1'000'000'000;
 constexpr std::uint32_t max_samples = 1 << 20;
 
 struct Order {
@@ -43,7 +42,7 @@ Order parse_order(const std::string& line, std::int64_t after) {
         const json parsed = json::parse(line);
         order.frame = parsed.at("frame").get<std::int64_t>();
         const auto spp = parsed.at("spp").get<std::int64_t>();
-        if (order.frame > after && order.frame <= highest_frame && spp >= 1 && spp <= max_samples) {
+        if (order.frame > after && order.frame <= max_frame_index && spp >= 1 && spp <= max_samples) {
             order.spp = static_cast<std::uint32_t>(spp);
             order.head = pose_in(parsed);
             return order;

@@ -46,7 +46,8 @@ std::int64_t SequenceRenderer::frames_in_all() const {
 std::uint64_t SequenceRenderer::count_paths() {
     std::uint64_t paths = 0;
     for (std::int64_t index = job_.timeline.range.first; index <= job_.timeline.range.last; ++index) {
-        require_uninterrupted();
+        if (job_.interrupted)
+            require_all_finished();
         for (const Stream& stream : job_.streams)
             if (es_sequence_has_frame(stream.sequence.get(), index))
                 ++report_.frames_kept;
@@ -57,16 +58,18 @@ std::uint64_t SequenceRenderer::count_paths() {
     return paths;
 }
 
-void SequenceRenderer::require_uninterrupted() const {
-    if (job_.interrupted)
-        throw WorkError("interrupted: " + std::to_string(report_.frames_rendered + report_.frames_kept) + " of " +
-                        std::to_string(frames_in_all()) + " frames are finished; the same command goes on there");
+void SequenceRenderer::require_all_finished() const {
+    const std::int64_t finished = report_.frames_rendered + report_.frames_kept;
+    if (finished < frames_in_all())
+        throw WorkError("interrupted: " + std::to_string(finished) + " of " + std::to_string(frames_in_all()) +
+                        " frames are finished; the same command goes on there");
 }
 
 void SequenceRenderer::stop_if_interrupted() {
-    if (job_.interrupted)
-        keep_if_finished();
-    require_uninterrupted();
+    if (!job_.interrupted)
+        return;
+    keep_if_finished();
+    require_all_finished();
 }
 
 void SequenceRenderer::render_index(std::int64_t index) {
@@ -136,7 +139,7 @@ void SequenceRenderer::keep_if_finished() {
     try {
         start_writing();
         finish_writing();
-    } catch (const WorkError&) {
+    } catch (const std::exception&) {
         // What ends the render is told in its place.
     }
 }

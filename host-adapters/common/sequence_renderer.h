@@ -45,13 +45,13 @@ struct SequenceJob {
 class SequenceRenderer {
 public:
     SequenceRenderer(const SequenceJob& job, RenderHost& host, RenderReport& report);
-    /// Throws WorkError when it is interrupted; whole frames stay.
+    /// Throws WorkError when it is interrupted before the last frame is finished; whole frames stay.
     void run();
 
 private:
     std::int64_t frames_in_all() const;
     std::uint64_t count_paths();
-    void require_uninterrupted() const;
+    void require_all_finished() const;
     void stop_if_interrupted();
     void render_index(std::int64_t index);
     void render_frame(const Stream& stream, std::int64_t index);

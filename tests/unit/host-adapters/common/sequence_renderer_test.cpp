@@ -88,6 +88,15 @@ TEST_F(SequenceRendererTest, AFrameWhoseLastTileWasDoneIsKeptWhenARenderIsInterr
     EXPECT_EQ(frames(), (Frames{0, 1}));
 }
 
+TEST_F(SequenceRendererTest, AnInterruptAfterTheLastTileOfAllIsNoFailure) {
+    host_.on_render = [this](const FrameTask& task) {
+        finish(task);
+        interrupted_ = task.index == 4;
+    };
+    EXPECT_EQ(end_of_render(), "");
+    EXPECT_EQ(frames(), (Frames{0, 1, 2, 3, 4}));
+}
+
 TEST_F(SequenceRendererTest, AnUnfinishedFrameIsNot) {
     host_.on_render = [this](const FrameTask& task) {
         interrupted_ = task.index == 1;
