@@ -93,6 +93,8 @@ AssetFolder::AssetFolder(const fs::path& scene_file, bool overwrite) : folder_(f
     // Of a run that was killed between two names.
     if (fs::exists(earlier_, error) && !fs::exists(folder_, error))
         fs::rename(earlier_, folder_, error);
+    if (error)
+        fail(folder_, error.message());
     fs::remove_all(earlier_, error);
     for (const fs::directory_entry& left_behind : fs::directory_iterator(aside_))
         fs::remove_all(left_behind.path(), error);

@@ -86,6 +86,13 @@ TEST_F(Assets, ThoseOfAnEarlierConversionComeBackWhateverFails) {
     EXPECT_TRUE(std::filesystem::exists(mesh)) << "after it could not be put there";
 }
 
+TEST_F(Assets, ThoseThatCannotBePutBackStayWhereTheyAre) {
+    const std::filesystem::path mesh = write(".scene.files.earlier.aside/mesh.ply", "the only copy");
+    std::filesystem::create_symlink("nowhere", folder_ / "scene.files");
+    EXPECT_THROW(mitsuba_xml::AssetFolder(folder_ / "scene.xml", true), WorkError);
+    EXPECT_TRUE(std::filesystem::exists(mesh));
+}
+
 }  // namespace
 }  // namespace equistream::test
 
