@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t fitted_points = 1500;
 /// Share of a piece's pixels that its twist must move within the error: outlines hold some of other surfaces.
 constexpr double fitted_share = 0.98;
+/// Share of a piece's pixels that each neighbour must show: a few fit any twist.
+constexpr double shown_share = 0.5;
 /// A piece is not halved below this; a twist that leaves this share of its movement is better than none.
 constexpr std::size_t smallest_halved = 64;
 constexpr double useful_share = 0.5;
@@ -158,7 +160,7 @@ private:
         double left_rad = 0, moved_rad = 0;
         for (const MotionNeighbour& neighbour : planes_.neighbours) {
             const std::vector<Pixel> known = known_of(piece, neighbour);
-            if (known.empty())
+            if (double(known.size()) < std::max(double(search_.min_pixels), shown_share * double(piece.size())))
                 return;
             fitted.movements.push_back(movement_of(known, neighbour));
             std::size_t within = 0;
@@ -192,7 +194,7 @@ private:
         return known;
     }
 
-    /// The neighbour shows all pixels of the piece.
+    /// The neighbour shows all of these pixels.
     RigidTransform movement_of(const std::vector<Pixel>& piece, const MotionNeighbour& neighbour) const {
         std::vector<SeenPoint> points;
         const std::size_t stride = (piece.size() + fitted_points - 1) / fitted_points;
