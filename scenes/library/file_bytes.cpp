@@ -12,6 +12,7 @@
 #include <array>
 #include <charconv>
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -49,6 +50,12 @@ std::vector<std::uint8_t> read_file_bytes(const fs::path& file, const std::strin
         throw InputError(expected_found(file.string(), std::to_string(size) + " bytes of " + what,
                                         std::to_string(stream.gcount()) + " bytes that could be read"));
     return bytes;
+}
+
+void require_memory(std::uint64_t bytes, const std::string& where, const std::string& what) {
+    if (bytes > std::uint64_t{1} << 32)
+        throw InputError(expected_found(where, what + " of at most 4 GiB in all",
+                                        formatted("%.2f GiB", std::ldexp(static_cast<double>(bytes), -30))));
 }
 
 void ContentHash::add(std::span<const std::uint8_t> bytes) {

@@ -50,14 +50,22 @@ std::string keep_path(const std::string& name, void*) {
     return name;
 }
 
-bool read_whole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+/// What was read of buffers and images beside the model. tinygltf reads a file each time that it is named.
+struct FilesBeside {
+    std::string model;
+    std::uint64_t bytes = 0;
+};
+
+bool read_whole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* user) {
     try {
         *out = read_file_bytes(name, "file of the model", file_size_limit);
-        return true;
     } catch (const InputError& e) {
         *error = e.what();
         return false;
     }
+    auto& files = *static_cast<FilesBeside*>(user);
+    require_memory(files.bytes += out->size(), files.model, "files beside it");
+    return true;
 }
 
 std::string one_line(std::string text) {
@@ -140,7 +148,8 @@ GltfDocument::GltfDocument(const fs::path& file) : file_(file.string()) {
 
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(keep_encoded, &external_images_);
-    loader.SetFsCallbacks({file_exists, keep_path, read_whole, nullptr, nullptr});
+    FilesBeside files{file_};
+    loader.SetFsCallbacks({file_exists, keep_path, read_whole, nullptr, &files});
     const std::string folder = fs::absolute(file).parent_path().string();
     std::string error;
     std::string warning;

@@ -1,3 +1,4 @@
+#include "file_bytes.h"
 #include "gltf_document.h"
 #include "model.h"
 
@@ -34,15 +35,6 @@ glm::vec3 colour_of(const std::vector<double>& values, const glm::vec3& otherwis
     if (values.size() < 3)
         return otherwise;
     return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
-}
-
-/// A file may name one image thousands of times, and each has a copy.
-constexpr std::uint64_t image_memory_limit = std::uint64_t{1} << 32;
-
-void require_memory(std::uint64_t bytes, const std::string& file, const std::string& what) {
-    if (bytes > image_memory_limit)
-        throw InputError(expected_found(file, what + " of at most 4 GiB in all",
-                                        formatted("%.2f GiB", std::ldexp(static_cast<double>(bytes), -30))));
 }
 
 /// Reflects 99.6 %.

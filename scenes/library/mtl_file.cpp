@@ -109,7 +109,7 @@ private:
         if (texture.name.empty())
             return skip(line, line.keyword + " without a file");
         if (texture.is_beyond)
-            notes_.add(lines_.where(line.number), "a number of " + line.keyword + " is none: left out");
+            notes_.add(lines_.where(line.number), "a number of " + line.keyword + " is too large: left out");
         materials_.back().line_of[statement.spelling] = line.number;
         materials_.back().textures[statement.spelling] = std::move(texture);
     }

@@ -139,12 +139,12 @@ private:
                                                                     : 0;
     }
 
-    /// Numbers that are none once they are floats count as 0 too.
+    /// Numbers that are too large for floats count as 0 too.
     template <typename Vector>
     Vector finite(Vector v, const char* keyword) {
         for (int i = 0; i < v.length(); ++i)
             if (!std::isfinite(v[i])) {
-                notes_.add(where(), std::string("a number of ") + keyword + " is none: taken as 0");
+                notes_.add(where(), std::string("a number of ") + keyword + " is too large: taken as 0");
                 v[i] = 0;
             }
         return v;

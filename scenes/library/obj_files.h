@@ -31,7 +31,7 @@ struct ObjTexture {
     std::string name;               ///< as written; empty if there is none
     glm::vec2 scale{1}, offset{0};  ///< of texture coordinates, -s and -o
     bool clamp = false;
-    bool is_beyond = false;  ///< a number of -s or -o is none as a float, and left out
+    bool is_beyond = false;  ///< a number of -s or -o is too large for a float, and left out
 };
 
 ObjTexture parse_texture(const std::string& statement);

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
+#include <system_error>
 
 namespace equistream {
 
@@ -67,13 +67,13 @@ private:
         to.double_sided = true;
         const std::string colour_map = from.gives("map_Kd") ? "map_Kd" : "map_Ka";
         const ObjTexture placing = from.gives(colour_map) ? from.textures.at(colour_map) : ObjTexture{};
-        std::optional<fs::path> colour_file;
+        std::uint32_t colours = no_index;
         if (used) {
-            colour_file = texture_file(from, colour_map);
-            to.alpha_mask = mask_of(from, colour_map, colour_file);
+            colours = image_of(from, colour_map);
+            to.alpha_mask = mask_of(from, colour_map, colours);
         }
         if (options_.shading)
-            shade(from, used, colour_file, to);
+            shade(from, used, colours, to);
         out_.uv_scale.push_back(placing.scale);
         out_.uv_offset.push_back(placing.offset);
         out_.textured.push_back(to.base_colour_texture != no_index || to.emission_texture != no_index ||
@@ -81,16 +81,16 @@ private:
         out_.materials.push_back(std::move(to));
     }
 
-    void shade(const MtlMaterial& from, bool used, const std::optional<fs::path>& colour_file, Material& to) {
+    void shade(const MtlMaterial& from, bool used, std::uint32_t colours, Material& to) {
         const tinyobj::material_t& m = from.values;
         const bool has_specular = from.gives("Ks") && !is_black(colour_of(m.specular)) &&
                                   !(from.gives("illum") && m.illum >= 0 && m.illum < 2);
         glm::vec3 diffuse = from.gives("Kd") ? colour_of(m.diffuse) : has_specular ? glm::vec3(0) : usual_grey;
-        if (colour_file) {
-            to.base_colour_texture = use_texture(*colour_file, from);
+        if (colours != no_index) {
+            to.base_colour_texture = use_texture(colours, from);
             diffuse = under_texture(from.gives("Kd") ? diffuse : glm::vec3(1));
         }
-        to.transmission = to.alpha_mask == no_index ? transmission_of(from, diffuse, colour_file.has_value()) : 0;
+        to.transmission = to.alpha_mask == no_index ? transmission_of(from, diffuse, colours != no_index) : 0;
         to.metallic = 0;
         to.roughness = from.gives("Ns") ? roughness_of_exponent(m.shininess) : 1;
         to.index_of_refraction = index_of_refraction(from);
@@ -112,9 +112,9 @@ private:
         }
         to.base_colour = glm::min(to.base_colour, glm::vec3(1));
         to.emission = colour_of(m.emission);
-        const auto glow_file = used ? texture_file(from, "map_Ke") : std::nullopt;
-        if (glow_file) {
-            to.emission_texture = use_texture(*glow_file, from);
+        const std::uint32_t glow = used ? image_of(from, "map_Ke") : no_index;
+        if (glow != no_index) {
+            to.emission_texture = use_texture(glow, from);
             to.emission = is_black(to.emission) ? glm::vec3(1) : to.emission;
         }
     }
@@ -143,16 +143,17 @@ private:
         return 1 - std::clamp(from.values.dissolve, 0.0f, 1.0f);
     }
 
-    std::optional<fs::path> texture_file(const MtlMaterial& from, const std::string& statement) {
+    /// Index into images_; no_index, with a note, if there is no such image.
+    std::uint32_t image_of(const MtlMaterial& from, const std::string& statement) {
         if (!from.gives(statement))
-            return std::nullopt;
+            return no_index;
         const std::string& written = from.textures.at(statement).name;
         const auto file = find_named_file(fs::path(from.file).parent_path(), written);
         if (!file) {
             notes_.add(from.where(statement), "no file \"" + written + "\": left out");
-            return std::nullopt;
+            return no_index;
         }
-        return read(*file, from.where(statement)) == no_index ? std::nullopt : file;
+        return read(*file, from.where(statement));
     }
 
     static bool clamps(const MtlMaterial& from) {
@@ -160,30 +161,35 @@ private:
         return colour != from.textures.end() && colour->second.clamp;
     }
 
-    /// Index into images_; no_index, with a note, if the file is no image.
+    /// A file is read once, however its name is written.
     std::uint32_t read(const fs::path& file, const std::string& where) {
-        const auto [entry, added] = image_of_file_.try_emplace(file, no_index);
+        std::error_code error;
+        const fs::path canonical = fs::canonical(file, error);
+        const auto [entry, added] = image_of_file_.try_emplace(error ? file : canonical, no_index);
         if (!added)
             return entry->second;
         try {
-            Image image{file.filename().string(), read_file_bytes(file, "texture", texture_size_limit), {}};
-            EncodedImage(image.bytes, image.name, file.string());
+            Image image{file, read_file_bytes(file, "texture", texture_size_limit), {}};
+            EncodedImage(image.bytes, image.name(), file.string());
             entry->second = static_cast<std::uint32_t>(images_.size());
             images_.push_back(std::move(image));
-        } catch (const InputError& error) {
-            notes_.add(where, std::string(error.what()) + ": left out");
+        } catch (const InputError& problem) {
+            notes_.add(where, std::string(problem.what()) + ": left out");
+            return no_index;
         }
+        require_memory(image_bytes_ += images_.back().bytes.size(), where, "images");
         return entry->second;
     }
 
-    std::uint32_t use_texture(const fs::path& file, const MtlMaterial& from) {
+    std::uint32_t use_texture(std::uint32_t index, const MtlMaterial& from) {
         const bool clamp = clamps(from);
-        Image& image = images_[image_of_file_.at(file)];
+        Image& image = images_[index];
         const auto [entry, added] = image.textures.try_emplace(clamp, static_cast<std::uint32_t>(out_.textures.size()));
         if (added) {
             Texture texture;
-            texture.name = image.name;
+            texture.name = image.name();
             texture.encoded = image.bytes;
+            require_memory(texture_bytes_ += image.bytes.size(), image.file.string(), "textures");
             texture.wrap_u = texture.wrap_v = clamp ? Wrap::clamp : Wrap::repeat;
             out_.textures.push_back(std::move(texture));
         }
@@ -191,39 +197,42 @@ private:
     }
 
     /// From map_d, or else the alpha of the colour's own image where that cuts anything.
-    std::uint32_t mask_of(const MtlMaterial& from, const std::string& colour_map,
-                          const std::optional<fs::path>& colour_file) {
-        const auto own = texture_file(from, "map_d");
-        if (!own && !colour_file)
+    std::uint32_t mask_of(const MtlMaterial& from, const std::string& colour_map, std::uint32_t colours) {
+        const std::uint32_t own = image_of(from, "map_d");
+        const bool grey = own != no_index;
+        const std::uint32_t index = grey ? own : colours;
+        if (index == no_index)
             return no_index;
-        const fs::path& file = own ? *own : *colour_file;
-        const bool grey = own.has_value();
         const bool clamp = clamps(from);
-        const auto [entry, added] = mask_of_file_.try_emplace({file, grey, clamp}, no_index);
+        const auto [entry, added] = mask_of_image_.try_emplace({index, grey, clamp}, no_index);
         if (!added)
             return entry->second;
-        const Image& image = images_[image_of_file_.at(file)];
+        const Image& image = images_[index];
         try {
             AlphaMask mask = decode_alpha_mask(
-                {.encoded = image.bytes, .name = image.name, .where = file.string(), .grey_is_alpha = grey});
+                {.encoded = image.bytes, .name = image.name(), .where = image.file.string(), .grey_is_alpha = grey});
             if (mask.cuts()) {
                 mask.wrap_u = mask.wrap_v = clamp ? Wrap::clamp : Wrap::repeat;
                 entry->second = static_cast<std::uint32_t>(out_.alpha_masks.size());
+                mask_bytes_ += mask.opaque.size();
                 out_.alpha_masks.push_back(std::move(mask));
             }
         } catch (const InputError& error) {
             notes_.add(from.where(grey ? "map_d" : colour_map), std::string(error.what()) + ": nothing is cut away");
         }
+        require_memory(mask_bytes_, image.file.string(), "masks");
         return entry->second;
     }
 
     struct Image {
-        std::string name;
+        fs::path file;  ///< as it is written where it is named first
         std::vector<std::uint8_t> bytes;
         std::map<bool, std::uint32_t> textures;  ///< by whether they are clamped
+
+        std::string name() const { return file.filename().string(); }
     };
     struct MaskKey {
-        fs::path file;
+        std::uint32_t image;
         bool grey, clamp;
         auto operator<=>(const MaskKey&) const = default;
     };
@@ -233,7 +242,8 @@ private:
     ObjMaterials out_;
     std::vector<Image> images_;
     std::map<fs::path, std::uint32_t> image_of_file_;
-    std::map<MaskKey, std::uint32_t> mask_of_file_;
+    std::map<MaskKey, std::uint32_t> mask_of_image_;
+    std::uint64_t image_bytes_ = 0, texture_bytes_ = 0, mask_bytes_ = 0;
 };
 
 }  // namespace

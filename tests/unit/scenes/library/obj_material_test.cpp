@@ -137,6 +137,24 @@ TEST_F(ObjMaterial, TexturesAreFoundHoweverTheyAreWritten) {
     EXPECT_EQ(note("map_bump a.png\nmap_Bump b.png\n").find("m.mtl:2: map_bump is not used (and 1 more)"), 0u);
 }
 
+TEST_F(ObjMaterial, AnImageIsOneTextureAndOneMaskHoweverItIsWritten) {
+    save_png("a.png");
+    std::filesystem::create_directories(folder_ / "b");
+    std::filesystem::create_symlink("a.png", folder_ / "link.png");
+    const std::string shape = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
+    std::string mtl, faces;
+    for (const std::string name : {"a.png", "./a.png", "b/../a.png", "link.png"}) {
+        mtl += "newmtl " + name + "\nmap_Kd " + name + "\n";
+        faces += "usemtl " + name + "\nf 1/1 2/2 3/3\n";
+    }
+    write("m.mtl", mtl);
+    const SceneModel model = load_model(write("model.obj", "mtllib m.mtl\n" + shape + faces));
+    EXPECT_EQ(model.materials.size(), 5u);
+    EXPECT_EQ(model.textures.size(), 1u);
+    EXPECT_EQ(model.alpha_masks.size(), 1u);
+    EXPECT_EQ(model.textures.at(0).name, "a.png");
+}
+
 TEST_F(ObjMaterial, MasksComeFromMapDOrTheColoursOwnAlpha) {
     save_grey_tga("mask.tga", "\xff\x20\x80\x7f", 2);
     write("green.png", png_rgba(1, 1, {0, 255, 0, 255}));
@@ -170,11 +188,11 @@ TEST_F(ObjMaterial, MaterialFilesWithBlanksAndInPlural) {
     expect_contains(two.notes.at(0), "b.mtl:3: a second material of the name \"b\" is not used");
 }
 
-TEST_F(ObjMaterial, NumbersOfATextureThatAreNoneAsFloatsAreLeftOut) {
+TEST_F(ObjMaterial, NumbersOfATextureTooLargeForFloatsAreLeftOut) {
     save_png("tiles.png");
     const SceneModel model = load("newmtl m\nmap_Kd -s 1e39 1 -o 0 -1e39 tiles.png\n");
     ASSERT_EQ(model.notes.size(), 1u);
-    expect_contains(model.notes[0], "m.mtl:2: a number of map_Kd is none: left out");
+    expect_contains(model.notes[0], "m.mtl:2: a number of map_Kd is too large: left out");
     EXPECT_EQ(model.meshes[0].uvs, load("newmtl m\nmap_Kd tiles.png\n").meshes[0].uvs);
 }
 

@@ -158,7 +158,7 @@ TEST_F(ObjModel, NormalsAreTheFilesOrSmoothedByGroupOrNone) {
     EXPECT_TRUE(load(walls + "s 1\n" + up, {.shading = false}).meshes[0].normals.empty());
 }
 
-TEST_F(ObjModel, NumbersThatAreNoneAsFloatsCountAsZero) {
+TEST_F(ObjModel, NumbersTooLargeForFloatsCountAsZero) {
     write("m.mtl", "newmtl a\nmap_Kd a.tga\n");
     // The second is 0 times infinity to a reader that scales by powers of ten.
     const std::string uvs = "vt 1e300 0.25\nvt 0e9999 0.5\nvt 0.5 -1e300\n";
@@ -171,8 +171,8 @@ TEST_F(ObjModel, NumbersThatAreNoneAsFloatsCountAsZero) {
     EXPECT_EQ(model.meshes[0].uvs[2], glm::vec2(0.5f, 1));
     EXPECT_EQ(model.meshes[0].normals[0], glm::vec3(0, 0, 1));
     ASSERT_EQ(model.notes.size(), 2u);
-    expect_contains(model.notes[0], "model.obj:6: a number of vt is none: taken as 0");
-    expect_contains(model.notes[1], "model.obj:9: a number of vn is none: taken as 0");
+    expect_contains(model.notes[0], "model.obj:6: a number of vt is too large: taken as 0");
+    expect_contains(model.notes[1], "model.obj:9: a number of vn is too large: taken as 0");
 }
 
 TEST_F(ObjModel, TheUnitScalesModelsAndIsPartOfTheGeometrysFingerprint) {
