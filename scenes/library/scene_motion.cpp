@@ -65,7 +65,7 @@ void require_volume(const SceneModel& model, const SceneDescription& scene,
 }
 
 /// For each object the nearest of it and its parents that moves by itself; no_index where none does.
-std::vector<std::uint32_t> movers(const SceneModel& model, const SceneDescription& scene,
+std::vector<std::uint32_t> movers(const SceneModel& model,
                                   const std::unordered_map<std::uint32_t, std::size_t>& moving) {
     constexpr std::uint32_t unknown = no_index - 1;
     std::vector<std::uint32_t> mover_of_object(model.objects.size(), unknown);
@@ -88,7 +88,6 @@ std::vector<std::uint32_t> movers(const SceneModel& model, const SceneDescriptio
             mover_of_object[one] = mover;
         chain.clear();
     }
-    require_volume(model, scene, mover_of_object);
     return mover_of_object;
 }
 
@@ -99,7 +98,8 @@ std::vector<std::uint32_t> find_moving_instances(const SceneModel& model, const 
     std::vector<std::uint32_t> instances;
     if (moving.empty())
         return instances;
-    const std::vector<std::uint32_t> mover_of_object = movers(model, scene, moving);
+    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
+    require_volume(model, scene, mover_of_object);
     for (std::uint32_t i = 0; i < model.instances.size(); ++i)
         if (mover_of_object[model.instances[i].object] != no_index)
             instances.push_back(i);
@@ -114,7 +114,8 @@ MovedInstances::MovedInstances(const SceneModel& model, const SceneDescription& 
         place_of_mover[object] = movers_.size();
         movers_.push_back({scene.moving[entry].path, scale_of(rest), glm::inverse(rest)});
     }
-    const std::vector<std::uint32_t> mover_of_object = movers(model, scene, moving);
+    const std::vector<std::uint32_t> mover_of_object = movers(model, moving);
+    require_volume(model, scene, mover_of_object);
     for (const Instance& instance : model.instances) {
         const std::uint32_t mover = mover_of_object[instance.object];
         if (mover != no_index)
