@@ -65,8 +65,8 @@ void forget_unknown_colours(AVFrame& frame);
 /// libav's sentence for an error code.
 std::string error_text(int code);
 
-/// libav and the encoders print what they think; whatever matters is thrown instead. Once per process, whose log level
-/// it is: another than libav's default was chosen by a host, and stays.
+/// libav and the encoders print what they think; whatever matters is thrown instead. The first call does it, for the
+/// whole process. A log level that is not libav's default was chosen by a host, and stays.
 void silence_log();
 
 }  // namespace equistream::av
