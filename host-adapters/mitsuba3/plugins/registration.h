@@ -1,6 +1,6 @@
 #pragma once
-/// How a plugin tells Mitsuba of its variants: those that CMake asked for (EQUISTREAM_SCALAR_RGB and so on). They may be
-/// compiled in one file or in several; registration.cpp lists what all of them registered.
+/// How a plugin tells Mitsuba of its variants: those that CMake asked for (EQUISTREAM_SCALAR_RGB and so on). They may
+/// be compiled in one file or in several; registration.cpp lists what all of them registered.
 #include "version_check.h"
 
 #include <mitsuba/core/object.h>
