@@ -31,9 +31,15 @@
 
 namespace equistream {
 
+/// Budget of engines that find the eye's depth from the source's (docs/decisions/0016). Larger cells and fewer cuts
+/// bridge small steps of depth, and that is nearer the truth than filling what was cut.
+inline constexpr double default_source_depth_budget_px = 2;
+
 struct EngineOptions {
     /// Share of a pixel of the eye's view (at its centre) by which a colour sample may be displaced.
     double error_budget_px = default_error_budget_px;
+    /// The same for `mesh` and `splat`.
+    double source_depth_budget_px = default_source_depth_budget_px;
     /// Of that budget, what `mesh` may use up for its own approximation; the rest is for depth codes and
     /// codec and geometry.
     double mesh_share = default_budget_share;

@@ -165,17 +165,18 @@ class Reprojector:
     `method`: one of METHODS. 'rotation' turns the source only, 'proxy-sphere' moves the eye inside a sphere of one radius; 'eye-depth' moves it
     by the eye's own depth and the source's; 'splat' and 'mesh' need the source's depth alone. `fill`: passes in order, of
     FILL_PASSES, or 'none'; those that have nothing to fill from are passed over ('geometry' always: it needs a ray caster).
-    `error_budget_px`: share of an eye's pixel by which engine, mirrors and passes may displace colour.
+    `error_budget_px`: share of an eye's pixel by which engine, mirrors and passes may displace colour. None: 0.25, and 2 for the
+    engines 'splat' and 'mesh' alone.
     `mirrors`: pixels of mirrors and glass that would be displaced by more, where the source brings the planes `specular` and
     `virtual_depth`: 'images' looks them up where the image in them lies (where that fails they stay if off by less than a degree, else become
     gaps), 'gaps' makes gaps of all of them, 'surface' leaves them as the engine did. One thread at a time.
     """
 
-    def __init__(self, method: str = "eye-depth", *, fill: str = DEFAULT_FILL, error_budget_px: float = 0.25, mirrors: str = "images",
+    def __init__(self, method: str = "eye-depth", *, fill: str = DEFAULT_FILL, error_budget_px: Optional[float] = None, mirrors: str = "images",
                  reference: Optional[bool] = None) -> None:
         if reference is not None:
             warnings.warn("Reprojector: reference is gone and changes nothing", DeprecationWarning, stacklevel=2)
-        if not 0 < error_budget_px < np.inf:
+        if error_budget_px is not None and not 0 < error_budget_px < np.inf:
             raise InputError(f"error_budget_px: expected a number above 0, found {error_budget_px}")
         given, method = method, _core.method_of_today(method)
         if given != method:

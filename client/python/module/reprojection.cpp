@@ -125,9 +125,14 @@ struct Assess {
 
 class Reprojector {
 public:
-    Reprojector(const std::string& method, const std::string& fill, double error_budget_px, const std::string& mirrors)
-        : steps_(method, {.error_budget_px = error_budget_px}, find_mirror_treatment(mirrors)),
-          chain_(make_fill_chain(fill)), error_budget_px_(error_budget_px) {}
+    Reprojector(const std::string& method, const std::string& fill, std::optional<double> error_budget_px,
+                const std::string& mirrors)
+        : steps_(method,
+                 error_budget_px
+                     ? EngineOptions{.error_budget_px = *error_budget_px, .source_depth_budget_px = *error_budget_px}
+                     : EngineOptions{},
+                 find_mirror_treatment(mirrors)),
+          chain_(make_fill_chain(fill)), error_budget_px_(error_budget_px.value_or(default_error_budget_px)) {}
 
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const {
         return steps_.engine().needs_depth(source, eye);
@@ -267,8 +272,8 @@ void bind_reprojection(nb::module_& m) {
             return "DepthNeeds(source=" + word(needs.source) + ", eye=" + word(needs.eye) + ")";
         });
     nb::class_<Reprojector>(m, "Reprojector")
-        .def(nb::init<const std::string&, const std::string&, double, const std::string&>(), nb::arg("method"),
-             nb::arg("fill"), nb::arg("error_budget_px"), nb::arg("mirrors"))
+        .def(nb::init<const std::string&, const std::string&, std::optional<double>, const std::string&>(),
+             nb::arg("method"), nb::arg("fill"), nb::arg("error_budget_px").none(), nb::arg("mirrors"))
         .def("needs_depth", &Reprojector::needs_depth, nb::arg("source"), nb::arg("eye"))
         .def("fill_wants_depth", &Reprojector::fill_wants_depth)
         .def("reproject", &Reprojector::reproject, nb::arg("source"), nb::arg("fill_from"), nb::arg("camera"),

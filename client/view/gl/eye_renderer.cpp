@@ -56,7 +56,7 @@ EyeRenderer::EyeRenderer(const SceneDescription* scene, double box_radius_m, con
     : finder_(scene == nullptr ? make_finder(finding_engine) : nullptr),
       turn_(ResampleRule::direction, default_error_budget_px),
       surface_(rule_of(finder_ == nullptr ? nullptr : finder_->engine.get()),
-               finder_ == nullptr ? default_error_budget_px : finder_->engine->options().error_budget_px),
+               finder_ == nullptr ? default_error_budget_px : finder_->engine->traits().error_budget_px),
       chain_(make_gl_fill_chain(fill, fill_shared_)) {
     if (scene != nullptr)
         geometry_ = std::make_unique<Geometry>(*scene, load_model(*scene, {.shading = false}), box_radius_m);

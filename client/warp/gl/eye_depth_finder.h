@@ -62,6 +62,7 @@ struct FinderTraits {
     bool needs_depth = true;  ///< of the source
     bool only_seen = true;    ///< points that the source did not see are gaps
     bool is_known = true;     ///< what it finds is what eyes see; else a place to look colours up by, no more
+    double error_budget_px = default_error_budget_px;  ///< as in EngineOptions; of the look-up too
 };
 
 class EyeDepthFinder {
@@ -75,7 +76,6 @@ public:
     /// The source's depth is another from now on.
     virtual void forget_source() = 0;
     const FinderTraits& traits() const { return traits_; }
-    const EngineOptions& options() const { return options_; }
     /// Finds the depth of eyes of one size, whose depth_m is not read; `source` has depth where that is needed. What
     /// comes after may sample depth() without a barrier of its own.
     virtual void find(const SourceView& view, const SourceTextures& source, std::span<const EyeView> eyes) = 0;

@@ -63,7 +63,9 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
-    : EyeDepthFinder(options, {.only_seen = !plain}), plain_(plain), wanted_("mesh_wanted.glsl"),
+    : EyeDepthFinder(options, {.only_seen = !plain,
+                               .error_budget_px = plain ? options.error_budget_px : options.source_depth_budget_px}),
+      plain_(plain), wanted_("mesh_wanted.glsl"),
       cells_("mesh_cells.glsl", plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
       points_pass_("mesh_points.glsl"), draws_pass_("mesh_draws.glsl"),
       draw_({{GL_VERTEX_SHADER, "mesh_vertex.glsl"}, {GL_FRAGMENT_SHADER, "mesh_fragment.glsl"}}, defines),
@@ -260,7 +262,7 @@ void MeshDepth::find(const SourceView& view, const SourceTextures& source, std::
     for (const EyeView& eye : eyes)
         radius_m = std::max(radius_m, glm::distance(view.pose.position_m, eye.pose.position_m));
     bind(view, source, eyes);
-    build_within({radius_m, error_budget_rad(camera.focal_px(), options_.error_budget_px)});
+    build_within({radius_m, error_budget_rad(camera.focal_px(), traits_.error_budget_px)});
     draw();
 }
 

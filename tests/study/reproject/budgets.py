@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""How the noise-free error of engines follows their error budget: docs/results/reproject/budgets.json (docs/decisions/0016).
+"""How errors follow the engines' error budget: docs/results/reproject/budgets.json, and the tables of docs/decisions/0016.
 
     budgets.py --bin build/release/bin --work FOLDER [SCENE ...]
+    budgets.py --bin build/release/bin --breakers COMMIT=RUN.json COMMIT=RUN.json
 
-Spheres of two seeds and truths of two others are rendered into FOLDER, where frames that are done are kept. Needs the Python package
-`equistream`.
+The first gives noise-free errors. Spheres of two seeds and truths of two others are rendered into FOLDER, where frames that are done are
+kept. The second compares two runs of tests/stress/run.py --all, before and after. Needs the Python package `equistream`.
 """
 
 import argparse
+import json
 import pathlib
 import subprocess
 import sys
@@ -16,11 +18,13 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "programs/study"))
 from results import EYES, REPOSITORY, keep  # noqa: E402
-from steps import provenance, run_as_program  # noqa: E402
+from pages import place, table  # noqa: E402
+from steps import Failed, provenance, run_as_program  # noqa: E402
 
 import equistream as es  # noqa: E402
 
 FRAME, SPHERE, SPHERE_SPP, EYE, EYE_SPP, SEEDS = 10, "1920x960", 16, "640x360", 64, (1, 2)
+PAGE = REPOSITORY / "docs/decisions/0016-defaults.md"
 ENGINES, BUDGETS_PX, FILL = ("mesh", "splat"), (0.25, 1, 2, 4, 8, 16), "pushpull"
 
 
@@ -52,14 +56,52 @@ class Budgets:
         return {eye: round(float(-10 * np.log10(np.mean(a * b))), 3) for eye, a, b in zip(EYES, first, second)}
 
 
+def breaker_points(before, after):
+    """For each breaker and engine, means over its values: dB gained, per cent of pixels that fail and that the map misses."""
+    for breaker, by_value in before.items():
+        for engine in ENGINES:
+            pairs = [(by_value[value][engine], after[breaker][value][engine]) for value in by_value]
+            failing = [[100 * figures["failing_share"] for figures in pair] for pair in pairs]
+            missed = [[share * (1 - (figures["failing_recall"] or 0)) for share, figures in zip(shares, pair)]
+                      for shares, pair in zip(failing, pairs)]
+            gains = [b["psnr_db"] - a["psnr_db"] for a, b in pairs]
+            yield {"breaker": breaker, "engine": engine, "gain_db": round(float(np.mean(gains)), 2), "least_gain_db": round(min(gains), 2),
+                   **{name: [round(float(mean), 2) for mean in np.mean(values, axis=0)]
+                      for name, values in (("failing_percent", failing), ("missed_percent", missed))}}
+
+
+def draw(results):
+    """Both tables of the decision."""
+    scenes = [name for name in results if name != "breakers"]
+    found = {(scene, point["engine"], point["budget_px"]): point["noise_free_db"] for scene in scenes for point in results[scene]["points"]}
+    rows = [[f"{budget:g}", *(", ".join(f"{found[scene, engine, budget][eye]:.2f}" for eye in EYES) for scene in scenes for engine in ENGINES)]
+            for budget in BUDGETS_PX]
+    page = place(PAGE.read_text(), "budgets", "all", table(["budget, px", *(f"{scene}, `{engine}`" for scene in scenes for engine in ENGINES)], rows, labels=1))
+    by_breaker = {}
+    for point in results["breakers"]["points"]:
+        by_breaker.setdefault(point["breaker"], []).extend(
+            [f"{point['gain_db']:+.2f} ({point['least_gain_db']:+.2f})",
+             *(", ".join(f"{percent:.2f}" for percent in point[name]) for name in ("failing_percent", "missed_percent"))])
+    heads = ["breaker", *(head for engine in ENGINES for head in (f"`{engine}`: gain, dB (least)", "failing, %", "missed, %"))]
+    PAGE.write_text(place(page, "breakers", "all", table(heads, [[breaker, *cells] for breaker, cells in by_breaker.items()], labels=1)))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=["voxel-city", "sponza-crytek"])
     parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of the programs")
-    parser.add_argument("--work", type=pathlib.Path, required=True, help="folder for renders; not in the repository")
+    parser.add_argument("--work", type=pathlib.Path, help="folder for renders; not in the repository")
+    parser.add_argument("--breakers", nargs=2, metavar="COMMIT=RUN.json", help="runs of all breakers, before and after")
     parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/budgets.json")
     options = parser.parse_args()
-    for scene in options.scenes:
+    if options.breakers:
+        commits, files = zip(*(run.split("=", 1) for run in options.breakers))
+        before, after = (json.loads(pathlib.Path(file).read_text())["found"] for file in files)
+        keep(options.out, "breakers", {"command": "tests/study/reproject/budgets.py --bin BIN --breakers BEFORE=RUN.json AFTER=RUN.json",
+                                       **provenance(options.bin, REPOSITORY), "commits": commits, "points": list(breaker_points(before, after))})
+    elif options.work is None:
+        raise Failed("budgets.py: expected --work FOLDER or --breakers, found neither")
+    for scene in [] if options.breakers else options.scenes:
         budgets = Budgets(options, scene)
         points = [{"engine": engine, "budget_px": budget, "noise_free_db": budgets.noise_free_db(engine, budget)}
                   for engine in ENGINES for budget in BUDGETS_PX]
@@ -67,6 +109,7 @@ def main():
             "scene": scene, "command": f"tests/study/reproject/budgets.py --bin BIN --work FOLDER {scene}",
             **provenance(options.bin, REPOSITORY), "frame": FRAME, "sphere": SPHERE,
             "sphere_spp": SPHERE_SPP, "eye": EYE, "eye_spp": EYE_SPP, "seeds": SEEDS, "fill": FILL, "points": points})
+    draw(json.loads(options.out.read_text()))
 
 
 if __name__ == "__main__":

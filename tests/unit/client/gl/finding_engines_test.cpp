@@ -50,7 +50,7 @@ std::array<EyePicture, 2> seen_by(gl::EyeDepthFinder& finder, const SourceView& 
     gl::EyeTargets targets;
     targets.size_for(eyes.front().camera, int(eyes.size()));
     gl::Resample surface{finder.traits().only_seen ? gl::ResampleRule::seen : gl::ResampleRule::any,
-                         finder.options().error_budget_px};
+                         finder.traits().error_budget_px};
     finder.forget_source();
     finder.find(view, textures, eyes);
     surface.reproject(view, textures, eyes, finder.depth(), targets);

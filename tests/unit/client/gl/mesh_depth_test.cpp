@@ -20,6 +20,8 @@ namespace equistream::test {
 namespace {
 
 const PerspectiveCamera eye_camera{240, 150, pi / 2};
+// The budget of everything else, which is tighter than the mesh's own: less is left to rounding at edges.
+const EngineOptions strict{.source_depth_budget_px = default_error_budget_px};
 
 class GlMeshDepth : public Gl {
 protected:
@@ -78,8 +80,8 @@ protected:
         return count;
     }
 
-    gl::MeshDepth mesh;
-    gl::Resample surface{gl::ResampleRule::seen, default_error_budget_px};
+    gl::MeshDepth mesh{strict};
+    gl::Resample surface{gl::ResampleRule::seen, mesh.traits().error_budget_px};
 };
 
 /// A plain sphere of so many columns takes little room, whatever a driver's limit is.
@@ -121,7 +123,7 @@ TEST_F(GlMeshDepth, RefusesWhatIsTooLargeEachTime) {
 TEST_F(GlMeshDepth, ShowsWhatTheCpuShows) {
     const SurfaceScene scene = furnished();
     const std::vector<Pose> poses = engine_eyes();
-    const auto cpu = make_engine("mesh");
+    const auto cpu = make_engine("mesh", strict);
     for (const Camera& camera : engine_sources(720)) {
         SCOPED_TRACE(width_of(camera));
         const Rendered source = render(scene, smooth_colour, camera, Pose{{0, 0, 0}, yaw_pitch(0.7, 0.1)});
@@ -140,7 +142,7 @@ TEST_F(GlMeshDepth, ShowsWhatTheCpuShows) {
 
 /// A mesh of which parts were built for other eyes shows these what they see; what is there is not built again.
 TEST_F(GlMeshDepth, KeepsWhatEyesInTheBoxSee) {
-    const auto cpu = make_engine("mesh");
+    const auto cpu = make_engine("mesh", strict);
     for (const Camera& camera : engine_sources(360)) {
         SCOPED_TRACE(width_of(camera));
         const Pose centre{{0, 0, 0}, yaw_pitch(0.7, 0.1)};
@@ -226,7 +228,7 @@ TEST_F(GlMeshDepth, BuildsAnewWhatHasChanged) {
         textures.upload(view);
         mesh.forget_source();
         const std::int64_t blocks = built(view, textures, eyes);
-        gl::MeshDepth another;
+        gl::MeshDepth another{strict};
         EXPECT_EQ(differing(found_by(mesh, view, textures, eye), found_by(another, view, textures, eye)), 0) << left;
         return blocks;
     };
@@ -260,7 +262,7 @@ TEST_F(GlMeshDepth, MakesRoomForWhatASourceNeeds) {
         by.forget_source();
         return found_by(by, view_of(depth_m), textures, eye);
     };
-    gl::MeshDepth another;
+    gl::MeshDepth another{strict};
     const FloatImage expected = seen_by(another, ragged);
     const auto pixels = double(expected.samples().size());
     EXPECT_GT(double(std::ranges::count_if(expected.samples(), [](float z) { return z > 0; })), 0.8 * pixels);

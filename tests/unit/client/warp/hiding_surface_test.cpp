@@ -122,7 +122,9 @@ struct Likeness {
 };
 
 EyePicture seen_by(const char* engine_name, const SourceView& source, const EyeView& eye, bool reference) {
-    const auto engine = reference ? plain::make_engine(engine_name) : make_engine(engine_name);
+    // At the budget of everything else, which is tighter than the engines' own.
+    const EngineOptions options{.source_depth_budget_px = default_error_budget_px};
+    const auto engine = reference ? plain::make_engine(engine_name, options) : make_engine(engine_name, options);
     engine->set_source(source);
     EyePicture picture;
     engine->reproject(eye, picture);
