@@ -48,8 +48,8 @@ public:
     /// long after the last refresh: at time_s(), and of a live source by up to `max_ahead_s` more, as if frames came as
     /// soon as the path lets them. Goes on without a step, for what the path takes is followed slowly.
     double extrapolation_s(double max_ahead_s, double until_seen_s = 0) const;
-    /// Frame time of the last frame that was given; 0: none was since a jump.
-    double shown_s() const { return shown_s_; }
+    /// Frame time of the last frame that was given; nothing: none was since a jump.
+    std::optional<double> shown_s() const { return shown_number_ < 0 ? std::nullopt : std::optional(shown_s_); }
     double fraction_done() const { return fraction_done_; }
     ClockState state() const { return state_; }
     /// Of a live source: for how long the next frame has been overdue; 0: it is not.

@@ -201,7 +201,8 @@ std::array<EyeView, 2> Session::set_views(const SessionRequest& request, Session
 
 double Session::wanted_extrapolation_s() const {
     // Where the frame that was given last cannot be shown, an earlier one stands for it.
-    const double before_s = std::max(0.0, playback_->shown_s() - shown_->main.info.time_s);
+    const double frame_s = shown_->main.info.time_s;
+    const double before_s = std::max(0.0, playback_->shown_s().value_or(frame_s) - frame_s);
     return std::min(settings_.max_extrapolation_s,
                     playback_->extrapolation_s(settings_.max_extrapolation_s) + before_s);
 }

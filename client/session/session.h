@@ -105,7 +105,8 @@ private:
     PoseSender poses_;
     std::unique_ptr<FrameLoader> loader_;
     std::unique_ptr<Playback> playback_;
-    SharedFrame shown_, rendered_;  ///< now; at the last call that rendered, at first the first one
+    SharedFrame shown_;     ///< what is due
+    SharedFrame rendered_;  ///< at the last call that rendered; the first frame before that
     std::atomic<double> shown_time_s_ = 0;
     CpuPipeline cpu_;
     bool by_depth_ = false;            ///< the CPU takes the source's depth

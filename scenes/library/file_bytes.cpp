@@ -52,7 +52,7 @@ std::vector<std::uint8_t> read_file_bytes(const fs::path& file, const std::strin
     return bytes;
 }
 
-void require_memory(std::uint64_t bytes, const std::string& where, const std::string& what) {
+void require_at_most_4_gib(std::uint64_t bytes, const std::string& where, const std::string& what) {
     if (bytes > std::uint64_t{1} << 32)
         throw InputError(expected_found(where, what + " of at most 4 GiB in all",
                                         formatted("%.2f GiB", std::ldexp(static_cast<double>(bytes), -30))));

@@ -18,8 +18,8 @@ std::ifstream open_regular_file(const std::filesystem::path& file, const std::st
 std::vector<std::uint8_t> read_file_bytes(const std::filesystem::path& file, const std::string& what,
                                           std::uint64_t limit_bytes);
 
-/// Refuses more than 4 GiB: a model may name one file thousands of times, and each time has a copy.
-void require_memory(std::uint64_t bytes, const std::string& where, const std::string& what);
+/// InputError above 4 GiB: a small model may name large files thousands of times.
+void require_at_most_4_gib(std::uint64_t bytes, const std::string& where, const std::string& what);
 
 /// XXH64 chained over everything added; not cryptographic, stable between runs and machines of one byte order.
 class ContentHash {

@@ -64,7 +64,7 @@ bool read_whole(std::vector<unsigned char>* out, std::string* error, const std::
         return false;
     }
     auto& files = *static_cast<FilesBeside*>(user);
-    require_memory(files.bytes += out->size(), files.model, "files beside it");
+    require_at_most_4_gib(files.bytes += out->size(), files.model, "files beside it");
     return true;
 }
 

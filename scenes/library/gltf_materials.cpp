@@ -184,7 +184,7 @@ private:
         for (const tinygltf::Texture& texture : document_.json().textures)
             if (texture.source >= 0)
                 bytes += document_.image(texture.source).size();
-        require_memory(bytes, document_.file(), "textures");
+        require_at_most_4_gib(bytes, document_.file(), "textures");
     }
 
     void read_textures() {
@@ -255,7 +255,7 @@ private:
             }
             bytes += entry->second;
         }
-        require_memory(bytes, document_.file(), "masks");
+        require_at_most_4_gib(bytes, document_.file(), "masks");
     }
 
     void decode_masks() {

@@ -177,7 +177,7 @@ private:
             notes_.add(where, std::string(problem.what()) + ": left out");
             return no_index;
         }
-        require_memory(image_bytes_ += images_.back().bytes.size(), where, "images");
+        require_at_most_4_gib(image_bytes_ += images_.back().bytes.size(), where, "images");
         return entry->second;
     }
 
@@ -189,7 +189,7 @@ private:
             Texture texture;
             texture.name = image.name();
             texture.encoded = image.bytes;
-            require_memory(texture_bytes_ += image.bytes.size(), image.file.string(), "textures");
+            require_at_most_4_gib(texture_bytes_ += image.bytes.size(), image.file.string(), "textures");
             texture.wrap_u = texture.wrap_v = clamp ? Wrap::clamp : Wrap::repeat;
             out_.textures.push_back(std::move(texture));
         }
@@ -220,7 +220,7 @@ private:
         } catch (const InputError& error) {
             notes_.add(from.where(grey ? "map_d" : colour_map), std::string(error.what()) + ": nothing is cut away");
         }
-        require_memory(mask_bytes_, image.file.string(), "masks");
+        require_at_most_4_gib(mask_bytes_, image.file.string(), "masks");
         return entry->second;
     }
 

@@ -62,7 +62,7 @@ struct FinderTraits {
     bool needs_depth = true;  ///< of the source
     bool only_seen = true;    ///< points that the source did not see are gaps
     bool is_known = true;     ///< what it finds is what eyes see; else a place to look colours up by, no more
-    double error_budget_px = default_error_budget_px;  ///< as in EngineOptions; of the look-up too
+    double error_budget_px = default_error_budget_px;  ///< this engine's own; the look-up has it too
 };
 
 class EyeDepthFinder {

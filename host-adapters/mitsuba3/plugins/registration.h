@@ -24,8 +24,9 @@ void register_variant(std::string_view name, mitsuba::PluginRegisterFn tell) {
     tell(name, Plugin::Variant, Plugin::Type, make_object<Plugin>);
 }
 
+/// Each file's own: compiled for other variants it is another function.
 template <template <typename, typename> class Plugin>
-void register_variants(std::string_view name, mitsuba::PluginRegisterFn tell) {
+static void register_variants(std::string_view name, mitsuba::PluginRegisterFn tell) {
     using mitsuba::Color;
     using mitsuba::MuellerMatrix;
     using Spectrum4 [[maybe_unused]] = mitsuba::Spectrum<float, 4>;

@@ -24,6 +24,7 @@ from steps import Failed, provenance, run_as_program  # noqa: E402
 import equistream as es  # noqa: E402
 
 FRAME, SPHERE, SPHERE_SPP, EYE, EYE_SPP, SEEDS = 10, "1920x960", 16, "640x360", 64, (1, 2)
+RESULTS = REPOSITORY / "docs/results/reproject/budgets.json"
 PAGE = REPOSITORY / "docs/decisions/0016-defaults.md"
 ENGINES, BUDGETS_PX, FILL = ("mesh", "splat"), (0.25, 1, 2, 4, 8, 16), "pushpull"
 
@@ -92,7 +93,7 @@ def main():
     parser.add_argument("--bin", type=pathlib.Path, required=True, help="folder of the programs")
     parser.add_argument("--work", type=pathlib.Path, help="folder for renders; not in the repository")
     parser.add_argument("--breakers", nargs=2, metavar="COMMIT=RUN.json", help="runs of all breakers, before and after")
-    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/reproject/budgets.json")
+    parser.add_argument("--out", type=pathlib.Path, default=RESULTS)
     options = parser.parse_args()
     if options.breakers:
         commits, files = zip(*(run.split("=", 1) for run in options.breakers))
@@ -109,7 +110,8 @@ def main():
             "scene": scene, "command": f"tests/study/reproject/budgets.py --bin BIN --work FOLDER {scene}",
             **provenance(options.bin, REPOSITORY), "frame": FRAME, "sphere": SPHERE,
             "sphere_spp": SPHERE_SPP, "eye": EYE, "eye_spp": EYE_SPP, "seeds": SEEDS, "fill": FILL, "points": points})
-    draw(json.loads(options.out.read_text()))
+    if options.out == RESULTS:
+        draw(json.loads(RESULTS.read_text()))
 
 
 if __name__ == "__main__":

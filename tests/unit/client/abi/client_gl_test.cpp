@@ -236,7 +236,8 @@ TEST_F(GlClients, ShowWhatWasDueOnceItCanBeDrawn) {
     playing.paused = 0;
     WatchedClient watched(playing);
     watched.watch([](const Look& look) { return look.state.frame == 1; });
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the last is read meanwhile
+    while (watched.client.statistics().frames_received < 3)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const double display_s = watched.request.display_s;
     watched.request = watched.client.request(80, 60, pi / 2);
     watched.request.display_s = display_s + 0.06;
