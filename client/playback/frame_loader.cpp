@@ -54,7 +54,8 @@ ReceivedFrame FrameLoader::first_sound_frame() {
             require_tagged_sizes(*frame);
             return std::move(*frame);
         } catch (const WorkError& unsound) {
-            problem = source_ + ": " + unsound.what();
+            if (problem.empty())
+                problem = source_ + ": " + unsound.what();
         }
     if (!problem.empty())
         throw WorkError(problem);

@@ -42,7 +42,7 @@ TEST_F(ClientFailures, PicturesOfOtherSizesAloneAreRefused) {
         ADD_FAILURE() << "would be read beyond their ends";
     } catch (const ClientError& error) {
         EXPECT_EQ(error.what(),
-                  file + ": frame 7, main: expected a picture of 384x256, as it is tagged, found 192x128");
+                  file + ": frame 0, main: expected a picture of 384x256, as it is tagged, found 192x128");
         EXPECT_FALSE(error.is_input);
     }
 }
