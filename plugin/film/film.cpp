@@ -150,14 +150,15 @@ std::uint32_t* Film::id_target(const std::string& name) {
 
 /// Where pixels may be holes, those that a host answers for are none.
 void Film::mark_answered(const TilePixels& pixels) {
-    for (std::uint32_t i = 0; i < pixels.count() && has_holes_; ++i) {
+    for (std::uint32_t i = 0; i < pixels.count(); ++i) {
         const glm::ivec2 at = pixels.at(i);
         *answered_.pixel(at.x, at.y) = 1;
     }
 }
 
 void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
-    mark_answered(pixels);
+    if (has_holes_)
+        mark_answered(pixels);
     static constexpr es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
     // Calls `put(surface, pixel's centre, samples)` for each pixel, unless nobody wants the plane of tiles.
     const auto fill = [&](auto* plane, int channels, const auto& put) {
@@ -209,28 +210,28 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     if (progress.colour_passes >= samples_per_pixel_)
         return false;
     ++progress.colour_passes;
-    mark_answered(pixels);
-    const auto add = [&](float* sum, int x, int y) {
-        if (!is_finite(rgba, 4))
+    if (has_holes_)
+        mark_answered(pixels);
+    const auto add = [this](const float* sample, float* sum, int x, int y) {
+        if (!is_finite(sample, 4))
             ++*left_out_.pixel(x, y);
         else
             for (int c = 0; c < 4; ++c)
-                sum[c] += rgba[c];
-        rgba += 4;
+                sum[c] += sample[c];
     };
-    const es_tile& tile = pixels.tile;
     if (pixels.listed != nullptr) {
-        for (std::uint32_t i = 0; i < pixels.count(); ++i) {
+        for (std::uint32_t i = 0; i < pixels.count(); ++i, rgba += 4) {
             const glm::ivec2 at = pixels.at(i);
-            add(radiance_sum_.pixel(at.x, at.y), at.x, at.y);
+            add(rgba, radiance_sum_.pixel(at.x, at.y), at.x, at.y);
         }
         return true;
     }
     // By rows: to find each pixel by a division takes twice as long.
+    const es_tile tile = pixels.tile;
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
         float* sum = radiance_sum_.pixel(tile.x, y);
-        for (int x = 0; x < tile.width; ++x, sum += 4)
-            add(sum, tile.x + x, y);
+        for (int x = tile.x; x < tile.x + tile.width; ++x, sum += 4, rgba += 4)
+            add(rgba, sum, x, y);
     }
     return true;
 }
