@@ -31,8 +31,8 @@
 
 namespace equistream {
 
-/// Budget of engines that find the eye's depth from the source's (docs/decisions/0016). Larger cells and fewer cuts
-/// bridge small steps of depth, and that is nearer the truth than filling what was cut.
+/// Budget of `mesh` and `splat` (docs/decisions/0016). Larger cells and fewer cuts bridge small steps of depth, and
+/// that is nearer the truth than filling what was cut.
 inline constexpr double default_source_depth_budget_px = 2;
 
 struct EngineOptions {
@@ -46,6 +46,11 @@ struct EngineOptions {
     /// For `proxy-sphere`: the radius of its sphere of pictures; 0: the median of the source's depths where it has
     /// some, else 3 m.
     double proxy_radius_m = 0;
+
+    /// The budget of one engine.
+    double budget_px_of(std::string_view engine) const {
+        return engine == "mesh" || engine == "splat" ? source_depth_budget_px : error_budget_px;
+    }
 };
 
 /// Whose depth a reprojection cannot do without.

@@ -18,15 +18,9 @@ namespace equistream {
 
 namespace {
 
-bool finds_surfaces(std::string_view name) {
-    return name == "mesh" || name == "splat";
-}
-
 class SourceDepthEngine : public Engine {
 public:
-    SourceDepthEngine(std::string_view name, const EngineOptions& options)
-        : name_(name), options_(options),
-          budget_px_(finds_surfaces(name) ? options.source_depth_budget_px : options.error_budget_px) {}
+    SourceDepthEngine(std::string_view name, const EngineOptions& options) : name_(name), options_(options) {}
 
     std::string_view name() const override { return name_; }
     DepthNeeds needs_depth(const Pose& source, const Pose& eye) const override {
@@ -46,7 +40,7 @@ public:
             turn(eye, picture);
             return;
         }
-        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), budget_px_);
+        const double tolerance_rad = error_budget_rad(eye.camera.focal_px(), options_.budget_px_of(name_));
         FloatImage depth_m(eye.camera.width, eye.camera.height, 1, nothing_found);
         if (is_proxy())
             find_on_proxy_sphere(source_, eye, proxy_radius_m_, depth_m);
@@ -115,7 +109,6 @@ private:
 
     std::string name_;
     EngineOptions options_;
-    double budget_px_;
     SourceView source_;
     std::optional<SourceLattice> lattice_;
     double proxy_radius_m_ = 0;

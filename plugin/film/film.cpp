@@ -150,6 +150,8 @@ std::uint32_t* Film::id_target(const std::string& name) {
 
 /// Where pixels may be holes, those that a host answers for are none.
 void Film::mark_answered(const TilePixels& pixels) {
+    if (!has_holes_)
+        return;
     for (std::uint32_t i = 0; i < pixels.count(); ++i) {
         const glm::ivec2 at = pixels.at(i);
         *answered_.pixel(at.x, at.y) = 1;
@@ -157,8 +159,7 @@ void Film::mark_answered(const TilePixels& pixels) {
 }
 
 void Film::put_surfaces(const TilePixels& pixels, const es_surface* surfaces) {
-    if (has_holes_)
-        mark_answered(pixels);
+    mark_answered(pixels);
     static constexpr es_surface miss{INFINITY, {}, {}, {}, {}, 0, 0, 0, 0, 0, {}, {}};
     // Calls `put(surface, pixel's centre, samples)` for each pixel, unless nobody wants the plane of tiles.
     const auto fill = [&](auto* plane, int channels, const auto& put) {
@@ -210,8 +211,7 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     if (progress.colour_passes >= samples_per_pixel_)
         return false;
     ++progress.colour_passes;
-    if (has_holes_)
-        mark_answered(pixels);
+    mark_answered(pixels);
     const auto add = [this](const float* sample, float* sum, int x, int y) {
         if (!is_finite(sample, 4))
             ++*left_out_.pixel(x, y);

@@ -123,7 +123,7 @@ struct Stage {
     std::unique_ptr<gl::Context> context = gl::make_offscreen_context();
     gl::SourceTextures textures;
     gl::EyeTargets targets;
-    gl::Resample resample{gl::ResampleRule::seen, EngineOptions{}.source_depth_budget_px};
+    gl::Resample resample{gl::ResampleRule::seen, EngineOptions{}.budget_px_of("mesh")};
 
     Stage(bench::BenchScene& scene, double aside_m) {
         const Pose head = scene.description.camera_path.at(0);

@@ -63,8 +63,8 @@ GLuint with_reserve(GLuint needed, std::size_t bytes) {
 }  // namespace
 
 MeshDepth::MeshDepth(const EngineOptions& options, bool plain)
-    : EyeDepthFinder(options, {.only_seen = !plain,
-                               .error_budget_px = plain ? options.error_budget_px : options.source_depth_budget_px}),
+    : EyeDepthFinder(options,
+                     {.only_seen = !plain, .error_budget_px = options.budget_px_of(plain ? "mesh-plain" : "mesh")}),
       plain_(plain), wanted_("mesh_wanted.glsl"),
       cells_("mesh_cells.glsl", plain ? std::vector<std::string>{"PLAIN"} : std::vector<std::string>{}),
       points_pass_("mesh_points.glsl"), draws_pass_("mesh_draws.glsl"),

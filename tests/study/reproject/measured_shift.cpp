@@ -125,9 +125,7 @@ public:
             add_shifts(*engine, eyes_.next(generator), shifts);
             pixels += std::int64_t(eyes_.eye.width) * eyes_.eye.height;
         }
-        const EngineOptions options;
-        const bool finds_depth = name == "mesh" || name == "splat";
-        const double budget_px = finds_depth ? options.source_depth_budget_px : options.error_budget_px;
+        const double budget_px = EngineOptions{}.budget_px_of(name);
         return {{"engine", name},
                 {"pixels", pixels},
                 {"budget_px", budget_px},

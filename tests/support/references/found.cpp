@@ -44,8 +44,7 @@ bool colour_of(const SourceView& source, const glm::dvec3& direction, std::uint8
 class FoundEngine : public Engine {
 public:
     FoundEngine(std::string_view name, const EngineOptions& options) : name_(name), options_(options) {
-        if (name == "mesh" || name == "splat")
-            options_.error_budget_px = options.source_depth_budget_px;
+        options_.error_budget_px = options.budget_px_of(name);
     }
 
     std::string_view name() const override { return name_; }
