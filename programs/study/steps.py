@@ -122,8 +122,8 @@ class Steps:
         self.beside += 1
         try:
             with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-                results = [pool.submit(function, *each) for each in zip(*arguments, strict=True)]
                 try:
+                    results = [pool.submit(function, *each) for each in zip(*arguments, strict=True)]
                     for done in concurrent.futures.as_completed(results):
                         done.result()
                 except BaseException:

@@ -133,6 +133,17 @@ class BesideEachOther(unittest.TestCase):
         threading.Thread(target=interrupt, daemon=True).start()
         self.assertIsInstance(self.ended("wait", "wait2"), KeyboardInterrupt)
 
+    def test_an_interrupt_before_all_are_begun_ends_those_that_run(self):
+        def words():
+            yield "wait"
+            while not self.steps.running:
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            self.steps.side_by_side(lambda word: self.steps.run(word, word), words())
+        self.assertEqual(self.steps.running, set())
+
 
 if __name__ == "__main__":
     unittest.main()
