@@ -107,7 +107,7 @@ private:
     }
 
     /// The first image on each ray beyond the surface that it meets.
-    HWY_INLINE FoundImages first_images(const MirrorRays& r, FloatMask open) const {
+    HWY_NOINLINE FoundImages first_images(const MirrorRays& r, FloatMask open) const {
         FoundImages images{hn::FirstN(float_tag, 0), {all(0.0f), all(0.0f)}};
         if (hn::AllFalse(float_tag, open))
             return images;
@@ -141,7 +141,7 @@ private:
 
     /// From a distance along a ray to the image that the source has in that direction, to the ray's point nearest to
     /// it, and so on, until the image lies on the ray.
-    HWY_INLINE void follow(const Vectors& ray, Floats distance_m, FloatMask open, FoundImages& images) const {
+    HWY_NOINLINE void follow(const Vectors& ray, Floats distance_m, FloatMask open, FoundImages& images) const {
         for (int turn = 0; turn < max_image_turns && !hn::AllFalse(float_tag, open); ++turn) {
             const Vectors point = sum(eye(), ray, distance_m);
             const Floats image_m = image_distance(nearest_sample(job_.grid, point));

@@ -255,6 +255,9 @@ HWY_INLINE std::int64_t put_marks(const WarpJob& job, const Tile& tile) {
     return std::int64_t{tile.rows} * tile_width;
 }
 
+/// The colours at a tile's positions into the picture; how many of its pixels have one (warp_colour_kernels.cpp).
+std::int64_t colour(const WarpJob& job, const Tile& tile);
+
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

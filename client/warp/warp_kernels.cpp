@@ -9,7 +9,6 @@
 #define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
-#include "warp_planes-inl.h"
 #include "warp_surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,18 +27,6 @@ bool keep_open(const WarpJob& job, Tile& tile) {
         }
     }
     return any;
-}
-
-std::int64_t colour(const WarpJob& job, const Tile& tile) {
-    const auto mix = [&](const PixelRows& to)
-                         HWY_ATTR { job.source.rgb.data != nullptr ? mix_rgb(job, tile, to) : mix_yuv(job, tile, to); };
-    if (tile.regular && tile.columns == tile_width) {
-        mix({job.rgba.pixel(tile.x, tile.y), job.rgba.row_stride});
-        return put_marks(job, tile);
-    }
-    alignas(64) std::uint32_t pixels[tile_pixels];
-    mix({reinterpret_cast<std::uint8_t*>(pixels), 4 * tile_width});
-    return put(job, tile, pixels);
 }
 
 bool any_open(const WarpJob& job, const Tile& tile) {

@@ -220,7 +220,7 @@ struct SeenTile {
 
 /// Positions of the points that a tile's pixels see; `keep` is 15 where the source covers them and looks at their
 /// front.
-HWY_INLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
+HWY_NOINLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
     tile.regular = false;
     seen.outside = 0;
     const LastCell last{job.grid.width - 2, job.grid.height - 2};
@@ -246,7 +246,7 @@ HWY_INLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Ti
 }
 
 /// Leaves in `keep` the samples that show the points; true if those are all.
-HWY_INLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, const SeenTile& seen, Tile& tile) {
+HWY_NOINLINE bool test_samples(const WarpJob& job, const InversePlanarRows& rows, const SeenTile& seen, Tile& tile) {
     ask_ahead(reinterpret_cast<const std::uint8_t*>(job.source.depth_m.data), 4 * job.source.depth_m.row_stride,
               seen.offset);
     bool whole = true;
@@ -315,7 +315,7 @@ inline bool shows_front(const EyeRays& rays, const Tile& tile, const InversePlan
 }
 
 /// map_points for tiles of one plane.
-HWY_INLINE bool map_plane(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
+HWY_NOINLINE bool map_plane(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {
     // Most of what may be off goes to the plane: the fit needs little.
     const float error = 0.25f * job.interpolation;
     const float deviation = 3 * error * job.radians_per_sample / job.rays.distance_m();

@@ -1,15 +1,18 @@
-// From the top down to the gaps: the push of push_pull.h. Included once for each instruction set.
-#if defined(EQUISTREAM_PUSH_PULL_PUSH_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef EQUISTREAM_PUSH_PULL_PUSH_INL_H
-#undef EQUISTREAM_PUSH_PULL_PUSH_INL_H
-#else
-#define EQUISTREAM_PUSH_PULL_PUSH_INL_H
-#endif
+// The push of push_pull.h: from the top down to the gaps.
+#include "push_pull.h"
 
-#include "gaps.h"
-#include "push_pull_pull-inl.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/fill/push_kernels.cpp"
+// The scalar loops too, whatever the processor has; as in warp_kernels.cpp, nothing here takes high halves of products.
+#define HWY_COMPILE_ALL_ATTAINABLE
+#define HWY_BROKEN_EMU128 0
+#include <hwy/foreach_target.h>
+
+#include "push_pull-inl.h"
 
 #include <bit>
+#include <cstdint>
+#include <limits>
 #include <span>
 
 HWY_BEFORE_NAMESPACE();
@@ -170,4 +173,22 @@ std::int64_t colour_spans_here(const PullPyramid& pyramid, std::span<const GapSp
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
+#if HWY_ONCE
+namespace equistream {
+
+HWY_EXPORT(push_upper_level_here);
+HWY_EXPORT(push_tiles_here);
+HWY_EXPORT(colour_spans_here);
+
+void push_upper_level(PullPyramid& pyramid, int level) {
+    HWY_DYNAMIC_DISPATCH(push_upper_level_here)(pyramid, level);
+}
+void push_tiles(PullPyramid& pyramid, int level, std::size_t first, std::size_t last) {
+    HWY_DYNAMIC_DISPATCH(push_tiles_here)(pyramid, level, first, last);
+}
+std::int64_t colour_spans(const PullPyramid& pyramid, std::span<const GapSpan> spans) {
+    return HWY_DYNAMIC_DISPATCH(colour_spans_here)(pyramid, spans);
+}
+
+}  // namespace equistream
 #endif

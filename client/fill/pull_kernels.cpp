@@ -1,46 +1,19 @@
-// Vectors that the loops of push_pull.h are made of, one layer of four cells at once, and its pull from pixels up.
-// Included once for each instruction set.
-#if defined(EQUISTREAM_PUSH_PULL_PULL_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef EQUISTREAM_PUSH_PULL_PULL_INL_H
-#undef EQUISTREAM_PUSH_PULL_PULL_INL_H
-#else
-#define EQUISTREAM_PUSH_PULL_PULL_INL_H
-#endif
-
+// The pull of push_pull.h: from pixels up, one layer of four cells at once.
 #include "push_pull.h"
 
-#include <hwy/cache_control.h>
-#include <hwy/highway.h>
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/fill/pull_kernels.cpp"
+// The scalar loops too, whatever the processor has; as in warp_kernels.cpp, nothing here takes high halves of products.
+#define HWY_COMPILE_ALL_ATTAINABLE
+#define HWY_BROKEN_EMU128 0
+#include <hwy/foreach_target.h>
+
+#include "push_pull-inl.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
-
-HWY_BEFORE_NAMESPACE();
-namespace equistream::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-/// A row of a tile's level 1: four cells, or four numbers of one layer.
-using Tag = hn::FixedTag<float, 4>;
-using Floats = hn::Vec<Tag>;
-using FloatMask = hn::Mask<Tag>;
-using IntTag = hn::RebindToSigned<Tag>;
-constexpr Tag tag;
-constexpr IntTag int_tag;
-constexpr int lanes = 4;
-
-using Layer = PullPyramid::Layer;
-using Tile = PullPyramid::Tile;
-
-HWY_INLINE Floats all(float value) {
-    return hn::Set(tag, value);
-}
-}  // namespace equistream::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#include <plugin/formulas/vectors-inl.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace equistream::HWY_NAMESPACE {
@@ -168,7 +141,7 @@ HWY_INLINE Floats w_from(const SurfaceDepths& depths, ImageView<const float> dep
     return hn::IfThenElseZero(depth > all(0), Floats(formulas::w_of(depth, depths.box_radius_m)));
 }
 
-HWY_INLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
+HWY_NOINLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
     constexpr int side = PullPyramid::tile_side;
     const SurfaceDepths& depths = pyramid.depths;
     const EyePicture& picture = *pyramid.picture;
@@ -260,6 +233,14 @@ HWY_INLINE Layers broadcast(const Layers& layers) {
             one(as_number(layers.coloured)) > all(0)};
 }
 
+HWY_NOINLINE std::array<Layers, 2> pulled_from_both(const std::array<std::array<Layers, 4>, 2>& children,
+                                                    float tolerance) {
+    std::array<Layers, 8> both;
+    for (std::size_t i = 0; i < 8; ++i)
+        both[i] = children[i / 4][i % 4];
+    return pulled(both, tolerance);
+}
+
 /// From the four children's layers, of which near ones are rare.
 HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers, 4>, 2>& children, float tolerance) {
     FloatMask near = never();
@@ -267,13 +248,10 @@ HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers,
         near = hn::Or(near, child.present);
     if (hn::AllFalse(tag, near))
         return pulled(children[0], tolerance);
-    std::array<Layers, 8> both;
-    for (std::size_t i = 0; i < 8; ++i)
-        both[i] = children[i / 4][i % 4];
-    return pulled(both, tolerance);
+    return pulled_from_both(children, tolerance);
 }
 
-HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
+HWY_NOINLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
     const float tolerance = pyramid.depths.tolerance;
     Pixels pixels;
     load_pixels(pyramid, tile, pixels);
@@ -352,4 +330,18 @@ void pull_upper_level_here(PullPyramid& pyramid, int level) {
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
+#if HWY_ONCE
+namespace equistream {
+
+HWY_EXPORT(pull_tiles_here);
+HWY_EXPORT(pull_upper_level_here);
+
+void pull_tiles(PullPyramid& pyramid, std::size_t first, std::size_t last) {
+    HWY_DYNAMIC_DISPATCH(pull_tiles_here)(pyramid, first, last);
+}
+void pull_upper_level(PullPyramid& pyramid, int level) {
+    HWY_DYNAMIC_DISPATCH(pull_upper_level_here)(pyramid, level);
+}
+
+}  // namespace equistream
 #endif

@@ -1,10 +1,13 @@
-// The colours at a tile's positions: of a decoder's planes.
-#if defined(EQUISTREAM_WARP_PLANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef EQUISTREAM_WARP_PLANES_INL_H
-#undef EQUISTREAM_WARP_PLANES_INL_H
-#else
-#define EQUISTREAM_WARP_PLANES_INL_H
-#endif
+// The colours at a tile's positions: of a decoder's planes, or of RGB. A file of its own so that it compiles beside
+// warp_kernels.cpp, whose loops call it, in each instruction set.
+#include "resample.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/warp/warp_colour_kernels.cpp"
+// The scalar loops too, whatever the processor has (warp_kernels.cpp says why this is asked for).
+#define HWY_COMPILE_ALL_ATTAINABLE
+#define HWY_BROKEN_EMU128 0
+#include <hwy/foreach_target.h>
 
 #include "warp_colour-inl.h"
 
@@ -157,7 +160,17 @@ HWY_INLINE void mix_yuv(const WarpJob& job, const Tile& tile, const PixelRows& t
     });
 }
 
+std::int64_t colour(const WarpJob& job, const Tile& tile) {
+    const auto mix = [&](const PixelRows& to)
+                         HWY_ATTR { job.source.rgb.data != nullptr ? mix_rgb(job, tile, to) : mix_yuv(job, tile, to); };
+    if (tile.regular && tile.columns == tile_width) {
+        mix({job.rgba.pixel(tile.x, tile.y), job.rgba.row_stride});
+        return put_marks(job, tile);
+    }
+    alignas(64) std::uint32_t pixels[tile_pixels];
+    mix({reinterpret_cast<std::uint8_t*>(pixels), 4 * tile_width});
+    return put(job, tile, pixels);
+}
+
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif
