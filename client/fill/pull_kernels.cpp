@@ -141,7 +141,7 @@ HWY_INLINE Floats w_from(const SurfaceDepths& depths, ImageView<const float> dep
     return hn::IfThenElseZero(depth > all(0), Floats(formulas::w_of(depth, depths.box_radius_m)));
 }
 
-HWY_NOINLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
+HWY_INLINE void load_pixels(const PullPyramid& pyramid, const Tile& tile, Pixels& pixels) {
     constexpr int side = PullPyramid::tile_side;
     const SurfaceDepths& depths = pyramid.depths;
     const EyePicture& picture = *pyramid.picture;
@@ -233,14 +233,6 @@ HWY_INLINE Layers broadcast(const Layers& layers) {
             one(as_number(layers.coloured)) > all(0)};
 }
 
-HWY_NOINLINE std::array<Layers, 2> pulled_from_both(const std::array<std::array<Layers, 4>, 2>& children,
-                                                    float tolerance) {
-    std::array<Layers, 8> both;
-    for (std::size_t i = 0; i < 8; ++i)
-        both[i] = children[i / 4][i % 4];
-    return pulled(both, tolerance);
-}
-
 /// From the four children's layers, of which near ones are rare.
 HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers, 4>, 2>& children, float tolerance) {
     FloatMask near = never();
@@ -248,10 +240,13 @@ HWY_INLINE std::array<Layers, 2> pulled_from(const std::array<std::array<Layers,
         near = hn::Or(near, child.present);
     if (hn::AllFalse(tag, near))
         return pulled(children[0], tolerance);
-    return pulled_from_both(children, tolerance);
+    std::array<Layers, 8> both;
+    for (std::size_t i = 0; i < 8; ++i)
+        both[i] = children[i / 4][i % 4];
+    return pulled(both, tolerance);
 }
 
-HWY_NOINLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
+HWY_INLINE void pull_tile(const PullPyramid& pyramid, Tile& tile, PullPyramid::TileLayers& layers) {
     const float tolerance = pyramid.depths.tolerance;
     Pixels pixels;
     load_pixels(pyramid, tile, pixels);
