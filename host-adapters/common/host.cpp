@@ -20,9 +20,7 @@ struct Typed {
     std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
     std::string progress = "auto";
     double fps = 0, fov_deg = 90;
-    CLI::Option* fov_option = nullptr;
-    CLI::Option* fps_option = nullptr;
-    CLI::Option *patch_budget = nullptr, *patch_side = nullptr;
+    cli::Option fov_option, fps_option, patch_budget, patch_side;
 };
 
 double number(std::string_view text, const std::string& option, const std::string& expected) {
@@ -59,7 +57,7 @@ RenderOptions checked(const Typed& typed) {
     if (!typed.small_eye.empty())
         o.small_eye = parse_eye(typed.small_eye);
     o.lock = typed.lock == "path" ? ES_LOCK_PATH : ES_LOCK_WORLD;
-    if (typed.fps_option->count() > 0) {
+    if (typed.fps_option.is_given()) {
         if (!std::isfinite(typed.fps))
             throw InputError(expected_found("--fps", "a finite number", std::to_string(typed.fps)));
         o.frames_per_second = typed.fps;
@@ -71,8 +69,8 @@ RenderOptions checked(const Typed& typed) {
     if (o.patches && (!sphere || o.eyes.size() > 1))
         throw InputError(expected_found("--patches", "one sphere, whose patches go into DIR/patches",
                                         sphere ? "--eye both" : "--camera perspective"));
-    if (!o.patches && (typed.patch_budget->count() > 0 || typed.patch_side->count() > 0))
-        throw InputError(expected_found(typed.patch_side->count() > 0 ? "--patch-side" : "--patch-budget",
+    if (!o.patches && (typed.patch_budget.is_given() || typed.patch_side.is_given()))
+        throw InputError(expected_found(typed.patch_side.is_given() ? "--patch-side" : "--patch-budget",
                                         "--patches as well", "none"));
     if (o.small_eye && (o.size.width % 4 != 0 || o.size.height % 4 != 0))
         throw InputError(expected_found("--small", "a --size whose sides are multiples of 4",
@@ -81,7 +79,7 @@ RenderOptions checked(const Typed& typed) {
         std::fprintf(stderr,
                      "equistream render: note: --small is a quarter, %dx%d; encode codes sides of at least %d only\n",
                      o.size.width / 4, o.size.height / 4, min_track_side);
-    if (sphere && typed.fov_option->count() > 0)
+    if (sphere && typed.fov_option.is_given())
         throw InputError(expected_found("--fov", "--camera perspective", "--camera equirect (see --range)"));
     if (!sphere && !typed.range.empty())
         throw InputError(expected_found("--range", "--camera equirect", "--camera perspective (see --fov)"));
@@ -95,26 +93,24 @@ RenderOptions checked(const Typed& typed) {
     return o;
 }
 
-void add_camera_options(CLI::App& app, Typed& t) {
+void add_camera_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--camera", t.camera, "Whole sphere or flat view")
-        ->check(CLI::IsMember({"equirect", "perspective"}))
-        ->capture_default_str();
+        .one_of({"equirect", "perspective"})
+        .with_default();
     app.add_option("--eye", t.eye, "Where the camera stands; both: left and right")
-        ->check(CLI::IsMember({"centre", "left", "right", "both"}))
-        ->capture_default_str();
-    app.add_option("--ipd", t.options.ipd_m, "Distance between the eyes, metres")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str();
+        .one_of({"centre", "left", "right", "both"})
+        .with_default();
+    app.add_option("--ipd", t.options.ipd_m, "Distance between the eyes, metres").between(0.0, 1.0).with_default();
     app.add_option("--lock", t.lock, "Whether a sphere's axes stay the world's or turn with the path")
-        ->check(CLI::IsMember({"world", "path"}))
-        ->capture_default_str();
+        .one_of({"world", "path"})
+        .with_default();
     app.add_option("--size", t.size, "WxH in pixels (default 1920x960; perspective 1280x720)");
     t.fov_option = app.add_option("--fov", t.fov_deg, "Horizontal field of view of a perspective view, degrees")
-                       ->check(CLI::Range(1.0, 170.0))
-                       ->capture_default_str();
+                       .between(1.0, 170.0)
+                       .with_default();
     app.add_option("--range", t.range, "LON,LAT: degrees a sphere covers, centred ahead (default 360,180)");
     app.add_option("--small", t.small_eye, "Also render this eye at a quarter of width and height, into DIR/small")
-        ->check(CLI::IsMember({"centre", "left", "right"}));
+        .one_of({"centre", "left", "right"});
     app.add_flag("--layers", t.options.layers,
                  "Also render what eyes of the head box see behind the first surfaces, into DIR/hidden");
     app.add_flag(
@@ -122,26 +118,25 @@ void add_camera_options(CLI::App& app, Typed& t) {
         "Also render what eyes of the head box uncover, as patches of spheres beside this one, into DIR/patches");
     t.patch_budget = app.add_option("--patch-budget", t.options.patch_budget_percent,
                                     "Most pixels of all patches, percent of the sphere's")
-                         ->check(CLI::Range(0.1, 100.0))
-                         ->capture_default_str();
+                         .between(0.1, 100.0)
+                         .with_default();
     t.patch_side =
         app.add_option("--patch-side", t.options.patch_side,
                        "Pixels a patch is wide and high; default: as few as the budget's atlas allows, 4 at 1920x960")
-            ->check(CLI::Range(min_patch_side, max_patch_side));
+            .between(min_patch_side, max_patch_side);
 }
 
-void add_frame_options(CLI::App& app, Typed& t) {
-    app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's")->check(CLI::ExistingFile);
+void add_frame_options(cli::CommandLine& app, Typed& t) {
+    app.add_option("--path", t.options.path, "Camera path (CSV) instead of the scene's").existing_file();
     cli::add_frames_option(app, t.options.frames, "FIRST-LAST or one number (default: the whole path)");
-    t.fps_option =
-        app.add_option("--fps", t.fps, "Frames per second (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
+    t.fps_option = app.add_option("--fps", t.fps, "Frames per second (default: the scene's)").between(0.001, 1000.0);
 }
 
-void add_quality_options(CLI::App& app, Typed& t) {
-    app.add_option("--spp", t.options.spp, "Samples per pixel")->check(CLI::Range(1u, 1048576u))->capture_default_str();
+void add_quality_options(cli::CommandLine& app, Typed& t) {
+    app.add_option("--spp", t.options.spp, "Samples per pixel").between(1u, 1048576u).with_default();
     cli::add_seed_option(app, t.options.seed, "Other seeds give independent noise");
     app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids,specular,virtual, all or none")
-        ->capture_default_str();
+        .with_default();
 }
 
 }  // namespace
@@ -152,19 +147,19 @@ const char* eye_name(es_eye eye) {
     return eye_names[eye];
 }
 
-std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host) {
+std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const HostText& host) {
     const auto typed = std::make_shared<Typed>();
     typed->host = host.name;
-    app.add_option("scene", typed->options.scene, host.scene)->required();
-    app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye")->required();
+    app.add_option("scene", typed->options.scene, host.scene).required();
+    app.add_option("--out", typed->options.out, "Folder for the frames: one sub-folder per eye").required();
     app.add_option("--host", typed->host, "Renderer: embree or mitsuba; this is the help of the one shown")
-        ->check(CLI::IsMember({host.name}))
-        ->capture_default_str();
+        .one_of({host.name})
+        .with_default();
     add_camera_options(app, *typed);
     add_frame_options(app, *typed);
     add_quality_options(app, *typed);
     app.add_option("--threads", typed->options.threads, "Rendering threads (default: one per processor)")
-        ->check(CLI::Range(1u, 1024u));
+        .between(1u, 1024u);
     app.add_flag("--overwrite", typed->options.overwrite,
                  "Render finished frames again; frames of other settings make way");
     app.add_flag("--single-part", typed->options.single_part, "EXR files with one part, for readers of the first only");

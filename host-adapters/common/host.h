@@ -50,7 +50,7 @@ struct RenderOptions {
 const char* eye_name(es_eye eye);
 
 /// Adds the options to `app`; after parsing, the returned function gives their checked values.
-std::function<RenderOptions()> add_render_options(CLI::App& app, const HostText& host);
+std::function<RenderOptions()> add_render_options(cli::CommandLine& app, const HostText& host);
 
 // Which frames there are to make, and at what times.
 
@@ -129,7 +129,7 @@ public:
     virtual ~RenderHost() = default;
     virtual HostText text() const = 0;
     /// Adds what this renderer alone has; values are read when describe is called.
-    virtual void add_options(CLI::App& app) = 0;
+    virtual void add_options(cli::CommandLine& app) = 0;
     /// Reads the scene as far as frames' times and poses need it; the host owns what it returns.
     virtual const SceneDescription& describe(const RenderOptions& options) = 0;
     /// Readies the rest. Fingerprints of what describe returned may be filled in only now.
@@ -152,4 +152,19 @@ public:
     virtual HostFigures figures(double render_s, nlohmann::json& json) const = 0;
 };
 
+/// The whole of `equistream render` around one host: parses, loads, renders every frame that is not there yet, reports;
+/// returns the exit status. An interrupt (SIGINT, SIGTERM) leaves whole frames only and ends in an error that says how
+/// many.
+int run(int argc, char** argv, RenderHost& host);
+
 }  // namespace equistream::render_command
+
+// Which code this program was built from.
+
+namespace equistream {
+
+/// Eight hexadecimal digits over the sources that decide pixels, as each host lists them
+/// (cmake/CodeIdentity.cmake).
+const char* code_identity();
+
+}  // namespace equistream

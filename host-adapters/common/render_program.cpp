@@ -1,6 +1,5 @@
-#include "render_program.h"
-
 #include "follow.h"
+#include "host.h"
 #include "sequence_renderer.h"
 
 #include <equistream/elapsed.h>
@@ -56,7 +55,7 @@ void render(RenderHost& host, RenderOptions options, const std::string& command)
 int run(int argc, char** argv, RenderHost& host) {
     const HostText text = host.text();
     return cli::run_program(
-        argc, argv, {"render", text.summary, text.example}, [&](CLI::App& app) -> std::function<void()> {
+        argc, argv, {"render", text.summary, text.example}, [&](cli::CommandLine& app) -> std::function<void()> {
             const auto options = add_render_options(app, text);
             host.add_options(app);
             return [&host, argc, argv, options] { render(host, options(), cli::quoted_command(argc, argv)); };

@@ -1,4 +1,4 @@
-#include "attribute_sizes.h"
+#include "foreign_exr.h"
 
 #include <equistream/error.h>
 

@@ -1,5 +1,4 @@
 #include "foreign_exr.h"
-#include "attribute_sizes.h"
 
 #include <equistream/error.h>
 #include <equistream/text.h>

@@ -6,6 +6,7 @@
 
 #include <glm/glm.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -22,6 +23,11 @@ struct ForeignChannel {
     int part_index = 0;
     bool is_id = false;  ///< stored as unsigned integers
 };
+
+/// A look at a file's headers before OpenEXR's, which asks for as much memory as an attribute says it has. Throws
+/// InputError for headers whose attributes say that they are longer than the file, or that have no end. What they hold
+/// is not looked at.
+void require_attributes_within(const std::filesystem::path& file, std::uintmax_t file_bytes);
 
 /// Throws InputError naming the file for what is no flat EXR (deep data), too large, or cut.
 class ForeignExr {

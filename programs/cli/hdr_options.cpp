@@ -9,7 +9,7 @@
 
 namespace equistream {
 
-void HdrOptions::add_to(CLI::App& app) {
+void HdrOptions::add_to(cli::CommandLine& app) {
     options_ = {
         app.add_option("--display", settings_.display,
                        "HDR streams: the display, by its name in the OpenColorIO config; default: sRGB"),
@@ -19,7 +19,7 @@ void HdrOptions::add_to(CLI::App& app) {
         app.add_option("--exposure", settings_.exposure_stops, "HDR streams: stops, -20 to 20, before the view"),
         app.add_option("--ocio", settings_.config,
                        "HDR streams: an OpenColorIO config with its displays and views; default: one built in")
-            ->check(CLI::ExistingFile)};
+            .existing_file()};
 }
 
 namespace {
@@ -36,7 +36,7 @@ std::string of_option(const std::string& message) {
 }  // namespace
 
 std::shared_ptr<const HdrDisplay> HdrOptions::display() const {
-    if (std::ranges::none_of(options_, [](const CLI::Option* option) { return option->count() > 0; }))
+    if (std::ranges::none_of(options_, [](const cli::Option& option) { return option.is_given(); }))
         return nullptr;
     try {
         return std::make_shared<const HdrDisplay>(settings_);

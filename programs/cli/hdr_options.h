@@ -10,13 +10,13 @@ namespace equistream {
 
 class HdrOptions {
 public:
-    void add_to(CLI::App& app);
+    void add_to(cli::CommandLine& app);
     /// Null where none was given. Throws InputError.
     std::shared_ptr<const HdrDisplay> display() const;
 
 private:
     HdrDisplaySettings settings_;
-    std::vector<CLI::Option*> options_;
+    std::vector<cli::Option> options_;
 };
 
 }  // namespace equistream

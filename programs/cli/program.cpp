@@ -6,6 +6,8 @@
 #include <equistream/error.h>
 #include <equistream/image.h>
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <csignal>
@@ -188,7 +190,7 @@ private:
 }  // namespace
 
 int run_program(int argc, char** argv, const ProgramText& text,
-                const std::function<std::function<void()>(CLI::App&)>& setup) {
+                const std::function<std::function<void()>(CommandLine&)>& setup) {
     const std::string& name = text.name;
     std::signal(SIGXFSZ, SIG_IGN);  // write() then says why
     CLI::App app(text.summary, "equistream " + name);
@@ -199,8 +201,9 @@ int run_program(int argc, char** argv, const ProgramText& text,
     app.allow_config_extras(CLI::config_extras_mode::error);
     app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
     app.get_formatter()->column_width(34);
+    CommandLine options(app);
     try {
-        const auto run = setup(app);
+        const auto run = setup(options);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& e) {
@@ -252,33 +255,33 @@ FrameRange parse_frames(const std::string& text) {
     return range;
 }
 
-CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description) {
-    return app.add_option_function<std::string>(
+Option add_frames_option(CommandLine& app, std::optional<FrameRange>& frames, const std::string& description) {
+    return app.add_function(
         "--frames", [&frames](const std::string& text) { frames = parse_frames(text); }, description);
 }
 
-CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description) {
+Option add_seed_option(CommandLine& app, std::uint64_t& seed, const std::string& description) {
     return app
-        .add_option_function<std::string>(
+        .add_function(
             "--seed",
             [&seed](const std::string& text) {
                 require(read_whole(text, seed), "--seed", "a whole number from 0 to 18446744073709551615",
                         in_quotes(text));
             },
             description)
-        ->type_name("UINT")
-        ->default_str(std::to_string(seed));
+        .type_name("UINT")
+        .with_default(std::to_string(seed));
 }
 
-CLI::Option* add_json_flag(CLI::App& app, bool& json) {
+Option add_json_flag(CommandLine& app, bool& json) {
     return app.add_flag("--json", json, "Report as JSON on standard output");
 }
 
-CLI::Option* add_progress_option(CLI::App& app, std::string& progress) {
+Option add_progress_option(CommandLine& app, std::string& progress) {
     return app
         .add_option("--progress", progress,
                     "auto: a bar on a terminal; json: a line of JSON a step on standard error; none: nothing")
-        ->capture_default_str();
+        .with_default();
 }
 
 std::string quoted_command(int argc, char** argv) {

@@ -1,9 +1,9 @@
 #pragma once
 /// What every program shares: exit codes, one-line errors, --settings, progress, common option values.
+#include "command_line.h"
+
 #include <equistream/elapsed.h>
 #include <equistream/text.h>
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -32,7 +32,7 @@ struct ProgramText {
 /// Adds --settings FILE (TOML/INI as CLI11 reads it), --help, --version. A file that grows beyond the limit of its size
 /// (ulimit -f) is an error where it is written, not the end of the process by SIGXFSZ.
 int run_program(int argc, char** argv, const ProgramText& text,
-                const std::function<std::function<void()>(CLI::App&)>& setup);
+                const std::function<std::function<void()>(CommandLine&)>& setup);
 
 /// Throws InputError "OPTION: expected EXPECTED, found FOUND" unless it is good.
 void require(bool good, const std::string& option, const std::string& expected, const std::string& found);
@@ -48,18 +48,10 @@ Value parse_word(const std::string& option, const std::string& word, const Words
 
 /// An option whose default is shown by --help. `words`: what it may be, where that is one of a few.
 template <typename Value>
-CLI::Option* add_with_default(CLI::App& app, const std::string& name, Value& value, const std::string& description,
-                              const std::vector<std::string>& words = {}) {
-    CLI::Option* option = app.add_option(name, value, description)->capture_default_str();
-    return words.empty() ? option : option->check(CLI::IsMember(words));
-}
-
-/// An option without a default: `value` is set where it is given.
-template <typename Value>
-CLI::Option* add_optional(CLI::App& app, const std::string& name, std::optional<Value>& value,
-                          const std::string& description) {
-    return app.add_option_function<Value>(
-        name, [&value](const Value& given) { value = given; }, description);
+Option add_with_default(CommandLine& app, const std::string& name, Value& value, const std::string& description,
+                        const std::vector<std::string>& words = {}) {
+    Option option = app.add_option(name, value, description).with_default();
+    return words.empty() ? option : option.one_of(words);
 }
 
 struct Size {
@@ -76,20 +68,20 @@ FrameRange
 parse_frames(const std::string& text);  ///< "0-149" or "7"; empty, negative or backward ranges are InputErrors
 
 /// Adds --frames, which sets `frames` when it is given.
-CLI::Option* add_frames_option(CLI::App& app, std::optional<FrameRange>& frames, const std::string& description);
+Option add_frames_option(CommandLine& app, std::optional<FrameRange>& frames, const std::string& description);
 
 /// Adds --seed: a whole number from 0 to 2^64 - 1, exactly; anything else is refused.
-CLI::Option* add_seed_option(CLI::App& app, std::uint64_t& seed, const std::string& description);
+Option add_seed_option(CommandLine& app, std::uint64_t& seed, const std::string& description);
 
 /// The command line as one shell-quoted string, for manifests and reports; the program without its folder.
 std::string quoted_command(int argc, char** argv);
 
 enum class ProgressStyle { automatic, json, none };
 /// Adds --json: the report on standard output is JSON and nothing else.
-CLI::Option* add_json_flag(CLI::App& app, bool& json);
+Option add_json_flag(CommandLine& app, bool& json);
 
 /// Adds --progress, whose value parse_progress() reads.
-CLI::Option* add_progress_option(CLI::App& app, std::string& progress);
+Option add_progress_option(CommandLine& app, std::string& progress);
 
 /// "auto" (a bar on a terminal, nothing elsewhere), "json" (a line per step on stderr), "none".
 ProgressStyle parse_progress(const std::string& text);

@@ -73,11 +73,11 @@ bool is_linear(const PicturePair& pair) {
 }
 
 /// PNG is what a display was sent: no exposure and no view make it another.
-void require_use_of_display(const CLI::App& app, const std::vector<EyePairs>& eyes) {
+void require_use_of_display(const cli::CommandLine& app, const std::vector<EyePairs>& eyes) {
     const bool any_linear =
         std::ranges::any_of(eyes, [](const EyePairs& eye) { return std::ranges::any_of(eye.pairs, is_linear); });
     for (const char* option : {"--exposure", "--view"})
-        cli::require(any_linear || app.count(option) == 0, option, "an EXR among the pictures", "PNG alone");
+        cli::require(any_linear || !app.is_given(option), option, "an EXR among the pictures", "PNG alone");
 }
 
 nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeScore>& scores) {
@@ -94,7 +94,7 @@ nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeS
     return json;
 }
 
-void compare(Arguments& arguments, const CLI::App& app) {
+void compare(Arguments& arguments, const cli::CommandLine& app) {
     complete(arguments);
     const std::vector<EyePairs> eyes = pair_pictures(arguments.pairing);
     require_use_of_display(app, eyes);
@@ -118,15 +118,15 @@ void compare(Arguments& arguments, const CLI::App& app) {
         write_file_atomically(arguments.out, json);
 }
 
-std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
+std::function<void()> set_up(cli::CommandLine& app, const std::shared_ptr<Arguments>& arguments) {
     app.add_option("A", arguments->pairing.picture,
                    "What is scored: a folder with left/ and right/, a folder of frames, or one PNG or EXR")
-        ->required();
-    app.add_option("TRUTH", arguments->pairing.truth, "What it should be, of the same kind")->required();
+        .required();
+    app.add_option("TRUTH", arguments->pairing.truth, "What it should be, of the same kind").required();
     app.add_option("--second", arguments->second,
                    "A2 TRUTH2: a second run whose noise is independent of A's and TRUTH's; gives the noise-free error")
-        ->expected(2)
-        ->type_name("A2 TRUTH2");
+        .expected(2)
+        .type_name("A2 TRUTH2");
     cli::add_with_default(app, "--metrics", arguments->metrics, "Comma-separated: psnr, ssim, ws-psnr; or none");
     app.add_option("--eyes", arguments->eyes,
                    "Comma-separated: left, right, centre, small (default: left and right where they exist)");
@@ -151,5 +151,5 @@ int main(int argc, char** argv) {
     return cli::run_program(argc, argv,
                             {"compare", "Score pictures against the truth: PSNR, SSIM, the noise-free error.",
                              "equistream compare views/sphere-left truth/seed2 --json --out score.json"},
-                            [&](CLI::App& app) { return set_up(app, arguments); });
+                            [&](cli::CommandLine& app) { return set_up(app, arguments); });
 }

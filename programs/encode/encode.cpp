@@ -332,11 +332,11 @@ void run(const Options& options) {
         print_text(request, options, report, out);
 }
 
-std::function<void()> set_up(CLI::App& app, Options& options) {
+std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     EncodeRequest& request = options.request;
     app.add_option("DIR", options.sources.folder, "A render's folder (centre/, left/, right/, small/), or one of these")
-        ->required();
-    app.add_option("--out", request.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL")->required();
+        .required();
+    app.add_option("--out", request.target, "File (.mp4 .mkv .ts .nut .h264 .h265) or URL").required();
     cli::add_with_default(app, "--codec", options.codec,
                           "h264 or h265; depth as w12, hue or lossless is coded as h265 always", {"h264", "h265"});
     cli::add_with_default(
@@ -349,7 +349,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
                           "ultrafast, superfast, veryfast, faster, fast, medium, slow, slower, veryslow or placebo");
     cli::add_with_default(app, "--gop", request.settings.gop, "Frames from one key frame to the next, 1 to 10000");
     app.add_option("--eye", options.eye, "Which folder is the main stream: centre, left or right (the first there is)")
-        ->check(CLI::IsMember({"centre", "left", "right"}));
+        .one_of({"centre", "left", "right"});
     cli::add_with_default(
         app, "--stereo", options.stereo,
         "For ordinary 360 players: top-bottom (left/'s eye above right/'s, what most of them know) or "
@@ -386,7 +386,7 @@ std::function<void()> set_up(CLI::App& app, Options& options) {
         "backward, forward and depth, so that clients can carry it on while frames are late; or none",
         {"auto", "none"});
     cli::add_json_flag(app, options.json)
-        ->description("Report as JSON on standard output (on standard error where the video goes there)");
+        .description("Report as JSON on standard output (on standard error where the video goes there)");
     cli::add_progress_option(app, options.progress);
     return [&options] { run(options); };
 }
@@ -402,5 +402,5 @@ int main(int argc, char** argv) {
         argc, argv,
         {"encode", "Encode rendered frames as H.264 or H.265 video",
          "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20 --depth auto"},
-        [&](CLI::App& app) { return equistream::set_up(app, options); });
+        [&](cli::CommandLine& app) { return equistream::set_up(app, options); });
 }

@@ -44,9 +44,9 @@ LongitudeLatitudeRange parse_range(const std::string& text) {
     return {degrees[0] * unit, degrees[1] * unit, degrees[2] * unit, degrees[3] * unit};
 }
 
-void complete(Arguments& a, const CLI::App& app) {
+void complete(Arguments& a, const cli::CommandLine& app) {
     using namespace files;
-    const auto given = [&](const char* option) { return app.count(option) > 0; };
+    const auto given = [&](const char* option) { return app.is_given(option); };
     ImportSettings& s = a.settings;
     Overrides& o = s.overrides;
     if (given("--channels"))
@@ -112,7 +112,7 @@ void print_json(const Arguments& a, const files::ImportPlan& plan) {
     std::printf("%s\n", json_text(as_json(a, plan), 2).c_str());
 }
 
-void run(Arguments& a, const CLI::App& app) {
+void run(Arguments& a, const cli::CommandLine& app) {
     complete(a, app);
     const cli::ProgressStyle style = cli::parse_progress(a.progress);
     files::ImportPlan plan = files::make_plan(a.settings);
@@ -135,14 +135,14 @@ void run(Arguments& a, const CLI::App& app) {
         std::printf("note: %s\n", plan.notes[i].c_str());
 }
 
-std::function<void()> set_up(CLI::App& app, const std::string& command) {
+std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto a = std::make_shared<Arguments>();
     files::ImportSettings& s = a->settings;
     files::Overrides& o = s.overrides;
     s.command = command;
     app.add_option("SOURCE", s.sources,
                    "Folders, files or patterns (shot.####.exr); several where each AOV has files of its own")
-        ->required();
+        .required();
     app.add_option("--out", s.out, "Folder for centre/, left/ or right/");
     app.add_flag("--dry-run", a->dry_run, "Only say what was found and what it is taken for");
     cli::add_with_default(app, "--preset", s.preset,
@@ -151,10 +151,10 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
                    "PLANE=LAYER or PLANE=CHANNEL+CHANNEL..., between commas; PLANE=none leaves one out");
     app.add_option("--depth", a->depth,
                    "radial (along the ray), planar (along the axis) or position (the point, camera space)");
-    cli::add_optional(app, "--depth-scale", o.depth_scale_m, "Metres a unit of depth (default: 1)");
-    cli::add_optional(app, "--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
-    cli::add_optional(app, "--miss", o.miss_value, "The value that means nothing was hit");
-    cli::add_optional(app, "--miss-above", o.miss_above, "This and more means nothing was hit (default: 1e9)");
+    app.add_option("--depth-scale", o.depth_scale_m, "Metres a unit of depth (default: 1)");
+    app.add_option("--near", o.near_plane_m, "Metres along the axis by which depth was shortened");
+    app.add_option("--miss", o.miss_value, "The value that means nothing was hit");
+    app.add_option("--miss-above", o.miss_above, "This and more means nothing was hit (default: 1e9)");
     app.add_option("--backward", a->backward,
                    "Words between commas: to-previous or from-previous; pixels, normalised or ndc; y-down or y-up");
     app.add_option("--forward", a->forward, "The same with to-next or from-next");
@@ -164,11 +164,11 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--range", a->range, "WEST,EAST,SOUTH,NORTH of an equirect picture, degrees");
     app.add_option("--fov", a->fov_deg, "Horizontal, degrees, of a perspective picture");
     app.add_flag("--mirrored", a->mirrored, "The sphere's longitude grows to the left");
-    cli::add_optional(app, "--forward-at", o.forward_at,
-                      "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
+    app.add_option("--forward-at", o.forward_at,
+                   "Where the camera looks, as a fraction of the sphere's width, once mirrored (default: 0.5)");
     app.add_option("--up", a->up, "The source's world's up: y or z");
     app.add_option("--path", s.path, "CSV of the head's poses in the source's world");
-    cli::add_optional(app, "--fps", s.frames_per_second, "Frames a second (default: the files', else 30)");
+    app.add_option("--fps", s.frames_per_second, "Frames a second (default: the files', else 30)");
     cli::add_with_default(app, "--eye", a->eye, "centre, left or right, where the files do not say");
     cli::add_with_default(app, "--ipd", s.info.ipd_m, "Metres between the eyes");
     cli::add_with_default(app, "--lean", s.info.head_radius_m, "Radius of the head box, metres");
@@ -191,5 +191,5 @@ int main(int argc, char** argv) {
     return cli::run_program(argc, argv,
                             {"import", "Makes frames of any renderer's EXR sequences, and says what it took for what",
                              "equistream import blender/shot.####.exr --preset cycles --path head.csv --out shot"},
-                            [&](CLI::App& app) { return set_up(app, command); });
+                            [&](cli::CommandLine& app) { return set_up(app, command); });
 }

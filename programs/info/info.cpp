@@ -52,8 +52,8 @@ std::string report(const Options& options, const Description& description) {
     return json_text(json, 2) + "\n";
 }
 
-std::function<void()> set_up(CLI::App& app, Options& options) {
-    app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames")->required();
+std::function<void()> set_up(cli::CommandLine& app, Options& options) {
+    app.add_option("SOURCE", options.source, "A stream (file or URL), an EXR frame, or a folder of frames").required();
     cli::add_json_flag(app, options.json);
     app.add_flag("--frames", options.frames, "List every frame with its pose");
     app.add_option("--pictures", options.pictures,
@@ -82,5 +82,5 @@ int main(int argc, char** argv) {
     return equistream::cli::run_program(
         argc, argv,
         {"info", "Explain a stream, an EXR frame or a folder of frames", "equistream info sponza.mkv --frames"},
-        [&](CLI::App& app) { return equistream::set_up(app, options); });
+        [&](cli::CommandLine& app) { return equistream::set_up(app, options); });
 }

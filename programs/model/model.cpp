@@ -179,10 +179,10 @@ void run(const Arguments& request) {
     std::fputs(report(request, built.figures, seconds_since(start)).c_str(), stdout);
 }
 
-std::function<void()> set_up(CLI::App& app, const std::shared_ptr<Arguments>& arguments) {
+std::function<void()> set_up(cli::CommandLine& app, const std::shared_ptr<Arguments>& arguments) {
     Arguments& r = *arguments;
-    app.add_option("SCENE", r.scene, "Scene description (JSON)")->required();
-    app.add_option("--out", r.out, "Description to write, NAME.json; NAME.glb is written beside it")->required();
+    app.add_option("SCENE", r.scene, "Scene description (JSON)").required();
+    app.add_option("--out", r.out, "Description to write, NAME.json; NAME.glb is written beside it").required();
     cli::add_with_default(app, "--error-px", r.error_px,
                           "Whole error budget, in pixels at the centre of a view; edges may shift by it");
     cli::add_with_default(app, "--focal", r.focal_px, "That view's focal length, in pixels");
@@ -209,5 +209,5 @@ int main(int argc, char** argv) {
          "Makes the geometry a client needs: what can be seen from the path's head boxes, simplified "
          "under the error bound and checked by rays.",
          "equistream model scenes/pavilion.json --out pavilion-model.json"},
-        [&](CLI::App& app) { return set_up(app, arguments); });
+        [&](cli::CommandLine& app) { return set_up(app, arguments); });
 }

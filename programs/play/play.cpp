@@ -30,34 +30,33 @@ struct Arguments {
 using cli::require;
 
 /// An option of earlier versions, which help does not list: it is taken with its value, and says that it does nothing.
-void add_gone_option(CLI::App& app, const std::string& name, const std::string& instead) {
-    app.add_option_function<std::string>(name,
-                                         [name, instead](const std::string&) {
-                                             std::fprintf(stderr,
-                                                          "equistream play: note: %s is gone and changes nothing: %s\n",
-                                                          name.c_str(), instead.c_str());
-                                         })
-        ->group("");
+void add_gone_option(cli::CommandLine& app, const std::string& name, const std::string& instead) {
+    app.add_function(name,
+                     [name, instead](const std::string&) {
+                         std::fprintf(stderr, "equistream play: note: %s is gone and changes nothing: %s\n",
+                                      name.c_str(), instead.c_str());
+                     })
+        .group("");
 }
 
 /// Names of today for those of earlier versions.
-void use_current_names(play::Settings& settings, const CLI::App& app) {
-    if (app.count("--method") > 0 && settings.method != "auto") {
+void use_current_names(play::Settings& settings, const cli::CommandLine& app) {
+    if (app.is_given("--method") && settings.method != "auto") {
         const EngineStage& engine = find_engine(settings.method, "--method", "auto");
         settings.method = current_name("play", "--method", engine, settings.method);
     }
-    if (app.count("--depth") > 0)
+    if (app.is_given("--depth"))
         settings.depth = current_name("play", "--depth", find_depth(settings.depth), settings.depth);
 }
 
-void choose_layout(Arguments& arguments, const CLI::App& app) {
+void choose_layout(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     const std::string& layout = arguments.layout;
     settings.layout = cli::parse_word<play::Layout>("--layout", layout, play::layout_names);
     if (settings.layout == play::Layout::anaglyph)
-        settings.anaglyph = &(app.count("--anaglyph") > 0 ? find_anaglyph(arguments.anaglyph) : anaglyphs().front());
+        settings.anaglyph = &(app.is_given("--anaglyph") ? find_anaglyph(arguments.anaglyph) : anaglyphs().front());
     else
-        require(app.count("--anaglyph") == 0, "--anaglyph", "--layout anaglyph beside it", layout);
+        require(!app.is_given("--anaglyph"), "--anaglyph", "--layout anaglyph beside it", layout);
     require(settings.layout == play::Layout::files || settings.format != play::Format::exr, "--layout",
             "files for --format exr, which keeps each eye's camera", layout);
 }
@@ -67,7 +66,7 @@ constexpr std::array video_extensions = {".mp4", ".mkv"};
 
 /// `--out eyes.mp4` is that file, unless a folder of this name is there already. It holds both eyes: side by side, or
 /// as --layout says.
-void choose_video(Arguments& arguments, const CLI::App& app) {
+void choose_video(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     const std::filesystem::path& out = settings.out;
     if (std::ranges::find(video_extensions, out.extension()) == video_extensions.end())
@@ -76,10 +75,10 @@ void choose_video(Arguments& arguments, const CLI::App& app) {
     require(type_of(out, "the name of a video") != std::filesystem::file_type::directory, option, "the name of a video",
             "a folder of this name");
     settings.out_is_video = true;
-    if (app.count("--layout") == 0)
-        arguments.layout = app.count("--anaglyph") > 0 ? "anaglyph" : "sbs";
+    if (!app.is_given("--layout"))
+        arguments.layout = app.is_given("--anaglyph") ? "anaglyph" : "sbs";
     require(arguments.layout != "files", option, "--layout sbs or anaglyph, both eyes in one video", "--layout files");
-    if (app.count("--format") == 0)
+    if (!app.is_given("--format"))
         arguments.format = "mp4";
     require(arguments.format == "mp4", option, "--format mp4, or the name of a folder", "--format " + arguments.format);
     require(!settings.reliability, option, "the name of a folder for --reliability", "the name of a video");
@@ -87,23 +86,23 @@ void choose_video(Arguments& arguments, const CLI::App& app) {
 
 constexpr double longest_extrapolation_s = 1;
 
-void choose_refreshes(Arguments& arguments, const CLI::App& app) {
+void choose_refreshes(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     settings.conditions = parse_network(settings.network, "--network");
-    if (app.count("--refresh") == 0 && app.count("--network") == 0) {
-        require(app.count("--carry") == 0, "--carry", "--refresh or --network beside it", "neither");
+    if (!app.is_given("--refresh") && !app.is_given("--network")) {
+        require(!app.is_given("--carry"), "--carry", "--refresh or --network beside it", "neither");
         return;
     }
     require(arguments.refresh_hz >= 1 && arguments.refresh_hz <= 1000, "--refresh", "1 to 1000 Hz",
             in_words(arguments.refresh_hz));
-    require(!settings.head.empty(), app.count("--refresh") > 0 ? "--refresh" : "--network",
+    require(!settings.head.empty(), app.is_given("--refresh") ? "--refresh" : "--network",
             "--head CSV beside it, of a head that moves on while frames are late", "none");
     settings.refresh_hz = arguments.refresh_hz;
     require(settings.extrapolation_limit_s >= 0 && settings.extrapolation_limit_s <= longest_extrapolation_s, "--carry",
             "0 to 1 s", in_words(settings.extrapolation_limit_s));
 }
 
-void complete(Arguments& arguments, const CLI::App& app) {
+void complete(Arguments& arguments, const cli::CommandLine& app) {
     play::Settings& settings = arguments.settings;
     choose_video(arguments, app);
     settings.format = cli::parse_word<play::Format>("--format", arguments.format, play::format_names);
@@ -113,7 +112,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     use_current_names(settings, app);
     const bool by_budget = settings.method == "auto";
     for (const char* option : {"--budget-ms", "--rechoose"})
-        require(by_budget || app.count(option) == 0, option, "--method auto beside it",
+        require(by_budget || !app.is_given(option), option, "--method auto beside it",
                 settings.method.empty() ? "none" : settings.method);
     require(!by_budget || (settings.budget_ms > 0 && settings.budget_ms <= 1e6), "--budget-ms",
             "milliseconds a frame, above 0, for --method auto", in_words(settings.budget_ms));
@@ -126,7 +125,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.scene_is_model = !arguments.model.empty();
     if (settings.scene_is_model)
         settings.scene = arguments.model;
-    if (app.count("--size") > 0)
+    if (app.is_given("--size"))
         settings.size = cli::parse_size(arguments.size);
     if (arguments.frames)
         settings.frames = *arguments.frames;
@@ -138,7 +137,7 @@ void complete(Arguments& arguments, const CLI::App& app) {
             std::to_string(settings.repeat));
 }
 
-void run(Arguments& arguments, const CLI::App& app) {
+void run(Arguments& arguments, const cli::CommandLine& app) {
     complete(arguments, app);
     const play::Report report = play::play(arguments.settings);
     if (arguments.settings.json)
@@ -149,14 +148,14 @@ void run(Arguments& arguments, const CLI::App& app) {
         throw WorkError(report.truncation);
 }
 
-std::function<void()> set_up(CLI::App& app, const std::string& command) {
+std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto arguments = std::make_shared<Arguments>();
     play::Settings& settings = arguments->settings;
     settings.command = command;
-    app.add_option("source", settings.source, "A stream (file or URL), or a folder of rendered frames")->required();
-    CLI::Option* scene = app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
+    app.add_option("source", settings.source, "A stream (file or URL), or a folder of rendered frames").required();
+    cli::Option scene = app.add_option("--scene", settings.scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
-        ->excludes(scene);
+        .excludes(scene);
     app.add_option(
         "--head", settings.head,
         "CSV of head poses; default: the pose each picture is tagged with. A server at tcp:// is told them, so "
@@ -178,9 +177,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
                    described(depth_stages()) + "; default: ray with a scene, else what came, else none");
     add_gone_option(app, "--depth-reuse", "all rays of a sphere are cast in each frame");
     app.add_option("--size", arguments->size, "WxH of each eye; default: a perspective source's own, else 1280x720");
-    cli::add_optional(app, "--fov", settings.fov_deg,
-                      "Horizontal, degrees; default: a perspective source's own, else 90");
-    cli::add_optional(app, "--ipd", settings.ipd_m, "Metres between the eyes; default: as tagged");
+    app.add_option("--fov", settings.fov_deg, "Horizontal, degrees; default: a perspective source's own, else 90");
+    app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: as tagged");
     cli::add_with_default(app, "--fill", settings.fill,
                           "Passes in order, of " + described(fill_stages()) +
                               "; those with nothing to fill from are passed over; or none");
@@ -212,7 +210,7 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option("--out", settings.out,
                    "Folder for left/, right/, gaps/ and report.json; or NAME.mp4 or NAME.mkv: one video of both eyes, "
                    "side by side or by --layout anaglyph")
-        ->required();
+        .required();
     app.add_flag("--overwrite", settings.overwrite,
                  "Views of other settings in the folder make way; default: such a folder is refused");
     return [arguments, &app] { run(*arguments, app); };
@@ -225,5 +223,5 @@ int main(int argc, char** argv) {
     return cli::run_program(argc, argv,
                             {"play", "Turns a stream into what each eye sees, without a window",
                              "equistream play walk.mp4 --scene scenes/pavilion.json --size 1280x720 --out eyes"},
-                            [&](CLI::App& app) { return set_up(app, command); });
+                            [&](cli::CommandLine& app) { return set_up(app, command); });
 }

@@ -139,72 +139,73 @@ void convert(const ConvertArguments& arguments) {
                 report.instances, report.groups, report.images, 1e-6 * static_cast<double>(report.bytes));
 }
 
-CLI::App* add_convert_command(CLI::App& app, const std::shared_ptr<ConvertArguments>& arguments) {
-    CLI::App* command = app.add_subcommand("convert", "write a scene as Mitsuba 3 XML, with a folder NAME.files of "
-                                                      "meshes and images beside it");
-    command->footer("Example:\n  equistream scene convert scenes/pavilion.json pavilion.xml\n"
-                    "  mitsuba -m scalar_rgb -Dspp=16 pavilion.xml");
-    command->add_option("SCENE", arguments->scene, "scene description (JSON)")->required();
-    command->add_option("OUT", arguments->out, "Mitsuba scene to write (.xml)")->required();
-    cli::add_with_default(*command, "--camera", arguments->camera,
+cli::CommandLine add_convert_command(cli::CommandLine& app, const std::shared_ptr<ConvertArguments>& arguments) {
+    cli::CommandLine command =
+        app.add_subcommand("convert", "write a scene as Mitsuba 3 XML, with a folder NAME.files of "
+                                      "meshes and images beside it");
+    command.footer("Example:\n  equistream scene convert scenes/pavilion.json pavilion.xml\n"
+                   "  mitsuba -m scalar_rgb -Dspp=16 pavilion.xml");
+    command.add_option("SCENE", arguments->scene, "scene description (JSON)").required();
+    command.add_option("OUT", arguments->out, "Mitsuba scene to write (.xml)").required();
+    cli::add_with_default(command, "--camera", arguments->camera,
                           "perspective (Mitsuba's own, 90 degrees across) or equirect (our plugin)",
                           {"perspective", "equirect"});
     command
-        ->add_option("--size", arguments->size,
-                     "pixels; 1280x720 in perspective and 2048x1024 as a sphere unless given")
-        ->type_name("WxH");
-    command->add_option("--spp", arguments->settings.samples_per_pixel, "samples per pixel")
-        ->check(CLI::Range(1, 1 << 24))
-        ->capture_default_str();
-    command->add_option("--frame", arguments->settings.frame, "frame whose camera and moving objects are written")
-        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
-        ->capture_default_str();
-    command->add_flag(
+        .add_option("--size", arguments->size, "pixels; 1280x720 in perspective and 2048x1024 as a sphere unless given")
+        .type_name("WxH");
+    command.add_option("--spp", arguments->settings.samples_per_pixel, "samples per pixel")
+        .between(1, 1 << 24)
+        .with_default();
+    command.add_option("--frame", arguments->settings.frame, "frame whose camera and moving objects are written")
+        .between(std::int64_t{0}, std::int64_t{1} << 40)
+        .with_default();
+    command.add_flag(
         "--bake", arguments->settings.bake,
         "no instances of what stands still: more to store, far less to wait for in Mitsuba's llvm and cuda "
         "variants");
-    command->add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
-    cli::add_json_flag(*command, arguments->json);
+    command.add_flag("--overwrite", arguments->settings.overwrite, "replace what an earlier conversion wrote");
+    cli::add_json_flag(command, arguments->json);
     return command;
 }
 
-std::function<void()> set_up(CLI::App& app, const std::string& command) {
+std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto generating = std::make_shared<GenerateArguments>();
     auto informing = std::make_shared<InfoArguments>();
     informing->command = command;
-    CLI::App* generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
-    generate_command->footer("Example:\n  equistream scene generate pavilion --out scenes");
-    generate_command->add_option("NAME", generating->name, "which one (--list shows them)");
-    generate_command->add_option("--out", generating->folder, "folder to write to, made if need be");
-    generate_command->add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
-        ->type_name("NAME=VALUE");
+    cli::CommandLine generate_command = app.add_subcommand("generate", "make a bundled scene: NAME.glb and NAME.json");
+    generate_command.footer("Example:\n  equistream scene generate pavilion --out scenes");
+    generate_command.add_option("NAME", generating->name, "which one (--list shows them)");
+    generate_command.add_option("--out", generating->folder, "folder to write to, made if need be");
+    generate_command.add_option("--option", generating->options, "one of the scene's own options, NAME=VALUE")
+        .type_name("NAME=VALUE");
     generate_command
-        ->add_option("--knob", generating->knob,
-                     "value of the scene's first option (--list shows it), such as wires --knob 0.5")
-        ->type_name("VALUE");
-    generate_command->add_flag("--list", generating->list, "list the scenes and their options");
-    CLI::App* info_command = app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
-    info_command->footer("Example:\n  equistream scene info scenes/pavilion.json");
+        .add_option("--knob", generating->knob,
+                    "value of the scene's first option (--list shows it), such as wires --knob 0.5")
+        .type_name("VALUE");
+    generate_command.add_flag("--list", generating->list, "list the scenes and their options");
+    cli::CommandLine info_command =
+        app.add_subcommand("info", "what a scene holds, its path, and what the bound asks of it");
+    info_command.footer("Example:\n  equistream scene info scenes/pavilion.json");
     info_command
-        ->add_option("SCENE", informing->scene,
-                     "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
-        ->required();
+        .add_option("SCENE", informing->scene,
+                    "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
+        .required();
     cli::add_json_flag(*info_command, informing->json);
     auto converting = std::make_shared<ConvertArguments>();
     converting->command = command;
-    CLI::App* convert_command = add_convert_command(app, converting);
+    cli::CommandLine convert_command = add_convert_command(app, converting);
     auto placing = std::make_shared<std::string>();
-    CLI::App* placements_command =
+    cli::CommandLine placements_command =
         app.add_subcommand("placements", "nodes and instances of a scene's model with their transforms, as JSON");
-    placements_command->footer("Example:\n  equistream scene placements scenes/motion.json");
-    placements_command->add_option("SCENE", *placing, "scene description (JSON)")->required();
-    app.require_subcommand(1);
+    placements_command.footer("Example:\n  equistream scene placements scenes/motion.json");
+    placements_command.add_option("SCENE", *placing, "scene description (JSON)").required();
+    app.require_subcommand();
     return [generating, informing, generate_command, converting, convert_command, placing, placements_command] {
-        if (generate_command->parsed())
+        if (generate_command.is_chosen())
             generate(*generating);
-        else if (convert_command->parsed())
+        else if (convert_command.is_chosen())
             convert(*converting);
-        else if (placements_command->parsed())
+        else if (placements_command.is_chosen())
             placements(*placing);
         else
             info(*informing);
@@ -220,5 +221,5 @@ int main(int argc, char** argv) {
                                         {"scene",
                                          "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
                                          "equistream scene generate pavilion --out scenes"},
-                                        [&](CLI::App& app) { return equistream::set_up(app, command); });
+                                        [&](cli::CommandLine& app) { return equistream::set_up(app, command); });
 }

@@ -252,26 +252,26 @@ bool is_scene(const std::string& source) {
     return source.ends_with(".json") || source.ends_with(".xml");
 }
 
-void add_live_options(CLI::App& app, LiveOptions& o) {
+void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     const auto add = [&](const char* name, auto& value, const std::string& text) {
-        return app.add_option(name, value, text)->group(option_group);
+        return app.add_option(name, value, text).group(option_group);
     };
     LiveSettings& s = o.settings;
-    add("--host", o.host, "Renderer: " + cli::host_names())->capture_default_str();
-    add("--size", o.size, "Of the spheres, WxH")->capture_default_str();
-    add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate")->capture_default_str();
-    add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time")->capture_default_str();
+    add("--host", o.host, "Renderer: " + cli::host_names()).with_default();
+    add("--size", o.size, "Of the spheres, WxH").with_default();
+    add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
+    add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time").with_default();
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
-    add("--depth", o.depth, "auto, or none: no track of depth")->capture_default_str();
-    add("--crf", s.coding.crf, "Quality: 0 (best) to 51")->capture_default_str();
-    add("--preset", s.coding.preset, "The encoder's, as in encode")->capture_default_str();
+    add("--depth", o.depth, "auto, or none: no track of depth").with_default();
+    add("--crf", s.coding.crf, "Quality: 0 (best) to 51").with_default();
+    add("--preset", s.coding.preset, "The encoder's, as in encode").with_default();
     add("--out", s.coding.out, "File (.mkv) that gets the bytes of a viewer that is there from the beginning");
 }
 
-void require_live_options_unused(const CLI::App& app, const std::string& source) {
-    for (const CLI::Option* option : app.get_options())
-        cli::require(option->get_group() != option_group || option->count() == 0, option->get_name() + ": " + source,
+void require_live_options_unused(const cli::CommandLine& app, const std::string& source) {
+    for (const cli::Option option : app.options())
+        cli::require(option.group() != option_group || !option.is_given(), option.name() + ": " + source,
                      "a scene (.json, .xml) to render", "none");
 }
 

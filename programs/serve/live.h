@@ -51,9 +51,9 @@ struct LiveOptions {
 /// Whether a source is a scene rather than something rendered: by its name.
 bool is_scene(const std::string& source);
 
-void add_live_options(CLI::App& app, LiveOptions& options);
+void add_live_options(cli::CommandLine& app, LiveOptions& options);
 /// Throws InputError where one of them was given for what is no scene.
-void require_live_options_unused(const CLI::App& app, const std::string& source);
+void require_live_options_unused(const cli::CommandLine& app, const std::string& source);
 
 /// `folder` is for the renderer's frames, `more` are arguments of its own. Throws InputError naming what cannot be.
 LiveSettings live_settings(const LiveOptions& options, const std::string& scene, const std::filesystem::path& folder,

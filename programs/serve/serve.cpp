@@ -149,27 +149,27 @@ void run_live(const Options& options) {
                                [&] { say_listening(url, options.json); }));
 }
 
-std::function<void()> set_up(CLI::App& app, Options& options) {
+std::function<void()> set_up(cli::CommandLine& app, Options& options) {
     ServerSettings& server = options.live.settings.server;
     app.add_option("SOURCE", options.source,
                    "A recorded stream (.mkv or .mp4 as encode writes them), a render's folder, which is encoded first, "
                    "or a scene (.json, or .xml of Mitsuba), which is rendered while it is watched")
-        ->required();
+        .required();
     app.add_option("MORE", options.more,
                    "After --: what equistream encode is told about the folder, --depth auto for example, or equistream "
                    "render about the scene");
     app.add_option("--listen", options.listen,
                    "tcp://HOST:PORT; without a host this machine alone can connect (127.0.0.1), port 0 is one that is "
                    "free")
-        ->required();
+        .required();
     cli::add_with_default(app, "--viewers", server.max_viewers, "At a time; more are refused");
     cli::add_with_default(app, "--patience", server.patience_s,
                           "Seconds after which a viewer that does not read, or stays as far behind, is dropped");
     app.add_flag("--loop", options.loop, "Each viewer gets the stream over and over (.mkv only)");
     cli::add_json_flag(app, options.json)
-        ->description("Report as JSON on standard output: a line with the address, and one at the end");
+        .description("Report as JSON on standard output: a line with the address, and one at the end");
     cli::add_progress_option(app, options.progress)
-        ->description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
+        .description("Of viewers, on standard error. auto: in words; json: a line of JSON each; none: nothing");
     add_live_options(app, options.live);
     return [&options, &app] {
         options.live.settings.server.log = cli::parse_progress(options.progress);
@@ -193,5 +193,5 @@ int main(int argc, char** argv) {
         {"serve", "Send a recorded stream to viewers over the network, in time, or a scene as it is rendered",
          "equistream serve pavilion.json --listen tcp://:9000    # and: equistream view tcp://127.0.0.1:9000 --scene "
          "pavilion.json"},
-        [&](CLI::App& app) { return equistream::serve::set_up(app, options); });
+        [&](cli::CommandLine& app) { return equistream::serve::set_up(app, options); });
 }

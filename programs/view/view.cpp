@@ -58,16 +58,16 @@ std::optional<double> parse_prediction(const std::string& text) {
 }
 
 /// As play: unless told otherwise by the eye's own depth where geometry gives it, else by the stream's.
-void choose_method(Arguments& arguments, const CLI::App& app) {
+void choose_method(Arguments& arguments, const cli::CommandLine& app) {
     ViewerSettings& settings = arguments.settings;
-    if (app.count("--method") == 0)
+    if (!app.is_given("--method"))
         return;
     const EngineStage& engine = find_engine(arguments.method);
     const std::string method = current_name("view", "--method", engine, arguments.method);
     cli::require(engine.on_gpu, "--method " + method, "an engine that the viewer has", "one of play alone");
-    const std::string geometry = app.count("--scene") > 0   ? "--scene " + arguments.scene.string()
-                                 : app.count("--model") > 0 ? "--model " + arguments.model.string()
-                                                            : "";
+    const std::string geometry = app.is_given("--scene")   ? "--scene " + arguments.scene.string()
+                                 : app.is_given("--model") ? "--model " + arguments.model.string()
+                                                           : "";
     cli::require(!engine.finds_depth || geometry.empty(), "--method " + method,
                  "the stream alone (depth of geometry goes by --method eye-depth)", geometry);
     cli::require(!engine.needs.eye || !geometry.empty(), "--method " + method,
@@ -77,7 +77,7 @@ void choose_method(Arguments& arguments, const CLI::App& app) {
         settings.finding_engine = method;
 }
 
-void complete(Arguments& arguments, const CLI::App& app) {
+void complete(Arguments& arguments, const cli::CommandLine& app) {
     ViewerSettings& settings = arguments.settings;
     settings.layout = parse_word<gl::DisplayLayout>("--layout", arguments.layout, gl::display_layout_names);
     settings.overlay = parse_word<gl::Overlay>("--overlay", arguments.overlay, gl::overlay_names);
@@ -95,15 +95,15 @@ void complete(Arguments& arguments, const CLI::App& app) {
     settings.upload = parse_word<PictureUpload>("--upload", arguments.upload, uploads);
     settings.hdr_display = arguments.hdr.display();
     settings.predict_s = parse_prediction(arguments.predict);
-    if (app.count("--anaglyph") > 0)
+    if (app.is_given("--anaglyph"))
         settings.anaglyph = &find_anaglyph(arguments.anaglyph);
-    if (app.count("--size") > 0) {
+    if (app.is_given("--size")) {
         const cli::Size size = cli::parse_size(arguments.size);
         settings.size = {size.width, size.height};
     }
     cli::require(arguments.fov_deg >= 10 && arguments.fov_deg <= 150, "--fov", "degrees from 10 to 150",
                  in_words(arguments.fov_deg));
-    if (app.count("--fov") > 0)
+    if (app.is_given("--fov"))
         settings.fov_deg = arguments.fov_deg;
     if (const auto& ipd_m = settings.ipd_m)
         cli::require(*ipd_m >= 0 && *ipd_m <= 1, "--ipd", "metres from 0 to 1", in_words(*ipd_m));
@@ -137,7 +137,7 @@ nlohmann::ordered_json json_of(const ViewerReport& report, const std::string& co
     return json;
 }
 
-void run(Arguments& arguments, const CLI::App& app) {
+void run(Arguments& arguments, const cli::CommandLine& app) {
     if (arguments.keys) {
         std::fputs(key_help().c_str(), stdout);
         return;
@@ -151,15 +151,15 @@ void run(Arguments& arguments, const CLI::App& app) {
         std::printf("%s\n", json_text(json_of(report, arguments.command), 2).c_str());
 }
 
-std::function<void()> set_up(CLI::App& app, const std::string& command) {
+std::function<void()> set_up(cli::CommandLine& app, const std::string& command) {
     auto arguments = std::make_shared<Arguments>();
     arguments->command = command;
     ViewerSettings& settings = arguments->settings;
     app.add_option("source", settings.source,
                    "A stream or any 360 video (file or URL), or a folder of rendered frames");
-    CLI::Option* scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
+    cli::Option scene = app.add_option("--scene", arguments->scene, "Scene description whose geometry gives depth");
     app.add_option("--model", arguments->model, "The same by the client's model of it (equistream model)")
-        ->excludes(scene);
+        .excludes(scene);
     app.add_option("--method", arguments->method,
                    described(engine_stages(), true) +
                        "; default: eye-depth with --scene or --model, else mesh where the stream has depth, else "
@@ -179,9 +179,8 @@ std::function<void()> set_up(CLI::App& app, const std::string& command) {
     app.add_option(
            "--truth", settings.truth,
            "Folder of eyes of the same path, path-traced (render --camera perspective): x shows them on the right")
-        ->check(CLI::ExistingDirectory);
-    cli::add_optional(app, "--ipd", settings.ipd_m,
-                      "Metres between the eyes; default: what the frames are tagged with");
+        .existing_folder();
+    app.add_option("--ipd", settings.ipd_m, "Metres between the eyes; default: what the frames are tagged with");
     arguments->hdr.add_to(app);
     cli::add_with_default(app, "--loop", arguments->loop, "on: starts again at the end; off: stays there");
     cli::add_with_default(app, "--decode", arguments->decode, "auto (by hardware where there is some) or software");
@@ -216,5 +215,5 @@ int main(int argc, char** argv) {
     return cli::run_program(argc, argv,
                             {"view", "Shows a stream in a window, from wherever the head is (h there shows the keys)",
                              "equistream view walk.mp4 --scene scenes/pavilion.json"},
-                            [&](CLI::App& app) { return set_up(app, command); });
+                            [&](cli::CommandLine& app) { return set_up(app, command); });
 }

@@ -1,8 +1,8 @@
 #include "model.h"
 
 #include "gltf_document.h"
+#include "obj_document.h"
 #include "obj_files.h"
-#include "obj_model.h"
 #include "scene.h"
 
 #include <equistream/camera_limits.h>

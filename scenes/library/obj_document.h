@@ -1,5 +1,6 @@
 #pragma once
-/// An OBJ file parsed: vertices, triangles by object and material, all indices checked. Internal to load_model.
+/// An OBJ file parsed (vertices, triangles by object and material, all indices checked) and made a model. Internal to
+/// load_model.
 #include "mtl_file.h"
 
 #include "model.h"
@@ -36,5 +37,8 @@ struct ObjDocument {
 
 /// Throws InputError, FILE:LINE, for what geometry would suffer from.
 ObjDocument read_obj(const std::filesystem::path& file, ObjNotes& notes);
+
+/// What load_model does with .obj.
+SceneModel load_obj(const std::filesystem::path& file, const ModelOptions& options);
 
 }  // namespace equistream

@@ -1,5 +1,3 @@
-#include "obj_model.h"
-
 #include "obj_document.h"
 #include "obj_materials.h"
 

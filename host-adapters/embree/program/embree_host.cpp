@@ -2,7 +2,7 @@
 #include "frame_job.h"
 #include "loaded_scene.h"
 
-#include <host-adapters/common/render_program.h>
+#include <host-adapters/common/host.h>
 
 #include <nlohmann/json.hpp>
 
@@ -22,10 +22,10 @@ HostText EmbreeHost::text() const {
             "Scene description (JSON)"};
 }
 
-void EmbreeHost::add_options(CLI::App& app) {
+void EmbreeHost::add_options(cli::CommandLine& app) {
     app.add_option("--max-bounces", path_options_.max_bounces, "Scatterings of a path at most")
-        ->check(CLI::Range(0u, 250u))
-        ->capture_default_str();
+        .between(0u, 250u)
+        .with_default();
     app.add_flag("--unbiased", path_options_.unbiased,
                  "Leave nothing out of the light: noisier. What remains: textures filtered to a pixel's width, "
                  "glass without thickness, --max-bounces");

@@ -15,7 +15,7 @@ public:
     ~EmbreeHost() override;
 
     render_command::HostText text() const override;
-    void add_options(CLI::App& app) override;
+    void add_options(cli::CommandLine& app) override;
     const SceneDescription& describe(const render_command::RenderOptions& options) override;
     void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
     render_command::HostRecord record() const override;

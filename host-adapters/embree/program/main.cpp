@@ -1,6 +1,6 @@
 #include "embree_host.h"
 
-#include <host-adapters/common/render_program.h>
+#include <host-adapters/common/host.h>
 
 int main(int argc, char** argv) {
     equistream::embree_host::EmbreeHost host;

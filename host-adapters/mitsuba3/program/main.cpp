@@ -1,6 +1,6 @@
 #include "mitsuba_host.h"
 
-#include <host-adapters/common/render_program.h>
+#include <host-adapters/common/host.h>
 
 int main(int argc, char** argv) {
     equistream::mitsuba_host::MitsubaHost host;

@@ -5,7 +5,7 @@
 #include <equistream/aov_groups.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
-#include <host-adapters/common/render_program.h>
+#include <host-adapters/common/host.h>
 #include <programs/cli/process.h>
 
 #include <nlohmann/json.hpp>
@@ -85,7 +85,7 @@ HostText MitsubaHost::text() const {
             "Scene description (JSON), or a scene in Mitsuba's XML"};
 }
 
-void MitsubaHost::add_options(CLI::App& app) {
+void MitsubaHost::add_options(cli::CommandLine& app) {
     app_ = &app;
     add_host_options(app, host_options_);
 }

@@ -11,7 +11,7 @@ namespace equistream::mitsuba_host {
 class MitsubaHost : public render_command::RenderHost {
 public:
     render_command::HostText text() const override;
-    void add_options(CLI::App& app) override;
+    void add_options(cli::CommandLine& app) override;
     const SceneDescription& describe(const render_command::RenderOptions& options) override;
     void load(const render_command::RenderOptions& options, const render_command::Timeline& timeline) override;
     void begin() override;
@@ -28,7 +28,7 @@ private:
     std::size_t sensor_of(const render_command::StreamSettings& stream) const;
     std::uint32_t seed_of(std::int64_t frame, std::size_t sensor, std::uint32_t pass) const;
 
-    CLI::App* app_ = nullptr;
+    const cli::CommandLine* app_ = nullptr;
     HostOptions host_options_;
     render_command::RenderOptions options_;
     std::string rendered_aovs_;

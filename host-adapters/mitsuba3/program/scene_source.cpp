@@ -29,38 +29,38 @@ std::vector<std::pair<std::string, std::string>> HostOptions::parameters() const
     return pairs;
 }
 
-void add_host_options(CLI::App& app, HostOptions& o) {
+void add_host_options(cli::CommandLine& app, HostOptions& o) {
     app.add_option("--variant", o.variant,
                    "Mitsuba's variant (default: llvm_ad_rgb where LLVM loads, else scalar_rgb)");
     app.add_option("--max-bounces", o.max_bounces, "Scatterings of a path at most (default: 8; of XML: its own)")
-        ->check(CLI::Range(0u, 65535u));
+        .between(0u, 65535u);
     const std::string group = "For XML";
     app.add_option("-D,--define", o.definitions, "name=value: the value of $name in the XML")
         ->allow_extra_args(false)
-        ->type_name("NAME=VALUE")
-        ->group(group);
+        .type_name("NAME=VALUE")
+        .group(group);
     app.add_option("--sensor", o.sensor, "Which of the XML's sensors the head begins at")
-        ->check(CLI::Range(0, 65535))
-        ->capture_default_str()
-        ->group(group);
+        .between(0, 65535)
+        .with_default()
+        .group(group);
     app.add_option("--up", o.up, "The XML's axis that becomes +Y; auto: the one nearest to the sensor's up")
-        ->check(CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}))
-        ->capture_default_str()
-        ->group(group);
+        .one_of({"auto", "x", "y", "z", "-x", "-y", "-z"})
+        .with_default()
+        .group(group);
     app.add_option("--unit-m", o.unit_m, "Metres in one unit of the XML")
-        ->check(CLI::Range(1e-9, 1e9))
-        ->capture_default_str()
-        ->group(group);
+        .between(1e-9, 1e9)
+        .with_default()
+        .group(group);
     app.add_option("--lean", o.head_radius_m, "Metres the head may move off the path, for the exported geometry")
-        ->check(CLI::Range(0.0, 1e6))
-        ->capture_default_str()
-        ->group(group);
-    app.add_flag("--scene-only", o.scene_only, "Write scene.glb and scene.json, and render nothing")->group(group);
+        .between(0.0, 1e6)
+        .with_default()
+        .group(group);
+    app.add_flag("--scene-only", o.scene_only, "Write scene.glb and scene.json, and render nothing").group(group);
 }
 
-void require_xml_options_unused(const CLI::App& app) {
+void require_xml_options_unused(const cli::CommandLine& app) {
     for (const char* name : xml_options)
-        if (app.get_option(name)->count() > 0)
+        if (app.is_given(name))
             throw InputError(expected_found(name, "a scene in Mitsuba's XML", "a scene description"));
 }
 

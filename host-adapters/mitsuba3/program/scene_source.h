@@ -29,10 +29,10 @@ struct HostOptions {
 };
 
 /// The values are there once `app` has parsed.
-void add_host_options(CLI::App& app, HostOptions& options);
+void add_host_options(cli::CommandLine& app, HostOptions& options);
 
 /// Throws InputError when an option that only XML has is given with a scene of ours.
-void require_xml_options_unused(const CLI::App& app);
+void require_xml_options_unused(const cli::CommandLine& app);
 
 // Where a scene comes from: a description of ours, or a user's XML. Both end as one EmbeddedScene.
 

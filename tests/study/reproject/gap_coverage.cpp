@@ -193,13 +193,13 @@ int main(int argc, char** argv) {
         argc, argv,
         {"gap_coverage", "Measures how much of what random eyes uncover patches show",
          "equistream_gap_coverage scenes/descriptions/sponza-crytek.json --frame 62"},
-        [&](CLI::App& app) {
+        [&](cli::CommandLine& app) {
             add_random_eye_options(app, options);
-            app.add_option("--budgets", options.budgets, "Percent of the sphere's pixels")->capture_default_str();
-            app.add_option("--side", options.block_side, "Pixels a patch is wide and high")->capture_default_str();
-            app.add_option("--training-eyes", options.training_eyes, "Of the planner")->capture_default_str();
+            app.add_option("--budgets", options.budgets, "Percent of the sphere's pixels").with_default();
+            app.add_option("--side", options.block_side, "Pixels a patch is wide and high").with_default();
+            app.add_option("--training-eyes", options.training_eyes, "Of the planner").with_default();
             app.add_option("--offsets", options.offset_radius, "Radius of the auxiliary spheres' centres in head boxes")
-                ->capture_default_str();
+                .with_default();
             return [&options] { std::printf("%s\n", Coverage(options).measure().dump(1).c_str()); };
         });
 }

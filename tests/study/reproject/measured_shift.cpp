@@ -234,11 +234,11 @@ int main(int argc, char** argv) {
     return cli::run_program(argc, argv,
                             {"measured_shift", "Measures how far engines displace what random eyes of the head box see",
                              "equistream_measured_shift scenes/descriptions/sibenik.json --frame 30"},
-                            [&](CLI::App& app) {
+                            [&](cli::CommandLine& app) {
                                 add_random_eye_options(app, options);
                                 app.add_option("--model", options.model,
                                                "Client model that gives depth instead (equistream model)");
-                                app.add_option("--engines", options.engines, "Comma-separated")->capture_default_str();
+                                app.add_option("--engines", options.engines, "Comma-separated").with_default();
                                 return [&options] { run(options); };
                             });
 }

@@ -19,14 +19,14 @@ struct RandomEyeOptions {
     std::uint64_t seed = 1;
 };
 
-inline void add_random_eye_options(CLI::App& app, RandomEyeOptions& options) {
-    app.add_option("SCENE", options.scene, "Scene description whose geometry is the truth")->required();
-    app.add_option("--frame", options.frame, "Of the scene's path")->capture_default_str();
-    app.add_option("--sphere-size", options.sphere, "Of the source")->capture_default_str();
-    app.add_option("--size", options.size, "Of an eye, 90 degrees wide")->capture_default_str();
-    app.add_option("--eyes", options.eyes, "How many")->check(CLI::Range(1, 100000))->capture_default_str();
+inline void add_random_eye_options(cli::CommandLine& app, RandomEyeOptions& options) {
+    app.add_option("SCENE", options.scene, "Scene description whose geometry is the truth").required();
+    app.add_option("--frame", options.frame, "Of the scene's path").with_default();
+    app.add_option("--sphere-size", options.sphere, "Of the source").with_default();
+    app.add_option("--size", options.size, "Of an eye, 90 degrees wide").with_default();
+    app.add_option("--eyes", options.eyes, "How many").between(1, 100000).with_default();
     app.add_option("--lean", options.head_radius_m, "Head box in metres instead of the scene's");
-    app.add_option("--seed", options.seed, "Of the eyes")->capture_default_str();
+    app.add_option("--seed", options.seed, "Of the eyes").with_default();
 }
 
 /// Uniform in the ball, turned uniformly.

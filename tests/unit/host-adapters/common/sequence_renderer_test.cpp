@@ -13,7 +13,7 @@ namespace {
 class ChosenHost : public RenderHost {
 public:
     HostText text() const override { return {}; }
-    void add_options(CLI::App&) override {}
+    void add_options(cli::CommandLine&) override {}
     const SceneDescription& describe(const RenderOptions&) override { return scene; }
     void load(const RenderOptions&, const Timeline&) override {}
     HostRecord record() const override { return {"chosen host", ""}; }

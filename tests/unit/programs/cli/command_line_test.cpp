@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <vector>
 
@@ -42,19 +43,60 @@ TEST(Frames, RefusesEmptyBackwardAndNegativeRanges) {
         EXPECT_THROW(parse_frames(bad), InputError) << bad;
 }
 
+/// Runs a program and returns its exit code; what it says on standard error goes to `errors`.
+int run(std::vector<std::string> words, std::string& errors,
+        const std::function<std::function<void()>(CommandLine&)>& setup) {
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    testing::internal::CaptureStderr();
+    const int code =
+        run_program(static_cast<int>(argv.size()), argv.data(), {"test", "A test.", "equistream test"}, setup);
+    errors = testing::internal::GetCapturedStderr();
+    return code;
+}
+
+/// One with the option --n.
+int run(
+    std::vector<std::string> words, int& n, std::string& errors, const std::function<void()>& body = [] {}) {
+    return run(std::move(words), errors, [&](CommandLine& app) {
+        app.add_option("--n", n, "A number");
+        return body;
+    });
+}
+
 TEST(Seed, IsTakenExactlyOrRefused) {
-    const auto parse = [](std::vector<std::string> words) {
-        CLI::App app;
+    std::string errors;
+    const auto parse = [&](std::vector<std::string> words) {
         std::uint64_t seed = 1;
-        add_seed_option(app, seed, "A seed");
-        app.parse(words);
-        return seed;
+        words.insert(words.begin(), "p");
+        const int code = run(std::move(words), errors, [&](CommandLine& app) -> std::function<void()> {
+            add_seed_option(app, seed, "A seed");
+            return [] {};
+        });
+        return code == exit_done ? std::optional(seed) : std::nullopt;
     };
     EXPECT_EQ(parse({}), 1u);
-    EXPECT_EQ(parse({"18446744073709551615", "--seed"}), std::numeric_limits<std::uint64_t>::max());
-    EXPECT_EQ(parse({"0", "--seed"}), 0u);
-    for (const char* bad : {"18446744073709551616", "99999999999999999999", "-1", "1e3", "0x10", " 1", "", "1.5"})
-        EXPECT_THROW(parse({bad, "--seed"}), InputError) << bad;
+    EXPECT_EQ(parse({"--seed", "18446744073709551615"}), std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(parse({"--seed", "0"}), 0u);
+    for (const char* bad : {"18446744073709551616", "99999999999999999999", "-1", "1e3", "0x10", " 1", "", "1.5"}) {
+        EXPECT_EQ(parse({"--seed", bad}), std::nullopt) << bad;
+        EXPECT_NE(errors.find("--seed"), std::string::npos) << errors;
+    }
+}
+
+TEST(Option, WithoutADefaultRefusesAnEmptyWord) {
+    std::optional<double> value;
+    std::string errors;
+    const auto parse = [&](const std::string& word) {
+        return run({"p", "--x", word}, errors, [&](CommandLine& app) -> std::function<void()> {
+            app.add_option("--x", value, "A number");
+            return [] {};
+        });
+    };
+    EXPECT_EQ(parse(""), exit_usage);
+    EXPECT_EQ(parse("2.5"), exit_done) << errors;
+    EXPECT_EQ(value, 2.5);
 }
 
 TEST(Progress, RefusesUnknownStyles) {
@@ -86,22 +128,6 @@ TEST(Command, IsQuotedForTheShell) {
     for (auto& word : words)
         argv.push_back(word.data());
     EXPECT_EQ(quoted_command(4, argv.data()), "equistream 'a b' 'it'\\''s' --x=1");
-}
-
-/// Runs a program with one option --n and returns its exit code; stderr goes to `errors`.
-int run(
-    std::vector<std::string> words, int& n, std::string& errors, const std::function<void()>& body = [] {}) {
-    std::vector<char*> argv;
-    for (auto& word : words)
-        argv.push_back(word.data());
-    testing::internal::CaptureStderr();
-    const int code = run_program(static_cast<int>(argv.size()), argv.data(), {"test", "A test.", "equistream test"},
-                                 [&](CLI::App& app) -> std::function<void()> {
-                                     app.add_option("--n", n, "A number");
-                                     return body;
-                                 });
-    errors = testing::internal::GetCapturedStderr();
-    return code;
 }
 
 TEST(Program, MapsErrorsToExitCodesAndOneLine) {

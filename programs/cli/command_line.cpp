@@ -1,0 +1,146 @@
+#include "command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <utility>
+
+namespace equistream::cli {
+
+namespace {
+
+template <typename Value>
+CLI::Option* add(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
+    return app.add_option(name, value, description);
+}
+
+/// CLI11 itself takes an empty word for no value, and says nothing.
+template <typename Value>
+CLI::Option* add(CLI::App& app, const std::string& name, std::optional<Value>& value, const std::string& description) {
+    return app.add_option_function<Value>(
+        name, [&value](const Value& given) { value = given; }, description);
+}
+
+}  // namespace
+
+Option Option::required() const {
+    return Option(option_->required());
+}
+
+Option Option::with_default() const {
+    return Option(option_->capture_default_str());
+}
+
+Option Option::with_default(const std::string& text) const {
+    return Option(option_->default_str(text));
+}
+
+Option Option::one_of(const std::vector<std::string>& words) const {
+    return Option(option_->check(CLI::IsMember(words)));
+}
+
+template <typename Number>
+Option Option::between(Number least, Number most) const {
+    return Option(option_->check(CLI::Range(least, most)));
+}
+
+template Option Option::between(int, int) const;
+template Option Option::between(unsigned, unsigned) const;
+template Option Option::between(std::int64_t, std::int64_t) const;
+template Option Option::between(double, double) const;
+
+Option Option::existing_file() const {
+    return Option(option_->check(CLI::ExistingFile));
+}
+
+Option Option::existing_folder() const {
+    return Option(option_->check(CLI::ExistingDirectory));
+}
+
+Option Option::excludes(Option other) const {
+    return Option(option_->excludes(other.option_));
+}
+
+Option Option::group(const std::string& name) const {
+    return Option(option_->group(name));
+}
+
+Option Option::type_name(const std::string& name) const {
+    return Option(option_->type_name(name));
+}
+
+Option Option::expected(int words) const {
+    return Option(option_->expected(words));
+}
+
+Option Option::description(const std::string& text) const {
+    return Option(option_->description(text));
+}
+
+bool Option::is_given() const {
+    return option_->count() > 0;
+}
+
+std::string Option::name() const {
+    return option_->get_name();
+}
+
+std::string Option::group() const {
+    return option_->get_group();
+}
+
+template <typename Value>
+Option CommandLine::add_option(const std::string& name, Value& value, const std::string& description) {
+    return Option(add(*app_, name, value, description));
+}
+
+template Option CommandLine::add_option(const std::string&, std::string&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::filesystem::path&, const std::string&);
+template Option CommandLine::add_option(const std::string&, int&, const std::string&);
+template Option CommandLine::add_option(const std::string&, unsigned&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::int64_t&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::uint64_t&, const std::string&);
+template Option CommandLine::add_option(const std::string&, float&, const std::string&);
+template Option CommandLine::add_option(const std::string&, double&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::optional<int>&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::optional<double>&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::vector<std::string>&, const std::string&);
+
+Option CommandLine::add_function(const std::string& name, std::function<void(const std::string&)> take,
+                                 const std::string& description) {
+    return Option(app_->add_option_function<std::string>(name, std::move(take), description));
+}
+
+Option CommandLine::add_flag(const std::string& name, bool& value, const std::string& description) {
+    return Option(app_->add_flag(name, value, description));
+}
+
+CommandLine CommandLine::add_subcommand(const std::string& name, const std::string& description) {
+    return CommandLine(*app_->add_subcommand(name, description));
+}
+
+void CommandLine::require_subcommand() {
+    app_->require_subcommand(1);
+}
+
+void CommandLine::footer(const std::string& text) {
+    app_->footer(text);
+}
+
+bool CommandLine::is_given(const std::string& option) const {
+    return app_->count(option) > 0;
+}
+
+bool CommandLine::is_chosen() const {
+    return app_->parsed();
+}
+
+std::vector<Option> CommandLine::options() const {
+    std::vector<Option> options;
+    for (CLI::Option* option : app_->get_options())
+        options.emplace_back(option);
+    return options;
+}
+
+}  // namespace equistream::cli
