@@ -106,6 +106,7 @@ template Option CommandLine::add_option(const std::string&, double&, const std::
 template Option CommandLine::add_option(const std::string&, std::optional<int>&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::optional<double>&, const std::string&);
 template Option CommandLine::add_option(const std::string&, std::vector<std::string>&, const std::string&);
+template Option CommandLine::add_option(const std::string&, std::vector<std::filesystem::path>&, const std::string&);
 
 Option CommandLine::add_function(const std::string& name, std::function<void(const std::string&)> take,
                                  const std::string& description) {

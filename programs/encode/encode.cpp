@@ -402,5 +402,5 @@ int main(int argc, char** argv) {
         argc, argv,
         {"encode", "Encode rendered frames as H.264 or H.265 video",
          "equistream encode out/sponza --out sponza.mkv --codec h265 --crf 20 --depth auto"},
-        [&](cli::CommandLine& app) { return equistream::set_up(app, options); });
+        [&](equistream::cli::CommandLine& app) { return equistream::set_up(app, options); });
 }

@@ -82,5 +82,5 @@ int main(int argc, char** argv) {
     return equistream::cli::run_program(
         argc, argv,
         {"info", "Explain a stream, an EXR frame or a folder of frames", "equistream info sponza.mkv --frames"},
-        [&](cli::CommandLine& app) { return equistream::set_up(app, options); });
+        [&](equistream::cli::CommandLine& app) { return equistream::set_up(app, options); });
 }

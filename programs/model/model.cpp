@@ -209,5 +209,5 @@ int main(int argc, char** argv) {
          "Makes the geometry a client needs: what can be seen from the path's head boxes, simplified "
          "under the error bound and checked by rays.",
          "equistream model scenes/pavilion.json --out pavilion-model.json"},
-        [&](cli::CommandLine& app) { return set_up(app, arguments); });
+        [&](equistream::cli::CommandLine& app) { return set_up(app, arguments); });
 }

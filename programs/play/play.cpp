@@ -31,11 +31,13 @@ using cli::require;
 
 /// An option of earlier versions, which help does not list: it is taken with its value, and says that it does nothing.
 void add_gone_option(cli::CommandLine& app, const std::string& name, const std::string& instead) {
-    app.add_function(name,
-                     [name, instead](const std::string&) {
-                         std::fprintf(stderr, "equistream play: note: %s is gone and changes nothing: %s\n",
-                                      name.c_str(), instead.c_str());
-                     })
+    app.add_function(
+           name,
+           [name, instead](const std::string&) {
+               std::fprintf(stderr, "equistream play: note: %s is gone and changes nothing: %s\n", name.c_str(),
+                            instead.c_str());
+           },
+           "")
         .group("");
 }
 

@@ -190,7 +190,7 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
         .add_option("SCENE", informing->scene,
                     "scene description (JSON), or a scene in Mitsuba's XML: what of Mitsuba 0.6 must change in it")
         .required();
-    cli::add_json_flag(*info_command, informing->json);
+    cli::add_json_flag(info_command, informing->json);
     auto converting = std::make_shared<ConvertArguments>();
     converting->command = command;
     cli::CommandLine convert_command = add_convert_command(app, converting);
@@ -217,9 +217,9 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
 
 int main(int argc, char** argv) {
     const std::string command = equistream::cli::quoted_command(argc, argv);
-    return equistream::cli::run_program(argc, argv,
-                                        {"scene",
-                                         "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
-                                         "equistream scene generate pavilion --out scenes"},
-                                        [&](cli::CommandLine& app) { return equistream::set_up(app, command); });
+    return equistream::cli::run_program(
+        argc, argv,
+        {"scene", "Generates bundled scenes, describes any scene, converts one to Mitsuba XML.",
+         "equistream scene generate pavilion --out scenes"},
+        [&](equistream::cli::CommandLine& app) { return equistream::set_up(app, command); });
 }

@@ -193,5 +193,5 @@ int main(int argc, char** argv) {
         {"serve", "Send a recorded stream to viewers over the network, in time, or a scene as it is rendered",
          "equistream serve pavilion.json --listen tcp://:9000    # and: equistream view tcp://127.0.0.1:9000 --scene "
          "pavilion.json"},
-        [&](cli::CommandLine& app) { return equistream::serve::set_up(app, options); });
+        [&](equistream::cli::CommandLine& app) { return equistream::serve::set_up(app, options); });
 }
