@@ -74,6 +74,10 @@ Option Option::expected(int words) const {
     return Option(option_->expected(words));
 }
 
+Option Option::one_word_each_time() const {
+    return Option(option_->allow_extra_args(false));
+}
+
 Option Option::description(const std::string& text) const {
     return Option(option_->description(text));
 }

@@ -36,6 +36,8 @@ public:
     Option type_name(const std::string& name) const;
     /// So many words at once.
     Option expected(int words) const;
+    /// Of an option that may be given several times: what follows its word is not its own.
+    Option one_word_each_time() const;
     Option description(const std::string& text) const;
 
     bool is_given() const;

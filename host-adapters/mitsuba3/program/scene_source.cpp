@@ -36,7 +36,7 @@ void add_host_options(cli::CommandLine& app, HostOptions& o) {
         .between(0u, 65535u);
     const std::string group = "For XML";
     app.add_option("-D,--define", o.definitions, "name=value: the value of $name in the XML")
-        ->allow_extra_args(false)
+        .one_word_each_time()
         .type_name("NAME=VALUE")
         .group(group);
     app.add_option("--sensor", o.sensor, "Which of the XML's sensors the head begins at")
