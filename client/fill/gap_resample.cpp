@@ -110,9 +110,9 @@ private:
     }
 
     /// The rule of depth_agreement.h, as the engines have it. They apply it to whole registers of samples that lie side
-    /// by side (warp_surface-inl.h); here pixels and the samples that a grid holds are scattered, few need the plane,
-    /// and gathering them into registers would cost more than it saves. A test holds the two to one another. Returns
-    /// whether all four stay.
+    /// by side (warp_surface_kernels.cpp); here pixels and the samples that a grid holds are scattered, few need the
+    /// plane, and gathering them into registers would cost more than it saves. A test holds the two to one another.
+    /// Returns whether all four stay.
     bool keep_same_surface(Neighbourhood& around, float clearance, int x, int y) const {
         bool sloped = false, all = true;
         glm::vec3 gradient(0);

@@ -9,7 +9,9 @@
 #define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
-#include "warp_surface-inl.h"
+#include "warp_colour-inl.h"
+#include "warp_fit-inl.h"
+#include "warp_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace equistream::HWY_NAMESPACE {

@@ -137,6 +137,9 @@ HWY_INLINE Vectors inverse_distance_gradient(const EyeRays& rays, const SeenPoin
     return {m.x * scale, m.y * scale, m.z * scale};
 }
 
+/// Where a tile's pixels take their colours from, by the depth of what each sees (warp_surface_kernels.cpp).
+void map_surface(const WarpJob& job, const InversePlanarRows& rows, Tile& tile);
+
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -1,13 +1,14 @@
 // Whether the source saw the points that an eye's pixels see.
-#if defined(EQUISTREAM_WARP_SURFACE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef EQUISTREAM_WARP_SURFACE_INL_H
-#undef EQUISTREAM_WARP_SURFACE_INL_H
-#else
-#define EQUISTREAM_WARP_SURFACE_INL_H
-#endif
+#include "resample.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "client/warp/warp_surface_kernels.cpp"
+// The scalar loops too, whatever the processor has (warp_kernels.cpp says why this is asked for).
+#define HWY_COMPILE_ALL_ATTAINABLE
+#define HWY_BROKEN_EMU128 0
+#include <hwy/foreach_target.h>
 
 #include "hiding_surface-inl.h"
-#include "resample.h"
 #include "warp_colour-inl.h"
 #include "warp_fit-inl.h"
 #include "warp_points-inl.h"
@@ -343,7 +344,7 @@ HWY_NOINLINE bool map_plane(const WarpJob& job, const InversePlanarRows& rows, T
     return true;
 }
 
-HWY_INLINE void map_surface(const WarpJob& job, const InversePlanarRows& rows, Tile& tile) {
+void map_surface(const WarpJob& job, const InversePlanarRows& rows, Tile& tile) {
     SeenTile seen;
     const bool plane = map_plane(job, rows, tile, seen);
     if (!plane)
@@ -354,5 +355,3 @@ HWY_INLINE void map_surface(const WarpJob& job, const InversePlanarRows& rows, T
 
 }  // namespace equistream::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif
