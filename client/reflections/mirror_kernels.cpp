@@ -106,6 +106,8 @@ private:
         return dot(beside, beside) <= all(max_image_displacement * max_image_displacement) * dot(from_eye, from_eye);
     }
 
+    // Not inlined, which takes far longer to compile.
+
     /// The first image on each ray beyond the surface that it meets.
     HWY_NOINLINE FoundImages first_images(const MirrorRays& r, FloatMask open) const {
         FoundImages images{hn::FirstN(float_tag, 0), {all(0.0f), all(0.0f)}};

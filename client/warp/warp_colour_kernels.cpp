@@ -1,5 +1,5 @@
-// The colours at a tile's positions: of a decoder's planes, or of RGB. A file of its own so that it compiles beside
-// warp_kernels.cpp, whose loops call it, in each instruction set.
+// The colours at a tile's positions: of a decoder's planes, or of RGB. Apart from warp_kernels.cpp, which calls it,
+// so that both compile at once.
 #include "resample.h"
 
 #undef HWY_TARGET_INCLUDE

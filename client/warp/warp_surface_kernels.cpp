@@ -219,6 +219,8 @@ struct SeenTile {
     std::uint32_t outside = 0;                     ///< as of locate
 };
 
+// Parts of a tile's work are not inlined into one another: that takes far longer to compile, and is no faster.
+
 /// Positions of the points that a tile's pixels see; `keep` is 15 where the source covers them and looks at their
 /// front.
 HWY_NOINLINE void map_points(const WarpJob& job, const InversePlanarRows& rows, Tile& tile, SeenTile& seen) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What `equistream render` is told whatever the host, and what a host has to offer it.
+/// What `equistream render` is told whatever the host, and what a host has to offer it. Also the program around a host.
 #include <equistream/conventions.h>
 #include <equistream/equistream.h>
 #include <equistream/patches.h>

@@ -1,8 +1,6 @@
 #pragma once
-/// A program's options, by CLI11 underneath: its headers take seconds of every file that includes them, so that only
-/// this folder does.
+/// A program's options, by CLI11 underneath. Its headers take seconds to compile, so only this folder includes them.
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +11,7 @@ class Option;
 
 namespace equistream::cli {
 
-/// One option. Owned by its command line, which must outlive it.
+/// One option: a handle, good until run_program returns.
 class Option {
 public:
     Option() = default;  ///< none: only to be assigned to
@@ -36,7 +34,7 @@ public:
     Option type_name(const std::string& name) const;
     /// So many words at once.
     Option expected(int words) const;
-    /// Of an option that may be given several times: what follows its word is not its own.
+    /// It takes one word each time that it is given.
     Option one_word_each_time() const;
     Option description(const std::string& text) const;
 
@@ -48,7 +46,7 @@ private:
     CLI::Option* option_ = nullptr;
 };
 
-/// What a program, or a subcommand of it, may be given.
+/// What a program, or a subcommand of it, may be given: a handle too.
 class CommandLine {
 public:
     explicit CommandLine(CLI::App& app) : app_(&app) {}
@@ -62,6 +60,7 @@ public:
     Option add_flag(const std::string& name, bool& value, const std::string& description);
 
     CommandLine add_subcommand(const std::string& name, const std::string& description);
+    /// Exactly one of them.
     void require_subcommand();
     /// What --help ends with.
     void footer(const std::string& text);

@@ -14,6 +14,8 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
+#include <memory>
+#include <new>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -201,9 +203,9 @@ int run_program(int argc, char** argv, const ProgramText& text,
     app.allow_config_extras(CLI::config_extras_mode::error);
     app.footer("Example:\n  " + text.example + "\n\nExit status: 0 done, 1 failed, 2 bad usage or input.");
     app.get_formatter()->column_width(34);
-    CommandLine options(app);
+    CommandLine command_line(app);
     try {
-        const auto run = setup(options);
+        const auto run = setup(command_line);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& e) {

@@ -3,6 +3,7 @@
 /// for these.
 #include <nlohmann/json_fwd.hpp>
 
+#include <cstddef>
 #include <string>
 
 namespace equistream {
