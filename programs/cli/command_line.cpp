@@ -5,22 +5,30 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 namespace equistream::cli {
 
 namespace {
 
-template <typename Value>
-CLI::Option* add(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
-    return app.add_option(name, value, description);
+/// CLI11 takes an empty word for 0.
+std::string unless_a_number(const std::string& word) {
+    return word.empty() ? "expected a number, found ''" : "";
 }
 
-/// CLI11 itself takes an empty word for no value, and says nothing.
 template <typename Value>
-CLI::Option* add(CLI::App& app, const std::string& name, std::optional<Value>& value, const std::string& description) {
-    return app.add_option_function<Value>(
-        name, [&value](const Value& given) { value = given; }, description);
+CLI::Option* add(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
+    CLI::Option* option = app.add_option(name, value, description);
+    return std::is_arithmetic_v<Value> ? option->check(unless_a_number) : option;
+}
+
+template <typename Number>
+CLI::Option* add(CLI::App& app, const std::string& name, std::optional<Number>& value, const std::string& description) {
+    return app
+        .add_option_function<Number>(
+            name, [&value](const Number& given) { value = given; }, description)
+        ->check(unless_a_number);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST(Seed, IsTakenExactlyOrRefused) {
     }
 }
 
-TEST(Option, WithoutADefaultRefusesAnEmptyWord) {
+TEST(Option, OfANumberRefusesAnEmptyWord) {
     std::optional<double> value;
     std::string errors;
     const auto parse = [&](const std::string& word) {
@@ -95,6 +95,10 @@ TEST(Option, WithoutADefaultRefusesAnEmptyWord) {
         });
     };
     EXPECT_EQ(parse(""), exit_usage);
+    EXPECT_EQ(errors, "equistream test: --x: expected a number, found '' (--help lists the options)\n");
+    int n = 3;
+    EXPECT_EQ(run({"p", "--n", ""}, n, errors), exit_usage);
+    EXPECT_EQ(n, 3);
     EXPECT_EQ(parse("2.5"), exit_done) << errors;
     EXPECT_EQ(value, 2.5);
 }
