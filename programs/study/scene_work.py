@@ -101,8 +101,9 @@ class SceneWork:
         """Both eyes, unbiased."""
         return self.render(render_list.truth(self.preset, seed))
 
-    def right_eye(self, seed):
-        return self.render(render_list.right_eye(self.preset, seed))
+    def pair(self, seed):
+        """A view of each eye, a folder for each."""
+        return [f"{self.perspective(seed)}/left", f"{self.render(render_list.right_eye(self.preset, seed))}/right"]
 
     def whole_sphere(self, place, seed):
         return self.render(render_list.whole_sphere(self.preset, place, seed))

@@ -92,7 +92,7 @@ class Player:
             return [self.work.sphere(place, width, seed) for place in system.places]
         if system.views == 1:
             return [self.work.perspective(seed)]
-        return [f"{self.work.perspective(seed)}/left", f"{self.work.right_eye(seed)}/right"]
+        return self.work.pair(seed)
 
     def encoded(self, system, source, coding, name, timed=False):
         depth = ["--depth", "auto"] if system.depth == "stream" else []

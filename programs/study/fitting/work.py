@@ -106,6 +106,9 @@ class FitWork(SceneWork):
     def perspective(self, seed):
         return f"{self.truth(seed)}/left"
 
+    def pair(self, seed):
+        return [f"{self.truth(seed)}/{eye}" for eye in render_list.EYES]
+
     def rendered_sphere(self, place, width, seed):
         return self.render(render_list.Render(f"sphere-{width}-{seed}", seed, self.preset.samples_at(width), (width, width // 2), place))
 
