@@ -93,7 +93,7 @@ TEST_F(Programs, InfoWaitsForNoNamedPipe) {
     expect_failure(run("info /dev/zero"), 2, "found a named pipe or a device");
 }
 
-#ifndef __SANITIZE_ADDRESS__  // which reserves more than any limit
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which reserve more than any limit
 TEST_F(Programs, InfoTakesLittleMemoryForALargePictureInASmallFile) {
     constexpr int width = 12288, height = 4096;
     {
