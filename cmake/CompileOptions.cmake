@@ -27,6 +27,13 @@ add_library(equistream_pixel_loops INTERFACE)
 target_link_libraries(equistream_pixel_loops INTERFACE equistream_options)
 target_compile_options(equistream_pixel_loops INTERFACE -O3 -fno-math-errno -fno-trapping-math)
 
+# The same by Highway's vectors, for each instruction set, and the scalar loops too, whatever the processor has. Highway
+# leaves its scalar vectors out for GCC before 12.3, which may vectorise high halves of products wrongly (GCC 106322).
+# Nothing here takes those, and tests hold the scalar loops to the others.
+add_library(equistream_vector_loops INTERFACE)
+target_link_libraries(equistream_vector_loops INTERFACE PkgConfig::hwy equistream_pixel_loops)
+target_compile_definitions(equistream_vector_loops INTERFACE HWY_COMPILE_ALL_ATTAINABLE HWY_BROKEN_EMU128=0)
+
 find_program(CCACHE ccache)
 if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})

@@ -3,9 +3,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/fill/pull_kernels.cpp"
-// The scalar loops too, whatever the processor has; as in warp_kernels.cpp, nothing here takes high halves of products.
-#define HWY_COMPILE_ALL_ATTAINABLE
-#define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
 #include "push_pull-inl.h"

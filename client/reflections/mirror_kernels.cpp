@@ -2,9 +2,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/reflections/mirror_kernels.cpp"
-// The scalar loops too, whatever the processor has (warp_kernels.cpp says why this is asked for).
-#define HWY_COMPILE_ALL_ATTAINABLE
-#define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
 #include <client/warp/warp_points-inl.h>

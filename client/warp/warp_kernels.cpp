@@ -2,11 +2,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "client/warp/warp_kernels.cpp"
-// The scalar loops too, whatever the processor has.
-#define HWY_COMPILE_ALL_ATTAINABLE
-// Highway leaves its scalar vectors out for GCC before 12.3, which may vectorise high halves of products wrongly
-// (GCC 106322); nothing here takes those, and tests hold the scalar loops to the others.
-#define HWY_BROKEN_EMU128 0
 #include <hwy/foreach_target.h>
 
 #include "warp_colour-inl.h"
