@@ -1,6 +1,7 @@
 #include "host.h"
 
 #include <equistream/camera.h>
+#include <equistream/denoise_quality.h>
 #include <equistream/error.h>
 #include <equistream/patches.h>
 #include <equistream/stream.h>
@@ -18,7 +19,7 @@ namespace {
 struct Typed {
     RenderOptions options;
     std::string host, camera = "equirect", eye = "centre", small_eye, lock = "world", size, range;
-    std::string progress = "auto";
+    std::string progress = "auto", denoise = "off";
     double fps = 0, fov_deg = 90;
     cli::Option fov_option, fps_option, patch_budget, patch_side;
 };
@@ -89,6 +90,7 @@ RenderOptions checked(const Typed& typed) {
     else if (sphere && o.size.width != 2 * o.size.height)
         std::fprintf(stderr, "equistream render: note: a full sphere of %dx%d is not 2:1; its pixels are not square\n",
                      o.size.width, o.size.height);
+    o.denoise = static_cast<es_denoise>(denoise_quality(typed.denoise));
     o.progress = cli::parse_progress(typed.progress);
     return o;
 }
@@ -135,7 +137,13 @@ void add_frame_options(cli::CommandLine& app, Typed& t) {
 void add_quality_options(cli::CommandLine& app, Typed& t) {
     app.add_option("--spp", t.options.spp, "Samples per pixel").between(1u, 1048576u).with_default();
     cli::add_seed_option(app, t.options.seed, "Other seeds give independent noise");
-    app.add_option("--aovs", t.options.aovs, "depth,motion,normal,albedo,ids,specular,virtual, all or none")
+    app.add_option("--denoise", t.denoise,
+                   "Take the noise out of colour by Open Image Denoise (pip install pyoidn): quickly or well")
+        .one_of(denoise_quality_names)
+        .with_default();
+    app.add_option("--aovs", t.options.aovs,
+                   "depth,motion,normal,albedo,ids,specular,virtual, all or none; raw: colour before it was denoised; "
+                   "guides: what the denoiser goes by")
         .with_default();
 }
 

@@ -41,6 +41,7 @@ struct RenderOptions {
     std::uint64_t seed = 1;
     unsigned threads = 0;  ///< 0: one per processor
     std::string aovs = "all";
+    es_denoise denoise = ES_DENOISE_OFF;
     bool overwrite = false, single_part = false, json = false;
     bool follow = false;  ///< frames as standard input asks for them
     cli::ProgressStyle progress = cli::ProgressStyle::automatic;
@@ -94,8 +95,11 @@ struct StreamSettings {
     es_layer layer = ES_LAYER_FIRST;
     /// Set: an atlas of patches around the sphere that `size` is of; its slots differ from frame to frame.
     std::optional<PatchAtlas> patches{};
+    bool denoised = false;
 
     bool wants_geometry() const { return aovs != "none"; }
+    /// Whether the plugin takes a denoiser's guides.
+    bool wants_guides() const;
     std::uint64_t pixels() const {
         return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
     }

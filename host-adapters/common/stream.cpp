@@ -1,10 +1,12 @@
 #include "stream.h"
 
+#include <equistream/aov_groups.h>
 #include <equistream/error.h>
 #include <equistream/sequence.h>
 
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace equistream::render_command {
@@ -44,11 +46,14 @@ es_sequence_settings common_settings(const RenderOptions& options, const SceneDe
     s.geometry_fingerprint = scene.geometry_fingerprint.c_str();
     s.overwrite = options.overwrite;
     s.single_part = options.single_part;
+    s.denoise = options.denoise;
+    s.denoise_threads = options.threads;
     return s;
 }
 
 Stream open_stream(es_sequence_settings settings, const std::filesystem::path& out, StreamSettings stream) {
     const std::string folder = (out / stream.name).string();
+    stream.denoised = settings.denoise != ES_DENOISE_OFF;
     settings.output_dir = folder.c_str();
     settings.eye = stream.eye;
     settings.width = stream.size.width;
@@ -69,6 +74,11 @@ Stream open_stream(es_sequence_settings settings, const std::filesystem::path& o
 }
 
 }  // namespace
+
+bool StreamSettings::wants_guides() const {
+    const std::vector<std::string> planes = parse_aov_groups(aovs);
+    return denoised || std::ranges::find(planes, "guide_albedo") != planes.end();
+}
 
 std::vector<Stream> open_streams(const RenderOptions& options, const SceneDescription& scene, const PosePath& path,
                                  const RenderRecord& record) {

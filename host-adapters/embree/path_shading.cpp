@@ -37,10 +37,22 @@ glm::vec3 Worker::sky_image_radiance(Path& path, const SkyLight& sky) const {
     return sky.filtered(path.direction, path.cone.spread_rad, jitter);
 }
 
+/// The first call of a path counts: what stands before it was sharp, and tints what is seen in it.
+void Worker::guide(Path& path, const glm::vec3& albedo, const glm::vec3& normal) {
+    if (path.guided)
+        return;
+    path.guided = true;
+    path.guide_albedo = glm::min(path.throughput * albedo, glm::vec3(1));
+    path.guide_normal = normal;
+}
+
 void Worker::escape(Path& path) const {
-    path.radiance += path.throughput * scene_.lights.sky;
+    glm::vec3 image(0);
     if (scene_.lights.sky_image)
-        path.radiance += path.throughput * sky_image_radiance(path, *scene_.lights.sky_image);
+        image = sky_image_radiance(path, *scene_.lights.sky_image);
+    guide(path, scene_.lights.sky + image, {});
+    path.radiance += path.throughput * scene_.lights.sky;
+    path.radiance += path.throughput * image;
     const auto& sun = scene_.lights.sun;
     if (!sun || !sun->contains(path.direction))
         return;
@@ -58,6 +70,7 @@ void Worker::add_emission(Path& path, const ShadingMaterial& material, const Sha
     const glm::vec3 emitted = emitted_radiance(material, point, footprint, jitter, textures_);
     if (is_black(emitted))
         return;
+    guide(path, emitted, point.normal);
     float weight = 1;
     if (path.next_event_done) {
         const float cosine = std::abs(glm::dot(point.geometric_normal, path.direction));
@@ -89,7 +102,7 @@ bool Worker::shade(std::uint32_t index, const Hit& hit) {
     const ShadingFrame frame(point.normal);
     if (scene_.options.next_event && !spent && bsdf.has_rough_lobe())
         sample_lights(index, point, bsdf, frame);
-    return scatter(path, point, bsdf, frame);
+    return scatter(path, point, bsdf, frame, parameters.base_colour);
 }
 
 void Worker::sample_lights(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf,
@@ -165,11 +178,14 @@ void Worker::sample_emitter(std::uint32_t index, const ShadingPoint& point, cons
         shadow_rays_.push_back({{origin, direction, distance * 0.9999f}, contribution, index});
 }
 
-bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame) {
+bool Worker::scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame,
+                     const glm::vec3& albedo) {
     const float lobe = path.sampler.pair(path.vertices, Sampler::Use::choices).x;
     const glm::vec2 u = path.sampler.pair(path.vertices, Sampler::Use::scattering);
     const BsdfSample s = bsdf.sample(frame.to_local(-path.direction), lobe, u);
     ++path.vertices;
+    if (s.kind == BsdfSample::Kind::none || s.kind == BsdfSample::Kind::rough || !(largest(s.weight) > 0))
+        guide(path, albedo, point.normal);
     if (s.kind == BsdfSample::Kind::none || !(largest(s.weight) > 0))
         return false;
     path.throughput *= s.weight;

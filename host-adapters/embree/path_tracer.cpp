@@ -63,8 +63,9 @@ void Worker::start_paths(std::span<const es_ray> rays, std::span<const std::uint
 }
 
 void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds,
-                            std::uint32_t sample, std::span<float> rgba) {
+                            std::uint32_t sample, std::span<float> rgba, std::span<float> guides) {
     assert(pixel_seeds.size() == rays.size() && rgba.size() == rays.size() * 4);
+    assert(guides.empty() || guides.size() == rays.size() * 6);
     counts_.film_s += clock_.lap();
     start_paths(rays, pixel_seeds, sample);
     counts_.shading_s += clock_.lap();
@@ -86,6 +87,11 @@ void Worker::trace_radiance(std::span<const es_ray> rays, std::span<const std::u
         rgba[4 * i + 2] = radiance.z;
         rgba[4 * i + 3] = paths_[i].covered ? 1.0f : 0.0f;
     }
+    for (std::size_t i = 0; 6 * i < guides.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            guides[6 * i + static_cast<std::size_t>(c)] = paths_[i].guide_albedo[c];
+            guides[6 * i + 3 + static_cast<std::size_t>(c)] = paths_[i].guide_normal[c];
+        }
     counts_.shading_s += clock_.lap();
 }
 

@@ -97,9 +97,10 @@ class Worker {
 public:
     explicit Worker(const TracedScene& scene);
 
-    /// One sample of each pixel: `pixel_seeds` is the same for all samples of a pixel. Writes RGBA per ray.
+    /// One sample of each pixel: `pixel_seeds` is the same for all samples of a pixel. Writes RGBA per ray, and where
+    /// `guides` is not empty, six numbers per ray (es_tile_put_guides).
     void trace_radiance(std::span<const es_ray> rays, std::span<const std::uint64_t> pixel_seeds, std::uint32_t sample,
-                        std::span<float> rgba);
+                        std::span<float> rgba, std::span<float> guides = {});
     /// Closest hits of rays in order, a miss having no instance. Neighbouring rays should be coherent.
     struct Hit {
         HitId id;
@@ -127,6 +128,8 @@ private:
         bool covered = false;          ///< the camera ray hit something
         bool after_rough = false;      ///< some scattering was rough
         bool next_event_done = false;  ///< the last scattering (straight passes aside) was rough and sampled lights
+        bool guided = false;           ///< the guides below are those of the first rough surface, or of its light
+        glm::vec3 guide_albedo{0}, guide_normal{0};
     };
     struct ShadowRay {
         Segment segment;
@@ -140,6 +143,7 @@ private:
     void trace_shadow_rays();
     void escape(Path& path) const;
     glm::vec3 sky_image_radiance(Path& path, const SkyLight& sky) const;
+    static void guide(Path& path, const glm::vec3& albedo, const glm::vec3& normal);
     /// False when the path ends here.
     bool shade(std::uint32_t index, const Hit& hit);
     void add_emission(Path& path, const ShadingMaterial& material, const ShadingPoint& point, float distance,
@@ -148,7 +152,8 @@ private:
     void sample_sun(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
     void sample_sky(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
     void sample_emitter(std::uint32_t index, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
-    bool scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame);
+    bool scatter(Path& path, const ShadingPoint& point, const Bsdf& bsdf, const ShadingFrame& frame,
+                 const glm::vec3& albedo);
 
     const TracedScene& scene_;
     Textures::Reader textures_;

@@ -15,7 +15,7 @@ namespace {
 
 /// What mirrors and panes show is for our own hosts to say: no renderer writes it, and nobody's conventions cover it.
 bool is_imported(const AovInfo& aov) {
-    return aov.group != "virtual";
+    return aov.group != "virtual" && aov.group != "raw";
 }
 
 std::string lower(std::string text) {
@@ -79,6 +79,8 @@ const std::vector<Rule>& rules() {
         {"object_id", {"object_id", "objectid", "indexob", "object_index"}},
         {"material_id", {"material_id", "materialid", "indexma", "material_index"}},
         {"instance_id", {"instance_id", "instanceid"}},
+        {"guide_albedo", {"denoising albedo"}},
+        {"guide_normal", {"denoising normal"}},
     };
     return list;
 }
@@ -133,6 +135,10 @@ private:
     static std::size_t catalogue_position(std::string_view plane) {
         const auto all = aov_catalogue();
         return std::size_t(std::ranges::find(all, plane, &AovInfo::name) - all.begin());
+    }
+
+    bool is_wanted(const AovInfo& aov) const {
+        return is_imported(aov) && (conventions_.takes_guides || aov.group != "guides");
     }
 
     bool has(std::string_view plane) const {
@@ -203,11 +209,11 @@ private:
         consider_depth(layer);
         consider_motion(layer);
         for (const Rule& rule : rules()) {
-            if (!rule.layers.contains(layer.last) || rule.plane == "depth" || rule.plane == "backward" ||
-                rule.plane == "forward")
+            const AovInfo aov = *find_aov(rule.plane);
+            if (!rule.layers.contains(layer.last) || !is_wanted(aov) || rule.plane == "depth" ||
+                rule.plane == "backward" || rule.plane == "forward")
                 continue;
             const std::string why = layer.name.empty() ? "plain names" : "layer " + layer.name;
-            const AovInfo aov = *find_aov(rule.plane);
             if (aov.type == SampleType::id)
                 take(rule.plane, layer, layer.single(), why);
             else if (layer.triple().size() == 3 && !(rule.plane == "colour" && layer.with({"R", "G", "B"}).empty()))
@@ -219,7 +225,7 @@ private:
     void take_ours(const Layer& layer) {
         for (const AovInfo& aov : aov_catalogue())
             for (const ForeignChannel& channel : layer.channels)
-                if (is_imported(aov) && channel.name == *aov.channels.begin()) {
+                if (is_wanted(aov) && channel.name == *aov.channels.begin()) {
                     std::vector<ForeignChannel> found;
                     for (const std::string_view name : aov.channels)
                         for (const ForeignChannel& other : layer.channels)

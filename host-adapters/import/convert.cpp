@@ -3,7 +3,7 @@
 #include <equistream/aov.h>
 #include <equistream/camera_limits.h>
 #include <equistream/error.h>
-#include <equistream/plane_values.h>
+#include <equistream/sequence.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ public:
         else if (mapped.plane == "normal")
             plane = normals();
         else
-            plane = light(int(aov.channels.size()));
+            plane = light(int(aov.channels.size()), aov.name != "guide_normal");
         try {
             require_plane_values(aov, plane.view());
         } catch (const InputError& problem) {
@@ -165,11 +165,11 @@ private:
         });
     }
 
-    FloatImage light(int channels) const {
+    FloatImage light(int channels, bool has_colours) const {
         std::vector<FloatImage> source;
         for (std::size_t i = 0; i < mapped_->channels.size(); ++i)
             source.push_back(channel(i));
-        const bool is_colour = source.size() >= 3;
+        const bool is_colour = source.size() >= 3 && has_colours;
         return filled(channels, [&](int x, int y, float* out) {
             for (std::size_t i = 0; i < source.size(); ++i)
                 out[i] = *source[i].pixel(x, y);

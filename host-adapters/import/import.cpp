@@ -7,6 +7,8 @@
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 
+#include <plugin/denoise/denoiser.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -19,8 +21,9 @@ namespace {
 
 class ViewImport {
 public:
-    ViewImport(const ImportSettings& settings, ImportPlan& plan, const PlannedView& view)
-        : settings_(settings), plan_(plan), view_(view), writer_(sequence()) {}
+    /// `denoiser`: null where nothing is denoised.
+    ViewImport(const ImportSettings& settings, ImportPlan& plan, const PlannedView& view, Denoiser* denoiser)
+        : settings_(settings), plan_(plan), view_(view), denoiser_(denoiser), writer_(sequence()) {}
 
     bool keeps(std::int64_t index) const { return writer_.keeps_frame(index); }
 
@@ -41,12 +44,21 @@ public:
         Conversion conversion{plan_.conventions, plan_.camera, {}, {}, {}, plan_.colour_to_rec709};
         find_poses(files.front(), info, conversion);
         const std::size_t before = plan_.notes.size();
-        writer_.write(convert_frame(borrowed, map, conversion, info, plan_.notes));
+        Frame frame = convert_frame(borrowed, map, conversion, info, plan_.notes);
+        if (denoiser_ != nullptr)
+            denoiser_->denoise(frame);
+        for (const MappedPlane& plane : map.planes)
+            if (is_guide(plane))
+                frame.planes.erase(plane.plane);
+        writer_.write(frame);
         if (plan_.notes.size() > before + 3)
             plan_.notes.resize(before + 3);
     }
 
 private:
+    /// Read for the denoiser alone.
+    static bool is_guide(const MappedPlane& plane) { return find_aov(plane.plane)->group == "guides"; }
+
     SequenceSettings sequence() const {
         SequenceSettings sequence;
         sequence.folder = settings_.out / eye_names[int(view_.eye)];
@@ -58,8 +70,11 @@ private:
         manifest.shared.frames_per_second = plan_.frames_per_second;
         manifest.shared.host = as_json_holds(
             quotable("imported" + (plan_.software.empty() ? "" : ", " + plan_.software), 200), max_name_bytes);
+        if (denoiser_ != nullptr)
+            manifest.shared.denoiser = denoiser_->description();
         for (const MappedPlane& plane : view_.map.planes)
-            manifest.planes.push_back(plane.plane);
+            if (!is_guide(plane))
+                manifest.planes.push_back(plane.plane);
         manifest.command = settings_.command;
         manifest.single_part = false;
         std::string deciding = identity_of(plan_.conventions) + "\n";
@@ -129,6 +144,7 @@ private:
     const ImportSettings& settings_;
     ImportPlan& plan_;
     const PlannedView& view_;
+    Denoiser* const denoiser_;
     SequenceWriter writer_;
 };
 
@@ -138,8 +154,11 @@ void run_import(const ImportSettings& settings, ImportPlan& plan,
                 const std::function<void(std::size_t, std::int64_t)>& done) {
     std::size_t count = 0;
     bool began = false;
+    std::optional<Denoiser> denoiser;
+    if (settings.denoise != DenoiseQuality::off)
+        denoiser.emplace(settings.denoise, 0);
     for (const PlannedView& view : plan.views) {
-        ViewImport import(settings, plan, view);
+        ViewImport import(settings, plan, view, denoiser ? &*denoiser : nullptr);
         for (const FileSets::Frame& frame : plan.files.frames) {
             try {
                 if (!import.keeps(frame.index)) {

@@ -3,6 +3,7 @@
 #include "channel_map.h"
 #include "convert.h"
 
+#include <equistream/denoise_quality.h>
 #include <equistream/frame.h>
 
 #include <scenes/library/scene.h>
@@ -60,6 +61,7 @@ struct ImportSettings {
     FrameInfo info;  ///< eye, ipd_m, lock, head_radius_m, exposure, scene
     std::string command;
     bool overwrite = false;
+    DenoiseQuality denoise = DenoiseQuality::off;
 };
 
 struct Finding {

@@ -201,6 +201,7 @@ private:
     }
 
     void map_views() {
+        plan_.conventions.takes_guides = settings_.denoise != DenoiseQuality::off;
         std::vector<const ForeignExr*> files;
         std::set<std::string> views;
         for (const ForeignExr& each : files_) {

@@ -52,6 +52,7 @@ struct SourceConventions {
     double forward_at = 0.5;       ///< equirect: fraction of the width at which the camera looks
     bool z_up = false;             ///< the world's up is +Z
     bool column_vectors = false;   ///< worldToCamera has its translation in the last column
+    bool takes_guides = false;     ///< a denoiser's: averaged planes that look through mirrors
     /// By plane, which of the file's channels; overrides what is found by name. An empty list: leave the plane out.
     std::map<std::string, std::vector<std::string>> channels;
 };

@@ -4,7 +4,6 @@
 #include <equistream/aov.h>
 #include <equistream/bound.h>
 #include <equistream/camera_limits.h>
-#include <equistream/plane_values.h>
 #include <equistream/text.h>
 
 #include <cstring>
@@ -41,11 +40,15 @@ es_frame* make_frame(const es_sequence& handle, const FrameSettings& settings) {
     const FramePoses poses{pose(settings.head_previous), pose(settings.head), pose(settings.head_next)};
     const HeadBox box{poses.here.position_m, head_box_radius(shared.eye, shared.head_radius_m, shared.ipd_m)};
     const FrameInfo info = frame_info(*handle.shared, settings, poses.here);
+    std::vector<std::string> planes = handle.shared->manifest().planes;
+    std::erase(planes, "raw");
+    const bool guides = handle.denoiser != nullptr || std::ranges::find(planes, "guide_albedo") != planes.end();
     return new es_frame{handle.shared,
+                        handle.denoiser,
                         info,
                         FrameRays(info),
                         Film(info, poses,
-                             {shared.samples_per_pixel, handle.shared->manifest().planes, handle.tiles.tile_side,
+                             {shared.samples_per_pixel, planes, guides, handle.tiles.tile_side,
                               handle.tiles.hidden_layer || info.patches}),
                         handle.tiles.hidden_layer ? std::make_unique<HiddenLayer>(box) : nullptr,
                         {},
@@ -136,6 +139,26 @@ Image<T> copied(const es_plane& plane, int width, int height) {
     return image;
 }
 
+/// What is not asked for goes; pixels that nobody answered for are padded anew.
+void denoise(const es_frame& frame, Frame& finished) {
+    const std::vector<std::string>& planes = frame.sequence->manifest().planes;
+    const auto is_wanted = [&](const char* name) { return std::ranges::find(planes, name) != planes.end(); };
+    FloatImage& colour = finished.planes.at("colour");
+    if (is_wanted("raw")) {
+        FloatImage raw(colour.width(), colour.height(), 3);
+        for (int y = 0; y < raw.height(); ++y)
+            for (int x = 0; x < raw.width(); ++x)
+                std::copy_n(colour.pixel(x, y), 3, raw.pixel(x, y));
+        finished.planes["raw"] = std::move(raw);
+    }
+    frame.denoiser->denoise(finished);
+    for (const char* guide : {"guide_albedo", "guide_normal"})
+        if (!is_wanted(guide))
+            finished.planes.erase(guide);
+    if (const ByteImage* answered = frame.film.padded())
+        pad_colour(colour, *answered, columns_close(frame.info.camera) && !frame.info.patches);
+}
+
 }  // namespace
 
 extern "C" {
@@ -224,6 +247,15 @@ void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgb
     });
 }
 
+void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guides) {
+    guarded(nullptr, [&] {
+        if (usable(frame, tile, guides, "es_tile_put_guides") && frame->film.takes_guides() &&
+            !frame->film.add_guides(pixels_of(*frame, *tile, "es_tile_put_guides"), guides))
+            keep_misuse(frame, expected_found("es_tile_put_guides: tile " + std::to_string(tile->id),
+                                              std::to_string(frame->info.samples_per_pixel) + " passes", "one more"));
+    });
+}
+
 es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error) {
     return guarded(error, [&] {
         if (frame == nullptr || plane == nullptr)
@@ -255,6 +287,8 @@ es_status es_frame_end(es_frame* frame, es_error* error) {
         Frame finished;
         finished.info = frame->info;
         frame->film.finish(finished);
+        if (frame->denoiser)
+            denoise(*frame, finished);
         frame->sequence->write(finished, frame->film.left_out_samples());
     });
 }
@@ -277,8 +311,9 @@ es_status es_sequence_open(const es_sequence_settings* settings, es_sequence** s
     return guarded(error, [&] {
         if (sequence == nullptr)
             throw InputError(expected_found("es_sequence_open: sequence", "a pointer", "NULL"));
-        *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings)),
-                                    checked_tile_settings(settings)};
+        std::shared_ptr<Denoiser> denoiser = checked_denoiser(settings);
+        *sequence = new es_sequence{std::make_shared<SequenceWriter>(checked_settings(settings, denoiser.get())),
+                                    checked_tile_settings(settings), std::move(denoiser)};
     });
 }
 

@@ -11,6 +11,7 @@ namespace equistream {
 namespace {
 
 constexpr std::uint32_t max_samples = 1u << 20;
+constexpr std::uint32_t max_threads = 4096;
 
 /// A C host may store any int in an enum; read it as one.
 template <typename Enum>
@@ -138,7 +139,19 @@ Pose checked_pose(const char* field, const es_pose& pose) {
 
 }  // namespace
 
-SequenceSettings checked_settings(const es_sequence_settings* settings) {
+std::shared_ptr<Denoiser> checked_denoiser(const es_sequence_settings* settings) {
+    const es_sequence_settings s = whole_struct(settings, "es_sequence_settings", sequence_settings_sizes);
+    const int quality = stored_value(s.denoise);
+    require(quality >= ES_DENOISE_OFF && quality <= ES_DENOISE_HIGH, "denoise", "ES_DENOISE_OFF to ES_DENOISE_HIGH",
+            std::to_string(quality));
+    require(s.denoise_threads <= max_threads, "denoise_threads", "at most " + std::to_string(max_threads),
+            std::to_string(s.denoise_threads));
+    if (quality == ES_DENOISE_OFF)
+        return nullptr;
+    return std::make_shared<Denoiser>(static_cast<DenoiseQuality>(quality), s.denoise_threads);
+}
+
+SequenceSettings checked_settings(const es_sequence_settings* settings, const Denoiser* denoiser) {
     const es_sequence_settings s = whole_struct(settings, "es_sequence_settings", sequence_settings_sizes);
     require(s.abi_version == ES_ABI_VERSION, "abi_version", std::to_string(ES_ABI_VERSION),
             std::to_string(s.abi_version));
@@ -174,6 +187,10 @@ SequenceSettings checked_settings(const es_sequence_settings* settings) {
     info.host = checked_text("host_name", s.host_name, max_name_bytes);
     info.geometry_fingerprint = checked_text("geometry_fingerprint", s.geometry_fingerprint, max_name_bytes);
     info.patches = checked_atlas(s, checked);
+    if (denoiser != nullptr)
+        info.denoiser = denoiser->description();
+    require(denoiser != nullptr || std::ranges::find(checked.manifest.planes, "raw") == checked.manifest.planes.end(),
+            "aovs", "raw only where colour is denoised", "raw");
     const std::string layer = checked_tile_settings(settings).hidden_layer ? " hidden layer" : "";
     checked.manifest.fingerprint =
         sequence_fingerprint(checked.manifest, checked_text("fingerprint", s.fingerprint, 65536) + layer);

@@ -6,6 +6,7 @@
 #include <equistream/equistream.h>
 #include <equistream/sequence_writer.h>
 
+#include <plugin/denoise/denoiser.h>
 #include <plugin/film/film.h>
 #include <plugin/film/hidden_layer.h>
 #include <plugin/film/rays.h>
@@ -23,8 +24,11 @@ struct TileSettings {
     int tile_side = 0;
 };
 
+/// How a sequence is denoised, by a denoiser of its own; nothing where it is not. Throws InputError.
+std::shared_ptr<Denoiser> checked_denoiser(const es_sequence_settings* settings);
+
 /// Throws InputError.
-SequenceSettings checked_settings(const es_sequence_settings* settings);
+SequenceSettings checked_settings(const es_sequence_settings* settings, const Denoiser* denoiser);
 /// Throws InputError.
 TileSettings checked_tile_settings(const es_sequence_settings* settings);
 
@@ -43,7 +47,7 @@ FrameSettings checked_settings(const es_frame_settings* settings);
 /// Ascending, today's last. When a field is appended to a struct, that field's offset goes before the last.
 inline constexpr std::size_t sequence_settings_sizes[] = {
     offsetof(es_sequence_settings, geometry_fingerprint), offsetof(es_sequence_settings, layer),
-    offsetof(es_sequence_settings, patch_side), sizeof(es_sequence_settings)};
+    offsetof(es_sequence_settings, patch_side), offsetof(es_sequence_settings, denoise), sizeof(es_sequence_settings)};
 inline constexpr std::size_t frame_settings_sizes[] = {offsetof(es_frame_settings, patches), sizeof(es_frame_settings)};
 inline constexpr std::size_t plane_sizes[] = {sizeof(es_plane)};
 
@@ -58,10 +62,12 @@ static_assert(sizeof(void*) != 8 ||
 struct es_sequence {
     std::shared_ptr<equistream::SequenceWriter> shared;
     equistream::TileSettings tiles;
+    std::shared_ptr<equistream::Denoiser> denoiser;  ///< null where nothing is denoised
 };
 
 struct es_frame {
     std::shared_ptr<equistream::SequenceWriter> sequence;
+    std::shared_ptr<equistream::Denoiser> denoiser;
     equistream::FrameInfo info;
     equistream::FrameRays rays;
     equistream::Film film;

@@ -34,8 +34,10 @@ std::vector<std::string> parse_aov_groups(std::string_view list) {
         if (word == "none" && trimmed(list) == "none")
             break;
         if (word == "all")
-            for (const AovInfo& aov : aov_catalogue())
-                wanted.push_back(aov.group);
+            for (const AovInfo& aov : aov_catalogue()) {
+                if (aov.in_all)
+                    wanted.push_back(aov.group);
+            }
         else if (is_group(word))
             wanted.push_back(word);
         else

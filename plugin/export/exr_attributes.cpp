@@ -158,6 +158,8 @@ void write_attributes(const ExrSession& session, int part, const FrameInfo& info
     out.text("equistream:host", info.host);
     if (!info.geometry_fingerprint.empty())
         out.text("equistream:geometry", info.geometry_fingerprint);
+    if (!info.denoiser.empty())
+        out.text("equistream:denoiser", info.denoiser);
     if (info.patches)
         write_patches(out, *info.patches);
     write_conventions(out);
@@ -203,6 +205,8 @@ FrameInfo read_attributes(const ExrSession& session, int width, int height) {
     info.host = in.short_text("equistream:host");
     if (in.has("equistream:geometry"))
         info.geometry_fingerprint = in.short_text("equistream:geometry");
+    if (in.has("equistream:denoiser"))
+        info.denoiser = in.short_text("equistream:denoiser");
     if (info.patches) {
         const auto* sphere = std::get_if<EquirectCamera>(&info.camera);
         if (!sphere)

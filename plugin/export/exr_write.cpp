@@ -62,7 +62,7 @@ void append_channels(const Frame& frame, const AovInfo& aov, std::vector<Channel
         ChannelSource source;
         source.name = aov.channels[c];
         source.type = aov.type;
-        source.is_colour = aov.name == "colour";
+        source.is_colour = aov.unit == "radiance";
         if (is_id)
             source.id = id->second.samples().data() + c;
         else
@@ -256,6 +256,21 @@ std::int64_t write_part(const ExrSession& session, const Part& part, int part_in
 }
 
 }  // namespace
+
+void require_plane_values(const AovInfo& aov, ImageView<const float> plane) {
+    if (aov.unit == "radiance")
+        return;
+    const bool is_depth = aov.name == "depth" || aov.name == "virtual_depth";
+    for (int y = 0; y < plane.height; ++y) {
+        const float* row = plane.row(y);
+        for (int i = 0; i < plane.width * plane.channels; ++i)
+            if (!(is_depth ? row[i] >= 0 : std::isfinite(row[i])))
+                throw InputError(expected_found("plane " + std::string(aov.name) + " at pixel " +
+                                                    std::to_string(i / plane.channels) + "," + std::to_string(y),
+                                                is_depth ? "a distance, +inf for a miss" : "a finite number",
+                                                std::to_string(row[i])));
+    }
+}
 
 std::int64_t write_exr(const std::filesystem::path& file, const Frame& frame, const ExrWriteOptions& options) {
     const std::vector<Part> parts = make_parts(frame, options);

@@ -181,6 +181,8 @@ json to_json(const Manifest& manifest) {
                      {"planes", manifest.planes},
                      {"command", manifest.command},
                      {"fingerprint", manifest.fingerprint}};
+    if (!info.denoiser.empty())
+        document["denoiser"] = info.denoiser;
     if (info.patches)
         document["patches"] = patches_to_json(*info.patches);
     if (manifest.single_part)
@@ -214,6 +216,8 @@ Manifest from_json(const json& document, const std::string& where) {
     info.host = in.text("host");
     if (document.contains("geometry_fingerprint"))  // earlier sequences have none
         info.geometry_fingerprint = in.text("geometry_fingerprint");
+    if (document.contains("denoiser"))
+        info.denoiser = in.text("denoiser");
     if (document.contains("patches"))
         info.patches = patches_from_json(in.section("patches"), info.camera);
     for (const json& plane : in.at("planes")) {

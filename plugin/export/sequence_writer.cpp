@@ -16,6 +16,8 @@
 namespace equistream {
 namespace {
 
+constexpr const char* not_denoised = "off";
+
 /// Everything that decides pixels, by the name a host knows it by.
 std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifest& manifest) {
     const FrameInfo& info = manifest.shared;
@@ -36,7 +38,8 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
         {"aovs", planes},
         {"scene_name", "\"" + info.scene + "\""},
         {"host_name", "\"" + info.host + "\""},
-        {"geometry_fingerprint", "\"" + info.geometry_fingerprint + "\""}};
+        {"geometry_fingerprint", "\"" + info.geometry_fingerprint + "\""},
+        {"denoise", info.denoiser.empty() ? not_denoised : "\"" + info.denoiser + "\""}};
     if (const auto* sphere = std::get_if<EquirectCamera>(&info.camera)) {
         const LongitudeLatitudeRange& range = sphere->range;
         list.emplace_back("longitudes", in_words(range.longitude_min) + " to " + in_words(range.longitude_max));
@@ -55,7 +58,8 @@ std::vector<std::pair<const char*, std::string>> deciding_settings(const Manifes
 std::string sequence_fingerprint(const Manifest& manifest, const std::string& of_host) {
     std::string text = of_host;
     for (const auto& [name, value] : deciding_settings(manifest))
-        text += std::string("\n") + name + "=" + value;
+        if (value != not_denoised)  // as those before there was a denoiser
+            text += std::string("\n") + name + "=" + value;
     std::uint64_t hash = 0xcbf29ce484222325ull;
     for (const char c : text)
         hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
@@ -85,8 +89,9 @@ std::optional<std::string> difference(const Manifest& expected, const Manifest& 
 namespace {
 
 void require_utf8(const FrameInfo& shared) {
-    for (const auto& [name, value] : {std::pair("scene_name", &shared.scene), std::pair("host_name", &shared.host),
-                                      std::pair("geometry_fingerprint", &shared.geometry_fingerprint)})
+    for (const auto& [name, value] :
+         {std::pair("scene_name", &shared.scene), std::pair("host_name", &shared.host),
+          std::pair("geometry_fingerprint", &shared.geometry_fingerprint), std::pair("denoiser", &shared.denoiser)})
         if (!is_utf8(*value))
             throw InputError(
                 expected_found(name, "UTF-8, as a manifest holds it", "\"" + as_json_holds(*value) + "\""));

@@ -8,6 +8,12 @@
 namespace equistream {
 namespace {
 
+constexpr const char* guide_names[] = {"guide_albedo", "guide_normal"};
+
+bool is_guide(const std::string& name) {
+    return std::find(std::begin(guide_names), std::end(guide_names), name) != std::end(guide_names);
+}
+
 bool is_finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
 }
@@ -83,21 +89,23 @@ Film::Film(const FrameInfo& info, const FramePoses& poses, FilmSettings settings
     : closes_(columns_close(info.camera) && !info.patches), width_(picture_width(info)), height_(picture_height(info)),
       tile_side_(settings.tile_side), tiles_across_(static_cast<std::uint32_t>((width_ + tile_side_ - 1) / tile_side_)),
       tile_count_(tiles_across_ * static_cast<std::uint32_t>((height_ + tile_side_ - 1) / tile_side_)),
-      samples_per_pixel_(settings.samples_per_pixel), backward_(info.camera, poses.here, poses.previous),
-      forward_(info.camera, poses.here, poses.next), plane_names_(std::move(settings.planes)),
-      has_holes_(settings.has_holes) {}
+      samples_per_pixel_(settings.samples_per_pixel), takes_guides_(settings.guides),
+      backward_(info.camera, poses.here, poses.previous), forward_(info.camera, poses.here, poses.next),
+      plane_names_(std::move(settings.planes)), has_holes_(settings.has_holes) {}
 
 /// Memory for tiles is taken when a host first asks for one: those that hand over whole planes need none.
 void Film::start_film() {
     progress_.resize(tile_count_);
     radiance_sum_ = FloatImage(width_, height_, 4);
     left_out_ = IdImage(width_, height_, 1);
+    if (takes_guides_)
+        guide_sum_ = FloatImage(width_, height_, 6);
     if (has_holes_)
         answered_ = ByteImage(width_, height_, 1);
     for (const std::string& name : plane_names_) {
         const AovInfo aov = *find_aov(name);
         const int channels = static_cast<int>(aov.channels.size());
-        if (name == "colour" || whole_.contains(name))
+        if (name == "colour" || is_guide(name) || whole_.contains(name))
             continue;
         if (aov.type == SampleType::id)
             ids_[name] = IdImage(width_, height_, channels);
@@ -236,8 +244,23 @@ bool Film::add_radiance(const TilePixels& pixels, const float* rgba) {
     return true;
 }
 
+bool Film::add_guides(const TilePixels& pixels, const float* guides) {
+    TileProgress& progress = progress_[pixels.tile.id];
+    if (!takes_guides_ || progress.guide_passes >= samples_per_pixel_)
+        return false;
+    ++progress.guide_passes;
+    for (std::uint32_t i = 0; i < pixels.count(); ++i, guides += 6) {
+        const glm::ivec2 at = pixels.at(i);
+        float* const sum = guide_sum_.pixel(at.x, at.y);
+        for (int c = 0; c < 6; ++c)
+            sum[c] += std::isfinite(guides[c]) ? guides[c] : 0;
+    }
+    return true;
+}
+
 bool Film::wants(const std::string& name) const {
-    return std::find(plane_names_.begin(), plane_names_.end(), name) != plane_names_.end();
+    return (takes_guides_ && is_guide(name)) ||
+           std::find(plane_names_.begin(), plane_names_.end(), name) != plane_names_.end();
 }
 
 void Film::put_plane(const std::string& name, FloatImage image) {
@@ -252,13 +275,21 @@ void Film::put_plane(const std::string& name, IdImage image) {
 
 std::optional<std::string> Film::missing() const {
     std::size_t without_colour = tile_count_;
-    std::size_t without_surfaces = tile_count_;
+    std::size_t without_surfaces = tile_count_, without_guides = tile_count_;
+    bool any_guides = false;
     for (const TileProgress& progress : progress_) {
         without_colour -= progress.colour_passes == samples_per_pixel_;
         without_surfaces -= progress.surfaces;
+        without_guides -= progress.guide_passes == samples_per_pixel_;
+        any_guides |= progress.guide_passes > 0;
     }
-    for (const std::string& name : plane_names_) {
-        const std::size_t tiles = name == "colour" ? without_colour : without_surfaces;
+    std::vector<std::string> names = plane_names_;
+    if (any_guides)  // of no use unless there are all
+        names.insert(names.end(), std::begin(guide_names), std::end(guide_names));
+    for (const std::string& name : names) {
+        const std::size_t tiles = name == "colour" ? without_colour
+                                  : is_guide(name) ? without_guides
+                                                   : without_surfaces;
         if (tiles > 0 && !whole_.contains(name))
             return "plane " + name + " unfinished in " + std::to_string(tiles) + " of " + std::to_string(tile_count_) +
                    " tiles";
@@ -278,6 +309,22 @@ FloatImage Film::averaged_colour() const {
             means[4 * pixel + c] = sums[4 * pixel + c] * weight;
     }
     return colour;
+}
+
+void Film::finish_guides() {
+    const bool given =
+        std::any_of(progress_.begin(), progress_.end(), [](const TileProgress& t) { return t.guide_passes > 0; });
+    for (int guide = 0; guide < 2 && given; ++guide) {
+        if (whole_.contains(guide_names[guide]))
+            continue;
+        FloatImage mean(width_, height_, 3);
+        const float weight = 1 / static_cast<float>(samples_per_pixel_);
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x)
+                for (int c = 0; c < 3; ++c)
+                    mean.pixel(x, y)[c] = guide_sum_.pixel(x, y)[3 * guide + c] * weight;
+        real_[guide_names[guide]] = std::move(mean);
+    }
 }
 
 std::int64_t Film::left_out_samples() const {
@@ -301,6 +348,7 @@ void Film::leave_holes() {
 void Film::finish(Frame& frame) {
     if (!whole_.contains("colour"))
         real_["colour"] = averaged_colour();
+    finish_guides();
     if (has_holes_)
         leave_holes();
     frame.planes = std::move(real_);

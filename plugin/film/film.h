@@ -26,7 +26,8 @@ inline constexpr int default_tile_side = 32;
 
 struct FilmSettings {
     std::uint32_t samples_per_pixel = 1;
-    std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them
+    std::vector<std::string> planes;  ///< names of the AOV catalogue, colour among them; "raw" is not the film's
+    bool guides = false;              ///< a denoiser's guides are taken, where a host has them, asked for or not
     int tile_side = default_tile_side;
     bool has_holes = false;  ///< pixels that nobody answers for are no part of the picture (finish)
 };
@@ -60,12 +61,18 @@ public:
     /// Adds one colour pass. Samples that are not finite are left out of their pixel's mean.
     /// Returns false, adding nothing, when the tile has had all its passes.
     bool add_radiance(const TilePixels& pixels, const float* rgba);
+    /// Adds the guides of one colour pass, six numbers a pixel: albedo and normal. What is not finite counts as 0.
+    /// Returns false, adding nothing, when the tile has had all its passes.
+    bool add_guides(const TilePixels& pixels, const float* guides);
 
     /// Whole planes; they take the place of what tiles say of them. The image must have the right shape.
     void put_plane(const std::string& name, FloatImage image);
     void put_plane(const std::string& name, IdImage image);
     bool wants(const std::string& name) const;
     const std::vector<std::string>& planes() const { return plane_names_; }
+    bool takes_guides() const { return takes_guides_; }
+    /// Where `finish` padded colour: 0 there; null where it did not.
+    const ByteImage* padded() const { return answered_.empty() || whole_.contains("colour") ? nullptr : &answered_; }
 
     /// What is still missing, in words; nothing when the frame is complete.
     std::optional<std::string> missing() const;
@@ -77,13 +84,14 @@ public:
 
 private:
     struct TileProgress {
-        std::uint32_t colour_passes = 0;
+        std::uint32_t colour_passes = 0, guide_passes = 0;
         bool surfaces = false;
     };
     es_tile tile(std::uint32_t id) const;
     void start_film();
     void mark_answered(const TilePixels& pixels);
     FloatImage averaged_colour() const;
+    void finish_guides();
     void leave_holes();
     float* real_target(const std::string& name);
     std::uint32_t* id_target(const std::string& name);
@@ -95,6 +103,7 @@ private:
     std::uint32_t tiles_across_;
     std::uint32_t tile_count_;
     std::uint32_t samples_per_pixel_;
+    bool takes_guides_;
     Motion backward_;
     Motion forward_;
     std::vector<std::string> plane_names_;
@@ -107,7 +116,7 @@ private:
     bool has_holes_;
     ByteImage answered_;  ///< where pixels may be holes: 1 where one had an answer
     std::vector<TileProgress> progress_;
-    FloatImage radiance_sum_;
+    FloatImage radiance_sum_, guide_sum_;
     IdImage left_out_;  ///< colour samples that were not finite, per pixel
 };
 

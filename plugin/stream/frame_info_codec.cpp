@@ -290,6 +290,8 @@ TaggedFrameInfo read_fields(Reader& in) {
         info.coding_loss = get_coding_loss(in);
     if (!in.at_end())
         info.moving = get_moving(in, tagged.role, info.camera);
+    if (!in.at_end())
+        info.denoiser = in.get_name();
     return tagged;
 }
 
@@ -368,6 +370,7 @@ std::vector<std::uint8_t> encode_frame_info(TrackRole role, const FrameInfo& inf
                                         std::to_string(moving.size())));
     fields.put(static_cast<std::uint16_t>(moving.size()));
     fields.append(moving);
+    fields.put_name(info.denoiser, "denoiser");
 
     Writer payload;
     payload.append(payload_uuid);

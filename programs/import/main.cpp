@@ -18,6 +18,7 @@ struct Arguments {
     files::ImportSettings settings;
     std::string channels, depth, backward, forward, normals, range, eye = "centre", lock = "path", progress = "auto",
                                                                     up;
+    std::string denoise = "off";
     std::optional<cli::FrameRange> frames;
     double fov_deg = 0;
     bool mirrored = false, encoded = false, dry_run = false, json = false;
@@ -89,6 +90,7 @@ void complete(Arguments& a, const cli::CommandLine& app) {
     const bool locked_to_path = cli::parse_word("--lock", a.lock, std::array{"path", "world"}) == 0;
     s.info.lock = locked_to_path ? AxisLock::path : AxisLock::world;
     cli::require(s.info.scene.size() <= 255, "--name", "at most 255 bytes", std::to_string(s.info.scene.size()));
+    s.denoise = denoise_quality(a.denoise);
     if (a.frames) {
         s.first_frame = a.frames->first;
         s.last_frame = a.frames->last;
@@ -176,6 +178,10 @@ std::function<void()> set_up(cli::CommandLine& app, const std::string& command) 
     cli::add_with_default(app, "--colour-space", s.colour_space,
                           "auto (the files' chromaticities), rec709, rec2020, acescg or aces2065-1");
     cli::add_with_default(app, "--exposure", s.info.exposure, "Factor on radiance before the display transform");
+    app.add_option("--denoise", a->denoise,
+                   "Take the noise out of colour by Open Image Denoise (pip install pyoidn): quickly or well")
+        .one_of(denoise_quality_names)
+        .with_default();
     app.add_option("--name", s.info.scene, "The scene's name, for the record");
     cli::add_frames_option(app, a->frames, "FIRST-LAST or one number (default: all)");
     app.add_flag("--overwrite", s.overwrite, "Import frames again that are there; replace other frames");

@@ -134,6 +134,7 @@ nlohmann::json frame_json(const FrameInfo& info) {
             {"scene", info.scene},
             {"host", info.host},
             {"geometry_fingerprint", info.geometry_fingerprint},
+            {"denoiser", info.denoiser.empty() ? nlohmann::json() : nlohmann::json(info.denoiser)},
             {"depth_code", depth_code_json(info)},
             {"crf", cli::or_null(info.crf)},
             {"coding_loss", info.coding_loss ? coding_loss_to_json(*info.coding_loss) : nlohmann::json()},
@@ -148,6 +149,8 @@ std::string shared_text(const FrameInfo& info) {
     text += formatted("  rendered   %u samples a pixel, seed %llu, by %s\n", info.samples_per_pixel,
                       static_cast<unsigned long long>(info.seed),
                       info.host.empty() ? "an unnamed host" : shown(info.host).c_str());
+    if (!info.denoiser.empty())
+        text += "  denoised   by " + shown(info.denoiser) + "\n";
     if (info.crf)
         text += formatted("  coded      at CRF %g", double(*info.crf)) + coding_loss_text(info) + "\n";
     if (info.depth_code)

@@ -4,6 +4,7 @@
 #include "pace.h"
 #include "programmes.h"
 
+#include <equistream/denoise_quality.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
 #include <equistream/stream.h>
@@ -260,6 +261,9 @@ void add_live_options(cli::CommandLine& app, LiveOptions& o) {
     add("--host", o.host, "Renderer: " + cli::host_names()).with_default();
     add("--size", o.size, "Of the spheres, WxH").with_default();
     add("--spp", s.max_spp, "Samples per pixel, at most: fewer where that keeps up with --rate").with_default();
+    add("--denoise", o.denoise, "Take the noise out of each sphere, as render does")
+        .one_of(denoise_quality_names)
+        .with_default();
     add("--rate", s.spheres_per_s, "Spheres a second to keep up with; more where there is time").with_default();
     add("--path", o.path, "Path (CSV) of the head until a viewer moves, instead of the scene's");
     add("--threads", o.threads, "Rendering threads (default: one per processor)");
@@ -294,9 +298,9 @@ LiveSettings live_settings(const LiveOptions& options, const std::string& scene,
     coding.preset = settings.coding.preset;
     check_coding(coding, "--");
     settings.program = cli::host_program(options.host, cli::own_folder()).string();
-    settings.arguments = {scene,        "--follow",   "--out",  (folder / "frames").string(),
-                          "--size",     options.size, "--aovs", settings.coding.depth ? "depth" : "none",
-                          "--progress", "none"};
+    settings.arguments = {scene,        "--follow",   "--out",     (folder / "frames").string(),
+                          "--size",     options.size, "--aovs",    settings.coding.depth ? "depth" : "none",
+                          "--progress", "none",       "--denoise", options.denoise};
     if (!options.path.empty())
         settings.arguments.insert(settings.arguments.end(), {"--path", options.path});
     if (options.threads > 0)

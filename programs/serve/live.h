@@ -43,7 +43,7 @@ LiveFigures serve_live(asio::io_context& io, asio::signal_set& stop, asio::ip::t
 // What `equistream serve SCENE` is told beyond what every server is.
 
 struct LiveOptions {
-    std::string host = "embree", size = "480x240", path, depth = "auto";
+    std::string host = "embree", size = "480x240", path, depth = "auto", denoise = "off";
     unsigned threads = 0;
     LiveSettings settings;  ///< all but the program and its arguments, and whether there is depth
 };

@@ -209,4 +209,4 @@ class SequenceWriter:
 
 
 _shared_fields = ("camera", "frames_per_second", "eye", "ipd_m", "lock", "head_radius_m", "exposure", "seed", "samples_per_pixel",
-                  "scene", "host", "geometry_fingerprint")
+                  "scene", "host", "geometry_fingerprint", "denoiser")

@@ -124,6 +124,7 @@ void bind_frame_info(nb::module_& m) {
     text("host", &FrameInfo::host, "The renderer's name and version.");
     text("geometry_fingerprint", &FrameInfo::geometry_fingerprint,
          "Names the geometry that was rendered; empty: not said.");
+    text("denoiser", &FrameInfo::denoiser, "What took the noise out of colour; empty: as rendered.");
     info.def_prop_ro(
             "box_radius_m", [](const FrameInfo& i) { return head_box_radius(i.eye, i.head_radius_m, i.ipd_m); },
             "Radius of the ball around the camera that both eyes of the head box stay in.")

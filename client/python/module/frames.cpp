@@ -2,7 +2,6 @@
 
 #include <equistream/aov.h>
 #include <equistream/aov_groups.h>
-#include <equistream/plane_values.h>
 #include <equistream/sequence_writer.h>
 #include <equistream/text.h>
 #include <scenes/library/scene.h>

@@ -61,6 +61,7 @@ void EmbreeHost::render(const FrameTask& task) {
     FrameJob job;
     job.frame = task.frame;
     job.wants_surfaces = task.stream->wants_geometry();
+    job.wants_guides = task.stream->wants_guides();
     job.scene = &scene_->traced();
     job.neighbours = scene_->neighbours();
     job.threads = threads_;

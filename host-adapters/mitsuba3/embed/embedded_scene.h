@@ -100,7 +100,11 @@ struct OpacityMap {
 struct PassResult {
     std::vector<std::string> channels;  ///< "R", "G", "B", "A", then those of the AOVs
     std::vector<float> values;
+    std::vector<float> guides;  ///< guide_channels of each pixel, where they were asked for
 };
+
+/// A denoiser's: albedo and normal (es_tile_put_guides), in Mitsuba's world.
+inline constexpr std::size_t guide_channels = 6;
 
 /// Tables of the AOV integrator, one entry a shape.
 struct ShapeIds {
@@ -147,10 +151,13 @@ public:
 
     virtual void place_camera(std::size_t sensor, const CameraPlacement& placement) = 0;
     /// Renders `samples` a pixel; without AOVs colour alone.
-    virtual PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs) = 0;
+    virtual PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs,
+                              bool guides) = 0;
 
     /// How far each ray goes to the first visible surface; +inf for a miss.
     virtual std::vector<float> distances(const RayBatch& rays) = 0;
+    /// guide_channels of each ray.
+    virtual std::vector<float> guides(const RayBatch& rays) = 0;
     /// One sample of what comes along each ray, by the XML's integrator, beginning in the medium of this sensor:
     /// linear Rec.709 R, G, B, and 1 where the ray meets a surface, else 0.
     virtual std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) = 0;

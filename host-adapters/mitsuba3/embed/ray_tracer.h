@@ -4,6 +4,7 @@
 #include "embedded_scene.h"
 #include "variant_arrays.h"
 
+#include <host-adapters/mitsuba3/plugins/appearance.h>
 #include <host-adapters/mitsuba3/plugins/first_surface.h>
 
 #include <mitsuba/core/properties.h>
@@ -67,6 +68,20 @@ public:
             for (std::size_t c = 0; c < 3; ++c)
                 put(result, 4, c, rgb[c]);
             put(result, 4, 3, alpha);
+        });
+        return result;
+    }
+
+    std::vector<float> guides(const RayBatch& rays) const {
+        std::vector<float> result(guide_channels * rays.size());
+        const Appearance<Float, Spectrum> appearance;
+        for_all(rays, nullptr, 0, [&](const Ray3f& ray, const Float&, Sampler*, const auto& put) {
+            GuideRay<Float, Spectrum> guide(scene_, facts_, appearance, RayDifferential3f(ray), true);
+            dr::eval(guide.albedo, guide.normal);  // in one kernel
+            for (std::size_t c = 0; c < 3; ++c) {
+                put(result, guide_channels, c, guide.albedo[c]);
+                put(result, guide_channels, 3 + c, guide.normal[c]);
+            }
         });
         return result;
     }
@@ -136,7 +151,7 @@ private:
 };
 
 // Whether rays meet a surface, as alpha: what a frame's colour says of itself. Mitsuba's path integrator calls the sky
-// a hit, and its depth integrator the holes of masks.
+// a hit, and its depth integrator the holes of masks. As AOVs what guides a denoiser, where it is asked for.
 
 template <typename Float, typename Spectrum>
 class HitIntegrator final : public mitsuba::SamplingIntegrator<Float, Spectrum> {
@@ -144,8 +159,14 @@ public:
     using Base = mitsuba::SamplingIntegrator<Float, Spectrum>;
     MI_IMPORT_TYPES(Scene, Sensor, Medium, Sampler)
 
-    explicit HitIntegrator(bool hides_emitters)
-        : Base(mitsuba::Properties("equistream_hits")), hides_emitters_(hides_emitters) {}
+    HitIntegrator(bool hides_emitters, bool guides)
+        : Base(mitsuba::Properties("equistream_hits")), hides_emitters_(hides_emitters), guides_(guides) {}
+
+    std::vector<std::string> aov_names() const override {
+        return guides_
+                   ? std::vector<std::string>{"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z"}
+                   : std::vector<std::string>();
+    }
 
     TensorXf render(Scene* scene, Sensor* sensor, UInt32 seed, std::uint32_t spp, bool develop,
                     bool evaluate) override {
@@ -153,8 +174,16 @@ public:
         return Base::render(scene, sensor, seed, spp, develop, evaluate);
     }
 
-    std::pair<Spectrum, Mask> sample(const Scene* scene, Sampler*, const RayDifferential3f& ray, const Medium*, Float*,
-                                     Mask active) const override {
+    std::pair<Spectrum, Mask> sample(const Scene* scene, Sampler*, const RayDifferential3f& ray, const Medium*,
+                                     Float* aovs, Mask active) const override {
+        if (guides_) {
+            const GuideRay<Float, Spectrum> guide(scene, *facts_, appearance_, ray, active);
+            for (std::size_t c = 0; c < 3; ++c) {
+                aovs[c] = guide.albedo[c];
+                aovs[3 + c] = guide.normal[c];
+            }
+            return {Spectrum(0.f), active && guide.hit};
+        }
         const FirstSurface<Float, Spectrum> first(scene, ray, *facts_, active);
         return {Spectrum(0.f), active && first.si.is_valid()};
     }
@@ -162,7 +191,8 @@ public:
     MI_DECLARE_CLASS(HitIntegrator)
 
 private:
-    bool hides_emitters_;
+    bool hides_emitters_, guides_;
+    Appearance<Float, Spectrum> appearance_;
     std::optional<ShapeFacts<Float, Spectrum>> facts_;
 };
 

@@ -50,8 +50,9 @@ public:
                         const std::vector<float>& normals) override;
     void commit_placements() override { scene_->parameters_changed({}); }
     void place_camera(std::size_t sensor, const CameraPlacement& placement) override;
-    PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs) override;
+    PassResult render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed, bool aovs, bool guides) override;
     std::vector<float> distances(const RayBatch& rays) override { return ray_tracer().distances(rays); }
+    std::vector<float> guides(const RayBatch& rays) override { return ray_tracer().guides(rays); }
     std::vector<float> radiance(const RayBatch& rays, std::size_t sensor, std::uint32_t seed) override {
         return ray_tracer().radiance(rays, *colour_alone_, *sensors_[sensor], seed);
     }
@@ -68,11 +69,12 @@ private:
     void find_shapes(const EditedXml& xml);
     ShapeSummary summary(Shape& shape) const;
     Shape& shape_at(int group, std::size_t index);
-    void count_hits(Sensor& sensor, std::uint32_t samples, std::uint32_t seed, PassResult& pass);
+    void count_hits(Integrator& integrator, Sensor& sensor, std::uint32_t samples, std::uint32_t seed,
+                    PassResult& pass);
 
     mitsuba::ref<Scene> scene_;
     std::vector<mitsuba::ref<Sensor>> sensors_;
-    mitsuba::ref<Integrator> with_aovs_, colour_alone_, hits_;
+    mitsuba::ref<Integrator> with_aovs_, colour_alone_, hits_, guides_;
     std::vector<std::vector<Shape*>> members_;  // of groups_
     XmlSensor xml_sensor_;
     bool hides_emitters_ = false;
@@ -115,7 +117,8 @@ void VariantScene<Float, Spectrum>::find_integrators() {
         throw std::runtime_error("equirect_aov: expected to show its nested integrator");
     // Mitsuba's alpha is 1 where a ray meets the sky; ours says whether it met a surface.
     if (scene_->environment() != nullptr)
-        hits_ = new HitIntegrator<Float, Spectrum>(hides_emitters_);
+        hits_ = new HitIntegrator<Float, Spectrum>(hides_emitters_, false);
+    guides_ = new HitIntegrator<Float, Spectrum>(hides_emitters_, true);
 }
 
 template <typename Float, typename Spectrum>
@@ -259,7 +262,7 @@ void VariantScene<Float, Spectrum>::place_camera(std::size_t sensor, const Camer
 
 template <typename Float, typename Spectrum>
 PassResult VariantScene<Float, Spectrum>::render(std::size_t sensor, std::uint32_t samples, std::uint32_t seed,
-                                                 bool aovs) {
+                                                 bool aovs, bool guides) {
     Integrator& integrator = aovs ? *with_aovs_ : *colour_alone_;
     PassResult pass;
     pass.channels = {"R", "G", "B", "A"};
@@ -267,20 +270,24 @@ PassResult VariantScene<Float, Spectrum>::render(std::size_t sensor, std::uint32
         pass.channels.push_back(name);
     const auto image = integrator.render(scene_.get(), sensors_[sensor].get(), seed, samples);
     pass.values = Arrays::to_host(image.array());
-    if (hits_)
-        count_hits(*sensors_[sensor], samples, seed, pass);
+    if (guides || hits_)
+        count_hits(guides ? *guides_ : *hits_, *sensors_[sensor], samples, seed, pass);
     return pass;
 }
 
 /// With the same seed the sampler gives the same places in the pixels.
 template <typename Float, typename Spectrum>
-void VariantScene<Float, Spectrum>::count_hits(Sensor& sensor, std::uint32_t samples, std::uint32_t seed,
-                                               PassResult& pass) {
-    const std::vector<float> hits = Arrays::to_host(hits_->render(scene_.get(), &sensor, seed, samples).array());
+void VariantScene<Float, Spectrum>::count_hits(Integrator& integrator, Sensor& sensor, std::uint32_t samples,
+                                               std::uint32_t seed, PassResult& pass) {
+    const std::vector<float> hits = Arrays::to_host(integrator.render(scene_.get(), &sensor, seed, samples).array());
     const std::size_t channels = pass.channels.size(), pixels = pass.values.size() / channels;
     const std::size_t hit_channels = hits.size() / pixels;
     for (std::size_t i = 0; i < pixels; ++i)
         pass.values[i * channels + 3] = hits[i * hit_channels + 3];
+    const std::size_t guide_count = integrator.aov_names().size();
+    for (std::size_t i = 0; i < pixels && guide_count > 0; ++i)
+        pass.guides.insert(pass.guides.end(), &hits[(i + 1) * hit_channels - guide_count],
+                           &hits[(i + 1) * hit_channels - 1] + 1);
 }
 
 /// What each source that instantiates the class exports.

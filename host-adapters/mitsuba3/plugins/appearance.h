@@ -145,6 +145,93 @@ private:
     mitsuba::ref<Texture> daylight_;
 };
 
+// What guides a denoiser: albedo and normal of the first surface along a ray that is not sharp, seen through mirrors
+// and glass by the lobe that sends the most; of what shines its radiance instead, at most 1.
+
+template <typename Float, typename Spectrum>
+class GuideRay {
+public:
+    MI_IMPORT_TYPES(Scene, BSDFPtr, EmitterPtr)
+    using Facts = ShapeFacts<Float, Spectrum>;
+
+    Mask hit;  ///< the first surface, sharp or not
+    Color3f albedo;
+    Vector3f normal;
+
+    GuideRay(const Scene* scene, const Facts& facts, const Appearance<Float, Spectrum>& appearance,
+             const RayDifferential3f& ray, const Mask& active) {
+        State state{ray.o, ray.d, Color3f(0.f), Vector3f(0.f), 0u, false, active};
+        dr::tie(state) = dr::while_loop(
+            dr::make_tuple(state), [](const State& s) { return s.active; },
+            [scene, &facts, &appearance, &ray](State& s) { follow(scene, facts, appearance, ray, s); },
+            "What guides a denoiser");
+        hit = state.hit;
+        albedo = state.albedo;
+        normal = state.normal;
+    }
+
+private:
+    struct State {
+        Point3f origin;
+        Vector3f direction;
+        Color3f albedo;
+        Vector3f normal;
+        UInt32 surfaces;
+        Mask hit, active;
+        DRJIT_STRUCT(State, origin, direction, albedo, normal, surfaces, hit, active)
+    };
+
+    static void follow(const Scene* scene, const Facts& facts, const Appearance<Float, Spectrum>& appearance,
+                       const RayDifferential3f& first, State& s) {
+        RayDifferential3f ray(s.origin, s.direction, first.time, first.wavelengths);
+        dr::masked(ray.maxt, s.surfaces == 0u) = first.maxt;
+        const FirstSurface<Float, Spectrum> surface(scene, ray, facts, s.active);
+        const SurfaceInteraction3f& si = surface.si;
+        const Mask hit = s.active && si.is_valid();
+        s.hit |= hit && s.surfaces == 0u;
+        const Color3f shining = radiance(scene, si, s.active);
+        dr::masked(s.albedo, s.active && !hit) = shining;
+        s.active &= hit;
+        if (!dr::any_or<true>(hit))
+            return;
+        const BSDFPtr bsdf = si.bsdf();
+        const Vector3f shading(bsdf->sh_frame(si, hit).n);
+        const Vector3f facing = dr::mulsign(shading, -dr::dot(shading, ray.d));
+        const Float cosine = dr::dot(ray.d, facing);
+        const auto lobe = appearance.sharp_lobe(bsdf, si, hit);
+        const Float eta = dr::rcp(lobe.eta), sine2 = eta * eta * (1.f - cosine * cosine);
+        const Mask passes = lobe.transmits && sine2 < 1.f;
+        const Vector3f mirrored = dr::fnmadd(facing, 2.f * cosine, ray.d);
+        const Vector3f refracted = eta * ray.d - (eta * cosine + dr::safe_sqrt(1.f - sine2)) * facing;
+        const Mask on = hit && lobe.sharp && (passes || !lobe.transmits) && s.surfaces < max_sharp_surfaces;
+        dr::masked(s.direction, on) = dr::select(passes, refracted, mirrored);
+        dr::masked(s.origin, on) = si.spawn_ray(s.direction).o;
+        dr::masked(s.surfaces, on) += 1u;
+        const Mask here = hit && !on;
+        const Color3f own = appearance.albedo(bsdf, si, facts.any_without_diffuse(), here);
+        dr::masked(s.albedo, here) = dr::minimum(dr::maximum(own, shining), 1.f);
+        dr::masked(s.normal, here) = facing;
+        s.active &= on;
+    }
+
+    static Color3f radiance(const Scene* scene, const SurfaceInteraction3f& si, const Mask& active) {
+        Color3f rgb(0.f);
+        if constexpr (!mitsuba::is_spectral_v<Spectrum>) {
+            const EmitterPtr emitter = si.emitter(scene, active);
+            const Mask shines = active && emitter != nullptr;
+            if (dr::any_or<true>(shines)) {
+                const auto value = mitsuba::unpolarized_spectrum(emitter->eval(si, shines));
+                if constexpr (mitsuba::is_monochromatic_v<Spectrum>)
+                    rgb = Color3f(value.x());
+                else
+                    rgb = value;
+            }
+            rgb = dr::select(shines && dr::isfinite(rgb), dr::clip(rgb, 0.f, 1.f), 0.f);
+        }
+        return rgb;
+    }
+};
+
 // What is seen in mirrors and through glass: a ray followed on, at each sharp surface into the lobe that sends the
 // most, to the first surface that is not sharp, and where that appears to lie (equistream/virtual_image.h). Surfaces
 // below a shape group are taken to be flat: Mitsuba does not tell how those bend.

@@ -272,8 +272,10 @@ private:
         for (const std::string& plane : planes) {
             if (plane == "colour")
                 continue;
-            m_planes.push_back(plane);
             const equistream::AovInfo aov = *equistream::find_aov(plane);
+            if (!aov.in_all)
+                refuse("equirect_aov: aovs: expected unfiltered planes, found %s", aov.group);
+            m_planes.push_back(plane);
             m_channels.insert(m_channels.end(), aov.channels.begin(), aov.channels.end());
         }
     }

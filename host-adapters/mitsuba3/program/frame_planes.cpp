@@ -26,6 +26,13 @@ void put(es_frame* frame, const es_plane& plane) {
         throw WorkError(error.text);
 }
 
+template <typename Number>
+void turn_normal(const WorldMap& world, Number* normal) {
+    const glm::dvec3 ours = world.ours_from_mitsuba * glm::dvec3(normal[0], normal[1], normal[2]);
+    for (int c = 0; c < 3; ++c)
+        normal[c] = static_cast<Number>(ours[c]);
+}
+
 }  // namespace
 
 FramePlanes::FramePlanes(int width, int height, std::string_view aovs)
@@ -33,7 +40,7 @@ FramePlanes::FramePlanes(int width, int height, std::string_view aovs)
       samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
     for (const std::string& name : parse_aov_groups(aovs)) {
         const AovInfo aov = *find_aov(name);
-        if (name != "colour")
+        if (name != "colour" && aov.in_all)
             planes_.push_back({name, static_cast<int>(aov.channels.size()), aov.type == SampleType::id, {}, {}});
     }
 }
@@ -57,6 +64,10 @@ void FramePlanes::add(const PassResult& pass, std::uint32_t samples) {
     }
     if (stride > 4)
         take_aovs(pass);
+    guides_.resize(pass.guides.size());
+    guide_samples_ += samples;
+    for (std::size_t i = 0; i < guides_.size(); ++i)
+        guides_[i] += static_cast<double>(pass.guides[i]) * samples;
 }
 
 void FramePlanes::take_aovs(const PassResult& pass) {
@@ -78,17 +89,15 @@ void FramePlanes::take_aovs(const PassResult& pass) {
 }
 
 void FramePlanes::bring_home(const WorldMap& world) {
+    for (std::size_t i = 0; i < guides_.size(); i += guide_channels)
+        turn_normal(world, &guides_[i + 3]);
     for (const char* name : {"depth", "virtual_depth"})
         if (Plane* depth = find(name); depth && world.metres_per_unit != 1)
             for (float& value : depth->values)
                 value = static_cast<float>(value * world.metres_per_unit);
     if (Plane* normal = find("normal"))
-        for (std::size_t i = 0; i + 2 < normal->values.size(); i += 3) {
-            float* n = &normal->values[i];
-            const glm::dvec3 ours = world.ours_from_mitsuba * glm::dvec3(n[0], n[1], n[2]);
-            for (int c = 0; c < 3; ++c)
-                n[c] = static_cast<float>(ours[c]);
-        }
+        for (std::size_t i = 0; i + 2 < normal->values.size(); i += 3)
+            turn_normal(world, &normal->values[i]);
     const Plane* object = find("object_id");
     if (!object)
         return;
@@ -117,6 +126,8 @@ void FramePlanes::hand_over(es_frame* frame, std::string_view aovs) const {
         return static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels) * sizeof(float);
     };
     put(frame, {sizeof(es_plane), "colour", ES_FLOAT32, 4, colour.data(), row(4)});
+    if (!guides_.empty())
+        hand_over_guides(frame);
     const std::vector<std::string> wanted = parse_aov_groups(aovs);
     for (const Plane& plane : planes_) {
         if (std::find(wanted.begin(), wanted.end(), plane.name) == wanted.end())
@@ -124,6 +135,20 @@ void FramePlanes::hand_over(es_frame* frame, std::string_view aovs) const {
         put(frame,
             {sizeof(es_plane), plane.name.c_str(), plane.is_id ? ES_UINT32 : ES_FLOAT32, plane.channels,
              plane.is_id ? static_cast<const void*>(plane.ids.data()) : plane.values.data(), row(plane.channels)});
+    }
+}
+
+void FramePlanes::hand_over_guides(es_frame* frame) const {
+    constexpr const char* names[] = {"guide_albedo", "guide_normal"};
+    for (std::size_t guide = 0; guide < 2; ++guide) {
+        std::vector<float> mean;
+        for (std::size_t i = 0; i < guides_.size(); i += guide_channels)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double value = guides_[i + 3 * guide + c] / guide_samples_;
+                mean.push_back(std::isfinite(value) ? static_cast<float>(value) : 0);
+            }
+        put(frame, {sizeof(es_plane), names[guide], ES_FLOAT32, 3, mean.data(),
+                    static_cast<std::size_t>(width_) * 3 * sizeof(float)});
     }
 }
 
@@ -143,6 +168,14 @@ RayBatch TileRays::batch(std::span<const es_ray> rays) const {
         batch.end.push_back(ray.t_max * scale);
     }
     return batch;
+}
+
+std::vector<float> TileRays::guides(const RayBatch& rays) const {
+    std::vector<float> guides = scene_.guides(rays);
+    for (std::size_t i = 0; i < guides.size(); i += guide_channels)
+        turn_normal(world_, &guides[i + 3]);
+    guides.resize(std::max(guides.size(), guide_channels));  // no pointer to nothing
+    return guides;
 }
 
 std::vector<float> TileRays::distances_m(std::span<const es_ray> rays) {
@@ -179,6 +212,8 @@ std::uint64_t TileRays::render(const render_command::FrameTask& task, std::size_
                 left_out += !std::all_of(&rgba[i], &rgba[i] + 4, [](float v) { return std::isfinite(v); });
             rgba.resize(std::max<std::size_t>(rgba.size(), 4));  // no pointer to nothing
             es_tile_put_radiance(task.frame, &tile, rgba.data());
+            if (task.stream->wants_guides())
+                es_tile_put_guides(task.frame, &tile, guides(batch(asked(count))).data());
             task.paths_traced(count);
         }
     }

@@ -36,10 +36,13 @@ private:
     };
     Plane* find(std::string_view name);
     void take_aovs(const PassResult& pass);
+    void hand_over_guides(es_frame* frame) const;
 
     int width_, height_;
     std::vector<double> colour_;
     std::vector<std::uint32_t> samples_;  // of each pixel's colour
+    std::vector<double> guides_;          // sums, where passes bring them
+    double guide_samples_ = 0;
     std::vector<Plane> planes_;
     std::uint64_t left_out_ = 0;
 };
@@ -59,6 +62,8 @@ public:
     std::vector<float> distances_m(std::span<const es_ray> rays);
 
 private:
+    /// Of every ray, in our world.
+    std::vector<float> guides(const RayBatch& rays) const;
     /// In Mitsuba's world and units.
     RayBatch batch(std::span<const es_ray> rays) const;
     std::span<const es_ray> asked(std::uint32_t count) const { return std::span(rays_).first(count); }

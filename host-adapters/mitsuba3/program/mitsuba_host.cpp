@@ -2,6 +2,7 @@
 #include "child_process.h"
 #include "frame_planes.h"
 
+#include <equistream/aov.h>
 #include <equistream/aov_groups.h>
 #include <equistream/elapsed.h>
 #include <equistream/error.h>
@@ -63,10 +64,13 @@ std::vector<SensorRequest> sensor_requests(const RenderOptions& options) {
     return requests;
 }
 
-/// What is asked for, and ids besides: they tell the sun's disc from surfaces.
+/// What is asked for of the AOV integrator, and ids besides: they tell the sun's disc from surfaces.
 std::string aovs_to_render(const RenderOptions& options) {
-    const bool geometry = parse_aov_groups(options.aovs).size() > 1;
-    return !geometry || options.aovs == "all" ? options.aovs : options.aovs + ",ids";
+    std::string groups;
+    for (const std::string& plane : parse_aov_groups(options.aovs))
+        if (const AovInfo aov = *find_aov(plane); aov.in_all && plane != "colour")
+            groups += std::string(aov.group) + ",";
+    return groups.empty() ? "none" : groups + "ids";
 }
 
 /// Mixes all bits of all inputs (the finaliser of SplitMix64).
@@ -181,7 +185,8 @@ void MitsubaHost::render_planes(const FrameTask& task) {
         const auto start = Clock::now();
         const bool geometry = pass == 0 && stream.wants_geometry();
         const PassResult result = source_->scene().render(
-            sensor, samples, seed_of(task.index, static_cast<std::size_t>(stream.eye) + 3 * sensor, pass), geometry);
+            sensor, samples, seed_of(task.index, static_cast<std::size_t>(stream.eye) + 3 * sensor, pass), geometry,
+            stream.wants_guides());
         mitsuba_s_ += seconds_since(start);
         planes.add(result, samples);
         done += samples;

@@ -34,6 +34,7 @@ struct AovInfo {
     bool data_part;  ///< in EXR part "data" rather than "rgba"
     std::string_view unit;
     std::string_view meaning;
+    bool in_all = true;  ///< false: only where it is asked for by its own name
 };
 
 namespace aov_channels {
@@ -50,6 +51,9 @@ inline constexpr std::string_view specular[] = {"specular"};
 inline constexpr std::string_view virtual_depth[] = {"virtual_depth.Z"};
 inline constexpr std::string_view virtual_backward[] = {"virtual_backward.u", "virtual_backward.v"};
 inline constexpr std::string_view virtual_forward[] = {"virtual_forward.u", "virtual_forward.v"};
+inline constexpr std::string_view guide_albedo[] = {"guide_albedo.R", "guide_albedo.G", "guide_albedo.B"};
+inline constexpr std::string_view guide_normal[] = {"guide_normal.X", "guide_normal.Y", "guide_normal.Z"};
+inline constexpr std::string_view raw[] = {"raw.R", "raw.G", "raw.B"};
 }  // namespace aov_channels
 
 inline constexpr AovInfo aov_table[] = {
@@ -77,6 +81,14 @@ inline constexpr AovInfo aov_table[] = {
      "from this pixel to where what appears in it was in the previous frame"},
     {"virtual_forward", "virtual", aov_channels::virtual_forward, SampleType::real, true, "pixel",
      "from this pixel to where what appears in it will be in the next frame"},
+    {"guide_albedo", "guides", aov_channels::guide_albedo, SampleType::half, true, "1",
+     "mean over the colour samples of the albedo of the first rough surface that each met, through mirrors and glass; "
+     "of lamps and sky their radiance, at most 1",
+     false},
+    {"guide_normal", "guides", aov_channels::guide_normal, SampleType::half, true, "1",
+     "mean of those surfaces' normals, world space; 0 for the sky", false},
+    {"raw", "raw", aov_channels::raw, SampleType::half, true, "radiance", "colour as it was before it was denoised",
+     false},
 };
 
 /// All planes, colour first.

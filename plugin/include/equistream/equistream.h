@@ -30,6 +30,15 @@ typedef enum es_axis_lock { ES_LOCK_WORLD = 0, ES_LOCK_PATH = 1 } es_axis_lock;
  * box sees past the first (docs/conventions.md, "Hidden layer"). */
 typedef enum es_layer { ES_LAYER_FIRST = 0, ES_LAYER_HIDDEN = 1 } es_layer;
 
+/* What is done about the noise of few samples, before a frame is written. All but off take Intel's Open Image Denoise,
+ * which is looked for when the sequence is opened. Dearer is better: docs/results/denoise.md. */
+typedef enum es_denoise {
+    ES_DENOISE_OFF = 0,
+    ES_DENOISE_FAST = 1,
+    ES_DENOISE_BALANCED = 2,
+    ES_DENOISE_HIGH = 3
+} es_denoise;
+
 typedef struct es_sequence_settings {
     size_t struct_size;   /* sizeof(es_sequence_settings) */
     uint32_t abi_version; /* ES_ABI_VERSION */
@@ -47,7 +56,7 @@ typedef struct es_sequence_settings {
     double frames_per_second;
     double exposure;
     const char* output_dir;  /* the sequence's folder, made if missing */
-    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none" */
+    const char* aovs;        /* groups: "depth,motion,normal,albedo,ids", "all", "none"; "raw", "guides" (aov.h) */
     const char* scene_name;  /* for the record; UTF-8, at most 255 bytes */
     const char* host_name;   /* renderer, version, build: no other adds to its frames; UTF-8, at most 255 bytes */
     const char* command;     /* for the manifest; may be NULL */
@@ -64,6 +73,10 @@ typedef struct es_sequence_settings {
     int32_t patch_side, patch_columns, patch_rows;
     uint32_t patch_offset_count;
     const double* patch_offsets_m;
+    /* Plane "colour" is denoised when a frame is ended; group "raw" keeps it as it was. Guides help:
+     * es_tile_put_guides, or planes "guide_albedo" and "guide_normal", else "albedo" and "normal". */
+    es_denoise denoise;
+    uint32_t denoise_threads; /* of the denoiser, where it computes on a CPU; 0: one a processor */
 } es_sequence_settings;
 
 /* What a slot of an atlas shows: a block of one auxiliary sphere. */
@@ -165,6 +178,10 @@ ES_API void es_tile_put_surfaces(es_frame* frame, const es_tile* tile, const es_
 /* As many RGBA samples as there were colour rays (A: 1 where a surface was hit), added to the film (box filter).
  * Samples that are not finite are left out of their pixel's mean. */
 ES_API void es_tile_put_radiance(es_frame* frame, const es_tile* tile, const float* rgba);
+/* Guides of the same pass, for a sequence that is denoised or keeps group "guides"; others ignore them. Six numbers a
+ * ray: albedo and world normal of the first rough surface that the sample met, through mirrors and glass; of a lamp or
+ * the sky its radiance, at most 1, for an albedo, and of the sky no normal (0). All passes of all tiles, or none. */
+ES_API void es_tile_put_guides(es_frame* frame, const es_tile* tile, const float* guides);
 /* Hands over a whole plane; it takes the place of what tiles say of it. Not while tiles are being filled. */
 ES_API es_status es_frame_put_plane(es_frame* frame, const es_plane* plane, es_error* error);
 /* Writes the frame (whole or not at all) and frees it, also on failure. Refuses a frame with unfinished tiles. */

@@ -44,6 +44,8 @@ struct FrameInfo {
     std::string host;   ///< renderer name and version; at most max_name_bytes
     /// Names the geometry that was rendered (load_scene's, where the host has it); empty: not said.
     std::string geometry_fingerprint;
+    /// Library, version and quality that took the noise out of colour; empty: as rendered. At most max_name_bytes.
+    std::string denoiser;
     /// Set: the picture is an atlas of patches around the sphere that `camera` and `camera_pose` are of.
     std::optional<PatchAtlas> patches;
     /// Of a depth track's picture only. Not written to EXR files.

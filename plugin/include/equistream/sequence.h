@@ -3,6 +3,7 @@
 /// Frames appear whole or not at all: written beside their name, synced, then renamed. Readers treat every file as
 /// hostile: sizes are checked against image.h's limits before anything is allocated.
 /// Functions throw WorkError (I/O) or InputError (not what was expected), naming the file.
+#include <equistream/aov.h>
 #include <equistream/frame.h>
 
 #include <filesystem>
@@ -18,6 +19,11 @@ struct ExrWriteOptions {
     std::int64_t left_out_samples = 0;          ///< colour samples that were not finite; above 0: noted in the file
     std::function<void()> before_it_appears{};  ///< called once the file is whole and safe beside its name
 };
+
+/// What samples of a plane may be, whoever made them: distances (also virtual ones) are at least 0 and may be +inf,
+/// everything else is finite; of radiance nothing is asked, the writer takes care of it. Throws InputError naming the
+/// plane, the pixel and the value.
+void require_plane_values(const AovInfo& aov, ImageView<const float> plane);
 
 /// Writes `frame` to `file` atomically. Colour is clamped to the half range; NaN becomes 0 and is counted.
 /// Returns the number of colour pixels that were not finite.

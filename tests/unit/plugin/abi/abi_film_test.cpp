@@ -49,6 +49,50 @@ protected:
 
 const Pose turned{{1, 2, 3}, glm::normalize(glm::dquat(0.8, 0.1, 0.5, -0.2))};
 
+/// Black frames whose guides are those of pass and pixel; `passes` of them.
+es_frame* guided_frame(es_frame* frame, std::uint32_t passes) {
+    es_tile tile{};
+    std::vector<es_ray> rays;
+    while (es_frame_next_tile(frame, &tile) == ES_OK) {
+        rays.resize(tile.pixel_count);
+        const std::vector<float> rgba(tile.pixel_count * 4);
+        for (std::uint32_t pass = 0; pass < tile.sample_count; ++pass) {
+            es_tile_colour_rays(frame, &tile, pass, rays.data());
+            es_tile_put_radiance(frame, &tile, rgba.data());
+            std::vector<float> guides(tile.pixel_count * 6);
+            for (std::uint32_t i = 0; i < tile.pixel_count; ++i) {
+                guides[6 * i] = static_cast<float>(pass);
+                guides[6 * i + 4] = static_cast<float>(tile.x) + static_cast<float>(i % tile.width);
+                guides[6 * i + 5] = std::numeric_limits<float>::quiet_NaN();
+            }
+            if (pass < passes)
+                es_tile_put_guides(frame, &tile, guides.data());
+        }
+    }
+    return frame;
+}
+
+TEST_F(AbiFilm, guides_are_means_of_all_passes) {
+    settings.aovs = "guides";
+    es_sequence* sequence = open();
+    end(guided_frame(begin(sequence, at(0)), 4));
+    const Frame frame = read(0);
+    EXPECT_EQ(frame.planes.at("guide_albedo").pixel(5, 3)[0], 1.5f);
+    EXPECT_EQ(frame.planes.at("guide_normal").pixel(70, 35)[1], 70);
+    EXPECT_EQ(frame.planes.at("guide_normal").pixel(70, 35)[2], 0);
+    es_error error{};
+    EXPECT_EQ(es_frame_end(guided_frame(begin(sequence, at(1)), 3), &error), ES_BAD_INPUT);
+    EXPECT_NE(std::string(error.text).find("plane guide_albedo unfinished in 6 of 6 tiles"), std::string::npos)
+        << error.text;
+    es_sequence_close(sequence);
+    settings.aovs = "none";
+    settings.overwrite = 1;
+    sequence = open();
+    end(guided_frame(begin(sequence, at(0)), 4));  // taken by nobody, and no misuse
+    EXPECT_FALSE(read(0).planes.contains("guide_albedo"));
+    es_sequence_close(sequence);
+}
+
 TEST_F(AbiFilm, every_pixel_is_in_one_tile) {
     es_sequence* sequence = open();
     es_frame* frame = begin(sequence, at(0));

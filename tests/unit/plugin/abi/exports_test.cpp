@@ -25,8 +25,9 @@ TEST(Exports, are_the_functions_of_the_header_only) {
                                           "es_frame_next_tile",   "es_tile_geometry_rays",
                                           "es_tile_probe_rays",   "es_tile_put_distances",
                                           "es_tile_colour_rays",  "es_tile_put_surfaces",
-                                          "es_tile_put_radiance", "es_frame_put_plane",
-                                          "es_frame_end",         "es_frame_discard"};
+                                          "es_tile_put_radiance", "es_tile_put_guides",
+                                          "es_frame_put_plane",   "es_frame_end",
+                                          "es_frame_discard"};
     EXPECT_EQ(found, wanted);
 }
 

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 20;  // UUID, version, size
 // Appended one after the other; each with all that come after it.
-constexpr std::size_t moving_bytes = 2;  // size: nothing moves in a small view's pictures
+constexpr std::size_t denoiser_bytes = 1 + 4;
+constexpr std::size_t moving_bytes = 2 + denoiser_bytes;  // size: nothing moves in a small view's pictures
 constexpr std::size_t coding_loss_bytes = 1 + 8 + moving_bytes;
 constexpr std::size_t crf_bytes = 4 + coding_loss_bytes;
 constexpr std::size_t halved_bytes = 1 + crf_bytes;
@@ -52,6 +53,7 @@ FrameInfo full_info() {
     info.scene = "san-miguel \xc3\xa9";
     info.host = std::string(255, 'h');
     info.geometry_fingerprint = "0123456789abcdef";
+    info.denoiser = "oidn";
     info.depth_code = DepthCodeInfo{DepthCodeId::w12, {0.2815, 0.75, true}, 4000000001u, true};
     info.patches = full_atlas();
     info.crf = 27.25f;
@@ -142,7 +144,8 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
             size + patches_bytes + header_bytes == payload.size() ||
             size + halved_bytes + header_bytes == payload.size() || size + crf_bytes + header_bytes == payload.size() ||
             size + coding_loss_bytes + header_bytes == payload.size() ||
-            size + moving_bytes + header_bytes == payload.size())
+            size + moving_bytes + header_bytes == payload.size() ||
+            size + denoiser_bytes + header_bytes == payload.size())
             continue;  // as earlier streams are
         EXPECT_THROW(decode_frame_info(shortened), WorkError) << size;
     }
@@ -150,8 +153,8 @@ TEST(FrameInfoPayload, ShorterDeclaredSizeIsAnErrorToo) {
 
 TEST(FrameInfoPayload, EarlierStreamsLackWhatWasAppended) {
     FrameInfo expected = full_info();
-    for (const std::size_t left_out :
-         {moving_bytes, coding_loss_bytes, crf_bytes, halved_bytes, patches_bytes, depth_code_bytes, geometry_bytes}) {
+    for (const std::size_t left_out : {denoiser_bytes, moving_bytes, coding_loss_bytes, crf_bytes, halved_bytes,
+                                       patches_bytes, depth_code_bytes, geometry_bytes}) {
         auto payload = full_payload();
         payload.resize(payload.size() - left_out);
         overwrite(payload, 18, static_cast<std::uint16_t>(payload.size() - header_bytes));

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""What denoising gains and costs (docs/results/denoise.json, drawn into denoise.svg): whole error and bytes of one sphere of each real scene, as rendered and
+denoised; what shows at the seam; processor time a megapixel.
+
+    denoise.py --bin build/release/bin --work FOLDER [--scenes NAME,...] [--time]          --time with nothing else running
+
+The view is the path's own at its first frame, from the sphere's centre, so that nothing but light and look-up counts. Truths are unbiased.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import resource
+import subprocess
+import sys
+
+import numpy as np
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(REPOSITORY / "programs/study"))
+from kept import result_text  # noqa: E402
+from steps import machine, versions, write_whole  # noqa: E402
+
+TRUTH_SAMPLES = {"sponza-crytek": 256, "sibenik": 512, "voxel-city": 256, "kitchen": 384, "san-miguel": 256}
+TRUTH_SEEDS = 101, 102
+SPHERE, VIEW, FOV, CRF, SEED = "1920x960", "640x360", "90", 24, 1
+RENDERED = (4, 8, 16, 32, 64)
+DENOISED = [(quality, samples) for samples in (4, 8, 16, 32) for quality in ("fast", "balanced", "high") if quality == "balanced" or samples == 4]
+
+
+class Programs:
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+
+    def run(self, command, *words):
+        """Standard output and the processor seconds it took."""
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        ended = subprocess.run([self.folder / "equistream", command, *map(str, words), *([] if command == "info" else ["--progress", "none"])], capture_output=True, text=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if ended.returncode != 0:
+            sys.exit(f"denoise.py: {ended.stderr.strip()}")
+        return ended.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def rendered(programs, out, *words):
+    """Once; a folder of one frame."""
+    if not (out / "centre/frame.0000.exr").exists():
+        programs.run("render", *words, "--frames", "0", "--out", out)
+    return out
+
+
+def truths(programs, scene, work):
+    return [rendered(programs, work / f"truth-{seed}", scene, "--camera", "perspective", "--fov", FOV, "--size", VIEW, "--spp", TRUTH_SAMPLES[scene.stem], "--seed", seed,
+                     "--unbiased", "--aovs", "none") / "centre" for seed in TRUTH_SEEDS]
+
+
+def whole_error(programs, source, work, true):
+    """Of the view of a folder of frames or a stream: on display values, as `compare` says it."""
+    views = work / "views" / source.stem
+    programs.run("play", source, "--method", "rotation", "--ipd", "0", "--size", VIEW, "--fov", FOV, "--fill", "none", "--overwrite", "--out", views)
+    said, _ = programs.run("compare", views / "left", true[0], "--truth2", true[1], "--metrics", "none", "--json")
+    return next(iter(json.loads(said)["eyes"].values()))["whole"]["display"]
+
+
+def step_at_seam(programs, sphere):
+    """Mean absolute step of display values across the seam, and across the eight columns on either side of it."""
+    import equistream as es
+    frame = es.read_frame(sphere / "centre/frame.0000.exr", "colour")
+    shown = es.to_display(frame["colour"], frame.info.exposure).astype(float)[..., :3]
+    steps = np.abs(np.diff(np.concatenate([shown[:, -9:], shown[:, :9]], 1), axis=1)).mean((0, 2))
+    return {"at_seam": float(steps[8]), "beside": float(np.delete(steps, 8).mean())}
+
+
+def measured(programs, scene, work):
+    true = truths(programs, scene, work)
+    entries = []
+    for quality, samples in [*(("off", samples) for samples in RENDERED), *DENOISED]:
+        name = f"{quality}-{samples}"
+        sphere = rendered(programs, work / name, scene, "--size", SPHERE, "--spp", samples, "--seed", SEED, "--aovs", "none", "--denoise", quality)
+        stream = work / f"{name}.mp4"
+        coded, _ = programs.run("encode", sphere / "centre", "--crf", CRF, "--depth", "none", "--json", "--out", stream)
+        entries.append({"denoise": quality, "samples": samples, "bytes": sum(track["bytes"] for track in json.loads(coded)["tracks"]),
+                        "whole": whole_error(programs, sphere / "centre", work, true), "whole_coded": whole_error(programs, stream, work, true), "seam": step_at_seam(programs, sphere)})
+        print(f"{scene.stem} {name}: {entries[-1]['whole']['db']:.1f} dB, coded {entries[-1]['whole_coded']['db']:.1f} dB, {entries[-1]['bytes'] / 1000:.0f} kB", flush=True)
+    return {"truth_samples": TRUTH_SAMPLES[scene.stem], "entries": entries}
+
+
+def processor_seconds(programs, scene, work):
+    """A megapixel: what three more frames of one sample cost, less what they cost as they are."""
+    def cost(quality, frames):
+        out = work / f"time-{quality}-{frames}"
+        return programs.run("render", scene, "--size", SPHERE, "--spp", 1, "--aovs", "none", "--frames", f"0-{frames - 1}", "--denoise", quality, "--overwrite", "--out", out)[1]
+    a_frame = {quality: (cost(quality, 4) - cost(quality, 1)) / 3 for quality in ("off", "fast", "balanced", "high")}
+    return {quality: (seconds - a_frame["off"]) / (1.920 * 0.960) for quality, seconds in a_frame.items() if quality != "off"}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", type=pathlib.Path, required=True)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--scenes", default=",".join(TRUTH_SAMPLES))
+    parser.add_argument("--time", action="store_true")
+    parser.add_argument("--out", type=pathlib.Path, default=REPOSITORY / "docs/results/denoise.json")
+    options = parser.parse_args()
+    programs = Programs(options.bin)
+    kept = json.loads(options.out.read_text()) if options.out.exists() else {"scenes": {}}
+    settings = {"sphere": SPHERE, "view": VIEW, "fov_deg": float(FOV), "crf": CRF, "seed": SEED, "truth_seeds": TRUTH_SEEDS, "frame": 0}
+    for name in options.scenes.split(","):
+        scene = REPOSITORY / f"scenes/descriptions/{name}.json"
+        found = {"processor_s_a_megapixel": processor_seconds(programs, scene, options.work / name)} if options.time else measured(programs, scene, options.work / name)
+        kept["scenes"].setdefault(name, {}).update(found)
+        kept |= {"settings": settings, "versions": versions(options.bin / "equistream", REPOSITORY), "machine": machine()}
+        write_whole(options.out, result_text(kept))
+
+
+if __name__ == "__main__":
+    main()
