@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* file_name = "libOpenImageDenoise.so.2";
 constexpr const char* in_package = "pyoidn/oidn/lib/libOpenImageDenoise.so.2";
 constexpr const char* expected = "Open Image Denoise 2 (pip install pyoidn, or its file's name in EQUISTREAM_OIDN)";
+constexpr const char* device_of_theirs = "a device of Open Image Denoise's";
 constexpr int major_version = 2;
 
 fs::path environment(const char* name) {
@@ -146,50 +147,52 @@ std::string version_text(int version) {
 }
 
 const char* kind_of(int type) {
-    constexpr const char* kinds[] = {"unknown device", "CPU", "SYCL", "CUDA", "HIP", "Metal"};
-    return type >= 0 && type < static_cast<int>(std::size(kinds)) ? kinds[type] : kinds[0];
+    constexpr const char* kinds[] = {"default", "cpu", "sycl", "cuda", "hip", "metal"};
+    return type >= 0 && type < static_cast<int>(std::size(kinds)) ? kinds[type] : "unknown";
+}
+
+/// The library takes another device, without a word, where the wanted one is not there.
+void require_wanted(int type) {
+    const std::string wanted = environment("OIDN_DEFAULT_DEVICE").string();
+    const bool is_number = wanted.find_first_not_of("0123456789") == std::string::npos;  // of a device; or nothing
+    if (!is_number && wanted != kind_of(any_device) && wanted != kind_of(type))
+        throw InputError(expected_found("OIDN_DEFAULT_DEVICE",
+                                        "a device that is there, such as " + std::string(kind_of(type)), wanted));
 }
 
 }  // namespace
 
-Device::Device(unsigned threads) : library_(library()), handle_(library_.new_device(any_device)) {
-    const auto refuse = [&](const std::string& found) {
-        if (handle_ != nullptr)
-            library_.release_device(handle_);
-        throw InputError(expected_found("denoise", "a device of Open Image Denoise's", found));
-    };
+Device::Device(unsigned threads)
+    : library_(library()), handle_(library_.new_device(any_device), library_.release_device) {
     const auto complaint = [&] {
         const char* message = nullptr;
-        const int error = library_.device_error(handle_, &message);
+        const int error = library_.device_error(handle(), &message);
         return error == 0 ? std::string() : message == nullptr ? "an error" : message;
     };
-    if (handle_ == nullptr)
-        refuse(complaint());
-    const int version = library_.device_int(handle_, "version");
-    if (version / 10000 != major_version) {
-        library_.release_device(handle_);
-        throw InputError(expected_found("denoise", expected, "version " + version_text(version)));
-    }
-    const int type = library_.device_int(handle_, "type");
+    const auto require = [](bool right, const std::string& wanted, const std::string& found) {
+        if (!right)
+            throw InputError(expected_found("denoise", wanted, found));
+    };
+    require(handle_ != nullptr, device_of_theirs, complaint());
+    const int version = library_.device_int(handle(), "version");
+    require(version / 10000 == major_version, expected, "version " + version_text(version));
+    const int type = library_.device_int(handle(), "type");
+    require_wanted(type);
     if (type == cpu) {
-        library_.set_device_int(handle_, "numThreads", static_cast<int>(threads));
-        library_.set_device_bool(handle_, "setAffinity", false);  // the renderer's threads share these processors
+        library_.set_device_int(handle(), "numThreads", static_cast<int>(threads));
+        library_.set_device_bool(handle(), "setAffinity", false);  // the renderer's threads share these processors
     }
-    library_.commit_device(handle_);
-    if (const std::string problem = complaint(); !problem.empty())
-        refuse(problem);
+    library_.commit_device(handle());
+    const std::string problem = complaint();
+    require(problem.empty(), device_of_theirs, problem);
     name_ = "Open Image Denoise " + version_text(version);
     if (type != cpu)
         name_ += std::string(" on ") + kind_of(type);
 }
 
-Device::~Device() {
-    library_.release_device(handle_);
-}
-
 void Device::check(const char* what) const {
     const char* message = nullptr;
-    if (library_.device_error(handle_, &message) != 0)
+    if (library_.device_error(handle(), &message) != 0)
         throw WorkError(std::string(what) +
                         ": Open Image Denoise: " + quotable(message == nullptr ? "an error" : message, 300));
 }

@@ -51,12 +51,9 @@ class Device {
 public:
     /// The fastest there is, as the library judges (OIDN_DEFAULT_DEVICE overrides it). `threads`: of a CPU; 0: all.
     explicit Device(unsigned threads);
-    ~Device();
-    Device(const Device&) = delete;
-    Device& operator=(const Device&) = delete;
 
     const Library& functions() const { return library_; }
-    Handle handle() const { return handle_; }
+    Handle handle() const { return handle_.get(); }
     /// "Open Image Denoise 2.5.1", and the kind of device where it is no CPU.
     const std::string& name() const { return name_; }
     /// Throws WorkError "WHAT: ..." where the library has complained since the last call.
@@ -64,7 +61,7 @@ public:
 
 private:
     const Library& library_;
-    Handle handle_ = nullptr;
+    std::unique_ptr<void, void (*)(Handle)> handle_;
     std::string name_;
 };
 
