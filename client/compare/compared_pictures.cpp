@@ -114,10 +114,10 @@ PicturePair make_pair(const PairingOptions& options, std::optional<std::int64_t>
                       const std::vector<fs::path>& files) {
     PicturePair pair{frame, files[0], files[1], {}, {}, {}};
     std::size_t next = 2;
-    if (options.second_picture) {
+    if (options.second_picture)
         pair.second_picture = files[next++];
+    if (options.second_truth)
         pair.second_truth = files[next++];
-    }
     if (options.gaps)
         pair.gaps = files[next];
     return pair;
@@ -166,10 +166,11 @@ ByteImage with_three_channels(ByteImage png) {
     return rgb;
 }
 
-void read_exr_colour(ScoredPicture& picture, std::optional<double> exposure) {
+void read_exr_planes(ScoredPicture& picture, std::optional<double> exposure, bool with_motion) {
     Frame frame;
     try {
-        frame = read_exr(picture.file, {"colour"});
+        // Without motion a file is no error: it is read whole, since planes that are named must be there.
+        frame = read_exr(picture.file, with_motion ? std::vector<std::string>{} : std::vector<std::string>{"colour"});
     } catch (const WorkError& error) {
         throw InputError(error.what());
     }
@@ -178,6 +179,8 @@ void read_exr_colour(ScoredPicture& picture, std::optional<double> exposure) {
         throw InputError(expected_found(picture.file.string(), "colour channels R, G, B", "none"));
     picture.linear = true;
     picture.radiance = std::move(colour->second);
+    picture.backward = std::move(frame.planes["backward"]);
+    picture.forward = std::move(frame.planes["forward"]);
     picture.exposure = exposure.value_or(frame.info.exposure);
     picture.info = std::move(frame.info);
 }
@@ -191,12 +194,12 @@ std::vector<EyePairs> pair_pictures(const PairingOptions& options) {
     return eyes;
 }
 
-ScoredPicture read_scored_picture(const std::filesystem::path& file, std::optional<double> exposure) {
+ScoredPicture read_scored_picture(const std::filesystem::path& file, std::optional<double> exposure, bool with_motion) {
     require_file(file, "a picture");
     ScoredPicture picture;
     picture.file = file;
     if (file.extension() == ".exr")
-        read_exr_colour(picture, exposure);
+        read_exr_planes(picture, exposure, with_motion);
     else if (file.extension() == ".png")
         picture.rgb = with_three_channels(read_picture(file));
     else

@@ -14,7 +14,7 @@ namespace equistream {
 struct PairingOptions {
     std::filesystem::path picture;
     std::filesystem::path truth;
-    std::optional<std::filesystem::path> second_picture;  ///< both or neither
+    std::optional<std::filesystem::path> second_picture;  ///< only with a second truth
     std::optional<std::filesystem::path> second_truth;
     std::optional<std::filesystem::path> gaps;  ///< masks, named like the frames; PNG
     std::vector<std::string> eyes;              ///< empty: left and right where they exist, else centre
@@ -27,8 +27,8 @@ struct PicturePair {
     std::filesystem::path picture;
     std::filesystem::path truth;
     std::filesystem::path second_picture;  ///< empty without a second run
-    std::filesystem::path second_truth;
-    std::filesystem::path gaps;  ///< empty without masks
+    std::filesystem::path second_truth;    ///< empty without a second truth
+    std::filesystem::path gaps;            ///< empty without masks
 };
 
 struct EyePairs {
@@ -51,14 +51,16 @@ struct ScoredPicture {
     ByteImage rgb;                  ///< where not: display values, 3 channels
     double exposure = 1;            ///< factor on radiance before the display transform; 1 where not linear
     std::optional<FrameInfo> info;  ///< EXR only
+    FloatImage backward, forward;   ///< motion planes, where they were asked for and are there
 
     int width() const { return linear ? radiance.width() : rgb.width(); }
     int height() const { return linear ? radiance.height() : rgb.height(); }
 };
 
-/// Reads a .png (gray becomes RGB, alpha is ignored) or the plane "colour" of an .exr. `exposure` replaces the EXR
-/// frame's own.
-ScoredPicture read_scored_picture(const std::filesystem::path& file, std::optional<double> exposure = {});
+/// Reads a .png (gray becomes RGB, alpha is ignored) or the plane "colour" of an .exr, and its motion if asked for.
+/// `exposure` replaces the EXR frame's own.
+ScoredPicture read_scored_picture(const std::filesystem::path& file, std::optional<double> exposure = {},
+                                  bool with_motion = false);
 
 /// Display-referred values in [0, 1], not rounded to 8 bits.
 FloatImage display_values(const ScoredPicture& picture, const DisplayTransform& transform);

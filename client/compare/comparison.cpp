@@ -1,5 +1,7 @@
 #include "comparison.h"
 
+#include "flicker.h"
+
 #include <equistream/error.h>
 #include <equistream/picture.h>
 #include <equistream/sequence.h>
@@ -9,6 +11,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -71,27 +74,58 @@ void write_difference(const std::filesystem::path& file, ImageView<const std::ui
     write_picture(file, difference.view());
 }
 
-struct BothBlocks {
-    NoiseFreeBlocks linear, display;
+struct ScaleBlocks {
+    ProductBlocks linear, display;
 
-    void add(const BothBlocks& other) {
+    void add(const ScaleBlocks& other) {
         linear.add(other.linear);
         display.add(other.display);
     }
     /// Nothing without samples.
-    std::optional<NoiseFreeErrors> errors() const {
+    std::optional<ScaleErrors> errors() const {
         if (display.samples == 0)
             return std::nullopt;
-        return NoiseFreeErrors{noise_free_error(linear), noise_free_error(display)};
+        return ScaleErrors{unbiased_error(linear), unbiased_error(display)};
     }
 };
+
+/// Of one kind of error.
+struct KindBlocks {
+    ScaleBlocks all, worst, gaps, flicker;
+
+    void add(const KindBlocks& other) {
+        all.add(other.all);
+        worst.add(other.worst);
+        gaps.add(other.gaps);
+        flicker.add(other.flicker);
+    }
+    UnbiasedErrors errors() const { return {all.errors(), worst.errors(), gaps.errors(), flicker.errors()}; }
+};
+
+struct Scale {
+    FloatImage (*values_of)(const ScoredPicture&, const DisplayTransform&);
+    ProductBlocks ScaleBlocks::*blocks;
+};
+constexpr std::array scales{Scale{display_values, &ScaleBlocks::display}, Scale{exposed_linear, &ScaleBlocks::linear}};
 
 /// What one pair contributes besides its score.
 struct FrameSums {
     FrameScore score;
-    BothBlocks all, worst, gaps;
+    KindBlocks whole, noise_free;
+    std::optional<bool> flicker_by_motion;  ///< nothing where no frame before it is compared
     int width = 0;
     int height = 0;
+};
+
+/// One pair's pictures as read; of a second run, and of a second truth, what there is.
+struct PairPictures {
+    ScoredPicture picture, truth;
+    std::optional<ScoredPicture> second_picture, second_truth;
+};
+
+/// The same on one scale, or what changes of it; empty where there is no such picture.
+struct PairValues {
+    FloatImage picture, truth, second_picture, second_truth;
 };
 
 class PairMeasurement {
@@ -99,21 +133,21 @@ public:
     PairMeasurement(const EyePairs& eye, const ComparisonOptions& options)
         : eye_(eye), options_(options), transform_(options.view) {}
 
-    FrameSums measure(const PicturePair& pair, Histograms& histograms) const {
-        const ScoredPicture picture = read_scored_picture(pair.picture, options_.exposure);
-        const ScoredPicture truth = read_scored_picture(pair.truth, options_.exposure);
+    /// `before`: the pair of the frame before, where flicker is to be measured; else none.
+    FrameSums measure(const PicturePair& pair, const PicturePair* before, Histograms& histograms) const {
+        const PairPictures pictures = read(pair);
+        const auto& [picture, truth, second_picture, second_truth] = pictures;
         FrameSums sums;
         sums.width = truth.width();
         sums.height = truth.height();
-        require_size(pair.picture, picture.width(), picture.height(), sums.width, sums.height);
         const ByteImage mask = read_gaps(pair, sums.width, sums.height);
-        // Floats of whole pictures are made only where a second run asks for them.
+        // Floats of whole pictures are made only where a second truth asks for them.
         ByteImage made, made_of_truth;
         const MaskedPair masked{display_8bit(picture, transform_, made), display_8bit(truth, transform_, made_of_truth),
                                 mask};
         sums.score = score_8bit(pair, truth, masked, histograms);
-        if (!pair.second_picture.empty())
-            compare_runs(pair, {picture, truth, mask}, sums);
+        if (second_truth)
+            add_products(pictures, mask, before, sums);
         return sums;
     }
 
@@ -155,29 +189,91 @@ private:
         return score;
     }
 
-    struct FirstRun {
-        const ScoredPicture& picture;
-        const ScoredPicture& truth;
-        const ByteImage& mask;
-    };
-
-    void compare_runs(const PicturePair& pair, const FirstRun& first, FrameSums& sums) const {
-        const ScoredPicture second = read_scored_picture(pair.second_picture, options_.exposure);
-        const ScoredPicture second_truth = read_scored_picture(pair.second_truth, options_.exposure);
-        require_size(pair.second_picture, second.width(), second.height(), sums.width, sums.height);
-        require_size(pair.second_truth, second_truth.width(), second_truth.height(), sums.width, sums.height);
-        require_independent({first.picture, first.truth}, {second, second_truth});
-        const auto compare = [&](const auto& values_of, NoiseFreeBlocks BothBlocks::*values) {
-            const FloatImage one = values_of(first.picture, transform_), true_one = values_of(first.truth, transform_);
-            const FloatImage two = values_of(second, transform_), true_two = values_of(second_truth, transform_);
-            const PictureAndTruth run_1{one.view(), true_one.view()}, run_2{two.view(), true_two.view()};
-            sums.all.*values = noise_free_blocks(run_1, run_2);
-            sums.worst.*values = noise_free_worst_blocks(run_1, run_2, worst_fraction);
-            if (!first.mask.empty())
-                sums.gaps.*values = noise_free_blocks(run_1, run_2, first.mask.view());
+    /// All as large as the truth.
+    PairPictures read(const PicturePair& pair) const {
+        PairPictures pictures;
+        pictures.truth = read_scored_picture(pair.truth, options_.exposure, options_.flicker);
+        const auto read_one = [&](const std::filesystem::path& file) {
+            ScoredPicture picture = read_scored_picture(file, options_.exposure);
+            require_size(file, picture.width(), picture.height(), pictures.truth.width(), pictures.truth.height());
+            return picture;
         };
-        compare(display_values, &BothBlocks::display);
-        compare(exposed_linear, &BothBlocks::linear);
+        pictures.picture = read_one(pair.picture);
+        if (!pair.second_picture.empty())
+            pictures.second_picture = read_one(pair.second_picture);
+        if (!pair.second_truth.empty())
+            pictures.second_truth = read_one(pair.second_truth);
+        return pictures;
+    }
+
+    /// Pictures whose noises must be independent are.
+    void require_products(const PairPictures& pictures) const {
+        const auto& [picture, truth, second_picture, second_truth] = pictures;
+        if (second_picture) {
+            require_independent("--second", {{picture, *second_picture},
+                                             {picture, *second_truth},
+                                             {truth, *second_picture},
+                                             {truth, *second_truth}});
+            require_as_many_samples("--second", picture, *second_picture);
+            require_as_many_samples("--second", truth, *second_truth);
+        }
+        if (options_.whole) {
+            require_independent("--truth2", {{truth, *second_truth}, {truth, picture}, {*second_truth, picture}});
+            require_as_many_samples("--truth2", truth, *second_truth);
+        }
+    }
+
+    PairValues values_of(const PairPictures& pictures, const Scale& scale) const {
+        const auto of = [&](const std::optional<ScoredPicture>& picture) {
+            return picture ? scale.values_of(*picture, transform_) : FloatImage();
+        };
+        return {scale.values_of(pictures.picture, transform_), scale.values_of(pictures.truth, transform_),
+                of(pictures.second_picture), of(pictures.second_truth)};
+    }
+
+    /// Calls add(blocks of a kind, one factor, the other factor) for each kind of error that is measured.
+    template <typename Add>
+    void for_each_kind(const PairValues& values, FrameSums& sums, const Add& add) const {
+        const PictureAndTruth first{values.picture.view(), values.truth.view()};
+        if (options_.whole)
+            add(sums.whole, first, PictureAndTruth{values.picture.view(), values.second_truth.view()});
+        if (!values.second_picture.empty())
+            add(sums.noise_free, first, PictureAndTruth{values.second_picture.view(), values.second_truth.view()});
+    }
+
+    void add_products(const PairPictures& pictures, const ByteImage& mask, const PicturePair* before_it,
+                      FrameSums& sums) const {
+        require_products(pictures);
+        std::optional<PairPictures> before;
+        std::optional<PastPixels> past;
+        if (before_it) {
+            before = read(*before_it);
+            require_size(before_it->truth, before->truth.width(), before->truth.height(), sums.width, sums.height);
+            past.emplace(pictures.truth, before->truth);
+            sums.flicker_by_motion = past->by_motion();
+        }
+        for (const Scale& scale : scales) {
+            const PairValues values = values_of(pictures, scale);
+            for_each_kind(values, sums,
+                          [&](KindBlocks& kind, const PictureAndTruth& one, const PictureAndTruth& other) {
+                              kind.all.*scale.blocks = product_blocks(one, other);
+                              kind.worst.*scale.blocks = worst_product_blocks(one, other, worst_fraction);
+                              if (!mask.empty())
+                                  kind.gaps.*scale.blocks = product_blocks(one, other, mask.view());
+                          });
+            if (!before)
+                continue;
+            const PairValues then = values_of(*before, scale);
+            const auto change = [&](FloatImage PairValues::*picture) {
+                return (values.*picture).empty() ? FloatImage() : past->change(values.*picture, then.*picture);
+            };
+            const PairValues changes{change(&PairValues::picture), change(&PairValues::truth),
+                                     change(&PairValues::second_picture), change(&PairValues::second_truth)};
+            for_each_kind(changes, sums,
+                          [&](KindBlocks& kind, const PictureAndTruth& one, const PictureAndTruth& other) {
+                              kind.flicker.*scale.blocks = product_blocks(one, other, past->seen());
+                          });
+        }
     }
 
     const EyePairs& eye_;
@@ -195,16 +291,15 @@ double EyeScore::mean_frame_psnr_db() const {
 }
 
 EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, const std::function<void()>& done) {
-    for (const PicturePair& pair : eye.pairs)
-        if (!pair.second_picture.empty())
-            require_other_files(pair);
     if (!options.difference_folder.empty())
         require_apart(eye, options.difference_folder);
     const PairMeasurement measurement(eye, options);
     std::vector<FrameSums> frames(eye.pairs.size());
     Histograms histograms;
     tbb::parallel_for(std::size_t{0}, eye.pairs.size(), [&](std::size_t i) {
-        frames[i] = measurement.measure(eye.pairs[i], histograms);
+        const PicturePair& pair = eye.pairs[i];
+        const bool follows = options.flicker && i > 0 && pair.frame && *pair.frame == *eye.pairs[i - 1].frame + 1;
+        frames[i] = measurement.measure(pair, follows ? &eye.pairs[i - 1] : nullptr, histograms);
         if (done)
             done();
     });
@@ -214,7 +309,8 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
     score.width = frames.front().width;
     score.height = frames.front().height;
     ErrorHistogram histogram;
-    BothBlocks all, worst, gaps;
+    KindBlocks whole, noise_free;
+    std::optional<bool> by_motion;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const FrameSums& frame = frames[i];
         require_size(eye.pairs[i].truth, frame.width, frame.height, score.width, score.height);
@@ -224,16 +320,20 @@ EyeScore compare_eye(const EyePairs& eye, const ComparisonOptions& options, cons
         score.pooled.sphere_error += frame.score.sphere_error;
         score.pooled.similarity.all += frame.score.similarity.all;
         score.pooled.similarity.masked += frame.score.similarity.masked;
-        all.add(frame.all);
-        worst.add(frame.worst);
-        gaps.add(frame.gaps);
+        whole.add(frame.whole);
+        noise_free.add(frame.noise_free);
+        const std::optional<bool> by = frame.flicker_by_motion;
+        if (by && by_motion.value_or(*by) != *by)
+            throw InputError(expected_found(eye.pairs[i].truth.string(), "motion in all frames or in none",
+                                            *by ? "frames before it without" : "frames before it with motion"));
+        by_motion = by ? by : by_motion;
     }
     for (const ErrorHistogram& part : histograms)
         histogram.add(part);
     score.worst_pixels = histogram.worst(worst_fraction);
-    score.noise_free = all.errors();
-    score.worst_noise_free = worst.errors();
-    score.gaps_noise_free = gaps.errors();
+    score.whole = whole.errors();
+    score.noise_free = noise_free.errors();
+    score.flicker_by_motion = by_motion.value_or(false);
     return score;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 /// A whole comparison: every pair of pictures measured, pooled per eye.
 #include "compared_pictures.h"
-#include "noise_free.h"
 #include "picture_metrics.h"
+#include "unbiased_error.h"
 
 #include <functional>
 #include <optional>
@@ -15,6 +15,8 @@ struct ComparisonOptions {
     bool psnr = true;
     bool ssim = true;
     bool sphere_psnr = false;        ///< pictures must be equirect; an EXR's range is used, a PNG is a full sphere
+    bool whole = false;              ///< the whole error; needs a second truth
+    bool flicker = false;            ///< of whole and noise-free error, whichever is measured
     std::optional<double> exposure;  ///< instead of each EXR frame's own
     std::string view = default_view;
     std::filesystem::path difference_folder;  ///< empty: no difference pictures
@@ -32,9 +34,17 @@ struct FrameScore {
     Similarity similarity;
 };
 
-struct NoiseFreeErrors {
-    NoiseFreeError linear;   ///< on radiance times exposure, clipped to [0, 1]
-    NoiseFreeError display;  ///< on display values before they are rounded to 8 bits
+struct ScaleErrors {
+    UnbiasedError linear;   ///< on radiance times exposure, clipped to [0, 1]
+    UnbiasedError display;  ///< on display values before they are rounded to 8 bits
+};
+
+/// One kind of error without the truth's noise (unbiased_error.h); nothing where nothing was measured.
+struct UnbiasedErrors {
+    std::optional<ScaleErrors> all;
+    std::optional<ScaleErrors> worst;    ///< of the worst 1 % of each frame's pixels
+    std::optional<ScaleErrors> gaps;     ///< in the masks' pixels
+    std::optional<ScaleErrors> flicker;  ///< of changes from frame to frame (flicker.h)
 };
 
 struct EyeScore {
@@ -44,17 +54,17 @@ struct EyeScore {
     std::vector<FrameScore> frames;
     FrameScore pooled;      ///< sums over frames: errors pool, so its PSNR is that of the mean square error
     ErrorSum worst_pixels;  ///< the worst 1 % of all frames' pixels together
-    std::optional<NoiseFreeErrors> noise_free;
-    std::optional<NoiseFreeErrors> worst_noise_free;  ///< of the worst 1 % of each frame's pixels
-    std::optional<NoiseFreeErrors> gaps_noise_free;   ///< in the masks' pixels
+    UnbiasedErrors whole;
+    UnbiasedErrors noise_free;
+    bool flicker_by_motion = false;  ///< else of the same pixel of both frames
 
     /// The mean of the frames' own PSNR; +inf if any frame is identical.
     double mean_frame_psnr_db() const;
 };
 
 /// Measures one eye; frames run in parallel. `done` is told after each frame, from any thread.
-/// Throws InputError for pictures that cannot be read or whose sizes differ, and for a second run that shares pictures,
-/// seed or noise with the first. So does a difference folder that would take the compared pictures' places.
+/// Throws InputError for pictures that cannot be read or whose sizes differ, and where pictures share a file, a seed or
+/// noise that must not (unbiased_error.h). So does a difference folder that would take the compared pictures' places.
 EyeScore compare_eye(const EyePairs& pairs, const ComparisonOptions& options, const std::function<void()>& done = {});
 
 }  // namespace equistream

@@ -3,6 +3,7 @@
 #include <equistream/text.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace equistream {
@@ -86,6 +87,36 @@ std::vector<std::vector<std::string>> score_rows(const std::vector<EyeScore>& ey
     return rows;
 }
 
+/// JSON key, what the table says, and the figures of an eye.
+struct Kind {
+    const char* key;
+    const char* title;
+    UnbiasedErrors EyeScore::*errors;
+};
+constexpr std::array kinds{Kind{"whole", "whole", &EyeScore::whole},
+                           Kind{"noise_free", "noise-free", &EyeScore::noise_free}};
+
+std::vector<std::vector<std::string>> unbiased_rows(const std::vector<EyeScore>& eyes, const Kind& kind,
+                                                    const ComparisonOptions& options) {
+    const std::string title = kind.title;
+    std::vector<std::vector<std::string>> rows{
+        {"eye", title + ", linear", title + ", display", title + ", linear, worst 1 %"}};
+    if (any_gaps(eyes))
+        rows.front().push_back(title + ", linear, in gaps");
+    if (options.flicker)
+        rows.front().push_back(title + ", display, flicker");
+    for (const EyeScore& eye : eyes) {
+        const UnbiasedErrors& errors = eye.*kind.errors;
+        rows.push_back({eye.eye, unbiased_text(errors.all->linear), unbiased_text(errors.all->display),
+                        unbiased_text(errors.worst->linear)});
+        if (any_gaps(eyes))
+            rows.back().push_back(errors.gaps ? unbiased_text(errors.gaps->linear) : "-");
+        if (options.flicker)
+            rows.back().push_back(errors.flicker ? unbiased_text(errors.flicker->display) : "-");
+    }
+    return rows;
+}
+
 ordered_json frame_json(const FrameScore& frame, const ComparisonOptions& options) {
     ordered_json json;
     json["frame"] = frame.frame ? ordered_json(*frame.frame) : ordered_json(nullptr);
@@ -101,21 +132,42 @@ ordered_json frame_json(const FrameScore& frame, const ComparisonOptions& option
     return json;
 }
 
-ordered_json noise_free_json(const NoiseFreeError& error) {
+ordered_json unbiased_json(const UnbiasedError& error) {
     return {{"mean_square", error.mean_square},
             {"mean_square_low", error.low},
             {"mean_square_high", error.high},
-            {"db", finite_or_null(NoiseFreeError::decibels(error.mean_square))},
-            {"db_low", finite_or_null(NoiseFreeError::decibels(error.high))},
-            {"db_high", finite_or_null(NoiseFreeError::decibels(error.low))},
+            {"db", finite_or_null(UnbiasedError::decibels(error.mean_square))},
+            {"db_low", finite_or_null(UnbiasedError::decibels(error.high))},
+            {"db_high", finite_or_null(UnbiasedError::decibels(error.low))},
             {"only_bounded", error.only_bounded()},
             {"confidence", 0.95},
             {"samples", error.samples},
             {"blocks", error.blocks}};
 }
 
-ordered_json noise_free_json(const NoiseFreeErrors& errors) {
-    return {{"linear", noise_free_json(errors.linear)}, {"display", noise_free_json(errors.display)}};
+ordered_json unbiased_json(const ScaleErrors& errors) {
+    return {{"linear", unbiased_json(errors.linear)}, {"display", unbiased_json(errors.display)}};
+}
+
+/// null where no frame follows another.
+ordered_json flicker_json(const EyeScore& eye) {
+    ordered_json json;
+    for (const Kind& kind : kinds)
+        if (const auto& flicker = (eye.*kind.errors).flicker)
+            json[kind.key] = unbiased_json(*flicker);
+    if (!json.is_null())
+        json["motion"] = eye.flicker_by_motion ? "exact" : "none";
+    return json;
+}
+
+void add_unbiased(const EyeScore& eye, const Kind& kind, ordered_json& json) {
+    const UnbiasedErrors& errors = eye.*kind.errors;
+    if (errors.gaps)
+        json["gaps"][kind.key] = unbiased_json(*errors.gaps);
+    if (errors.all)
+        json[kind.key] = unbiased_json(*errors.all);
+    if (errors.worst)
+        json[std::string(kind.key) + "_worst_percent"] = unbiased_json(*errors.worst);
 }
 
 ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
@@ -136,12 +188,10 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
         json["gaps"] = {{"fraction", eye.pooled.gap_error.samples / error.samples},
                         {"psnr_db", finite_or_null(eye.pooled.gap_error.psnr_db())},
                         {"ssim", mean_or_null(eye.pooled.similarity.masked)}};
-    if (eye.gaps_noise_free)
-        json["gaps"]["noise_free"] = noise_free_json(*eye.gaps_noise_free);
-    if (eye.noise_free)
-        json["noise_free"] = noise_free_json(*eye.noise_free);
-    if (eye.worst_noise_free)
-        json["noise_free_worst_percent"] = noise_free_json(*eye.worst_noise_free);
+    for (const Kind& kind : kinds)
+        add_unbiased(eye, kind, json);
+    if (options.flicker)
+        json["flicker"] = flicker_json(eye);
     for (const FrameScore& frame : eye.frames)
         json["per_frame"].push_back(frame_json(frame, options));
     return json;
@@ -149,33 +199,31 @@ ordered_json eye_json(const EyeScore& eye, const ComparisonOptions& options) {
 
 }  // namespace
 
-std::string noise_free_text(const NoiseFreeError& error) {
+std::string unbiased_text(const UnbiasedError& error) {
     if (error.mean_square == 0 && error.low == error.high)
         return "identical";
     if (error.high <= 0)
         return "none found";
-    const double least = NoiseFreeError::decibels(error.high);
+    const double least = UnbiasedError::decibels(error.high);
     if (error.only_bounded())
         return "> " + fixed(least, 2) + " dB";
-    return fixed(NoiseFreeError::decibels(error.mean_square), 2) + " dB [" + fixed(least, 2) + ", " +
-           fixed(NoiseFreeError::decibels(error.low), 2) + "]";
+    return fixed(UnbiasedError::decibels(error.mean_square), 2) + " dB [" + fixed(least, 2) + ", " +
+           fixed(UnbiasedError::decibels(error.low), 2) + "]";
 }
 
 std::string comparison_table(const std::vector<EyeScore>& eyes, const ComparisonOptions& options) {
     std::string text = aligned(score_rows(eyes, options));
-    if (eyes.front().noise_free) {
-        std::vector<std::vector<std::string>> rows{
-            {"eye", "noise-free, linear", "noise-free, display", "noise-free, linear, worst 1 %"}};
-        if (any_gaps(eyes))
-            rows.front().emplace_back("noise-free, linear, in gaps");
-        for (const EyeScore& eye : eyes) {
-            rows.push_back({eye.eye, noise_free_text(eye.noise_free->linear), noise_free_text(eye.noise_free->display),
-                            noise_free_text(eye.worst_noise_free->linear)});
-            if (any_gaps(eyes))
-                rows.back().push_back(eye.gaps_noise_free ? noise_free_text(eye.gaps_noise_free->linear) : "-");
+    bool any = false;
+    for (const Kind& kind : kinds)
+        if ((eyes.front().*kind.errors).all) {
+            text += "\n" + aligned(unbiased_rows(eyes, kind, options));
+            any = true;
         }
-        text += "\n" + aligned(rows) + "95 % confidence intervals in brackets\n";
-    }
+    if (any)
+        text += "95 % confidence intervals in brackets\n";
+    if (options.flicker)
+        text += eyes.front().flicker_by_motion ? "flicker along the truth's motion\n"
+                                               : "flicker of each pixel: the truth has no motion\n";
     return text;
 }
 

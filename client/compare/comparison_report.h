@@ -14,6 +14,6 @@ std::string comparison_table(const std::vector<EyeScore>& eyes, const Comparison
 nlohmann::ordered_json comparison_json(const std::vector<EyeScore>& eyes, const ComparisonOptions& options);
 
 /// "35.20 dB [34.91, 35.52]", or "> 41.3 dB" where the interval reaches 0.
-std::string noise_free_text(const NoiseFreeError& error);
+std::string unbiased_text(const UnbiasedError& error);
 
 }  // namespace equistream

@@ -26,7 +26,7 @@ inline constexpr std::array commands = {
     Command{"serve", "equistream-serve", "send a recorded stream, or a scene as it is rendered, to viewers"},
     Command{"play", "equistream-play", "decode, reproject to both eyes, fill gaps, write views"},
     Command{"view", "equistream-view", "look around in a stream, in a window"},
-    Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, noise-free error"},
+    Command{"compare", "equistream-compare", "score views against the truth: PSNR, SSIM, whole and noise-free error"},
     Command{"import", "equistream-import", "make frames of any renderer's EXR sequences"},
     Command{"info", "equistream-info", "explain a stream, a frame or a folder"},
     Command{"model", "equistream-model", "make the geometry a client needs of a scene"},

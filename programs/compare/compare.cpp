@@ -22,6 +22,7 @@ struct Arguments {
     PairingOptions pairing;
     ComparisonOptions comparison;
     std::vector<std::filesystem::path> second;
+    std::filesystem::path truth2;
     std::string metrics = "psnr,ssim";
     std::string eyes;
     std::optional<cli::FrameRange> frames;
@@ -32,7 +33,7 @@ struct Arguments {
 };
 
 void choose_metrics(const std::string& list, ComparisonOptions& options) {
-    options.psnr = options.ssim = options.sphere_psnr = false;
+    options.psnr = options.ssim = options.sphere_psnr = options.flicker = false;
     for (const std::string_view word : split_at_commas(list)) {
         if (word == "psnr")
             options.psnr = true;
@@ -40,10 +41,29 @@ void choose_metrics(const std::string& list, ComparisonOptions& options) {
             options.ssim = true;
         else if (word == "ws-psnr")
             options.sphere_psnr = true;
+        else if (word == "flicker")
+            options.flicker = true;
         else if (word != "none" || list != "none")
             throw InputError(
-                expected_found("--metrics", "psnr, ssim, ws-psnr (or none)", "'" + std::string(word) + "'"));
+                expected_found("--metrics", "psnr, ssim, ws-psnr, flicker (or none)", "'" + std::string(word) + "'"));
     }
+}
+
+void choose_second_run(Arguments& arguments) {
+    const std::vector<std::filesystem::path>& second = arguments.second;
+    const std::filesystem::path& truth2 = arguments.truth2;
+    PairingOptions& pairing = arguments.pairing;
+    if (!second.empty()) {
+        pairing.second_picture = second[0];
+        pairing.second_truth = second[1];
+    }
+    if (!truth2.empty()) {
+        cli::require(second.empty() || second[1] == truth2, "--truth2", "the TRUTH2 of --second", truth2.string());
+        pairing.second_truth = truth2;
+        arguments.comparison.whole = true;
+    }
+    cli::require(!arguments.comparison.flicker || pairing.second_truth, "--metrics flicker", "--truth2 or --second",
+                 "neither: a single truth's noise flickers too");
 }
 
 void complete(Arguments& arguments) {
@@ -55,10 +75,7 @@ void complete(Arguments& arguments) {
         arguments.pairing.first_frame = arguments.frames->first;
         arguments.pairing.last_frame = arguments.frames->last;
     }
-    if (!arguments.second.empty()) {
-        arguments.pairing.second_picture = arguments.second[0];
-        arguments.pairing.second_truth = arguments.second[1];
-    }
+    choose_second_run(arguments);
     if (!arguments.gaps.empty())
         arguments.pairing.gaps = arguments.gaps;
     if (const auto& exposure = arguments.comparison.exposure)
@@ -84,12 +101,11 @@ nlohmann::ordered_json report(const Arguments& arguments, const std::vector<EyeS
     nlohmann::ordered_json json = cli::provenance(arguments.command);
     json["picture"] = arguments.pairing.picture.string();
     json["truth"] = arguments.pairing.truth.string();
-    json["second_picture"] = nullptr;
-    json["second_truth"] = nullptr;
-    if (!arguments.second.empty()) {
-        json["second_picture"] = arguments.second[0].string();
-        json["second_truth"] = arguments.second[1].string();
-    }
+    const auto path_or_null = [](const std::optional<std::filesystem::path>& path) {
+        return path ? nlohmann::ordered_json(path->string()) : nlohmann::ordered_json(nullptr);
+    };
+    json["second_picture"] = path_or_null(arguments.pairing.second_picture);
+    json["second_truth"] = path_or_null(arguments.pairing.second_truth);
     json.update(comparison_json(scores, arguments.comparison));
     return json;
 }
@@ -127,7 +143,12 @@ std::function<void()> set_up(cli::CommandLine& app, const std::shared_ptr<Argume
                    "A2 TRUTH2: a second run whose noise is independent of A's and TRUTH's; gives the noise-free error")
         .expected(2)
         .type_name("A2 TRUTH2");
-    cli::add_with_default(app, "--metrics", arguments->metrics, "Comma-separated: psnr, ssim, ws-psnr; or none");
+    app.add_option("--truth2", arguments->truth2,
+                   "A second truth, of another seed than TRUTH and A; gives the whole error, which counts A's noise "
+                   "and not the truth's")
+        .type_name("TRUTH2");
+    cli::add_with_default(app, "--metrics", arguments->metrics,
+                          "Comma-separated: psnr, ssim, ws-psnr, flicker (needs --truth2 or --second); or none");
     app.add_option("--eyes", arguments->eyes,
                    "Comma-separated: left, right, centre, small (default: left and right where they exist)");
     cli::add_frames_option(app, arguments->frames, "FIRST-LAST or one number (default: all, the same on all sides)");
@@ -149,7 +170,7 @@ int main(int argc, char** argv) {
     auto arguments = std::make_shared<Arguments>();
     arguments->command = cli::quoted_command(argc, argv);
     return cli::run_program(argc, argv,
-                            {"compare", "Score pictures against the truth: PSNR, SSIM, the noise-free error.",
+                            {"compare", "Score pictures against the truth: PSNR, SSIM, whole and noise-free error.",
                              "equistream compare views/sphere-left truth/seed2 --json --out score.json"},
                             [&](cli::CommandLine& app) { return set_up(app, arguments); });
 }

@@ -218,6 +218,21 @@ class Options(Commands):
             self.refused(["compare", picture, picture, option, value], f"{option}: expected an EXR among the pictures, found PNG alone")
             self.done("compare", frame, frame, "--metrics", "psnr", option, value)
 
+    def test_errors_without_the_truths_noise_need_truths_of_their_own(self):
+        picture, truths = self.frames / "centre", []
+        for seed in (21, 22):
+            truths.append(self.out / f"truth-{seed}" / "centre")
+            self.done("render", self.scene, "--frames", "0-1", "--size", "128x64", "--spp", 2, "--seed", seed, "--aovs", "motion", "--out", truths[-1].parent)
+        words = ["compare", picture, truths[0], "--frames", "0-1", "--metrics", "flicker", "--json"]
+        self.refused(words, "--metrics flicker: expected --truth2 or --second, found neither")
+        self.refused([*words, "--truth2", truths[0]], f"--truth2: {truths[0]}/frame.000", ": expected noise of its own, found the file ")
+        self.refused([*words, "--truth2", picture], "--truth2: ", ": expected noise of its own, found the file ")
+        self.refused([*words, "--second", picture, truths[1], "--truth2", picture], f"--truth2: expected the TRUTH2 of --second, found {picture}")
+        found = json.loads(self.done(*words, "--truth2", truths[1]))
+        eye = found["eyes"]["view"]
+        self.assertEqual((found["second_truth"], eye["flicker"]["motion"]), (str(truths[1]), "exact"))
+        self.assertLess(eye["whole"]["linear"]["mean_square_low"], eye["whole"]["linear"]["mean_square"])
+
     def test_nothing_is_carried_on_without_refreshes(self):
         for value in (0, 7):
             self.refused(["play", self.frames, *PLAY, "--frames", 0, "--carry", value, "--out", self.out / "views"],

@@ -83,15 +83,16 @@ TEST_F(Comparison, NoiseFreeErrorIsTakenOnBothScales) {
     pairs.pairs[0].second_picture = make_exr("a2.exr", 0.5f, 1);
     pairs.pairs[0].second_truth = make_exr("t2.exr", 0.25f, 1);
     const EyeScore score = compare_eye(pairs, {});
-    ASSERT_TRUE(score.noise_free);
-    EXPECT_NEAR(score.noise_free->linear.mean_square, 0.0625, 1e-6);
-    EXPECT_NEAR(std::sqrt(score.noise_free->display.mean_square), 0.735357 - 0.537099, 1e-4);
-    EXPECT_FALSE(score.noise_free->linear.only_bounded());
+    ASSERT_TRUE(score.noise_free.all);
+    EXPECT_NEAR(score.noise_free.all->linear.mean_square, 0.0625, 1e-6);
+    EXPECT_NEAR(std::sqrt(score.noise_free.all->display.mean_square), 0.735357 - 0.537099, 1e-4);
+    EXPECT_FALSE(score.noise_free.all->linear.only_bounded());
+    EXPECT_FALSE(score.whole.all) << "A may share noise with TRUTH: it is to be asked for";
     const auto json = comparison_json({score}, {});
     EXPECT_NEAR(json["eyes"]["view"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
     EXPECT_NEAR(json["eyes"]["view"]["noise_free_worst_percent"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
     EXPECT_EQ(json["eyes"]["view"]["noise_free_worst_percent"]["linear"]["samples"], 2 * 3 * 16) << "of 48x32 pixels";
-    EXPECT_FALSE(score.gaps_noise_free);
+    EXPECT_FALSE(score.noise_free.gaps);
     pairs.pairs[0].gaps = make_png("gaps.png", 255);
     const auto with_gaps = comparison_json({compare_eye(pairs, {})}, {});
     EXPECT_NEAR(with_gaps["eyes"]["view"]["gaps"]["noise_free"]["linear"]["db"].get<double>(), 12.0412, 1e-3);
@@ -125,6 +126,56 @@ TEST_F(Comparison, RunsThatShareTheirNoiseHaveNoNoiseFreeError) {
     EXPECT_EQ(second(make_noisy("foreign.exr", 1, 0, 10), t2), "") << "says nothing of its seed";
 }
 
+TEST_F(Comparison, WholeErrorIsTakenOnBothScalesWhereverTheNoiseFreeOneIs) {
+    EyePairs pairs = pair_of(make_exr("a.exr", 0.5f, 1), make_exr("t.exr", 0.25f, 1));
+    pairs.pairs[0].second_truth = make_exr("t2.exr", 0.25f, 1);
+    pairs.pairs[0].gaps = make_png("gaps.png", 255);
+    ComparisonOptions options;
+    options.whole = true;
+    const EyeScore score = compare_eye(pairs, options);
+    const auto eye = comparison_json({score}, options)["eyes"]["view"];
+    for (const auto& figures : {eye["whole"], eye["whole_worst_percent"], eye["gaps"]["whole"]}) {
+        EXPECT_NEAR(figures["linear"]["mean_square"].get<double>(), 0.0625, 1e-6);
+        EXPECT_NEAR(std::sqrt(figures["display"]["mean_square"].get<double>()), 0.735357 - 0.537099, 1e-4);
+    }
+    EXPECT_FALSE(eye.contains("noise_free"));
+    EXPECT_NE(comparison_table({score}, options).find("whole, linear"), std::string::npos);
+    pairs.pairs[0].second_picture = make_exr("a2.exr", 0.75f, 1);
+    const EyeScore both = compare_eye(pairs, options);
+    EXPECT_NEAR(both.whole.all->linear.mean_square, 0.0625, 1e-6) << "of A alone";
+    EXPECT_NEAR(both.noise_free.all->linear.mean_square, 0.25 * 0.5, 1e-6) << "of both runs";
+}
+
+TEST_F(Comparison, TruthsThatShareNoiseWithAnythingHaveNoWholeError) {
+    ComparisonOptions options;
+    options.whole = true;
+    const auto error = [&](const fs::path& picture, const fs::path& truth2) {
+        EyePairs pairs = pair_of(picture, root_ / "t.exr");
+        pairs.pairs[0].second_truth = truth2;
+        return error_of(pairs, options);
+    };
+    const fs::path a = make_noisy("a.exr", 1, 64, 5);
+    const fs::path t = make_noisy("t.exr", 21, 256, 6);
+    const fs::path t2 = make_noisy("t2.exr", 22, 256, 8);
+    EXPECT_EQ(error(a, t2), "");
+    const auto refusal = [](const fs::path& file, const std::string& expected, const std::string& found) {
+        return "--truth2: " + file.string() + ": expected " + expected + ", found " + found;
+    };
+    const std::string own = "noise of its own";
+    EXPECT_EQ(error(a, t), refusal(t, own, "the file " + t.string()));
+    fs::copy_file(t, root_ / "copy.exr");
+    EXPECT_EQ(error(a, root_ / "copy.exr"), refusal(root_ / "copy.exr", own, "the contents of " + t.string()));
+    const fs::path same_seed = make_noisy("same_seed.exr", 21, 256, 9);
+    EXPECT_EQ(error(a, same_seed), refusal(same_seed, own, "seed 21, that of " + t.string()));
+    for (const fs::path& truth : {t, t2}) {
+        const fs::path of_it = make_noisy("of_" + truth.filename().string(), truth == t ? 21 : 22, 64, 10);
+        const std::string seed = truth == t ? "21" : "22";
+        EXPECT_EQ(error(of_it, t2), refusal(of_it, own, "seed " + seed + ", that of " + truth.string()));
+    }
+    const fs::path fewer = make_noisy("fewer.exr", 22, 128, 9);
+    EXPECT_EQ(error(a, fewer), refusal(fewer, "the 256 samples per pixel of " + t.string(), "128"));
+}
+
 TEST_F(Comparison, SecondViewsAreCheckedByWhatPlaySaysOfTheirSource) {
     const auto views = [&](const std::string& name, int seed, int samples) {
         fs::create_directories(root_ / name / "left");
@@ -138,7 +189,7 @@ TEST_F(Comparison, SecondViewsAreCheckedByWhatPlaySaysOfTheirSource) {
     pair.second_picture = views("good", 2, 64);
     EXPECT_EQ(error_of(pairs), "");
     pair.second_picture = views("same_seed", 1, 64);
-    EXPECT_NE(error_of(pairs).find("expected a run with another seed than the first, found seed 1"), std::string::npos);
+    EXPECT_NE(error_of(pairs).find("expected noise of its own, found seed 1"), std::string::npos);
     pair.second_picture = views("fewer", 2, 32);
     EXPECT_NE(error_of(pairs).find("expected the 64 samples per pixel of"), std::string::npos);
     std::ofstream(root_ / "fewer/report.json") << "[somebody else's";

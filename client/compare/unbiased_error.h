@@ -1,11 +1,14 @@
 #pragma once
-/// The error of a system freed of render noise, from two independent runs of source and truth.
+/// Errors without the noise of the truth: the mean of products (A1 - T1)(A2 - T2) whose noises are independent.
 ///
-/// A1, T1 come from one run, A2, T2 from another: A1 may share noise with T1 and A2 with T2, but nothing of run 1
-/// with anything of run 2. Then D1 = A1 - T1 = e + n1 and D2 = A2 - T2 = e + n2 with independent noises of mean zero,
-/// and the mean of D1 D2 has the expectation e^2: the noise adds spread, not bias.
+/// Noise-free error: A1, T1 come from one run, A2, T2 from another. A1 may share noise with T1 and A2 with T2, but
+/// nothing of run 1 with anything of run 2. Then D1 = A1 - T1 = e + n1 and D2 = A2 - T2 = e + n2 with independent
+/// noises of mean zero, and the mean of D1 D2 has the expectation e^2: the noise adds spread, not bias.
 ///
-/// The interval is that of the *noise*, for these very pictures; uneven content must not widen it, and noise that
+/// Whole error: one picture A against two truths, all three independent of each other. D1 = A - T1 and D2 = A - T2 have
+/// the same e, which holds A's own noise: the expectation is (A - T)^2, what a viewer gets.
+///
+/// The interval is that of n1 and n2, for these very pictures; uneven content must not widen it, and noise that
 /// the filter, the codec or the resampling has smeared over neighbours and over time must not narrow it. Both
 /// hold for Y = sum over a block of (D1^2 - D2^2) / 2: whatever e is, Y has mean zero (the runs being alike), and for
 /// Gaussian noise of any correlation it has the variance of the block's sum of D1 D2; for noise of heavier tails it
@@ -22,25 +25,25 @@
 
 namespace equistream {
 
-inline constexpr int noise_free_block = 32;
+inline constexpr int product_block_px = 32;
 
-/// Sums over blocks of one picture position; those of several frames of the same size add up.
-struct NoiseFreeBlocks {
+/// Sums over blocks of one picture position; those of several frames of the same size add up. Empty: of no frame.
+struct ProductBlocks {
     std::vector<double> product;    ///< sum of D1 D2 in each block
     std::vector<double> imbalance;  ///< sum of (D1^2 - D2^2) / 2 in each block
     std::int64_t samples = 0;       ///< three a pixel that counts
 
-    void add(const NoiseFreeBlocks& other);
+    void add(const ProductBlocks& other);
 };
 
-/// One run's picture and its truth, 3 channels, values in [0, 1].
+/// One factor of the product: a picture and its truth, 3 channels. Both factors may have the same picture.
 struct PictureAndTruth {
     ImageView<const float> picture;
     ImageView<const float> truth;
 };
 /// With `mask` (1 channel) only pixels where it is not 0 count.
-NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
-                                  ImageView<const std::uint8_t> mask = {});
+ProductBlocks product_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
+                             ImageView<const std::uint8_t> mask = {});
 
 /// The worst `fraction` of the pixels, at least one, chosen by one run's difference and scored by its product with the
 /// other's: first those where |D1|^2, summed over the channels, is largest, then those where |D2|^2 is; samples and
@@ -51,10 +54,10 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
 /// the score lies between the true square error of these pixels and the geometric mean of that and what PSNR sees.
 /// Without noise it is the worst pixels' error exactly. Imbalance errs on the wide side: what one run chooses adds
 /// to it and what the other chooses is subtracted.
-NoiseFreeBlocks noise_free_worst_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction);
+ProductBlocks worst_product_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction);
 
 /// Mean square error with its 95 % confidence interval. The estimate and its lower end may be negative.
-struct NoiseFreeError {
+struct UnbiasedError {
     double mean_square = 0;
     double low = 0;
     double high = 0;
@@ -66,22 +69,20 @@ struct NoiseFreeError {
     /// The interval reaches 0: all that can be said is "more than decibels(high)".
     bool only_bounded() const { return low <= 0; }
 };
-NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks);
+UnbiasedError unbiased_error(const ProductBlocks& blocks);
 
-// Whether two runs can give a noise-free error: it is one only where the noise of one does not know that of the other.
+// Whether a product is without bias: only where the noise of one picture does not know that of the other. Both throw
+// InputError in one line that begins with `option`.
 
-/// One pair's pictures as read.
-struct RunPictures {
-    const ScoredPicture &picture, &truth;
+struct NoisePair {
+    const ScoredPicture &first, &second;
 };
+/// Refuses pairs of the same file, of the same samples and of the same seed, in this order. Seed and number of samples
+/// are the EXR's own, or the source's in the report.json that `play` leaves beside its views; where neither says,
+/// nothing is checked. Pictures of one value everywhere hold no noise and may be alike.
+void require_independent(const char* option, const std::vector<NoisePair>& pairs);
 
-/// Throws InputError where one file is in both runs.
-void require_other_files(const PicturePair& pair);
-
-/// Throws InputError where a picture of run 1 has the samples of one of run 2 or its seed, or where the runs have
-/// another number of samples per pixel. Seed and number are the EXR's own, or the source's in the report.json that
-/// `play` leaves beside its views; where neither says, nothing is checked. Pictures of one value everywhere hold no
-/// noise and may be alike.
-void require_independent(const RunPictures& run_1, const RunPictures& run_2);
+/// Refuses another number of samples per pixel: the interval holds for noises that are alike.
+void require_as_many_samples(const char* option, const ScoredPicture& first, const ScoredPicture& second);
 
 }  // namespace equistream

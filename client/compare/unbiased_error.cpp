@@ -1,4 +1,4 @@
-#include "noise_free.h"
+#include "unbiased_error.h"
 
 #include <equistream/error.h>
 
@@ -19,6 +19,8 @@ namespace equistream {
 namespace {
 
 void add_to(std::vector<double>& sums, const std::vector<double>& more) {
+    if (more.empty())
+        return;
     if (sums.empty())
         sums.assign(more.size(), 0.0);
     assert(sums.size() == more.size());
@@ -123,43 +125,49 @@ bool same_noise(const ScoredPicture& a, const ScoredPicture& b) {
     return a.linear == b.linear && (a.linear ? same_samples(a.radiance, b.radiance) : same_samples(a.rgb, b.rgb));
 }
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& expected, const std::string& found) {
-    throw InputError(expected_found("--second: " + file.string(), expected, found));
+bool same_file(const fs::path& a, const fs::path& b) {
+    std::error_code ignored;
+    return a == b || fs::equivalent(a, b, ignored);
+}
+
+[[noreturn]] void refuse(const char* option, const ScoredPicture& picture, const std::string& expected,
+                         const std::string& found) {
+    throw InputError(expected_found(option + (": " + picture.file.string()), expected, found));
 }
 
 }  // namespace
 
-void NoiseFreeBlocks::add(const NoiseFreeBlocks& other) {
+void ProductBlocks::add(const ProductBlocks& other) {
     add_to(product, other.product);
     add_to(imbalance, other.imbalance);
     samples += other.samples;
 }
 
-NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
-                                  ImageView<const std::uint8_t> mask) {
+ProductBlocks product_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2,
+                             ImageView<const std::uint8_t> mask) {
     const int width = run_1.picture.width;
     const int height = run_1.picture.height;
     for ([[maybe_unused]] const auto& view : {run_1.picture, run_1.truth, run_2.picture, run_2.truth})
         assert(view.width == width && view.height == height && view.channels == 3);
-    const int columns = (width + noise_free_block - 1) / noise_free_block;
-    const int rows = (height + noise_free_block - 1) / noise_free_block;
-    NoiseFreeBlocks blocks;
+    const int columns = (width + product_block_px - 1) / product_block_px;
+    const int rows = (height + product_block_px - 1) / product_block_px;
+    ProductBlocks blocks;
     blocks.product.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0.0);
     blocks.imbalance = blocks.product;
     blocks.samples = 3 * counted_pixels(width, height, mask);
     tbb::parallel_for(0, rows, [&](int block_row) {
-        const int y_end = std::min(height, (block_row + 1) * noise_free_block);
-        for (int y = block_row * noise_free_block; y < y_end; ++y) {
+        const int y_end = std::min(height, (block_row + 1) * product_block_px);
+        for (int y = block_row * product_block_px; y < y_end; ++y) {
             const float* a1 = run_1.picture.row(y);
             const float* t1 = run_1.truth.row(y);
             const float* a2 = run_2.picture.row(y);
             const float* t2 = run_2.truth.row(y);
             const std::uint8_t* counts = mask.data == nullptr ? nullptr : mask.row(y);
             for (int column = 0; column < columns; ++column) {
-                const int i_end = 3 * std::min(width, (column + 1) * noise_free_block);
+                const int i_end = 3 * std::min(width, (column + 1) * product_block_px);
                 float product = 0;
                 float imbalance = 0;
-                for (int i = 3 * column * noise_free_block; i < i_end; ++i) {
+                for (int i = 3 * column * product_block_px; i < i_end; ++i) {
                     if (counts != nullptr && counts[i / 3] == 0)
                         continue;
                     const float d1 = a1[i] - t1[i];
@@ -177,18 +185,18 @@ NoiseFreeBlocks noise_free_blocks(const PictureAndTruth& run_1, const PictureAnd
     return blocks;
 }
 
-NoiseFreeBlocks noise_free_worst_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction) {
+ProductBlocks worst_product_blocks(const PictureAndTruth& run_1, const PictureAndTruth& run_2, double fraction) {
     assert(fraction > 0 && fraction <= 1);
-    NoiseFreeBlocks blocks = noise_free_blocks(run_1, run_2, worst_pixels(run_1, fraction).view());
-    blocks.add(noise_free_blocks(run_1, run_2, worst_pixels(run_2, fraction).view()));
+    ProductBlocks blocks = product_blocks(run_1, run_2, worst_pixels(run_1, fraction).view());
+    blocks.add(product_blocks(run_1, run_2, worst_pixels(run_2, fraction).view()));
     return blocks;
 }
 
-double NoiseFreeError::decibels(double mean_square) {
+double UnbiasedError::decibels(double mean_square) {
     return mean_square > 0 ? -10 * std::log10(mean_square) : std::numeric_limits<double>::infinity();
 }
 
-NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks) {
+UnbiasedError unbiased_error(const ProductBlocks& blocks) {
     assert(blocks.samples > 0);
     double sum = 0;
     double variance = 0;
@@ -205,7 +213,7 @@ NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks) {
     const double freedom = fourth > 0 ? std::min(all, 3 * variance * variance / fourth - 2) : all;
     const auto samples = static_cast<double>(blocks.samples);
     const double half_width = student_quantile(freedom) * std::sqrt(variance) / samples;
-    NoiseFreeError error;
+    UnbiasedError error;
     error.mean_square = sum / samples;
     error.low = error.mean_square - half_width;
     error.high = error.mean_square + half_width;
@@ -214,34 +222,27 @@ NoiseFreeError noise_free_error(const NoiseFreeBlocks& blocks) {
     return error;
 }
 
-void require_other_files(const PicturePair& pair) {
-    for (const fs::path& first : {pair.picture, pair.truth})
-        for (const fs::path& second : {pair.second_picture, pair.second_truth}) {
-            std::error_code ignored;  // what is missing is told when it is read
-            if (first == second || fs::equivalent(first, second, ignored))
-                refuse(second, "a run that shares no picture with the first", "the file " + first.string());
-        }
+void require_independent(const char* option, const std::vector<NoisePair>& pairs) {
+    const std::string expected = "noise of its own";
+    for (const auto& [first, second] : pairs)
+        if (same_file(first.file, second.file))
+            refuse(option, second, expected, "the file " + first.file.string());
+    for (const auto& [first, second] : pairs)
+        if (same_noise(first, second))
+            refuse(option, second, expected, "the contents of " + first.file.string());
+    for (const auto& [first, second] : pairs) {
+        const auto a = sampling_of(first), b = sampling_of(second);
+        if (a && b && a->seed == b->seed)
+            refuse(option, second, expected, "seed " + std::to_string(b->seed) + ", that of " + first.file.string());
+    }
 }
 
-void require_independent(const RunPictures& run_1, const RunPictures& run_2) {
-    for (const ScoredPicture* first : {&run_1.picture, &run_1.truth})
-        for (const ScoredPicture* second : {&run_2.picture, &run_2.truth}) {
-            if (same_noise(*first, *second))
-                refuse(second->file, "a run with noise of its own", "the contents of " + first->file.string());
-            const auto a = sampling_of(*first);
-            const auto b = sampling_of(*second);
-            if (a && b && a->seed == b->seed)
-                refuse(second->file, "a run with another seed than the first",
-                       "seed " + std::to_string(b->seed) + ", that of " + first->file.string());
-        }
-    for (const auto& [first, second] : {std::pair{&run_1.picture, &run_2.picture}, {&run_1.truth, &run_2.truth}}) {
-        const auto a = sampling_of(*first);
-        const auto b = sampling_of(*second);
-        if (a && b && a->samples_per_pixel != b->samples_per_pixel)
-            refuse(second->file,
-                   "the " + std::to_string(a->samples_per_pixel) + " samples per pixel of " + first->file.string(),
-                   std::to_string(b->samples_per_pixel));
-    }
+void require_as_many_samples(const char* option, const ScoredPicture& first, const ScoredPicture& second) {
+    const auto a = sampling_of(first), b = sampling_of(second);
+    if (a && b && a->samples_per_pixel != b->samples_per_pixel)
+        refuse(option, second,
+               "the " + std::to_string(a->samples_per_pixel) + " samples per pixel of " + first.file.string(),
+               std::to_string(b->samples_per_pixel));
 }
 
 }  // namespace equistream

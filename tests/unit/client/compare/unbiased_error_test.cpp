@@ -1,4 +1,4 @@
-#include <client/compare/noise_free.h>
+#include <client/compare/unbiased_error.h>
 
 #include <gtest/gtest.h>
 
@@ -96,8 +96,8 @@ Coverage cover(const FloatImage& error, const Noise& noise, bool shared) {
             if (shared)
                 picture[k] = sum_of(sum_of(truth[k], error), noise(generator));
         }
-        const NoiseFreeError result = noise_free_error(
-            noise_free_blocks({picture[0].view(), truth[0].view()}, {picture[1].view(), truth[1].view()}));
+        const UnbiasedError result =
+            unbiased_error(product_blocks({picture[0].view(), truth[0].view()}, {picture[1].view(), truth[1].view()}));
         inside += result.low <= expected && expected <= result.high ? 1 : 0;
         coverage.mean += result.mean_square / runs;
         square += result.mean_square * result.mean_square / runs;
@@ -131,18 +131,18 @@ TEST(NoiseFree, IntervalErrsOnTheWideSideUnderSkewedNoise) {
 TEST(NoiseFree, AnErrorFarBelowTheNoiseIsFound) {
     FloatImage error(width, height, 3, 0.01f);  // 40 dB, under noise of 0.085 between picture and truth: 21 dB
     Generator generator(7);
-    NoiseFreeBlocks blocks;
+    ProductBlocks blocks;
     for (int frame = 0; frame < 8; ++frame) {
         FloatImage picture[2], truth[2];
         for (int k = 0; k < 2; ++k) {
             truth[k] = gaussian_noise(generator);
             picture[k] = sum_of(error, gaussian_noise(generator));
         }
-        blocks.add(noise_free_blocks({picture[0].view(), truth[0].view()}, {picture[1].view(), truth[1].view()}));
+        blocks.add(product_blocks({picture[0].view(), truth[0].view()}, {picture[1].view(), truth[1].view()}));
     }
-    const NoiseFreeError result = noise_free_error(blocks);
+    const UnbiasedError result = unbiased_error(blocks);
     EXPECT_FALSE(result.only_bounded());
-    EXPECT_NEAR(NoiseFreeError::decibels(result.mean_square), 40, 1);
+    EXPECT_NEAR(UnbiasedError::decibels(result.mean_square), 40, 1);
     EXPECT_EQ(result.samples, std::int64_t{8} * 3 * width * height);
     EXPECT_EQ(result.blocks, 6 * 3);
 }
@@ -154,8 +154,8 @@ TEST(NoiseFree, NoErrorIsOnlyBounded) {
         FloatImage images[4];
         for (FloatImage& image : images)
             image = gaussian_noise(generator);
-        const NoiseFreeError result = noise_free_error(
-            noise_free_blocks({images[0].view(), images[1].view()}, {images[2].view(), images[3].view()}));
+        const UnbiasedError result =
+            unbiased_error(product_blocks({images[0].view(), images[1].view()}, {images[2].view(), images[3].view()}));
         bounded += result.only_bounded() ? 1 : 0;
         EXPECT_GT(result.high, result.mean_square);
     }
@@ -175,7 +175,7 @@ TEST(NoiseFree, AMaskLeavesTheOtherPixelsOut) {
             std::fill_n(picture.pixel(x, y), 3, masked ? 0.5f : 1.0f);
         }
     const PictureAndTruth run{picture.view(), truth.view()};
-    const NoiseFreeError result = noise_free_error(noise_free_blocks(run, run, mask.view()));
+    const UnbiasedError result = unbiased_error(product_blocks(run, run, mask.view()));
     EXPECT_EQ(result.samples, 3 * inside);
     EXPECT_NEAR(result.mean_square, 0.0625, 1e-9);
 }
@@ -194,30 +194,30 @@ TEST(NoiseFree, WorstPixelsWithoutNoiseAreTheWorstPixels) {
     for (int rank = all - 185; rank < all; ++rank)
         sum += (rank + 1.0) / all;
     const PictureAndTruth run{picture.view(), truth.view()};
-    const NoiseFreeError worst = noise_free_error(noise_free_worst_blocks(run, run, 0.01));
+    const UnbiasedError worst = unbiased_error(worst_product_blocks(run, run, 0.01));
     EXPECT_EQ(worst.samples, 2 * 3 * 185);
     EXPECT_NEAR(worst.mean_square, sum / 185, 1e-6);
     EXPECT_NEAR(worst.high, worst.mean_square, 1e-6);
     const FloatImage even(width, height, 3, 0.5f);
     const PictureAndTruth flat{even.view(), truth.view()};
-    EXPECT_EQ(noise_free_error(noise_free_worst_blocks(flat, flat, 0.01)).samples, 2 * 3 * 185) << "equals";
+    EXPECT_EQ(unbiased_error(worst_product_blocks(flat, flat, 0.01)).samples, 2 * 3 * 185) << "equals";
 }
 
 /// Gray noise on an error of `error` everywhere: D is N(error, deviation^2), all channels alike.
-NoiseFreeError worst_of_gray_noise(float error, float deviation, unsigned seed) {
+UnbiasedError worst_of_gray_noise(float error, float deviation, unsigned seed) {
     Generator generator(seed);
     std::normal_distribution<float> value(0, deviation);
     const FloatImage truth(width, height, 3);
-    NoiseFreeBlocks blocks;
+    ProductBlocks blocks;
     for (int frame = 0; frame < 40; ++frame) {
         FloatImage picture[2] = {FloatImage(width, height, 3), FloatImage(width, height, 3)};
         for (FloatImage& image : picture)
             for (int y = 0; y < height; ++y)
                 for (int x = 0; x < width; ++x)
                     std::fill_n(image.pixel(x, y), 3, error + value(generator));
-        blocks.add(noise_free_worst_blocks({picture[0].view(), truth.view()}, {picture[1].view(), truth.view()}, 0.01));
+        blocks.add(worst_product_blocks({picture[0].view(), truth.view()}, {picture[1].view(), truth.view()}, 0.01));
     }
-    return noise_free_error(blocks);
+    return unbiased_error(blocks);
 }
 
 TEST(NoiseFree, WorstPixelsUnderNoiseScoreTheirErrorAndNotTheNoise) {
@@ -233,17 +233,73 @@ TEST(NoiseFree, WorstPixelsUnderNoiseScoreTheirErrorAndNotTheNoise) {
     }
     const double a = (low - e) / s, b = (-low - e) / s;
     const double chosen = e + s * (density(a) - density(b)) / 0.01;
-    const NoiseFreeError worst = worst_of_gray_noise(0.1f, 0.05f, 32);
+    const UnbiasedError worst = worst_of_gray_noise(0.1f, 0.05f, 32);
     // 40 x 2 x 185 products of a spread of about chosen x s (the threshold is each frame's own): 1.5 % at four sigmas.
     EXPECT_NEAR(worst.mean_square, e * chosen, 0.015 * e * chosen);
     EXPECT_LE(worst.low, e * chosen);
     EXPECT_GE(worst.high, e * chosen);
 }
 
+/// A picture with an error and noise of its own, against two truths that are noisier still.
+struct AgainstTwoTruths {
+    explicit AgainstTwoTruths(Generator& generator)
+        : picture(sum_of(sum_of(scene, true_error()), smeared_noise(generator))),
+          second_picture(sum_of(sum_of(scene, true_error()), smeared_noise(generator))),
+          truth(sum_of(scene, gaussian_noise(generator))), second_truth(sum_of(scene, gaussian_noise(generator))) {}
+
+    UnbiasedError whole() const {
+        return unbiased_error(product_blocks({picture.view(), truth.view()}, {picture.view(), second_truth.view()}));
+    }
+    UnbiasedError noise_free() const {
+        return unbiased_error(
+            product_blocks({picture.view(), truth.view()}, {second_picture.view(), second_truth.view()}));
+    }
+
+    FloatImage scene{width, height, 3, 0.4f};
+    FloatImage picture, second_picture, truth, second_truth;
+};
+
+TEST(WholeError, CountsThePicturesNoiseAndNotTheTruths) {
+    Generator generator(41);
+    double whole = 0, noise_free = 0;
+    int inside = 0;
+    constexpr int runs = 250;
+    for (int run = 0; run < runs; ++run) {
+        const AgainstTwoTruths made(generator);
+        double of_this_picture = 0;
+        for (std::size_t i = 0; i < made.picture.samples().size(); ++i)
+            of_this_picture += std::pow(static_cast<double>(made.picture.samples()[i]) - 0.4, 2);
+        of_this_picture /= 3 * width * height;
+        const UnbiasedError error = made.whole();
+        inside += error.low <= of_this_picture && of_this_picture <= error.high ? 1 : 0;
+        whole += error.mean_square / runs;
+        noise_free += made.noise_free().mean_square / runs;
+    }
+    EXPECT_GE(inside, 0.909 * runs) << "the interval is that of the truths' noise, for this very picture";
+    EXPECT_LE(inside, 0.991 * runs);
+    const double bias = mean_square(true_error()), noise = 0.03 * 0.03;
+    // Four standard errors, most of them of smeared noise times the error.
+    EXPECT_NEAR(whole, bias + noise, 4e-5);
+    EXPECT_NEAR(noise_free, bias, 4e-5);
+}
+
+TEST(WholeError, ADenoiserThatBlursLittleGainsMuch) {
+    Generator generator(42);
+    const FloatImage scene(width, height, 3, 0.4f);
+    const auto truth = [&] { return sum_of(scene, gaussian_noise(generator)); };
+    const FloatImage truths[2] = {truth(), truth()}, noisy[2] = {truth(), truth()};
+    const FloatImage denoised(width, height, 3, 0.42f);
+    const auto error = [&](const FloatImage& a, const FloatImage& a2) {
+        return unbiased_error(product_blocks({a.view(), truths[0].view()}, {a2.view(), truths[1].view()})).mean_square;
+    };
+    EXPECT_GT(error(noisy[0], noisy[0]), 5 * error(denoised, denoised)) << "whole";
+    EXPECT_LT(error(noisy[0], noisy[1]), error(denoised, denoised)) << "noise-free: its bias counts, its gain does not";
+}
+
 TEST(NoiseFree, IdenticalPicturesHaveNoErrorAndNoSpread) {
     const FloatImage image(40, 40, 3, 0.5f);
-    const NoiseFreeError result =
-        noise_free_error(noise_free_blocks({image.view(), image.view()}, {image.view(), image.view()}));
+    const UnbiasedError result =
+        unbiased_error(product_blocks({image.view(), image.view()}, {image.view(), image.view()}));
     EXPECT_EQ(result.mean_square, 0);
     EXPECT_EQ(result.high, 0);
 }
